@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
 
+from ecs_eco.analysis.palette import safe
 from ecs_eco.analysis.runs import Series
 from ecs_eco.engine import files
 
@@ -96,8 +97,9 @@ def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
 
 
 def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> dict[str, str]:
-    """A colour for each species: the world's own where it names one, as #rrggbb."""
-    own = own_colors(chosen)
+    """A colour for each species, that of the viewer's page: the one of the palette nearest to the world's
+    own, where it names one as #rrggbb."""
+    own = safe(own_colors(chosen))
     return {s: own.get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
 
 

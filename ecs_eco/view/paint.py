@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ecs_eco.analysis.land import draw_land
+from ecs_eco.analysis.palette import safe
 from ecs_eco.analysis.relief import LAND, Relief, draw_relief
 from ecs_eco.analysis.style import as_delivered
 from ecs_eco.engine import files
-from ecs_eco.view.hues import safe
 from ecs_eco.view.interpolate import Organisms
 from ecs_eco.view.outlines import outlines
 from ecs_eco.view.replay import Replay
@@ -47,7 +47,9 @@ class Painter:
         self.replay, self.size = replay, size
         hello = replay.hello()
         self.kinds: list[dict[str, Any]] = hello["species"]
-        self.hues = safe({kind["name"]: kind["color"] for kind in [*self.kinds, *hello["objects"]]})
+        species, things = ({kind["name"]: str(kind["color"]) for kind in kinds}
+                           for kinds in (self.kinds, hello["objects"]))
+        self.hues = safe(species, things)
         self.rims = rims(self.kinds, self.hues)
         self.volume = len(replay.recording.size) == 3
         self.extent = (replay.recording.size[0], replay.recording.size[2 if self.volume else 1])

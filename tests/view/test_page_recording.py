@@ -27,9 +27,9 @@ def test_each_reporter_has_a_chart_of_its_own(browser):
     asked = 'reporters={ "mean energy" = "mean(Metabolism.energy)", ratio = "count(wolf) / count(deer)" }'
     with (served("watch", "predator-prey", *SMALL, "--set", asked, "--ticks", "30") as run,
           opened(browser, run.address()) as page):
-        until(page, "ecs.tick > 5 && document.querySelectorAll('#charts .chart').length === 4")
+        until(page, "ecs.tick > 5 && document.querySelectorAll('#charts .chart').length >= 4")
         charts = page.locator("#charts .chart")
-        assert charts.locator("h2").all_inner_texts()[2:] == ["mean energy", "ratio"]
+        assert charts.locator("h2").all_inner_texts()[2:4] == ["mean energy", "ratio"]
         value = "document.querySelectorAll('#charts .chart')[3].querySelector('b').textContent"
         until(page, f"{value} === '0.15'")  # 12 wolves, 80 deer
         assert "the world" in charts.nth(3).inner_text()
@@ -153,6 +153,10 @@ def test_a_recorded_run_is_scrubbed_and_what_was_not_recorded_is_filled_in(brows
         page.locator("#play").click()  # from the beginning
         until(page, "ecs.playing && ecs.tick < 30")
         pause(page)
+        seek(page, 3)
+        over = page.locator("#charts .u-over").first.bounding_box()
+        page.mouse.click(over["x"] + over["width"] / 2, over["y"] + 20)  # in a chart: to its middle
+        until(page, f"Math.abs(ecs.tick - {manifest['done'] / 2}) < 4 && ecs.still")
         seek(page, 3)
         page.locator("#play").click()
         until(page, "ecs.tick > 5")

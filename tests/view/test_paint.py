@@ -10,7 +10,6 @@ from typer.testing import CliRunner
 from ecs_eco.cli.app import app
 from ecs_eco.record import run_to_folder
 from ecs_eco.view import film
-from ecs_eco.view.hues import GREY, SAFE, safe
 from ecs_eco.view.paint import Painter, clock
 from ecs_eco.view.replay import Replay
 
@@ -100,14 +99,6 @@ def test_a_volume_is_painted_from_the_side(menagerie, tmp_path):
 ])  # fmt: skip
 def test_times_in_words(seconds, day, words):
     assert clock(seconds, day) == words
-
-
-def test_colours_are_told_apart_by_everybody():
-    hues = safe({"grass": "#4d9221", "deer": "#b8860b", "wolf": "#67001f", "stone": "#888888"})
-    assert hues == {"grass": "#009E73", "deer": "#E69F00", "wolf": "#D55E00", "stone": GREY}
-    many = safe({f"s{i}": "#d7191c" for i in range(10)})
-    assert len(set(many.values())) == 10
-    assert set(SAFE) < set(many.values())
 
 
 # --- films --------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import numpy as np
 
 from ecs_eco.analysis.figures import binned, interventions, mark
 from ecs_eco.analysis.runs import DIED
-from ecs_eco.analysis.style import DASHES, PALETTE, colors, panels, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, colors_of, panels, styled
 from ecs_eco.analysis.why.case import Case
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def _shown(case: Case, findings: Mapping[str, Any]) -> list[str]:
 def _numbers(ax: Any, case: Case, findings: Mapping[str, Any]) -> None:
     from matplotlib.ticker import LogFormatter
 
-    series, hue = case.series, colors(case.species)
+    series, hue = case.series, colors_of(case.series)
     for i, s in enumerate(series.species):
         n = series.n[:, i]
         alive = np.where(n > 0, n, np.nan)

@@ -1,7 +1,9 @@
-// Charts that scroll along: populations, happiness and gene frequencies, on one axis of ticks, nights shaded.
+// Charts that scroll along, one under the other on one axis of ticks: populations, happiness, genes, births and deaths; nights shaded.
 
 import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";
+import { append, flat, nights, recalled, remember, table } from "./series.js";
+import { saves } from "./save.js";
 import { genes } from "./colours.js";
 import { DASHES, stroke } from "./marks.js";
 import { css, isDark } from "./theme.js";
@@ -9,14 +11,19 @@ import { css, isDark } from "./theme.js";
 /** @typedef {import("./protocol.js").Series} Series */
 /** @typedef {(number | null)[]} Line */
 
+const SPARK = 40; // points of a sparkline
 const MOST = 12000; // points kept; then every second of the older half goes
 const WINDOWS = [["last 500", 500], ["last 2 000", 2000], ["last 10 000", 10000], ["all ticks", Infinity]];
 
-/** @type {{key: string, title: string}[]} */
+/** @typedef {{key: string, title: string, unit: string}} Chart */
+
+/** @type {Chart[]} */
 const CHARTS = [
-  { key: "n", title: "Populations" },
-  { key: "happiness", title: "Happiness, mean" },
-  { key: "genes", title: "Genes" },
+  { key: "n", title: "Populations", unit: "organisms" },
+  { key: "happiness", title: "Happiness", unit: "mean" },
+  { key: "genes", title: "Genes", unit: "mean" },
+  { key: "causes", title: "Deaths", unit: "a tick, by cause" },
+  { key: "births", title: "Births", unit: "a tick" },
 ];
 
 const REPORT = "report "; // before the names of reporters, each of which has a chart of its own
@@ -25,10 +32,17 @@ export class Charts {
   /**
    * @param {import("./protocol.js").Hello} hello
    * @param {(name: string) => string} colourOf
+   * @param {(tick: number) => void} seek
    */
-  constructor(hello, colourOf) {
+  constructor(hello, colourOf, seek) {
     this.hello = hello;
     this.colourOf = colourOf;
+    this.seek = seek;
+    /** @type {[number, number] | null} ticks that were chosen by dragging */
+    this.zoom = null;
+    const plants = hello.species.filter(({ moves }) => !moves).map(({ name }) => name);
+    this.plants = plants.length < hello.species.length ? plants : [];
+    this.layout = ""; // which charts there are
     this.tick = hello.tick;
     /** @type {number[]} */
     this.ticks = [];
@@ -36,9 +50,9 @@ export class Charts {
     this.light = [];
     this.charts = [...CHARTS];
     /** @type {Record<string, Record<string, Line>>} */
-    this.lines = { n: {}, happiness: {}, genes: {} };
+    this.lines = { n: {}, happiness: {}, genes: {}, causes: {}, births: {} };
     /** @type {Set<string>} */
-    this.hidden = new Set();
+    this.hidden = new Set(recalled());
     /** @type {Set<string>} kinds that the legend hides */
     this.away = new Set();
     this.window = hello.mode === "replay" ? Infinity : 2000;
@@ -63,7 +77,9 @@ export class Charts {
     } });
     this.chooser = h("div", { class: "row", role: "group", "aria-label": "Charts shown" });
     this.choice = choice;
-    return h("div", { class: "row tools" }, this.chooser, choice);
+    this.pointed = h("output", { class: "pointed", "aria-label": "Tick under the pointer" });
+    this.back = h("button", { type: "button", class: "toggle", text: "zoom out", hidden: true, onclick: () => this.zoomed(null) });
+    return h("div", { class: "row tools" }, this.chooser, this.pointed, this.back, choice);
   }
 
   /** @param {Series} series points to be appended */
@@ -75,10 +91,10 @@ export class Charts {
     this.ticks.push(...series.tick);
     append(this.light, series.light, length, series.tick.length);
     /** @type {Record<string, Record<string, Line> | undefined>} */
-    const given = { n: series.n, happiness: series.happiness, genes: series.genes };
+    const given = { n: series.n, happiness: series.happiness, genes: series.genes, births: series.births, causes: flat(series.causes ?? {}) };
     for (const [name, lines] of Object.entries(series.reports ?? {})) {
       given[REPORT + name] = lines;
-      if (!(REPORT + name in this.lines)) this.charts.push({ key: REPORT + name, title: name });
+      if (!(REPORT + name in this.lines)) this.charts.splice(-2, 0, { key: REPORT + name, title: name, unit: "" });
       this.lines[REPORT + name] ??= {};
     }
     for (const key of Object.keys(this.lines)) {
@@ -129,6 +145,7 @@ export class Charts {
 
   /** First and last tick on the axis. @returns {[number, number]} */
   range() {
+    if (this.zoom) return this.zoom;
     const { ticks } = this;
     const newest = ticks.length ? ticks[ticks.length - 1] : this.hello.tick + 1;
     if (this.hello.mode === "replay" && this.window !== Infinity) return [this.tick - this.window / 2, this.tick + this.window / 2];
@@ -144,26 +161,58 @@ export class Charts {
     this.rebuild();
   }
 
-  rebuild() {
+  clear() {
     for (const { plot } of this.plots.values()) plot.destroy();
     this.plots.clear();
     this.body.replaceChildren();
+  }
+
+  rebuild() {
+    this.clear();
     this.draw();
   }
 
+  /** Shows these ticks alone; null: as chosen. @param {[number, number] | null} ticks */
+  zoomed(ticks) {
+    this.zoom = ticks;
+    if (this.back) this.back.hidden = ticks === null;
+    this.draw();
+  }
+
+  /** What is known of a kind now, for the legend. @param {string} name */
+  brief(name) {
+    const at = this.hello.mode === "replay" ? this.ticks.findLastIndex((tick) => tick <= this.tick) : this.ticks.length - 1;
+    const line = (this.lines.n[name] ?? []).slice(0, at + 1).slice(-1500);
+    const every = Math.max(1, Math.floor(line.length / SPARK));
+    const points = line.filter((value, i) => value !== null && (line.length - 1 - i) % every === 0);
+    const deaths = Object.entries(this.lines.causes).filter(([cause]) => cause.startsWith(`${name}: `));
+    const mean = (/** @type {Line} */ values) => {
+      const known = values.slice(Math.max(0, at - 9), at + 1).filter((value) => value !== null);
+      return known.length ? known.reduce((a, b) => a + b, 0) / known.length : null;
+    };
+    return {
+      line: /** @type {number[]} */ (points), births: mean(this.lines.births[name] ?? []),
+      deaths: deaths.length ? deaths.reduce((sum, [, values]) => sum + (mean(values) ?? 0), 0) : 0,
+    };
+  }
+
   draw() {
-    const there = this.charts.filter(({ key }) => Object.values(this.lines[key]).some((line) => line.some((value) => value !== null)));
+    const there = this.charts.filter(({ key }) => key === "n" || Object.values(this.lines[key]).some((line) => line.some((value) => value !== null)));
     if (this.chooser && this.chooser.childElementCount !== there.length) {
       this.chooser.replaceChildren(...there.map(({ key, title }) => this.toggle(key, title)));
     }
-    for (const { key, title } of there) {
-      if (this.hidden.has(key)) continue;
+    const shown = there.filter(({ key }) => !this.hidden.has(key));
+    const layout = shown.map(({ key }) => key).join();
+    if (layout !== this.layout) this.clear();
+    this.layout = layout;
+    for (const chart of shown) {
+      const { key } = chart;
       const names = this.names(key);
       const old = this.plots.get(key);
       if (old?.signature !== names.join()) {
         old?.plot.root.closest(".chart")?.remove();
         old?.plot.destroy();
-        this.plots.set(key, this.build(key, title, names));
+        this.plots.set(key, this.build(chart, names, chart === shown[shown.length - 1]));
       }
       const made = this.plots.get(key);
       made?.plot.setData(/** @type {any} */ ([this.ticks, ...names.map((name) => this.lines[key][name])]));
@@ -173,7 +222,8 @@ export class Charts {
 
   /** Lines with something to show. @param {string} key */
   names(key) {
-    return Object.keys(this.lines[key]).filter((name) => !this.away.has(name.split(".")[0])).filter((name) => key === "n" || this.lines[key][name].some((value) => value !== null));
+    const plants = key === "causes" ? this.plants : []; // theirs would hide all others
+    return Object.keys(this.lines[key]).filter((name) => !plants.includes(name.split(": ")[0]) && !this.away.has(name.split(/[.:]/)[0])).filter((name) => key === "n" || this.lines[key][name].some((value) => value !== null));
   }
 
   /**
@@ -184,6 +234,7 @@ export class Charts {
     const short = title.split(",")[0];
     const button = h("button", { type: "button", class: "toggle", "aria-pressed": String(!this.hidden.has(key)), text: short, onclick: () => {
       if (!this.hidden.delete(key)) this.hidden.add(key);
+      remember([...this.hidden]);
       button.setAttribute("aria-pressed", String(!this.hidden.has(key)));
       this.rebuild();
     } });
@@ -191,45 +242,63 @@ export class Charts {
   }
 
   /**
-   * @param {string} key
-   * @param {string} title
+   * @param {Chart} chart
    * @param {string[]} names
+   * @param {boolean} lowest whether no other chart is below
    */
-  build(key, title, names) {
+  build({ key, title, unit }, names, lowest) {
     const hues = genes(isDark());
-    const colours = names.map((name, i) => (key === "genes" ? hues[i % hues.length] : name ? this.colourOf(name) : css("--ink")));
+    const colours = names.map((name, i) => (key === "genes" ? hues[i % hues.length] : name ? this.colourOf(name.split(": ")[0]) : css("--ink")));
     const dashes = names.map((_, i) => (key === "genes" ? DASHES[Math.floor(i / hues.length) % DASHES.length] : DASHES[i % 3]));
     /** @type {Map<string, HTMLElement>} */
     const values = new Map();
-    const head = h("div", { class: "chart-head" }, h("h2", { text: title }));
+    const head = h("div", { class: "chart-head" }, h("h2", { text: title }), unit && h("span", { class: "unit", text: unit }));
     names.forEach((name, i) => {
       const value = h("b", { text: "–" });
       values.set(name, value);
       head.append(h("span", { class: "key" }, stroke(colours[i], dashes[i]), name || "the world", " ", value));
     });
-    if (key === "n" && this.logarithmic) head.append(h("span", { class: "grow" }), this.logarithmic);
+    head.append(h("span", { class: "grow" }), ...saves(title, () => table(this.ticks, names, this.lines[key]), () => this.plots.get(key)?.plot.ctx.canvas));
+    if (key === "n" && this.logarithmic) head.append(this.logarithmic);
     const place = h("div", { class: "chart" }, head);
     const after = this.charts.slice(this.charts.findIndex((chart) => chart.key === key) + 1).map((chart) => this.plots.get(chart.key)).find(Boolean);
     this.body.insertBefore(place, after?.plot.root.closest(".chart") ?? null);
     const axis = { stroke: css("--soft"), font: "11px " + css("--font"), ticks: { show: false }, grid: { stroke: css("--line"), width: 1 } };
     const plot = new uPlot({
-      width: Math.max(200, this.body.clientWidth), height: key === "n" ? 172 : 138,
+      width: Math.max(200, this.body.clientWidth), height: (key === "n" ? 148 : 112) + (lowest ? 32 : 0),
       padding: [6, 8, 0, 0],
-      cursor: { sync: { key: "ecs" }, y: false, points: { size: 6 }, drag: { x: false, y: false } },
+      cursor: { sync: { key: "ecs" }, y: false, points: { size: 6 }, drag: { x: true, y: false, setScale: false, dist: 4 } },
       legend: { show: false },
       scales: { x: { time: false, range: () => this.range() }, y: { distr: key === "n" && this.log ? 3 : 1, range: key === "n" && !this.log ? (_, _low, high) => [0, high > 0 ? high * 1.06 : 1] : undefined } },
       axes: [
-        { ...axis, size: 24, space: 70, values: (_, splits) => splits.map((v) => number(v)) },
+        { ...axis, size: lowest ? 38 : 6, space: 70, label: lowest ? "tick" : "", labelSize: lowest ? 14 : 0, labelFont: axis.font, values: (_, splits) => splits.map((v) => (lowest ? number(v) : "")) },
         { ...axis, size: 46, space: 30, values: (_, splits) => splits.map((v) => (v === null ? "" : number(v))) },
       ],
       series: [{}, ...names.map((name, i) => ({ label: name, stroke: colours[i], width: 1.8, dash: dashes[i], points: { show: false }, spanGaps: true }))],
-      hooks: { drawClear: [(u) => this.nights(u)], draw: [(u) => this.cursor(u)], setCursor: [() => this.values()] },
+      hooks: { drawClear: [(u) => nights(u, this.ticks, this.light)], draw: [(u) => this.cursor(u)], setCursor: [() => this.values()], setSelect: [(u) => this.dragged(u)] },
     }, [[]], place);
+    plot.over.addEventListener("click", () => this.clicked(plot));
     return { plot, values, signature: names.join() };
+  }
+
+  /** A stretch was dragged over. @param {uPlot} plot */
+  dragged(plot) {
+    const { left, width } = plot.select;
+    if (width < 4) return;
+    this.moved = performance.now();
+    plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+    this.zoomed([plot.posToVal(left, "x"), plot.posToVal(left + width, "x")]);
+  }
+
+  /** Goes in time to where it was clicked. @param {uPlot} plot */
+  clicked(plot) {
+    if (this.hello.mode === "replay" && performance.now() - (this.moved ?? 0) > 300) this.seek(Math.round(plot.posToVal(plot.cursor.left ?? 0, "x")));
   }
 
   /** Numbers beside the names: under the pointer, else now. */
   values() {
+    const idx = [...this.plots.values()][0]?.plot.cursor.idx;
+    if (this.pointed) this.pointed.textContent = idx == null ? "" : `tick ${number(this.ticks[idx])}`;
     for (const [key, { plot, values }] of this.plots) {
       let at = plot.cursor.idx ?? this.ticks.length - 1;
       if (plot.cursor.idx === null && this.hello.mode === "replay") at = this.ticks.findLastIndex((tick) => tick <= this.tick);
@@ -238,24 +307,6 @@ export class Charts {
         if (element.textContent !== text) element.textContent = text;
       }
     }
-  }
-
-  /** Shades the hours without light. @param {uPlot} u */
-  nights(u) {
-    if (!this.light.some((value) => value !== null && value < 0.98)) return;
-    const { left, top, width, height } = u.bbox;
-    u.ctx.save();
-    u.ctx.fillStyle = css("--night");
-    let from = left;
-    for (let i = 1; i < this.ticks.length; i++) {
-      const to = u.valToPos(this.ticks[i], "x", true);
-      if (to < left || to - from < 1) continue;
-      u.ctx.globalAlpha = 0.4 * (1 - Math.min(1, Math.max(0, this.light[i] ?? 1)));
-      u.ctx.fillRect(Math.round(from), top, Math.round(Math.min(to, left + width)) - Math.round(from), height);
-      from = to;
-      if (to > left + width) break;
-    }
-    u.ctx.restore();
   }
 
   /** In replay: where the scene is. @param {uPlot} u */
@@ -272,20 +323,5 @@ export class Charts {
   resize() {
     const width = this.body.clientWidth;
     if (width) for (const { plot } of this.plots.values()) plot.setSize({ width, height: plot.height });
-  }
-}
-
-/**
- * Appends n values, with gaps where there were or are none.
- * @param {Line} line
- * @param {Line | undefined} values
- * @param {number} length of the ticks before
- * @param {number} n
- */
-function append(line, values, length, n) {
-  while (line.length < length) line.push(null);
-  for (let i = 0; i < n; i++) {
-    const value = values?.[i] ?? null;
-    line.push(value === null || Number.isNaN(value) ? null : value);
   }
 }

@@ -2,8 +2,9 @@
 
 import { DataTexture, LinearFilter, NoColorSpace, RGBAFormat, UnsignedByteType } from "./vendor.js";
 
-/** Colours, and the hue [degrees] that each stands for. @type {[string, number][]} */
-const SAFE = [["#009E73", 125], ["#E69F00", 38], ["#D55E00", 2], ["#56B4E9", 198], ["#CC79A7", 308], ["#F0E442", 58], ["#0072B2", 225]];
+/** Colours on a light ground and on a dark one, and the hue [degrees] that each stands for; as in ecs_eco/analysis/palette.py. @type {[string, string, number][]} */
+const SAFE = [["#069b6d", "#049662", 125], ["#6f3e00", "#e7a002", 38], ["#de640a", "#c85300", 2], ["#2992c2", "#60bef2", 198], ["#bd6fa5", "#cc79a7", 308], ["#888e3b", "#fffa5f", 58], ["#005396", "#0072b2", 225]];
+const GREY = "#7f888d";
 
 /** Colours of genes, none of them that of a species (Tol 2021, "muted", and greys of theirs): for a light ground and for a dark one. */
 const GENES = [["#332288", "#882255", "#117733", "#8a6d1f", "#AA4499", "#555555"], ["#b0a4ff", "#ff9ecb", "#9be3a5", "#DDCC77", "#88e0e8", "#c8c8c8"]];
@@ -25,20 +26,25 @@ export const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 1
 const hexOf = (colour) => "#" + colour.map((part) => Math.round(part).toString(16).padStart(2, "0")).join("");
 
 /**
- * Each kind gets the safe colour nearest to the hue of its own, the best pairs first; more kinds than colours repeat them, lighter.
+ * Each kind gets the safe colour nearest to the hue of its own, species before things, the best pairs first; more kinds than colours repeat them, nearer to the ink.
  * @param {import("./protocol.js").Kind[]} kinds
+ * @param {boolean} dark
  * @returns {string[]}
  */
-export function safe(kinds) {
+export function safe(kinds, dark) {
   /** @type {string[]} */
-  const found = kinds.map((kind) => (nearGrey(rgb(kind.color)) ? "#9aa3a8" : ""));
-  let offers = SAFE.map(([hex, hue]) => ({ hex, hue }));
-  while (found.includes("")) {
-    if (!offers.length) offers = SAFE.map(([hex, hue]) => ({ hex: hexOf(rgb(hex).map((part) => 0.5 * part + 110)), hue }));
-    const pairs = kinds.flatMap((kind, k) => (found[k] ? [] : offers.map((offer) => ({ k, offer, gap: gap(hueOf(rgb(kind.color)), offer.hue) }))));
-    const best = pairs.reduce((a, b) => (b.gap < a.gap ? b : a));
-    found[best.k] = best.offer.hex;
-    offers = offers.filter((offer) => offer !== best.offer);
+  const found = kinds.map((kind) => (nearGrey(rgb(kind.color)) ? GREY : ""));
+  const choice = SAFE.map((colour) => ({ hex: dark ? colour[1] : colour[0], hue: colour[2] }));
+  let offers = [...choice];
+  for (const things of [false, true]) {
+    const wanting = () => kinds.map((_, k) => k).filter((k) => !found[k] && Boolean(kinds[k].inanimate) === things);
+    for (let left = wanting(); left.length; left = wanting()) {
+      if (!offers.length) offers = choice.map(({ hex, hue }) => ({ hex: hexOf(rgb(hex).map((part) => Math.floor(0.6 * part + (dark ? 102 : 0) + 0.5))), hue }));
+      const pairs = left.flatMap((k) => offers.map((offer) => ({ k, offer, gap: gap(hueOf(rgb(kinds[k].color)), offer.hue) })));
+      const best = pairs.reduce((a, b) => (b.gap < a.gap ? b : a));
+      found[best.k] = best.offer.hex;
+      offers = offers.filter((offer) => offer !== best.offer);
+    }
   }
   return found;
 }

@@ -7,11 +7,14 @@ import { count } from "./counters.js";
 import { taken } from "./credential.js";
 import { $, announce, h, number } from "./dom.js";
 import { help, listen } from "./keys.js";
+import { keymap } from "./keymap.js";
+import { legend } from "./legend.js";
 import * as overlay from "./overlay.js";
 import { Panel } from "./panel.js";
 import { point } from "./pointer.js";
 import { Stage } from "./stage.js";
 import { Story } from "./story.js";
+import { splitter } from "./splitter.js";
 import { onTheme, recallTheme, switchTheme } from "./theme.js";
 import { Timeline } from "./timeline.js";
 
@@ -31,7 +34,8 @@ let page = null;
 let state = null;
 let own = false; // whether kinds have the colours of the world file
 let by = "species";
-let updateLegend = () => {};
+/** @type {ReturnType<typeof legend> | null} */
+let kinds = null;
 
 // ---- what the server says
 
@@ -46,7 +50,10 @@ connection.on("hello", (hello) => {
   begin(hello);
 });
 connection.on("state", show);
-connection.on("series", (series) => page?.charts.add(series));
+connection.on("series", (series) => {
+  page?.charts.add(series);
+  kinds?.look();
+});
 connection.on("marks", (marks) => {
   page?.timeline.mark(marks);
   page?.story.mark(marks.interventions ?? []);
@@ -88,7 +95,7 @@ function begin(hello) {
   $("mode").textContent = hello.mode;
   const stage = new Stage($("canvas"), hello);
   const colourOf = (/** @type {string} */ name) => stage.colours[stage.kinds.findIndex((kind) => kind.name === name)] ?? "#888888";
-  const charts = new Charts(hello, colourOf);
+  const charts = new Charts(hello, colourOf, (tick) => connection.send({ kind: "seek", tick }));
   const panel = new Panel(hello, { select, fill: (uid) => connection.send({ kind: "fill", uid }), follow: () => look("follow"), colourOf });
   const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }));
   const story = new Story(hello, { jump, colourOf, ask: () => connection.send({ kind: "why" }), tell: (entry) =>
@@ -104,7 +111,8 @@ function begin(hello) {
   stage.eye.cover = overlay.covered;
   stage.onrender = () => {
     overlay.follow(stage);
-    updateLegend();
+    kinds?.count();
+    if (hello.mode === "replay") kinds?.look();
     $("tick").textContent = number(stage.tick);
     timeline.at(stage.tick);
     charts.at(stage.tick);
@@ -121,10 +129,15 @@ function begin(hello) {
 function paint(dark) {
   if (!page) return;
   page.stage.theme(dark, own);
-  updateLegend = overlay.legend(page.stage, own, (chosen) => {
-    own = chosen;
-    paint(page?.stage.dark ?? dark);
-  }, (name, shown) => page?.charts.show(name, shown));
+  const { stage, charts, story } = page;
+  kinds = legend(stage, {
+    own, find, onshow: (name, shown) => charts.show(name, shown),
+    onown: (chosen) => {
+      own = chosen;
+      paint(stage.dark);
+    },
+    brief: (name) => ({ ...charts.brief(name), extinct: story.extinct(name) }),
+  });
   page.charts.rebuild();
   page.panel.redraw();
 }
@@ -205,6 +218,14 @@ function next(by) {
   select(layer.uid((row + by + layer.block.n) % layer.block.n));
 }
 
+/** Selects one of a kind, and goes there. @param {string} name */
+function find(name) {
+  const layer = page?.stage.layers.find(({ kind, block }) => kind.name === name && block.n);
+  if (!layer) return;
+  select(layer.uid((layer.row(page?.stage.selected ?? 0) + 1) % layer.block.n));
+  look("follow");
+}
+
 /** @param {"top" | "side" | "follow"} preset @param {boolean} [fly] */
 function look(preset, fly = true) {
   if (!page || (preset === "follow" && !followable())) return;
@@ -269,6 +290,7 @@ function flash(text, button) {
 // ---- buttons and keys
 
 recallTheme();
+splitter();
 onTheme(() => {});
 $("play").innerHTML = PLAY;
 $("step").innerHTML = STEP;
@@ -290,42 +312,15 @@ $("side").querySelector("[role=tablist]").addEventListener("keydown", (/** @type
   tab.focus();
 });
 
-const slot = () => Number($("speed").value);
-const eye = () => page?.stage.eye;
-/** @type {import("./keys.js").Key[]} */
-const KEYS = [
-  { keys: [" "], shown: "space", about: "play or pause", does: play },
-  { keys: [".", ">"], shown: ".", about: "one tick; with shift, ten", does: (event) => step(event.shiftKey ? 10 : 1) },
-  { keys: ["-", "_"], shown: "−", about: "slower", does: () => speed(slot() - 1) },
-  { keys: ["+", "="], shown: "+", about: "faster", does: () => speed(slot() + 1) },
-  { keys: ["1"], shown: "1", about: "look from above", does: () => look("top") },
-  { keys: ["2"], shown: "2", about: "look from the side", does: () => look("side") },
-  { keys: ["3", "f"], shown: "3 F", about: "follow the selected organism", does: () => look("follow") },
-  { keys: ["n"], shown: "N", about: "select the next organism", does: () => next(1) },
-  { keys: ["N", "p"], shown: "P", about: "select the one before", does: () => next(-1) },
-  { keys: ["Escape"], shown: "Esc", about: "deselect; stop placing", does: () => (page?.act?.aiming ? page.act.aim(false) : select(null)) },
-  { keys: ["c"], shown: "C", about: "next colouring", does: () => {
+const keys = keymap({
+  page: () => page, play, step, speed, look, next, select, open,
+  colour: () => {
     const all = page?.hello.colours ?? ["species"];
     colour(all[(all.indexOf(by) + 1) % all.length]);
-  } },
-  { keys: ["g"], shown: "G", about: "charts", does: () => open("charts") },
-  { keys: ["w"], shown: "W", about: "what happened, and why", does: () => open("why") },
-  { keys: ["o"], shown: "O", about: "the organism", does: () => open("organism") },
-  { keys: ["a"], shown: "A", about: "act", does: () => page?.act && open("act") },
-  { keys: ["t"], shown: "T", about: "dark or light", does: switchTheme },
-  { keys: ["ArrowLeft"], shown: "← → ↑ ↓", about: "move; with shift, turn and tilt", does: (event) => (event.shiftKey ? eye()?.nudge(0, 0, -0.12) : eye()?.nudge(-0.06, 0)) },
-  { keys: ["PageUp", "i"], shown: "I PgUp", about: "nearer", does: () => eye()?.nudge(0, 0, 0, 0.85) },
-  { keys: ["PageDown", "u"], shown: "U PgDn", about: "farther", does: () => eye()?.nudge(0, 0, 0, 1.18) },
-  { keys: ["Home"], shown: "Home", about: "all of the world", does: () => look(eye()?.preset === "top" ? "top" : "side") },
-  { keys: ["?"], shown: "?", about: "this help", does: () => $("help").showModal() },
-];
-const MOVES = [
-  { keys: ["ArrowRight"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0.12) : eye()?.nudge(0.06, 0)) },
-  { keys: ["ArrowUp"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0, 1, 0.1) : eye()?.nudge(0, 0.06)) },
-  { keys: ["ArrowDown"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0, 1, -0.1) : eye()?.nudge(0, -0.06)) },
-];
-listen([...KEYS, ...MOVES]);
-help(KEYS);
+  },
+});
+listen(keys);
+help(keys.filter(({ about }) => about));
 $("helpOpen").addEventListener("click", () => $("help").showModal());
 
 point($("canvas"), { page: () => page, select });

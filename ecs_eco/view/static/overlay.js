@@ -1,40 +1,10 @@
-// What lies over the scene: legend, ring around the selected one, tip under the pointer, scale, course of the sun, notices.
+// What lies over the scene: ring around the selected one, tip under the pointer, scale, course of the sun, notices.
 
 import { $, h, number, s } from "./dom.js";
 import { gradient, rampOf } from "./colours.js";
 import { round } from "./ground.js";
-import { sign } from "./marks.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
-
-/**
- * The kinds with their numbers; each is shown or hidden with a click.
- * @param {Stage} stage
- * @param {boolean} own
- * @param {(own: boolean) => void} onown
- * @param {(name: string, shown: boolean) => void} onshow
- */
-export function legend(stage, own, onown, onshow) {
-  const rows = stage.kinds.map((kind, k) => {
-    const count = h("b", { text: "0" });
-    const row = h("button", { class: "legend-row", type: "button", "aria-pressed": String(stage.layers[k].shown), title: `Show or hide ${kind.name}`, onclick: () => {
-      stage.layers[k].show(!stage.layers[k].shown);
-      stage.dirty = true;
-      row.setAttribute("aria-pressed", String(stage.layers[k].shown));
-      onshow(kind.name, stage.layers[k].shown);
-    } }, sign(kind, stage.colours[k]), h("span", { text: kind.name }), count);
-    return { row, count };
-  });
-  const box = h("input", { type: "checkbox", checked: own, onchange: () => onown(box.checked) });
-  const note = h("label", { class: "legend-note", title: "Else a palette that colour-blind people tell apart" }, box, "colours of the world file");
-  $("legend").replaceChildren(...rows.map(({ row }) => row), note);
-  const update = () => rows.forEach(({ count }, k) => {
-    const text = number(stage.layers[k].block.n);
-    if (count.textContent !== text) count.textContent = text;
-  });
-  update();
-  return update;
-}
 
 /**
  * What the colours of values mean.

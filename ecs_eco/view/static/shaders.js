@@ -120,7 +120,7 @@ void main() {
   mat3 turn = mat3(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
   vec3 light = turn * facing;
   float lit = 0.66 + 0.24 * dot(light, sun) + 0.16 * light.z;
-  vColour = colour(at.z) * clamp(lit, 0.4, 1.08);
+  vColour = colour(at.z) * clamp(lit, 0.88, 1.06);
   gl_Position = projectionMatrix * viewMatrix * vec4(at + turn * corner * scale, 1.0);
 }`;
 
@@ -141,7 +141,7 @@ void main() {
   mat3 turn = mat3(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
   vec3 light = turn * facing;
   float lit = 0.66 + 0.24 * dot(light, sun) + 0.16 * light.z;
-  vColour = colour(at.z) * clamp(lit, 0.4, 1.08);
+  vColour = colour(at.z) * clamp(lit, 0.88, 1.06);
   gl_Position = projectionMatrix * viewMatrix * vec4(at + turn * (corner * form.xyz + facing * form.w) * scale, 1.0);
 }`;
 

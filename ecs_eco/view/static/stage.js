@@ -135,8 +135,7 @@ export class Stage {
   theme(dark, own) {
     this.dark = dark;
     this.shared.mute.value = dark ? [0.27, 0.31, 0.33] : [0.74, 0.77, 0.78];
-    this.colours = own ? this.kinds.map((kind) => kind.color) : safe(this.kinds);
-    this.colours = this.colours.map((hex) => legible(hex, dark));
+    this.colours = own ? this.kinds.map((kind) => legible(kind.color, dark)) : safe(this.kinds, dark);
     this.layers.forEach((layer, k) => (layer.own.plain.value = rgb(this.colours[k]).map((part) => part / 255)));
     this.shine(this.light, this.elevation);
   }

@@ -31,6 +31,12 @@ export class Story {
     this.draw();
   }
 
+  /** When a kind died out, last, up to now; null where it has not. @param {string} name */
+  extinct(name) {
+    const ends = this.entries.filter(({ kind, species, tick }) => kind === "extinct" && species === name && tick <= Math.max(this.tick, 0));
+    return ends.length ? ends[ends.length - 1].tick : null;
+  }
+
   /** All entries so far; those that are new are told. @param {Entry[]} entries */
   add(entries) {
     const last = this.entries.length ? this.entries[this.entries.length - 1].tick : this.begun ? -1 : Infinity;

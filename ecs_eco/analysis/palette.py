@@ -1,0 +1,55 @@
+"""Colours of kinds: the same on the viewer's page, in pictures, reports, comparisons and explanations.
+
+Okabe and Ito's colours (2008), each moved as little as is needed for a contrast of 3:1 with the ground, and
+for a distance of 20 in CIELAB between all of them, to people with deuteranopia (Machado et al. 2009), too;
+`tests/analysis/test_palette.py` computes both. `ecs_eco/view/static/colours.js` is the same for the page.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+SAFE = (("#069b6d", "#049662", 125), ("#6f3e00", "#e7a002", 38), ("#de640a", "#c85300", 2),
+        ("#2992c2", "#60bef2", 198), ("#bd6fa5", "#cc79a7", 308), ("#888e3b", "#fffa5f", 58),
+        ("#005396", "#0072b2", 225))
+"""Colours on a light ground and on a dark one, and the hue [degrees] that each represents."""
+GREY = "#7f888d"
+
+
+def safe(colours: Mapping[str, str], things: Mapping[str, str] | None = None,
+         dark: bool = False) -> dict[str, str]:
+    """Return for each species the safe colour nearest to the hue of its own, the best pairs first, then for
+    each thing that is none; greys stay grey."""
+    own = {**colours, **(things or {})}
+    out = {name: GREY for name, colour in own.items() if max(_rgb(colour)) - min(_rgb(colour)) < 24}
+    choice = [(on_dark if dark else on_light, hue) for on_light, on_dark, hue in SAFE]
+    offers = list(choice)
+    for group in (colours, things or {}):
+        while remaining := [name for name in group if name not in out]:
+            if not offers:
+                offers = [(_paler(colour, dark), hue) for colour, hue in choice]
+            name, offer = min(((n, o) for n in remaining for o in offers),
+                              key=lambda pair: _gap(_hue(own[pair[0]]), pair[1][1]))
+            out[name] = offer[0]
+            offers.remove(offer)
+    return {name: out[name] for name in own}
+
+
+def _rgb(colour: str) -> list[int]:
+    return [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
+
+
+def _paler(colour: str, dark: bool) -> str:
+    """A colour for an eighth kind and those after it: between the first and the ink of the theme."""
+    parts = [math.floor(0.6 * part + (102 if dark else 0) + 0.5) for part in _rgb(colour)]
+    return "#" + "".join(f"{part:02x}" for part in parts)
+
+
+def _hue(colour: str) -> float:
+    r, g, b = _rgb(colour)
+    return math.degrees(math.atan2(math.sqrt(3) * (g - b), 2 * r - g - b))
+
+
+def _gap(a: float, b: float) -> float:
+    return abs((a - b + 180) % 360 - 180)

@@ -1,0 +1,45 @@
+// What each key does.
+
+import { $ } from "./dom.js";
+import { switchTheme } from "./theme.js";
+
+/**
+ * @param {{page: () => {stage: import("./stage.js").Stage, act: import("./act.js").Act | null} | null, play: () => void, step: (ticks: number) => void,
+ *   speed: (slot: number) => void, look: (preset: "top" | "side" | "follow") => void, next: (by: number) => void, select: (uid: number | null) => void,
+ *   open: (name: "charts" | "why" | "organism" | "act") => void, colour: () => void}} calls
+ */
+export function keymap(calls) {
+  const { page } = calls;
+  const slot = () => Number($("speed").value);
+  const eye = () => page()?.stage.eye;
+  /** @type {import("./keys.js").Key[]} */
+  const keys = [
+    { keys: [" "], shown: "space", about: "play or pause", does: calls.play },
+    { keys: [".", ">"], shown: ".", about: "one tick; with shift, ten", does: (event) => calls.step(event.shiftKey ? 10 : 1) },
+    { keys: ["-", "_"], shown: "−", about: "slower", does: () => calls.speed(slot() - 1) },
+    { keys: ["+", "="], shown: "+", about: "faster", does: () => calls.speed(slot() + 1) },
+    { keys: ["1"], shown: "1", about: "look from above", does: () => calls.look("top") },
+    { keys: ["2"], shown: "2", about: "look from the side", does: () => calls.look("side") },
+    { keys: ["3", "f"], shown: "3 F", about: "follow the selected organism", does: () => calls.look("follow") },
+    { keys: ["n"], shown: "N", about: "select the next organism", does: () => calls.next(1) },
+    { keys: ["N", "p"], shown: "P", about: "select the one before", does: () => calls.next(-1) },
+    { keys: ["Escape"], shown: "Esc", about: "deselect; stop placing", does: () => (page()?.act?.aiming ? page()?.act?.aim(false) : calls.select(null)) },
+    { keys: ["c"], shown: "C", about: "next colouring", does: calls.colour },
+    { keys: ["g"], shown: "G", about: "charts", does: () => calls.open("charts") },
+    { keys: ["w"], shown: "W", about: "what happened, and why", does: () => calls.open("why") },
+    { keys: ["o"], shown: "O", about: "the organism", does: () => calls.open("organism") },
+    { keys: ["a"], shown: "A", about: "act", does: () => page()?.act && calls.open("act") },
+    { keys: ["t"], shown: "T", about: "dark or light", does: switchTheme },
+    { keys: ["ArrowLeft"], shown: "← → ↑ ↓", about: "move; with shift, turn and tilt", does: (event) => (event.shiftKey ? eye()?.nudge(0, 0, -0.12) : eye()?.nudge(-0.06, 0)) },
+    { keys: ["PageUp", "i"], shown: "I PgUp", about: "nearer", does: () => eye()?.nudge(0, 0, 0, 0.85) },
+    { keys: ["PageDown", "u"], shown: "U PgDn", about: "farther", does: () => eye()?.nudge(0, 0, 0, 1.18) },
+    { keys: ["Home"], shown: "Home", about: "all of the world", does: () => calls.look(eye()?.preset === "top" ? "top" : "side") },
+    { keys: ["?"], shown: "?", about: "this help", does: () => $("help").showModal() },
+  ];
+  const moves = [
+    { keys: ["ArrowRight"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0.12) : eye()?.nudge(0.06, 0)) },
+    { keys: ["ArrowUp"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0, 1, 0.1) : eye()?.nudge(0, 0.06)) },
+    { keys: ["ArrowDown"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0, 1, -0.1) : eye()?.nudge(0, -0.06)) },
+  ];
+  return [...keys, ...moves];
+}

@@ -1,0 +1,77 @@
+// Series of numbers by tick: appended, written as text, shaded by night; and which charts somebody has chosen.
+
+import { uPlot } from "./vendor.js";
+import { css } from "./theme.js";
+
+/** @typedef {(number | null)[]} Line */
+
+const KEPT = "ecs-eco-charts"; // in localStorage: which charts are hidden
+
+/**
+ * Shades the hours without light.
+ * @param {uPlot} u
+ * @param {number[]} ticks
+ * @param {Line} light 0 … 1
+ */
+export function nights(u, ticks, light) {
+  if (!light.some((value) => value !== null && value < 0.98)) return;
+  const { left, top, width, height } = u.bbox;
+  u.ctx.save();
+  u.ctx.fillStyle = css("--night");
+  let from = left;
+  for (let i = 1; i < ticks.length; i++) {
+    const to = u.valToPos(ticks[i], "x", true);
+    if (to < left || to - from < 1) continue;
+    u.ctx.globalAlpha = 0.4 * (1 - Math.min(1, Math.max(0, light[i] ?? 1)));
+    u.ctx.fillRect(Math.round(from), top, Math.round(Math.min(to, left + width)) - Math.round(from), height);
+    from = to;
+    if (to > left + width) break;
+  }
+  u.ctx.restore();
+}
+
+/**
+ * Numbers as text, with commas.
+ * @param {number[]} ticks
+ * @param {string[]} names of columns
+ * @param {Record<string, Line>} lines
+ */
+export function table(ticks, names, lines) {
+  const cell = (/** @type {string} */ text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+  const rows = ticks.map((tick, i) => [tick, ...names.map((name) => lines[name][i] ?? "")].join(","));
+  return [["tick", ...names.map((name) => cell(name || "the world"))].join(","), ...rows].join("\n") + "\n";
+}
+
+/**
+ * Appends n values, with gaps where there were or are none.
+ * @param {Line} line
+ * @param {Line | undefined} values
+ * @param {number} length of the ticks before
+ * @param {number} n
+ */
+export function append(line, values, length, n) {
+  while (line.length < length) line.push(null);
+  for (let i = 0; i < n; i++) {
+    const value = values?.[i] ?? null;
+    line.push(value === null || Number.isNaN(value) ? null : value);
+  }
+}
+
+/** Deaths by species and cause as one line each. @param {Record<string, Record<string, Line>>} causes */
+export const flat = (causes) => Object.fromEntries(Object.entries(causes).flatMap(([species, lines]) => Object.entries(lines).map(([cause, line]) => [`${species}: ${cause}`, line])));
+
+/** The charts that were hidden, in this browser. @returns {string[]} */
+export function recalled() {
+  try {
+    return JSON.parse(localStorage.getItem(KEPT) ?? '["births"]');
+  } catch {
+    return ["births"];
+  }
+}
+
+/** @param {string[]} hidden */
+export function remember(hidden) {
+  try {
+    localStorage.setItem(KEPT, JSON.stringify(hidden));
+  } catch {} // private windows may forbid it
+}

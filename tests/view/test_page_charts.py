@@ -1,0 +1,96 @@
+"""Legend and charts: what each kind does, chosen stretches, numbers as files, charts beside the organism."""
+
+import pytest
+
+from ecs_eco.analysis.palette import safe
+from ecs_eco.testing.browser import until
+from tests.view.pages import IN_A_BROWSER, pause, play, select
+
+pytestmark = IN_A_BROWSER
+KEYS = "[...document.querySelectorAll('#charts .chart:first-child .key')].map(key => key.textContent).join()"
+
+
+@pytest.fixture
+def curves(page):
+    """The page, standing still, once curves have a few points."""
+    play(page)
+    until(page, "ecs.tick > 5 && document.querySelectorAll('.spark polyline[points]').length >= 3")
+    pause(page)
+    return page
+
+
+def test_the_legend_has_a_line_a_trend_and_births_and_deaths_of_each_species(curves):
+    rows = curves.locator(".legend-line").all_inner_texts()
+    assert [row.split()[0] for row in rows] == ["grass", "deer", "wolf"]
+    assert all("a tick" in row and any(arrow in row for arrow in "→↗↘") for row in rows)
+    assert "+0 −0 a tick" in rows[2]  # in this park no wolf is born or dies
+
+
+def test_one_kind_is_shown_alone_and_all_again(curves):
+    page = curves
+    alone = page.get_by_label("Only deer, or all again")
+    alone.click()
+    pressed = "[...document.querySelectorAll('.legend-row')].map(row => row.ariaPressed).join()"
+    until(page, f"{pressed} === 'false,true,false' && !{KEYS}.includes('wolf')")
+    alone.click()
+    until(page, f"{pressed} === 'true,true,true' && {KEYS}.includes('wolf')")
+
+
+def test_one_of_a_kind_is_found(curves):
+    page = curves
+    page.get_by_label("Find one: wolf").click()
+    until(page, "ecs.uids('wolf').includes(ecs.selected) && ecs.still")
+    at, box = page.evaluate("ecs.screen(ecs.selected)"), page.locator("#canvas").bounding_box()
+    assert abs(at["x"] - box["x"] - box["width"] / 2) < 0.2 * box["width"]
+
+
+def test_a_stretch_of_ticks_is_chosen_by_dragging(curves):
+    page = curves
+    over = page.locator("#charts .u-over").first.bounding_box()
+    x, y = over["x"], over["y"] + over["height"] / 2
+    page.mouse.move(x + 0.2 * over["width"], y)
+    page.mouse.down()
+    page.mouse.move(x + 0.4 * over["width"], y, steps=4)
+    until(page, "document.querySelector('.pointed').textContent.startsWith('tick ')")
+    page.mouse.up()
+    back = page.get_by_role("button", name="zoom out")
+    back.wait_for()
+    back.click()
+    assert not back.is_visible()
+
+
+def test_the_numbers_of_a_chart_are_saved(curves):
+    with curves.expect_download() as waiting:
+        curves.get_by_label("Save the numbers: Populations").click()
+    assert waiting.value.suggested_filename == "populations.csv"
+    head, *rows = waiting.value.path().read_text().splitlines()
+    assert head == "tick,grass,deer,wolf"
+    assert rows[0].endswith(",80,12")
+
+
+def test_wide_panels_show_charts_beside_the_organism(curves):
+    page = curves
+    page.set_viewport_size({"width": 1500, "height": 700})
+    page.locator("#splitter").focus()
+    for _ in range(9):
+        page.keyboard.press("ArrowLeft")
+    assert page.locator("#side").bounding_box()["width"] > 720
+    select(page, "deer")
+    charts, organism = (page.locator(panel).bounding_box() for panel in ("#charts", "#organism"))
+    assert charts["x"] + charts["width"] <= organism["x"] + 1
+    page.locator("#splitter").dblclick()
+    assert not page.locator("#charts").is_visible()
+
+
+KINDS = [{"grass": "#4d9221", "deer": "#b8860b", "wolf": "#67001f"}, {f"s{i}": "#d7191c" for i in range(9)}]
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("kinds", KINDS, ids=["three", "nine"])
+def test_the_page_has_the_colours_of_pictures_and_reports(page, kinds, dark):
+    things = {"stone": "#888888", "box": "#b8860b"}
+    named = [{"name": name, "color": colour} for name, colour in kinds.items()]
+    named += [{"name": name, "color": colour, "inanimate": True} for name, colour in things.items()]
+    chosen = page.evaluate("([kinds, dark]) => import('/colours.js').then(it => it.safe(kinds, dark))",
+                           [named, dark])
+    assert chosen == list(safe(kinds, things, dark).values())
