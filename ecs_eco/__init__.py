@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         genomes,
         learning,
         record,
+        rl,
         runs,
         search,
         space,
@@ -53,7 +54,7 @@ if TYPE_CHECKING:
 __all__ = [
     "PHASES", "System", "Table", "World", "analysis", "archipelago", "boolean", "column", "component",
     "components", "config", "draw", "experiments", "f32", "f64", "genomes", "i8", "i16", "i32",
-    "i64", "learning", "njit", "record", "runs", "search", "space", "systems", "testing", "u8",
+    "i64", "learning", "njit", "record", "rl", "runs", "search", "space", "systems", "testing", "u8",
     "u16", "u32", "u64", "view", "worlds",
 ]  # fmt: skip
 _HOME = {"World": "ecosystem", "System": "engine.system", "PHASES": "engine.phases", "Table": "engine.table",

@@ -38,8 +38,8 @@ class Sensed(NamedTuple):
 class Pending(Outside):
     """What an external species was told for this tick, and who died of its members."""
 
-    def __init__(self, partial: bool) -> None:
-        self.partial = partial
+    def __init__(self, some: bool) -> None:
+        self.some = some  # whether not all need be told
         self.given: Answer | None = None
         self.uid = np.zeros(0, np.uint64)  # of those that sense in this tick
         self.place = np.zeros(0, np.int64)  # of a row among them
@@ -54,6 +54,7 @@ class Pending(Outside):
     def answer(self, nerves: Nerves, table: Table, world: SpatialWorld) -> Answer:
         """Return the choices of this tick."""
         answer, self.given = self.given, None
+        self.partial = answer is not None and answer.told is not None
         if answer is None:
             self.require(table.name)
         assert answer is not None
@@ -132,8 +133,15 @@ class External:
             uids = np.asarray(uid, np.uint64).reshape(-1)
             places = self._places(uids, source)
             answer = taken(nerves, table, nerves.rows[places], actions, source)
-            pending.given = _spread(answer, places, len(nerves.rows), pending.partial)
+            pending.given = _spread(answer, places, len(nerves.rows))
         self._awaited.finish(self.world)
+
+    def save(self, path: Any) -> Any:
+        """Write a checkpoint now, or where a tick is under way as soon as it is over; return its path."""
+        if not self._awaited.halves.begun:
+            return self.world.save(path)
+        self._awaited.saves.append(path)
+        return path
 
     def close(self) -> None:
         """Give the species back to who decided before; not between `observe` and `act`."""
@@ -162,14 +170,14 @@ class External:
         if len(np.unique(uids)) < len(uids):
             one, count = np.unique(uids, return_counts=True)
             problems.append(self._problem("told twice", one[count > 1], source))
-        if not self._pending.partial and len(missing := np.setdiff1d(mine, uids)):
+        if not self._pending.some and len(missing := np.setdiff1d(mine, uids)):
             problems.append(self._problem("no action", missing, source))
         if problems:
             raise ConfigError(problems)
         return places
 
     def _problem(self, fault: str, uids: np.ndarray, source: str) -> Problem:
-        every = "at most" * self._pending.partial or "exactly"
+        every = "at most" * self._pending.some or "exactly"
         return Problem((self.species, "uid"), f"{fault} ({len(uids)} such)", listed(map(str, uids.tolist())),
                        f"{every} one action for each of the {len(self._pending.uid)} {self.species} that "
                        "`observe` named", source=source)
@@ -181,6 +189,7 @@ class Awaited:
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
         self.halves = Halves("decide")
+        self.saves: list[Any] = []  # paths of checkpoints to write when the tick under way is over
 
     def require(self) -> None:
         """Raise ConfigError where a tick would find no choices; a hook before each tick."""
@@ -205,6 +214,9 @@ class Awaited:
             for one in pending:
                 one.dead = []
             self.halves.finish(world)
+            saves, self.saves = self.saves, []
+            for path in saves:
+                world.save(path)  # type: ignore[attr-defined]
 
     def _waiting(self, world: SpatialWorld) -> list[tuple[str, Any]]:
         return [(name, table.species.nerves) for name, table in world.tables.items()
@@ -231,12 +243,12 @@ def _mourner(world: SpatialWorld, pending: Pending) -> Any:
     return mourn
 
 
-def _spread(answer: Answer, places: np.ndarray, n: int, partial: bool) -> Answer:
+def _spread(answer: Answer, places: np.ndarray, n: int) -> Answer:
     """Return an answer for n organisms, given for those at `places` i64[k]."""
     choice = np.zeros((n, answer.choice.shape[1]), np.int16)
     numbers, told = np.zeros((n, answer.numbers.shape[1]), np.float32), np.zeros(n, np.bool_)
     choice[places], numbers[places], told[places] = answer.choice, answer.numbers, True
-    return Answer(choice, numbers, told if partial else None)
+    return Answer(choice, numbers, None if told.all() else told)
 
 
 def _ends(nerves: Nerves) -> tuple[np.ndarray, np.ndarray]:

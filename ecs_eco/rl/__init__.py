@@ -1,0 +1,24 @@
+"""Reinforcement learning from outside: species as environments of PettingZoo and Gymnasium.
+
+Shapes that others expect belong here; the door that they all go through belongs to `ecs_eco.nervous`, and
+learning within a world to `ecs_eco.learning`. Needs `pip install "ecs-eco[rl]"`. Importing it registers the
+environments that `gymnasium.make("ecs_eco/Deer-v0")` makes.
+"""
+
+from typing import TYPE_CHECKING
+
+from ecs_eco._lazy import lazy, listing
+from ecs_eco.rl.registration import ENVIRONMENTS, register
+
+if TYPE_CHECKING:
+    from ecs_eco.rl.parallel import parallel_env
+    from ecs_eco.rl.sb3 import vec_env
+    from ecs_eco.rl.single import body
+    from ecs_eco.rl.vector import slots
+
+__all__ = ["ENVIRONMENTS", "body", "parallel_env", "slots", "vec_env"]
+
+_HOME = {"body": "single", "parallel_env": "parallel", "slots": "vector", "vec_env": "sb3"}
+__getattr__ = lazy(__name__, {name: f"ecs_eco.rl.{module}" for name, module in _HOME.items()})
+__dir__ = listing(globals(), __all__)
+register()

@@ -1,0 +1,133 @@
+"""What all environments of a species share: worlds, one an episode, with a door to the species."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.ecosystem import World
+from ecs_eco.engine.arguments import seed_number, whole_number
+from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.nervous.external import External, Sensed
+from ecs_eco.rl import spaces
+from ecs_eco.rl.picture import draw
+
+RENDERED = ("rgb_array",)
+GRID = 16  # cells along a side of the world, in `state`
+
+
+class Arena:
+    """Worlds in which somebody outside decides for a species.
+
+    `world` is what World.from_config takes, and `build` its other arguments; or a living World, of which
+    each episode begins with a copy: the first as it is, all others with another seed. Learning within the
+    world is off unless `learn` says otherwise.
+    """
+
+    def __init__(self, world: Any, species: str, cycles: int | None, partial: bool, render_mode: str | None,
+                 build: dict[str, Any]) -> None:
+        self.species, self.partial, self.build = species, partial, {"learn": False, "record": False} | build
+        self.origin = world if isinstance(world, World) else None
+        if self.origin is not None and build:
+            raise TypeError(f"{', '.join(build)}: a living world is built already")
+        self.config: WorldConfig = (self.origin.config if self.origin is not None
+                                    else world if isinstance(world, WorldConfig) else load(world))
+        _check(self.config, species, render_mode)
+        self.cycles = self.config.ticks if cycles is None else whole_number("max_cycles", cycles, 1)
+        self.world: World | None = None
+        self.door: External | None = None
+        self.ended = 0  # the tick after which the time is over
+        self.seed, self.episode = self.config.seed, -1
+        self._spaces()
+
+    def _spaces(self) -> None:
+        """Make the spaces, of a world without organisms."""
+        door = External(self._made(self.config.seed, populate=False), self.species, self.partial)
+        self.channels, self.options = door.channels, door.options
+        self.observation_space = spaces.observation_space(self.config.species[self.species], self.config.dims)
+        self.action_space = spaces.action_space(door.options, door.low, door.high)
+
+    def begin(self, seed: int | None = None) -> Sensed:
+        """Begin an episode in a new world; of a seed, or the next that follows from the last one."""
+        if seed is not None:
+            self.seed, self.episode = seed_number(seed), -1
+        first, self.episode = self.episode < 0, self.episode + 1
+        self.close()
+        made = self.seed if first else int(np.random.Philox(key=[self.seed, self.episode]).random_raw() >> 1)
+        if self.origin is None:
+            self.world = self._made(made)
+        else:
+            self.world = self.origin.copy() if first and seed is None else self.origin.fork(made)
+        self.door = External(self.world, self.species, self.partial)
+        self.ended = self.world.tick + self.cycles
+        return self.door.observe()
+
+    def step(self, actions: np.ndarray, uid: np.ndarray | None = None) -> Sensed:
+        """Let a tick pass, up to where the next actions are needed."""
+        door = self.opened()
+        door.act(actions, uid)
+        return door.observe()
+
+    def opened(self) -> External:
+        """Return the door; raises RuntimeError before the first episode."""
+        if self.door is None:
+            raise RuntimeError(f"the environment of {self.species!r} has not begun: reset() first")
+        return self.door
+
+    @property
+    def late(self) -> bool:
+        """Whether the time of the episode is over."""
+        return self.world is not None and self.world.tick >= self.ended
+
+    def save(self, path: Any) -> Any:
+        """Write a checkpoint of the world as it will be when the tick under way is over: at the next step."""
+        return self.opened().save(path)
+
+    def close(self) -> None:
+        """Leave the world."""
+        self.world = self.door = None
+
+    def picture(self) -> np.ndarray:
+        """Return the world from above, in a volume from the side: u8[height, width, 3]."""
+        return draw(self.opened().world)
+
+    def state(self) -> np.ndarray:
+        """Return how many organisms of each species are in each cell of a grid: f32[species, GRID, GRID]."""
+        world = self.opened().world
+        out = np.zeros((len(self.config.species), GRID, GRID), np.float32)
+        for i, name in enumerate(self.config.species):
+            table = world.tables[name]
+            rows = table.rows()
+            x, y = (np.clip((getattr(_place(table), axis)[rows] / length * GRID).astype(int), 0, GRID - 1)
+                    for axis, length in zip("xy", world.space.size, strict=False))
+            np.add.at(out[i], (y, x), 1)
+        return out
+
+    def _made(self, seed: int, **how: Any) -> World:
+        return World.from_config(self.config, seed=seed, **(self.build | how))
+
+
+def _place(table: Any) -> Any:
+    from ecs_eco.components import Position
+
+    return table[Position]
+
+
+def _check(config: WorldConfig, species: str, render_mode: str | None) -> None:
+    """Raise ConfigError for a species that is no environment, and for another way to draw."""
+    problems = []
+    if species not in config.species:
+        known = [name for name, one in config.species.items() if one.policy.kind != "none"]
+        problems.append(Problem(("species",), "no such species", species, listed(known),
+                                nearest(species, known), "ecs_eco.rl"))
+    elif config.species[species].happiness is None:
+        problems.append(Problem(("species", species, "happiness"), "nothing rewards it",
+                                allowed="a happiness network, whose changes are rewards",
+                                source="ecs_eco.rl"))
+    if render_mode is not None and render_mode not in RENDERED:
+        problems.append(Problem(("render_mode",), "no such way to draw", render_mode,
+                                f"{listed(RENDERED)}, or None", nearest(render_mode, RENDERED), "ecs_eco.rl"))
+    if problems:
+        raise ConfigError(problems)

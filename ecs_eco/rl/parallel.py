@@ -1,0 +1,184 @@
+"""A species as a ParallelEnv of PettingZoo: its members are agents, which are born and die."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.engine.arguments import whole_number
+from ecs_eco.engine.errors import ConfigError, Problem, listed
+from ecs_eco.nervous.external import Sensed
+from ecs_eco.rl import spaces
+from ecs_eco.rl.arena import GRID, Arena
+from ecs_eco.rl.registration import needed
+
+try:
+    from gymnasium.spaces import Box
+    from pettingzoo import ParallelEnv
+except ModuleNotFoundError as error:
+    raise needed(error.name or "pettingzoo") from None
+
+Agent = Any  # a uid, or with a pool a name
+Step = tuple[dict[Agent, np.ndarray], dict[Agent, float], dict[Agent, bool], dict[Agent, bool],
+             dict[Agent, dict[str, Any]]]
+
+
+class Parallel(ParallelEnv):
+    """All members of a species, each an agent under its uid.
+
+    A newborn is in all five dicts of the step in which it first senses, with a reward of 0. The dead have a
+    last entry: what they sensed last, their last reward, `terminated`, and the cause of death in `info`; they
+    never return. After `max_cycles` ticks all are truncated, and where the species is extinct `agents` is
+    empty.
+    """
+
+    def __init__(self, arena: Arena, pool: int | None, render_mode: str | None) -> None:
+        self.arena, self.render_mode, self.pool = arena, render_mode, pool
+        self.metadata = {"name": f"{arena.config.name}_{arena.species}", "render_modes": ["rgb_array"],
+                         "is_parallelizable": True}
+        self.agents: list[Agent] = []
+        self.channels, self.options = arena.channels, arena.options
+        self._actions: dict[Agent, Any] = {}
+        self._named: dict[int, str] = {}  # uid → name, with a pool
+        self._uids = np.zeros(0, np.uint64)  # of the agents, in their order
+        self._order = np.zeros(0, np.int64)  # their places among those that sense
+        n = len(arena.config.species)
+        self.state_space = Box(0, np.inf, (n, GRID, GRID), np.float32)
+        if pool is not None:
+            pool = whole_number("pool", pool, 1)
+            self.possible_agents = [f"{arena.species}_{i}" for i in range(pool)]
+
+    @property
+    def max_cycles(self) -> int:
+        """Ticks of an episode."""
+        return self.arena.cycles
+
+    @max_cycles.setter
+    def max_cycles(self, cycles: int) -> None:
+        self.arena.cycles = whole_number("max_cycles", cycles, 1)
+
+    def observation_space(self, agent: Agent) -> Any:
+        """Return the box of what an agent senses, a number for each of `channels`: one for all."""
+        return self.arena.observation_space
+
+    def action_space(self, agent: Agent) -> Any:
+        """Return the space of what an agent chooses, a number for each of `options`.
+
+        Each agent has one of its own, so that each can be seeded; until then its seed follows from that of
+        the episode.
+        """
+        if agent not in self._actions:
+            space = self._actions[agent] = deepcopy(self.arena.action_space)
+            number = agent if self.pool is None else int(agent.rpartition("_")[2])
+            space.seed((self.arena.seed * 1_000_003 + number) % 2**31)
+        return self._actions[agent]
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
+        """Begin an episode in a new world; return observations and infos by agent."""
+        sensed = self.arena.begin(seed)
+        self._named, self._actions = {}, {}
+        x, full = self._see(sensed)
+        if full:
+            raise ConfigError([Problem(("pool",), "smaller than the first population", self.pool,
+                                       f"at least {len(sensed.uid)}, and names for those to be born",
+                                       source="parallel_env")])
+        return dict(zip(self.agents, x, strict=True)), self._infos(())
+
+    def step(self, actions: dict[Agent, Any]) -> Step:
+        """Let a tick pass; raises ConfigError for missing actions, and for those of the dead or of others."""
+        if not self.agents:
+            return {}, {}, {}, {}, {}
+        chosen = self._chosen(actions)
+        before = dict(zip(self._uids.tolist(), self.agents, strict=True))
+        sensed = self.arena.step(chosen)
+        dead = [before[uid] for uid in sensed.dead.tolist()]
+        x, full = self._see(sensed)
+        late = full or self.arena.late
+        seen = [*self.agents, *dead]
+        rewards = [*sensed.reward[self._order].tolist(), *sensed.dead_reward.tolist()]
+        alive = len(self.agents)
+        out = (dict(zip(seen, [*x, *sensed.dead_x], strict=True)), dict(zip(seen, rewards, strict=True)),
+               dict(zip(seen, [False] * alive + [True] * len(dead), strict=True)),
+               dict(zip(seen, [late] * alive + [False] * len(dead), strict=True)),
+               self._infos(zip(dead, sensed.dead_cause, strict=True)))
+        for agent in dead:
+            self._actions.pop(agent, None)
+        if late:
+            self.agents = []
+        return out
+
+    def render(self) -> np.ndarray | None:
+        """Return a picture of the world, u8[height, width, 3]; None without a `render_mode`."""
+        return None if self.render_mode is None else self.arena.picture()
+
+    def state(self) -> np.ndarray:
+        """Return how many of each species are in each cell of a grid: f32[species, 16, 16]."""
+        return self.arena.state()
+
+    def save(self, path: Any) -> Any:
+        """Write a checkpoint at the end of the tick under way: in the next step."""
+        return self.arena.save(path)
+
+    def close(self) -> None:
+        """Leave the world."""
+        self.arena.close()
+        self.agents = []
+
+    def _see(self, sensed: Sensed) -> tuple[np.ndarray, bool]:
+        """Take those that sense as agents, by uid; return what they sense f32[n, channels], and whether there
+        are more than the pool has names for."""
+        self._order = np.argsort(sensed.uid)
+        self._uids = sensed.uid[self._order]
+        if self.pool is None:
+            self.agents = self._uids.tolist()
+            return sensed.x[self._order], False
+        uids = self._uids.tolist()
+        for uid in uids:
+            if uid not in self._named and len(self._named) < self.pool:
+                self._named[uid] = f"{self.arena.species}_{len(self._named)}"
+        known = [place for place, uid in enumerate(uids) if uid in self._named]
+        full, self._order = len(known) < len(uids), self._order[known]
+        self._uids = self._uids[known]
+        self.agents = [self._named[uid] for uid in self._uids.tolist()]
+        return sensed.x[self._order], full
+
+    def _chosen(self, actions: dict[Agent, Any]) -> np.ndarray:
+        """Return the actions of all agents in the order of the door, [n, groups]; raises ConfigError."""
+        known = set(self.agents)
+        if actions.keys() != known:
+            missing, strange = sorted(known - actions.keys()), [a for a in actions if a not in known]
+            name = self.arena.species
+            problems = [Problem((name, "actions"), f"{fault} ({len(agents)} such)", listed(map(str, agents)),
+                                f"exactly one action for each of the {len(known)} in `agents`", source="step")
+                        for fault, agents in (("no action", missing),
+                                              ("no agent of now: dead, or never born", strange)) if agents]
+            raise ConfigError(problems)
+        space, n = self.arena.action_space, len(self.agents)
+        try:
+            rows = spaces.matrix(space, spaces.stacked(space, [actions[a] for a in self.agents]), n)
+        except (ValueError, TypeError, KeyError) as error:
+            raise ConfigError([Problem((self.arena.species, "actions"), f"not {n} actions: {error}",
+                                       allowed=f"of each agent one of {space}", source="step")]) from None
+        out = np.empty_like(rows)
+        out[self._order] = rows
+        return out
+
+    def _infos(self, dead: Any) -> dict[Agent, dict[str, Any]]:
+        uids = zip(self.agents, self._uids.tolist(), strict=True)
+        return ({agent: {"uid": uid} for agent, uid in uids}
+                | {agent: {"cause": cause} for agent, cause in dead})
+
+
+def parallel_env(world: Any, species: str, pool: int | None = None, *, max_cycles: int | None = None,
+                 render_mode: str | None = None, **build: Any) -> Parallel:
+    """Return a species of a world as a ParallelEnv of PettingZoo.
+
+    `world` is what World.from_config takes, `build` its other arguments (policies, training, threads …); or
+    a living World, of which each episode begins with a copy. Agents are uids. With a `pool`, as libraries
+    need that ask for `possible_agents`, they are that many names, given in the order of birth; an episode is
+    truncated where they are used up. `max_cycles`: ticks of an episode; absent: those of the world. Raises
+    ConfigError.
+    """
+    return Parallel(Arena(world, species, max_cycles, False, render_mode, build), pool, render_mode)

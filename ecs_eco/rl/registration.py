@@ -1,0 +1,33 @@
+"""The environments that `gymnasium.make` knows: a species of a shipped world each."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+NAMESPACE = "ecs_eco"
+STEPS = 1000  # of an episode
+ENVIRONMENTS = {
+    "Deer-v0": ("predator_prey", "deer"), "Wolf-v0": ("predator_prey", "wolf"),
+    "Copepod-v0": ("diel_migration", "copepod"), "Krill-v0": ("learning_krill", "krill"),
+    "Lamb-v0": ("lamb", "lamb"), "Vole-v0": ("happiness", "vole"), "IslandDeer-v0": ("island", "deer"),
+    "IslandWolf-v0": ("island", "wolf"), "Raven-v0": ("island", "raven"),
+}  # fmt: skip
+"""By name: the world and the species."""
+
+
+def register() -> None:
+    """Let Gymnasium know them, where it is installed; once is enough."""
+    if find_spec("gymnasium") is None:
+        return
+    from gymnasium.envs.registration import register as enter
+    from gymnasium.envs.registration import registry
+
+    for name, (world, species) in ENVIRONMENTS.items():
+        if (full := f"{NAMESPACE}/{name}") not in registry:
+            enter(id=full, entry_point="ecs_eco.rl.single:body", vector_entry_point="ecs_eco.rl.vector:slots",
+                  max_episode_steps=STEPS, kwargs={"world": world, "species": species})
+
+
+def needed(module: str) -> ModuleNotFoundError:
+    """Return the error for an optional package that is missing."""
+    return ModuleNotFoundError(f"{module} is not installed: pip install 'ecs-eco[rl]'", name=module)

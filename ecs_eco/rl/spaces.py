@@ -1,0 +1,69 @@
+"""What an organism senses and does, as spaces of Gymnasium."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from ecs_eco.config.models.sensors import Gradient, Nearest, Rays, Smell, Touch
+
+MOST = 1 + 1e-6  # of a cosine, with the rounding of float32
+
+
+def observation_space(species: Any, dims: int) -> spaces.Box:
+    """Return the box of a species' channels, f32[channels], in their order; infinite where a sensor has no
+    limits of its own."""
+    ends = [end for sensor in species.sensors for end in _ends(sensor, dims)]
+    low, high = np.array(ends, np.float32).reshape(-1, 2).T
+    return spaces.Box(low, high, dtype=np.float32)
+
+
+def _ends(sensor: Any, dims: int) -> list[tuple[float, float]]:
+    """Return least and most of each channel of a sensor."""
+    channels = sensor.channels(dims)
+    if isinstance(sensor, Nearest) or (isinstance(sensor, Rays) and sensor.report == "closest"):
+        return [(0.0, 1.0) if name.endswith("_near") else (-MOST, MOST) for name in channels]
+    if isinstance(sensor, Rays | Smell | Touch):
+        return [(0.0, 1.0)] * len(channels)
+    if isinstance(sensor, Gradient):
+        return [(-1.0, 1.0)] * len(channels)
+    return [(-np.inf, np.inf)] * len(channels)
+
+
+def action_space(options: dict[str, tuple[str, ...]], low: np.ndarray, high: np.ndarray) -> spaces.Space[Any]:
+    """Return the space of a species' choices: Discrete for one group of options, MultiDiscrete for several,
+    a Box for continuous groups, and a Dict by group where there are both."""
+    sizes = [len(names) for names in options.values() if names]
+    ends = low[len(sizes) :], high[len(sizes) :]
+    if len(sizes) == len(options):
+        return spaces.Discrete(sizes[0]) if len(sizes) == 1 else spaces.MultiDiscrete(sizes)
+    if not sizes:
+        return spaces.Box(*ends, dtype=np.float32)
+    return spaces.Dict(OrderedDict(  # of a plain dict it would sort the groups
+        (group, spaces.Discrete(len(names)) if names else spaces.Box(low[i], high[i], (), np.float32))
+        for i, (group, names) in enumerate(options.items())))
+
+
+def matrix(space: spaces.Space[Any], actions: Any, n: int) -> np.ndarray:
+    """Return n actions of such a space, stacked as Gymnasium stacks them, as an array [n, groups]."""
+    if isinstance(space, spaces.Dict):
+        return np.stack([np.asarray(actions[group], np.float64).reshape(n) for group in space.spaces], 1)
+    chosen = np.asarray(actions)
+    return chosen.reshape(n, -1) if chosen.size else np.zeros((n, width(space)), np.int64)
+
+
+def stacked(space: spaces.Space[Any], actions: list[Any]) -> Any:
+    """Return single actions stacked as `matrix` takes them."""
+    if isinstance(space, spaces.Dict):
+        return {group: [action[group] for action in actions] for group in space.spaces}
+    return actions
+
+
+def width(space: spaces.Space[Any]) -> int:
+    """Return the number of groups that a space has."""
+    if isinstance(space, spaces.Dict):
+        return len(space.spaces)
+    return int(np.prod(space.shape or (), dtype=int)) or 1

@@ -1,0 +1,146 @@
+"""A species as a VectorEnv of Gymnasium: n slots, each with the body of one of its members."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.engine.arguments import whole_number
+from ecs_eco.nervous.external import Sensed
+from ecs_eco.rl import spaces
+from ecs_eco.rl.arena import Arena
+from ecs_eco.rl.registration import needed
+
+try:
+    from gymnasium.vector import AutoresetMode, VectorEnv
+    from gymnasium.vector.utils import batch_space
+except ModuleNotFoundError as error:
+    raise needed(error.name or "gymnasium") from None
+
+Step = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
+
+
+class Slots(VectorEnv):
+    """n bodies of a species, each in a slot until it dies.
+
+    Death is termination: the slot's `final_obs` in the infos is what the dead sensed last, its reward the
+    last one. In the same step a free slot takes a living member that has none, the one of the lowest uid; as
+    long as there is none it is empty, senses zeros, and `mask` in the infos is False. Those without a slot
+    decide by the species' own policy, by chance where it has none. After `max_cycles` ticks all are
+    truncated, and where the species is extinct a new world begins, in the same step.
+    """
+
+    def __init__(self, arena: Arena, n: int, render_mode: str | None = None) -> None:
+        self.arena, self.num_envs, self.render_mode = arena, whole_number("n", n, 1), render_mode
+        self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": ["rgb_array"]}
+        self.channels, self.options = arena.channels, arena.options
+        self.single_observation_space, self.single_action_space = arena.observation_space, arena.action_space
+        self.observation_space = batch_space(self.single_observation_space, n)
+        self.action_space = batch_space(self.single_action_space, n)
+        self.uid = np.zeros(n, np.uint64)  # of the bodies; 0: an empty slot
+        self._at = np.zeros(n, np.int64)  # their places among those that sense
+
+    @property
+    def mask(self) -> np.ndarray:
+        """Which slots have a body: bool[n]."""
+        return self.uid > 0
+
+    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> Any:
+        """Begin in a new world; return observations f32[n, channels] and infos.
+
+        A list of seeds, as other vectors take one, counts by its first.
+        """
+        seed = seed[0] if isinstance(seed, list | tuple | np.ndarray) else seed
+        super().reset(seed=seed)
+        return self._anew(seed), self._infos()
+
+    def step(self, actions: Any) -> Step:
+        """Let a tick pass with actions [n, groups], of which those of empty slots are ignored."""
+        n, filled = self.num_envs, self.mask
+        chosen = spaces.matrix(self.single_action_space, actions, n)
+        sensed = self.arena.step(chosen[filled], self.uid[filled])
+        reward, final = np.zeros(n), np.zeros((n, len(self.channels)), np.float32)
+        here = self._find(sensed.uid)
+        reward[here] = sensed.reward[self._at[here]]
+        ended = filled & ~here
+        place = _places(sensed.dead, self.uid[ended])
+        reward[ended], final[ended] = sensed.dead_reward[place], sensed.dead_x[place]
+        truncated = here & self.arena.late
+        final[truncated] = sensed.x[self._at[truncated]]
+        slots_ = np.flatnonzero(ended).tolist()
+        causes = {slot: sensed.dead_cause[i] for slot, i in zip(slots_, place.tolist(), strict=True)}
+        self.uid[ended | truncated] = 0
+        x = self._anew() if self.arena.late or not len(sensed.uid) else self._filled(sensed)
+        return x, reward, ended, truncated, self._infos(ended | truncated, final, causes)
+
+    def render(self) -> Any:
+        """Return a picture of the world, u8[height, width, 3]; None without a `render_mode`."""
+        return None if self.render_mode is None else self.arena.picture()
+
+    def save(self, path: Any) -> Any:
+        """Write a checkpoint at the end of the tick under way: in the next step."""
+        return self.arena.save(path)
+
+    def close_extras(self, **_: Any) -> None:
+        """Leave the world."""
+        self.arena.close()
+
+    def _anew(self, seed: int | None = None) -> np.ndarray:
+        self.uid[:] = 0
+        return self._filled(self.arena.begin(seed))
+
+    def _find(self, uids: np.ndarray) -> np.ndarray:
+        """Look up the bodies among u64[k]; return which slots' are there, bool[n]."""
+        if not len(uids):
+            return np.zeros(self.num_envs, np.bool_)
+        self._at = _places(uids, self.uid)
+        there: np.ndarray = (uids[self._at] == self.uid) & self.mask
+        return there
+
+    def _filled(self, sensed: Sensed) -> np.ndarray:
+        """Give free slots bodies that have none; return what all sense f32[n, channels]."""
+        free = np.flatnonzero(self.uid == 0)
+        if len(free) and len(sensed.uid) > self.num_envs - len(free):
+            others = np.setdiff1d(sensed.uid, self.uid)[: len(free)]
+            self.uid[free[: len(others)]] = others
+        here = self._find(sensed.uid)
+        x = np.zeros((self.num_envs, len(self.channels)), np.float32)
+        x[here] = sensed.x[self._at[here]]
+        return x
+
+    def _infos(self, ended: np.ndarray | None = None, final: Any = None,
+               causes: dict[int, str] | None = None) -> dict[str, Any]:
+        infos: dict[str, Any] = {"mask": self.mask, "uid": self.uid.copy()}
+        if ended is not None and ended.any():
+            observations, infos_ = (np.full(self.num_envs, None, object) for _ in range(2))
+            for slot in np.flatnonzero(ended).tolist():
+                observations[slot] = final[slot]
+                infos_[slot] = {"cause": causes[slot]} if causes and slot in causes else {}
+            infos |= {"final_obs": observations, "_final_obs": ended, "final_info": infos_,
+                      "_final_info": ended}
+        return infos
+
+
+def _places(uids: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Return the places i64[k] of wanted u64[k] among uids u64[n]; of those that are not there, any."""
+    order = np.argsort(uids)
+    at: np.ndarray = order[np.minimum(np.searchsorted(uids[order], wanted), max(0, len(uids) - 1))]
+    return at
+
+
+def slots(world: Any, species: str, n: int | None = None, *, num_envs: int | None = None,
+          max_cycles: int | None = None, max_episode_steps: int | None = None,
+          render_mode: str | None = None, **build: Any) -> Slots:
+    """Return n bodies of a species as a VectorEnv of Gymnasium.
+
+    `world` is what World.from_config takes, `build` its other arguments (policies, training, threads …); or
+    a living World, of which each episode begins with a copy. `max_cycles`: ticks of an episode; absent: those
+    of the world. `num_envs` and `max_episode_steps` are what `gymnasium.make_vec` calls n and max_cycles.
+    Raises ConfigError.
+    """
+    n = num_envs if n is None else n
+    if n is None:
+        raise TypeError("slots: n is missing; allowed is a whole number from 1 on")
+    cycles = max_episode_steps if max_cycles is None else max_cycles
+    return Slots(Arena(world, species, cycles, True, render_mode, build), n, render_mode)

@@ -1,0 +1,76 @@
+"""One organism as an environment, and what Gymnasium makes by name."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+gymnasium = pytest.importorskip("gymnasium", reason="ecs-eco[rl] is not installed")
+
+from gymnasium.utils.env_checker import check_env
+
+from ecs_eco.components import Metabolism
+from ecs_eco.rl import ENVIRONMENTS, body, slots
+from tests.rl.worlds import PASTURE
+
+
+def test_gymnasium_finds_nothing_wrong_with_it():
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*infinity")  # energy has no bounds
+        warnings.filterwarnings("ignore", ".*alternative render modes")  # it was not made by its name
+        check_env(body(PASTURE, "deer", render_mode="rgb_array"))
+
+
+def test_a_life_ends_with_death_and_the_next_is_in_the_same_world():
+    env = body(PASTURE, "deer")
+    x, info = env.reset(seed=1)
+    world, uid = env.arena.world, info["uid"]
+    world.get(uid, Metabolism).energy = -5.0
+    last, reward, dead, _, info = env.step([0, 0])
+    assert dead
+    assert reward == pytest.approx(-1.0 - x[0])
+    assert last.tolist() == x.tolist()
+    assert info == {"uid": uid, "cause": "starved"}
+    with pytest.raises(RuntimeError, match="reset"):
+        env.step([0, 0])
+    assert env.reset()[1]["uid"] != uid
+    assert env.arena.world is world
+    env.reset(seed=1)
+    assert env.arena.world is not world
+
+
+def test_a_life_is_truncated_when_the_world_is_old():
+    env = body(PASTURE, "deer", max_cycles=2)
+    env.reset(seed=1)
+    assert env.step([0, 0])[2:4] == (False, False)
+    assert env.step([0, 0])[2:4] == (False, True)
+    env.reset()
+    assert env.arena.world.tick == 0
+
+
+@pytest.mark.parametrize("name", ["Deer-v0", "Copepod-v0"])
+def test_what_is_registered_is_made_and_lives(name):
+    env = gymnasium.make(f"ecs_eco/{name}")
+    x, _ = env.reset(seed=3)
+    assert x in env.observation_space
+    for _ in range(3):
+        x, reward, *_ = env.step(env.action_space.sample())
+        assert np.isfinite(x).all()
+        assert np.isfinite(reward)
+    assert env.spec.max_episode_steps == 1000
+
+
+def test_a_vector_of_them_is_slots():
+    envs = gymnasium.make_vec("ecs_eco/Wolf-v0", num_envs=3)
+    assert type(envs.unwrapped) is type(slots(PASTURE, "deer", 1))
+    assert envs.reset(seed=1)[0].shape == (3, *envs.single_observation_space.shape)
+    assert envs.unwrapped.arena.cycles == 1000
+
+
+def test_all_that_is_registered_names_species_that_choose():
+    from ecs_eco.config import load
+
+    for world, species in ENVIRONMENTS.values():
+        chosen = load(world).species[species]
+        assert chosen.policy.kind != "none"
+        assert chosen.happiness is not None
