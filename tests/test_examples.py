@@ -18,7 +18,8 @@ from ecs_eco.testing import check_system
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-NEEDS_GYMNASIUM = ("plain_ppo.py", "learning.md")
+NEEDS = {"plain_ppo.py": ["gymnasium"], "learning.md": ["gymnasium"], "rl_parallel.py": ["pettingzoo"],
+         "rl_slots.py": ["gymnasium", "stable_baselines3"], "bring_your_own_learner.md": ["pettingzoo"]}
 
 
 def fenced(page: Path, language: str) -> list[str]:
@@ -33,8 +34,8 @@ def cells(page: Path) -> list[str]:
 
 def in_folder(path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Run a file as a program, in a folder; what it imports of its own folder is forgotten afterwards."""
-    if path.name in NEEDS_GYMNASIUM or path.stem + ".md" in NEEDS_GYMNASIUM:
-        pytest.importorskip("gymnasium")
+    for package in NEEDS.get(path.name, NEEDS.get(path.stem + ".md", [])):
+        pytest.importorskip(package)
     monkeypatch.chdir(folder)
     monkeypatch.setattr(sys, "argv", [str(path)])
     runpy.run_path(str(path), run_name="__main__")

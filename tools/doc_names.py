@@ -111,9 +111,12 @@ def _has(owner: Any, names: list[str]) -> bool:
     for name in names:
         if owner is None:
             return True
-        if not hasattr(owner, name):
+        try:
+            owner = getattr(owner, name)
+        except ModuleNotFoundError:  # it is there, and needs an optional package that is not
+            return True
+        except AttributeError:
             return False
-        owner = getattr(owner, name)
     return True
 
 

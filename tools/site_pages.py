@@ -13,7 +13,7 @@ MEMBERS = "   :members:\n   :show-inheritance:\n"
 API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, names as `module:name`)
     "world": ("World, tables and systems", "What `from ecs_eco import …` gives.", (
         "ecs_eco:World", "ecs_eco:Table", "ecs_eco:System", "ecs_eco:component", "ecs_eco:njit",
-        "ecs_eco:draw")),
+        "ecs_eco:draw", "ecs_eco.nervous.external:External", "ecs_eco.nervous.external:Sensed")),
     "config": ("World files", "Loading and checking; every key is in [the world file](../worlds.md).", (
         "ecs_eco.config:load", "ecs_eco.config:for_training", "ecs_eco.config:WorldConfig",
         "ecs_eco.config:compile_formula", "ecs_eco.worlds.build:build", "ecs_eco.engine.errors:ConfigError")),
