@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -226,9 +226,17 @@ def tell_training(result: dict[str, Any]) -> None:
                 f"difference {number(mean)}{sure}")
 
 
-def report_run(folder: Path, out: Path | None = None) -> None:
-    """Write the report of a run folder there, or in `out`."""
+def report_run(folder: Path, out: Path | None = None, against: Path | None = None,
+               match: Sequence[str] = ()) -> None:
+    """Write the report of a run folder there, or in `out`; `against`: beside an outside series."""
+    pairs = dict(text.partition("=")[::2] for text in match)
+    if wrong := next((text for text in match if text.count("=") != 1), None):
+        refuse("--match", "is no pair", wrong, "COLUMN=SPECIES")
+    if match and against is None:
+        refuse("--match", "is given without --against", match[0], "both")
     if is_archipelago(folder):
+        if against is not None:
+            refuse("--against", "is not possible for an archipelago", str(against), "the folder of an island")
         from ecs_eco.analysis.report.archipelago import write_archipelago
 
         pages(out, folder)
@@ -239,7 +247,7 @@ def report_run(folder: Path, out: Path | None = None) -> None:
     from ecs_eco.analysis.report import write_report
 
     pages(out, folder)
-    say(f"written: {write_report(folder, out)}")
+    say(f"written: {write_report(folder, out, against, pairs)}")
 
 
 def stopped(done: int, ticks: int, out: Path) -> None:

@@ -9,24 +9,30 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.analysis import measures
+from ecs_eco.analysis.against import read_outside
 from ecs_eco.analysis.cycles import CycleStatistics, cycle_statistics
 from ecs_eco.analysis.page import number, page, table, write_text
 from ecs_eco.analysis.report import depth, genes, learning, matter, tables
+from ecs_eco.analysis.report.against import blocks as against_blocks
 from ecs_eco.analysis.report.pictures import draw
 from ecs_eco.analysis.report.recorded import ages_at_death
 from ecs_eco.analysis.runs import Series, load_series
 
 
-def write_report(run_dir: Path | str, out: Path | str | None = None) -> Path:
+def write_report(run_dir: Path | str, out: Path | str | None = None, against: Path | str | None = None,
+                 match: Mapping[str, str] | None = None) -> Path:
     """Write report.html and figures/*.png into a run folder, or into `out`,
-    and return the path of the report.
+    and return the path of the report; beside an outside series, a CSV file, if `against` names one, whose
+    columns `match` tells the species of (`ecs_eco.analysis.against`).
 
     Reads the manifest and the Parquet parts; events are streamed, so that millions of births fit in little
-    memory. FileNotFoundError where the folder holds no run, RecordingError where a file of it is damaged.
+    memory. ConfigError for an outside series that cannot be used, FileNotFoundError where the folder holds
+    no run, RecordingError where a file of it is damaged.
     """
     run = Path(run_dir)
     place = run if out is None else Path(out)
     series = load_series(run)
+    outside = None if against is None else read_outside(against, series.species, match)
     cycles = cycle_statistics(series) if len(series.ticks) else CycleStatistics(series.species, 0, False)
     pictures = draw(run, series, cycles, place)
     title = f"{series.manifest.get('title') or series.manifest.get('world', 'A run')}"
@@ -43,6 +49,7 @@ def write_report(run_dir: Path | str, out: Path | str | None = None) -> Path:
         "<h2>Cycles</h2>",
         tables.cycles(series, cycles),
         *(pictures.get(name, "") for name in ("spectra", "lags", "phase")),
+        *against_blocks(series, outside, place),
         "<h2>What they died of</h2>",
         tables.deaths(series),
         pictures.get("deaths", ""),

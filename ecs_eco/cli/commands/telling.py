@@ -17,11 +17,16 @@ def report(
         Path | None, typer.Option(parser=path_of, metavar="PATH",
                                   help="Folder for report.html and the figures. Default: DIR.")
     ] = None,
+    against: Annotated[Path | None, typer.Option(
+        metavar="FILE", help="Show measurements beside it: a CSV, time and then numbers.")] = None,
+    match: Annotated[list[str] | None, typer.Option(
+        metavar="COLUMN=SPECIES", help="The species that a column of FILE stands beside. Repeatable. "
+                                       "Default: that of its name.")] = None,
 ) -> None:
     """Draw the figures of a run."""
     from ecs_eco.cli.simulate import report_run
 
-    report_run(folder, out)
+    report_run(folder, out, against, match or ())
 
 
 @exits

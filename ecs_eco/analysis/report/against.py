@@ -1,0 +1,66 @@
+"""The part of a report that shows an outside series beside the run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.analysis import figures
+from ecs_eco.analysis.against import Both, Outside, compare, log_numbers, spectrum
+from ecs_eco.analysis.page import number, picture, table
+from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.style import panels, styled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
+    """Table and figure of both; nothing without an outside series. The figure is written below `place`."""
+    if outside is None:
+        return []
+    both = compare(series, outside)
+    rows = [[f"{name}{'' if outside.named[name] == name else f' ({outside.named[name]})'}", where,
+             f"{s.samples:,}", f"{number(s.period)} {unit}", number(s.cycles), number(100 * s.share) + " %",
+             number(s.amplitude)]
+            for name in outside.columns
+            for where, s, unit in (("this run", both.run[name], "ticks"),
+                                   ("outside", both.outside[name], outside.unit))]
+    lags = [[f"{b} behind {a}", *(f"{number(share)} of a period" for share in shares)]
+            for (a, b), shares in both.lags.items()]
+    note = ("<p>Both are described by the same rule: the highest peak of the spectrum of log numbers without "
+            "their trend. Nothing here is a test: see Cycles for that of the run.</p>")
+    drawn = figures.save(figure(series, outside, both), place / "figures" / "against.png")
+    head = ["", "", "samples", "period", "cycles", "variance near it", "amplitude [log10]"]
+    return ["<h2>Beside the outside series</h2>", note, table(head, rows),
+            *([table(["", "this run", "outside"], lags)] if lags else []),
+            picture(drawn, "Above: numbers over time, in periods of each, on the same scale. Below: spectra "
+                    "by period, in periods of the highest peak. Left this run, right the outside series.")]
+
+
+@styled
+def figure(series: Series, outside: Outside, both: Both) -> Figure:
+    """Numbers over time and spectra, the run at the left, the outside series at the right."""
+    hue = figures.colors(series.species, series.manifest.get("colors"))
+    drawn, axes = panels(2, 2, 9, 5.2, sharey="row")
+    first = next(iter(outside.columns))
+    end = min(both.run[first].cycles, max(2 * both.outside[first].cycles, 6.0))
+    for k, held in enumerate(({name: series.of(name) for name in outside.columns}, outside.columns)):
+        described = (both.run, both.outside)[k]
+        period = described[first].period / (outside.step if k else 1.0)
+        for name, x in held.items():
+            logs = log_numbers(x)
+            time = np.arange(len(x)) / period
+            shown = time <= end if k == 0 else np.ones(len(x), bool)
+            axes[0, k].plot(time[shown], (logs - logs.mean())[shown], color=hue[name], label=name)
+            frequency, power = spectrum(logs[-described[name].samples :])
+            axes[1, k].plot(1 / frequency / period, power / power.max(), color=hue[name])
+        axes[0, k].set(title="outside" if k else "this run", xlabel=f"time [periods of {first}]")
+        axes[1, k].set(xlim=(0.2, 4), xlabel=f"period [of {first}]")
+        axes[1, k].axvline(1, color="#7a838c", lw=0.8)
+    axes[0, 0].set_ylabel("log10 number, from its mean")
+    axes[1, 0].set_ylabel("power, of the highest")
+    axes[0, 0].legend(loc="upper left", ncols=3)
+    return drawn
