@@ -13,12 +13,14 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core.cgutils import get_or_insert_function
 from numba.core.typing import templates as _templates
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
 LANES = 16
 _typing: Any = _templates  # numba's are not annotated
 _lowered: Any = lower_builtin
+_insert: Any = get_or_insert_function
 _LLVM: Any = ir.VectorType(ir.FloatType(), LANES)
 
 
@@ -89,6 +91,16 @@ def _where_less(typing: Any, a: Any, b: Any, x: Any, y: Any) -> Any:
     return _vector(_vector, _vector, _vector, _vector), make
 
 
+def _floor(typing: Any, vector: Any) -> Any:
+    """The largest whole numbers that are no larger."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        kind = ir.FunctionType(_LLVM, [_LLVM])
+        return builder.call(_insert(builder.module, kind, f"llvm.floor.v{LANES}f32"), arguments)
+
+    return _vector(_vector), make
+
+
 def _store(typing: Any, array: Any, at: Any, vector: Any) -> Any:
     """Write a vector to array[at] … array[at + 15]; `at` is not checked."""
 
@@ -134,15 +146,20 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         """Return the numbers of x where a < b, else those of y."""
         return np.where(a < b, x, y)
 
+    def floor(vector: np.ndarray) -> np.ndarray:
+        """Return the largest whole numbers that are no larger."""
+        return np.floor(vector)
+
     def store(array: np.ndarray, at: int, vector: np.ndarray) -> None:
         """Write a vector to array[at : at + 16]."""
         array[at : at + LANES] = vector
 
 else:
     _made: Any = intrinsic
-    load, every, spread, where_less, store = (
-        _made(of) for of in (_load, _every, _spread, _where_less, _store)
+    load, every, spread, where_less, floor, store = (
+        _made(of) for of in (_load, _every, _spread, _where_less, _floor, _store)
     )
     _operator(operator.add, "fadd")
     _operator(operator.sub, "fsub")
     _operator(operator.mul, "fmul")
+    _operator(operator.truediv, "fdiv")

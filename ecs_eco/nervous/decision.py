@@ -4,17 +4,18 @@ decision-making)."""
 import numpy as np
 
 from ecs_eco.engine import random
-from ecs_eco.engine.jit import njit
+from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.random import draw
 
 
-@njit
+@lone_njit
 def uniforms(first, last, key, uid, group, out):
     """Draw the numbers that actions are chosen with, of group number `group` and those after it:
     out f32[n, groups], the same for the same uid."""
-    for i in range(first, last):
-        for g in range(out.shape[1]):
-            out[i, g] = draw(key, uid[i], random.DECIDE + ((group + g) << 8))
+    for g in range(out.shape[1]):
+        for k in range(last - first):
+            i = np.uint64(first + k)
+            out[i, np.uint64(g)] = draw(key, uid[i], random.DECIDE + ((group + g) << 8))
 
 
 @njit

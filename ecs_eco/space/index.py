@@ -4,8 +4,8 @@ import threading
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
-from ecs_eco.space.geometry import Space, cell_of
+from ecs_eco.engine.jit import lone_njit, njit
+from ecs_eco.space.geometry import Space
 
 
 class Index:
@@ -13,11 +13,13 @@ class Index:
 
     Entry i is row `rows[i]`, at (x[i], y[i], z[i]) [m]; cell c holds entries start[c] to start[c+1]. The
     order of the entries follows from places and uids alone: it is the canonical order of all sums and ties.
+    `flat` is whether z is 0 everywhere.
     """
 
     def __init__(self, space: Space) -> None:
         self.space = space
         self.version = -1
+        self.flat = True
         self.lock = threading.Lock()  # held by the thread that builds it
         self.start = np.zeros(space.n_cells + 1, np.int64)
         self._allocate(0)
@@ -36,8 +38,8 @@ class Index:
         if self.start.size != self.space.n_cells + 1:
             self.start = np.zeros(self.space.n_cells + 1, np.int64)
         nx, ny, nz = self.space.shape
-        sort_cells(alive, x, y, z, uid, nx, ny, nz, self.space.inverse, self._cell, self.start,
-                   self._rows, self._x, self._y, self._z, self._uid)
+        self.flat = not sort_cells(alive, x, y, z, uid, nx, ny, nz, self.space.inverse, self._cell,
+                                   self.start, self._rows, self._x, self._y, self._z, self._uid)
         self._show()
 
     def thin(self, alive: np.ndarray) -> None:
@@ -53,42 +55,40 @@ class Index:
 
 @njit
 def sort_cells(alive, x, y, z, uid, nx, ny, nz, inverse, cell, start, rows, sx, sy, sz, su):
-    """Counting sort of the living rows by cell (x fastest), then insertion sort by uid within a cell."""
+    """Counting sort of the living rows by cell (x fastest), then insertion sort by uid within a cell; return
+    whether any z is not 0.
+
+    The dead are sorted, too, behind the last cell: a branch for each would take longer.
+    """
     n_cells = nx * ny * nz
+    find_cells(alive, x, y, z, np.int32(nx), np.int32(ny), np.int32(nz), inverse, cell)
     start[:] = 0
     for row in range(alive.size):
-        if alive[row]:
-            cx, cy, cz = (cell_of(x[row] * inverse[0], nx), cell_of(y[row] * inverse[1], ny),
-                          cell_of(z[row] * inverse[2], nz))
-            c = (cz * ny + cy) * nx + cx
-            cell[row] = c
-            start[c + 1] += 1
-    for c in range(n_cells):
-        start[c + 1] += start[c]
+        start[np.uint32(cell[row])] += 1
+    total = 0
+    for c in range(n_cells + 1):
+        begin = total
+        total += start[c]
+        start[c] = begin
     for row in range(alive.size):
-        if alive[row]:
-            c = cell[row]
-            i = start[c]
-            start[c] += 1
-            rows[i] = row
-            su[i] = uid[row]
+        of = np.uint32(cell[row])
+        place = np.uint64(start[of])
+        start[of] += 1
+        rows[place] = row
+        su[place] = uid[row]
     for c in range(n_cells, 0, -1):
         start[c] = start[c - 1]
     start[0] = 0
-    for c in range(n_cells):
-        for i in range(start[c] + 1, start[c + 1]):
-            u, row, j = su[i], rows[i], i
-            while j > start[c] and su[j - 1] > u:
-                su[j] = su[j - 1]
-                rows[j] = rows[j - 1]
-                j -= 1
-            su[j] = u
-            rows[j] = row
+    for i in range(1, start[n_cells]):
+        this, before = np.uint64(i), np.uint64(i - 1)
+        if (su[before] > su[this]) & (cell[rows[before]] == cell[rows[this]]):
+            insert(i, cell, rows, su)
+    high = 0
     for i in range(start[n_cells]):
-        row = rows[i]
-        sx[i] = x[row]
-        sy[i] = y[row]
-        sz[i] = z[row]
+        it = np.uint64(rows[i])
+        sx[i], sy[i], sz[i] = x[it], y[it], z[it]
+        high |= z[it] != np.float32(0.0)
+    return high != 0
 
 
 @njit
@@ -103,3 +103,33 @@ def take_out(alive, start, rows, x, y, z, uid):
                     rows[kept], x[kept], y[kept], z[kept], uid[kept] = rows[i], x[i], y[i], z[i], uid[i]
                 kept += 1
         first, start[c + 1] = end, kept
+
+
+@njit
+def insert(i, cell, rows, su):
+    """Move entry i of a cell to its place by uid among those before it."""
+    u, row, j = su[i], rows[i], i
+    while j > 0 and su[j - 1] > u and cell[rows[j - 1]] == cell[row]:
+        su[j] = su[j - 1]
+        rows[j] = rows[j - 1]
+        j -= 1
+    su[j] = u
+    rows[j] = row
+
+
+@lone_njit
+def find_cells(alive, x, y, z, nx, ny, nz, inverse, cell):
+    """Write the cell of each living row, as `cell_of` has it, the number of cells for the dead: i32[rows].
+
+    Without branches, so that it becomes vector code.
+    """
+    zero, one = np.float32(0.0), np.int32(1)
+    fx, fy, fz, ix, iy, iz = (np.float32(nx), np.float32(ny), np.float32(nz), inverse[0], inverse[1],
+                              inverse[2])
+    for k in range(alive.size):
+        row = np.uint64(k)
+        px, py, pz = x[row] * ix, y[row] * iy, z[row] * iz
+        px, py, pz = px if px > zero else zero, py if py > zero else zero, pz if pz > zero else zero
+        px, py, pz = px if px < fx else fx, py if py < fy else fy, pz if pz < fz else fz
+        cx, cy, cz = min(np.int32(px), nx - one), min(np.int32(py), ny - one), min(np.int32(pz), nz - one)
+        cell[row] = (cz * ny + cy) * nx + cx if alive[row] else nx * ny * nz

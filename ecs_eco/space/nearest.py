@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ecs_eco.engine.jit import njit
-from ecs_eco.engine.vectors import LANES, every, load, spread, store, where_less
+from ecs_eco.engine.vectors import LANES, every, floor, load, spread, store, where_less
 from ecs_eco.space.index import Index
 
 
@@ -26,7 +26,7 @@ def nearest(seekers: Index, targets: Index, radius: float, target: np.ndarray, d
     nx, ny, nz = space.shape
     arguments = (seekers.x, seekers.y, seekers.z, seekers.start, targets.x, targets.y, targets.z,
                  targets.start, seekers is targets, space.reach(radius), nx, ny, nz, space.lengths,
-                 space.torus, np.float32(radius * radius), target, distance2)
+                 space.torus, seekers.flat and targets.flat, np.float32(radius * radius), target, distance2)
     if split is None:
         seek(0, ny * nz, *arguments)
     else:
@@ -34,8 +34,8 @@ def nearest(seekers: Index, targets: Index, radius: float, target: np.ndarray, d
 
 
 @njit
-def _compare(a, b, i0, same, tx, ty, tz, shift_x, shift_y, block):
-    """Offer the targets a … b − 1 to all lanes of a block whose first seeker is i0."""
+def _compare(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, block):
+    """Offer the targets a … b − 1 to all lanes of a block whose first seeker is i0; flat: all z are 0."""
     if a >= b:
         return
     x, y, z = load(block, 0), load(block, LANES), load(block, 2 * LANES)
@@ -45,8 +45,11 @@ def _compare(a, b, i0, same, tx, ty, tz, shift_x, shift_y, block):
         u, v = every(tx, j), every(ty, j)
         if shifted:
             u, v = u + spread(shift_x), v + spread(shift_y)
-        dx, dy, dz = u - x, v - y, every(tz, j) - z
-        d = dx * dx + dy * dy + dz * dz
+        dx, dy = u - x, v - y
+        d = dx * dx + dy * dy
+        if not flat:
+            dz = every(tz, j) - z
+            d = d + dz * dz
         if same and 0 <= j - i0 < LANES:
             d = d + load(block, 6 * LANES - 1 - j + i0)  # infinite in its own lane
         entry = where_less(d, best, spread(np.float32(j)), entry)
@@ -56,20 +59,27 @@ def _compare(a, b, i0, same, tx, ty, tz, shift_x, shift_y, block):
 
 
 @njit
-def _compare_wrapped(a, b, i0, same, tx, ty, tz, shift_x, shift_y, Lx, Ly, block):
+def _compare_wrapped(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, lx, ly, block):
     """`_compare` where a block spans the torus: every difference is wrapped by itself."""
-    half = np.float32(0.5)
+    if a >= b:
+        return
+    x, y, z = load(block, 0), load(block, LANES), load(block, 2 * LANES)
+    best, entry = load(block, 3 * LANES), load(block, 4 * LANES)
+    wide, high, half = spread(lx), spread(ly), spread(np.float32(0.5))
     for j in range(a, b):
-        own = j - i0 if same else -1
-        xj, yj, zj, fj = tx[j] + shift_x, ty[j] + shift_y, tz[j], np.float32(j)
-        for lane in range(LANES):
-            dx, dy, dz = xj - block[lane], yj - block[LANES + lane], zj - block[2 * LANES + lane]
-            dx -= Lx * np.float32(np.floor(dx / Lx + half))
-            dy -= Ly * np.float32(np.floor(dy / Ly + half))
-            d = dx * dx + dy * dy + dz * dz
-            closer = (d < block[3 * LANES + lane]) & (lane != own)
-            block[3 * LANES + lane] = d if closer else block[3 * LANES + lane]
-            block[4 * LANES + lane] = fj if closer else block[4 * LANES + lane]
+        dx, dy = every(tx, j) + spread(shift_x) - x, every(ty, j) + spread(shift_y) - y
+        dx = dx - wide * floor(dx / wide + half)
+        dy = dy - high * floor(dy / high + half)
+        d = dx * dx + dy * dy
+        if not flat:
+            dz = every(tz, j) - z
+            d = d + dz * dz
+        if same and 0 <= j - i0 < LANES:
+            d = d + load(block, 6 * LANES - 1 - j + i0)
+        entry = where_less(d, best, spread(np.float32(j)), entry)
+        best = where_less(d, best, d, best)
+    store(block, 3 * LANES, best)
+    store(block, 4 * LANES, entry)
 
 
 @njit
@@ -88,8 +98,8 @@ def _fill(block, ox, oy, oz, i0, m, radius2):
 
 
 @njit
-def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, radius2,
-         target, distance2):
+def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, flat,
+         radius2, target, distance2):
     """`nearest` for the seekers in the rows of cells first … last − 1."""
     # x, y, z, least distance, its target, and an infinity among zeros: one array, so that
     # no check for overlap is compiled in
@@ -140,9 +150,10 @@ def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, n
                             a, b = tstart[base], tstart[base + high - nx + 1]
                             shift_x = Lx
                         if whole or all_rows:
-                            _compare_wrapped(a, b, i0, same, tx, ty, tz, shift_x, shift_y, Lx, Ly, block)
+                            _compare_wrapped(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, Lx, Ly,
+                                             block)
                         else:
-                            _compare(a, b, i0, same, tx, ty, tz, shift_x, shift_y, block)
+                            _compare(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, block)
             for lane in range(m):
                 # float32 rounds beyond 2^24
                 target[i0 + lane] = min(int(block[4 * LANES + lane]), tx.size - 1)

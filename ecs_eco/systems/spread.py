@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 EVEN = np.zeros(0, np.float32)
+SITES = 256  # whose numbers are drawn at once
 EVERYWHERE = np.ones((1, 1), np.float32)
 
 
@@ -128,12 +129,17 @@ def sprout(taken, everywhere, rain_everywhere, reach, torus, ground, ground_inve
     """List the free sites on which a seed sprouts, and the row of its parent (−1: seed rain);
     return how many. `fertile` f32[ny, nx] multiplies both rates; a map of one cell is 1 everywhere."""
     ny, nx = taken.shape
-    n, rate, rain = 0, everywhere, rain_everywhere
+    n, rate, rain, luck = 0, everywhere, rain_everywhere, np.empty(SITES, np.float32)
     for s in range(taken.size):
+        if s % SITES == 0:
+            for k in range(SITES):  # of those beyond the last site, too: this becomes vector code
+                luck[k] = draw(key, s + k, random.SPREAD + salt)
+        u = luck[s % SITES]
+        if fertile.size <= 1 and u >= rate + rain:
+            continue
         j, i = s // nx, s % nx
         if taken[j, i] >= 0:
             continue
-        u = draw(key, s, random.SPREAD + salt)
         if fertile.size > 1:
             y, x = np.float32((j + 0.5) / inverse[1]), np.float32((i + 0.5) / inverse[0])
             factor = fertile[cell_of(y * ground_inverse[1], fertile.shape[0]),
