@@ -19,8 +19,8 @@ from ecs_eco.engine.random import draw, mix
 from ecs_eco.learning.arithmetic import fused_njit, tanh
 from ecs_eco.learning.ppo_kernels import adam, loss_slopes, summing_njit
 from ecs_eco.learning.rollout import STEP
+from ecs_eco.learning.tiles import LANES, add_product
 
-LANES = 32
 NO_NUMBERS = np.zeros((1, 0), np.float32)  # of continuous actions, which these networks have none of
 TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm",
          "explained_variance", "reward")
@@ -252,7 +252,7 @@ def _forward(w, widths, activations, lanes):
         bias, rows = w[at + a * b : at + a * b + b], above.reshape(b, lanes)
         for o in range(b):
             rows[o] = bias[o]
-        _add_product(w[at : at + a * b].reshape(a, b), below, rows)
+        add_product(w[at : at + a * b].reshape(a, b), below, rows)
         if layer < len(widths) - 2:
             for i in range(len(above)):
                 above[i] = tanh(above[i])
@@ -274,35 +274,9 @@ def _backward(w, gradient, widths, activations, slopes, lanes):
         if layer > 0:
             d_below = slopes[(unit - a) * lanes : unit * lanes]
             d_below[:] = 0
-            _add_product(w[at : at + a * b].reshape(a, b).T, d, d_below.reshape(a, lanes))
+            add_product(w[at : at + a * b].reshape(a, b).T, d, d_below.reshape(a, lanes))
             for i in range(len(h)):
                 d_below[i] *= np.float32(1) - h[i] * h[i]
-
-
-@fused_njit
-def _add_product(matrix, below, above):
-    """Add matrix.T @ below to above: four units of it and two of those below at a time,
-    so that loads are shared."""
-    n_in, n_out = matrix.shape
-    pairs = n_in // 2 * 2
-    for o in range(0, n_out // 4 * 4, 4):
-        y0, y1, y2, y3 = above[o], above[o + 1], above[o + 2], above[o + 3]
-        for i in range(0, pairs, 2):
-            x0, x1 = below[i], below[i + 1]
-            a0, a1, a2, a3 = matrix[i, o], matrix[i, o + 1], matrix[i, o + 2], matrix[i, o + 3]
-            b0, b1, b2, b3 = (matrix[i + 1, o], matrix[i + 1, o + 1], matrix[i + 1, o + 2],
-                              matrix[i + 1, o + 3])
-            for t in range(len(x0)):
-                y0[t] += a0 * x0[t] + b0 * x1[t]
-                y1[t] += a1 * x0[t] + b1 * x1[t]
-                y2[t] += a2 * x0[t] + b2 * x1[t]
-                y3[t] += a3 * x0[t] + b3 * x1[t]
-    for o in range(n_out):
-        y, whole = above[o], o < n_out // 4 * 4
-        for i in range(pairs if whole else 0, n_in):
-            x, a = below[i], matrix[i, o]
-            for t in range(len(x)):
-                y[t] += a * x[t]
 
 
 @summing_njit
