@@ -1,4 +1,4 @@
-"""Matrix products over multiples of LANES columns, whose sums stay in registers: networks of single animals."""
+"""Matrix products over multiples of LANES columns, with sums in registers: networks of single animals."""
 
 from __future__ import annotations
 
