@@ -1,0 +1,154 @@
+"""Grazers that look for their nearest neighbour, move, eat and breed, in other frameworks, in ecs-eco, and as
+a bare loop: organism-steps per second, in one run on one machine.
+
+    python benchmarks/peers.py [--sizes 1000 10000 100000] [--peers ecs_eco mesa …] [--rounds 3] [--short]
+
+Every peer writes the task in its own idiom (`peers_grazing.py`, `peers_others.py`); those that cannot express
+it run a task of their own, named in the table, as a hint of what a tick costs there. Each is a process of one
+thread, peers take turns, and the best round counts; setting up and the first tick are not timed. Where the
+task is common, so must the numbers of animals be: they are compared with the bare loop's.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+import _bench
+
+_bench.pin_threads()
+
+ROOT = Path(__file__).parents[1]
+PEERS = {  # module, function, whether the task is the common one
+    "bare loop": ("peers_grazing", "bare", True),
+    "ecs-eco": ("peers_grazing", "ecs_eco", True),
+    "Mesa": ("peers_others", "mesa", True),
+    "AgentPy": ("peers_others", "agentpy", True),
+    "MAgent2 battle, dicts": ("peers_others", "magent2", False),
+    "MAgent2 battle, arrays": ("peers_others", "magent2_arrays", False),
+    "PettingZoo pursuit": ("peers_others", "pursuit", False),
+}
+PATIENCE, TIMED, LIMIT = 3.0, 200, 600  # [s] of a round, most ticks of it, [s] until a process is given up
+WARM = 60  # ticks in which animals are born and starve
+COMPARED = 20  # ticks after which numbers are compared
+
+
+def one(peer: str, n: int, seed: int) -> dict[str, Any]:
+    """Run a peer in this process; return organism-steps a second, and how many live after COMPARED ticks."""
+    import importlib
+
+    module, function, _ = PEERS[peer]
+    make: Callable[..., Any] = getattr(importlib.import_module(module), function)
+    if module == "peers_grazing":  # what is compiled is compiled on a small world
+        tick, _ = make(100, seed)
+        for _ in range(WARM):
+            tick()
+    tick, living = make(n, seed)
+    tick()
+    steps, spent, at = 0, 0.0, {}
+    for k in range(1, TIMED + 1):
+        steps += living()
+        start = time.process_time()
+        tick()
+        spent += time.process_time() - start
+        if k == COMPARED - 1:
+            at = {"after": living()}
+        if spent > PATIENCE and (k >= COMPARED or steps / k > 3e4 or spent > 10 * PATIENCE):
+            break
+    return {"steps/s": steps / spent, "ticks": k, **at}
+
+
+def apart(peer: str, n: int, seed: int, interpreter: str) -> dict[str, Any]:
+    """Run a peer in a process of its own; return what it measured, or why not."""
+    command = [interpreter, __file__, "--one", peer, str(n), str(seed)]
+    paths = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, check=False,
+                              env=os.environ | {"PYTHONPATH": paths})
+    except subprocess.TimeoutExpired:
+        return {"why": f"not one tick in {LIMIT} s"}
+    if done.returncode:
+        return {"why": (done.stderr.strip().splitlines() or ["?"])[-1][:80]}
+    result: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return result
+
+
+def rows_of(found: dict[tuple[str, int], list[dict[str, Any]]]) -> list[dict[str, Any]]:
+    """Return the table: the best round of each peer at each size, and its share of the bare loop's speed."""
+    rows = []
+    for (peer, n), rounds in found.items():
+        good = [r for r in rounds if "steps/s" in r]
+        floor = [r["steps/s"] for r in found.get(("bare loop", n), []) if "steps/s" in r]
+        alike = [r["after"] for r in found.get(("bare loop", n), []) if "after" in r]
+        best = max((r["steps/s"] for r in good), default=None)
+        after = [r["after"] for r in good if "after" in r]
+        common = PEERS[peer][2]
+        rows.append({
+            "peer": peer, "task": "common" if common else "its own", "animals": n,
+            "k organism-steps/s": None if best is None else best / 1e3,
+            "bare loop's, times this": max(floor) / best if best and floor and common else None,
+            f"living after {COMPARED} ticks / bare loop's": (
+                sum(after) / len(after) / (sum(alike) / len(alike)) if after and alike and common else None),
+            "note": "" if good else rounds[0]["why"],
+        })  # fmt: skip
+    return rows
+
+
+def figure(rows: list[dict[str, Any]], path: Path) -> None:
+    """Draw organism-steps per second over the number of animals."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    plt.rcParams["svg.hashsalt"] = "ecs-eco"
+    drawing, ax = plt.subplots(figsize=(7, 4.2), layout="constrained")
+    for peer, (_, _, common) in PEERS.items():
+        mine = [r for r in rows if r["peer"] == peer and r["k organism-steps/s"]]
+        if mine:
+            ax.plot([r["animals"] for r in mine], [1e3 * r["k organism-steps/s"] for r in mine],
+                    "o-" if common else "s:", lw=2.2 if peer == "ecs-eco" else 1.2, ms=4,
+                    label=peer + ("" if common else " (own task)"))
+    ax.set(xscale="log", yscale="log", xlabel="animals", ylabel="organism-steps per second, one core")
+    ax.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    drawing.savefig(path, metadata={"Date": None})
+
+
+def main() -> None:
+    """Measure, print, keep."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
+    parser.add_argument("--sizes", nargs="+", type=int, default=[1000, 10_000, 100_000])
+    parser.add_argument("--peers", nargs="+", choices=PEERS, default=list(PEERS))
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--others", default=sys.executable, metavar="PYTHON",
+                        help="interpreter that has the other frameworks")
+    parser.add_argument("--short", action="store_true", help="print only")
+    parser.add_argument("--one", nargs=3, metavar=("PEER", "N", "SEED"), help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.one:
+        print(json.dumps(one(asked.one[0], int(asked.one[1]), int(asked.one[2]))))
+        return
+    found: dict[tuple[str, int], list[dict[str, Any]]] = {}
+    for n in asked.sizes:
+        for seed in range(1, asked.rounds + 1):
+            for peer in asked.peers:
+                if not (rounds := found.setdefault((peer, n), [])) or "why" not in rounds[0]:
+                    with_it = asked.others if PEERS[peer][0] == "peers_others" else sys.executable
+                    rounds.append(apart(peer, n, seed, with_it))
+                    print(peer, n, rounds[-1], file=sys.stderr, flush=True)
+    rows = rows_of(found)
+    if asked.short:
+        print(json.dumps(rows, indent=1))
+        return
+    _bench.save("peers", "Grazers that look, move, eat and breed, in other frameworks, one core", rows)
+    figure(rows, ROOT / "docs" / "img" / "peers.svg")
+
+
+if __name__ == "__main__":
+    main()
