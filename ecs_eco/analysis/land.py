@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,15 +15,18 @@ ROAD, FENCE = "#d8ccb4", "#222222"
 USES = {"harvest": "#b2182b", "plant": "#1b7837"}  # colours of areas
 
 
-def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int) -> Land:
+def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run: Path | None = None) -> Land:
     """Return `fences`, `roads` and `areas` at the end of a tick, each with its `line` of corners or its
     `region` as a world file has them [m]; roads have a `width` [m], areas a `kind` and a `species`.
 
     `config` is the configuration of a run as in its manifest, `intervened` what was done to it: (tick,
-    intervention). Uses of the whole world are no area.
+    intervention). Uses of the whole world are no area. The folder `run` holds what layers of real land added.
     """
-    first = (config.get("terrain") or {}).get("roads", ())
-    standing: Land = {"fence": [], "road": [_shape(road) for road in first]}
+    terrain = config.get("terrain") or {}
+    lines = _of_layers(run) if run is not None and terrain.get("layers") else []
+    standing: Land = {"fence": [{"line": one["line"]} for one in lines if one["make"] == "fences"],
+                      "road": [_shape(road) for road in [*terrain.get("roads", ()), *(
+                          one for one in lines if one["make"] == "roads")]]}
     for when, order in intervened:
         if not isinstance(order, Mapping) or when > tick or order.get("kind") not in standing:
             continue
@@ -37,6 +42,18 @@ def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int) -> 
             and (use.get("until") is None or tick <= use["until"])]
     return {"fences": standing["fence"], "roads": standing["road"],
             "areas": [{key: use[key] for key in ("kind", "species", "region")} for use in used]}
+
+
+@lru_cache(maxsize=4)
+def _of_layers(run: Path) -> list[dict[str, Any]]:
+    """Return the lines of the land in a run's folder; none where it cannot be read."""
+    from ecs_eco.config.land.land import kept_land
+    from ecs_eco.engine.errors import ConfigError
+
+    try:
+        return kept_land(run).lines
+    except ConfigError:
+        return []
 
 
 def _shape(order: Mapping[str, Any]) -> dict[str, Any]:

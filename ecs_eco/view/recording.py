@@ -250,7 +250,8 @@ class Recording:
 
     def land(self, tick: int) -> Land:
         """Return the fences and roads that are there at the end of a tick, and the areas of land use."""
-        return land_at(self.manifest.get("config") or {}, self.manifest.get("intervened", ()), tick)
+        return land_at(self.manifest.get("config") or {}, self.manifest.get("intervened", ()), tick,
+                       self.path)
 
 
 def overlaid(organisms: Organisms, details: Columns) -> Organisms:

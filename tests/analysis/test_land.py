@@ -53,3 +53,20 @@ def test_the_map_of_a_report_shows_roads_fences_and_areas_below_the_living():
                for edge in edges) == 1  # fmt: skip
     assert max(p.get_zorder() for p in [*ax.patches, *strips]) < min(
         c.get_zorder() for c in ax.collections if c not in strips)  # fmt: skip
+
+
+def test_roads_and_fences_of_layers_are_there_from_the_start(tmp_path):
+    from ecs_eco.config.land.land import Land
+
+    lines = [{"make": "roads", "line": [[0.0, 5.0], [9.0, 5.0]], "width": 2.0, "pace": 1.0, "cost": 1.0},
+             {"make": "fences", "line": [[1.0, 1.0], [1.0, 9.0]]}]
+    flat = np.zeros((2, 2), np.float32)
+    np.savez(tmp_path / "terrain.npz", **Land(flat, flat.astype("u1"), flat.astype(bool), lines).arrays())
+    config = {"terrain": {"raster": "dem.npz", "layers": [{"file": "osm.gpkg"}]}}
+    land = land_at(config, [], 3, tmp_path)
+    assert land["roads"] == [{"line": [[0.0, 5.0], [9.0, 5.0]], "width": 2.0}]
+    assert land["fences"] == [{"line": [[1.0, 1.0], [1.0, 9.0]]}]
+    gone = [(2, {"kind": "fence", "at": 2, "line": [[1.0, 1.0], [1.0, 9.0]], "remove": True})]
+    assert land_at(config, gone, 3, tmp_path)["fences"] == []
+    (tmp_path / "empty").mkdir()
+    assert land_at(config, [], 3, tmp_path / "empty")["roads"] == []

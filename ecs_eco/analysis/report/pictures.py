@@ -66,7 +66,7 @@ def _places(run: Path, series: Series) -> Iterator[Drawn]:
     snapshot = last_snapshot(run, series.species) if size else None
     if size and snapshot:
         hue = figures.colors(series.species, series.manifest.get("colors"))
-        land = land_at(series.manifest["config"], series.manifest.get("intervened", ()), snapshot[0])
+        land = land_at(series.manifest["config"], series.manifest.get("intervened", ()), snapshot[0], run)
         relief = Relief.kept(run, series.manifest["config"])
         seen = [word for word, there in (
             ("hills in the light of the upper left, blue is water", relief is not None),
