@@ -151,8 +151,8 @@ class Story:
 
 
 def foods_of(config: Any) -> dict[str, list[str]]:
-    """Return what each species of a configuration, a mapping, eats and gains by."""
+    """Return what each species of a configuration, a mapping, eats without loss."""
     species = (config or {}).get("species") or {}
     return {name: list(dict.fromkeys(line["eats"] for line in values.get("diet") or ()
-                                     if line.get("gain", 0) > 0 and not line.get("deadly")))
+                                     if line.get("gain", 0) >= 0 and not line.get("deadly")))
             for name, values in species.items()}

@@ -94,3 +94,10 @@ def test_the_page_has_the_colours_of_pictures_and_reports(page, kinds, dark):
     chosen = page.evaluate("([kinds, dark]) => import('/colours.js').then(it => it.safe(kinds, dark))",
                            [named, dark])
     assert chosen == list(safe(kinds, things, dark).values())
+
+
+def test_hunters_grazers_and_plants_have_signs_of_their_own(page):
+    signs = page.locator(".legend-row > svg:first-child").evaluate_all(
+        "all => all.map(svg => svg.firstChild.tagName + (svg.firstChild.getAttribute('d') ?? ''))")
+    assert len(set(signs)) == 3
+    assert signs[0] == "circle"

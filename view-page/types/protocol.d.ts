@@ -7,6 +7,7 @@ export interface Kind {
   moves?: boolean;
   sessile?: boolean;
   inanimate?: boolean;
+  hunts?: boolean; // eats what moves; worked out by the page
   solid?: boolean;
   learns?: boolean;
   genes?: string[];

@@ -1,4 +1,4 @@
-// The shapes of bodies. A moving animal is a dart, its nose ahead (+x), eight facets, in radii of the body; capsules and boxes are a box,
+// The shapes of bodies. Who hunts what moves is a dart, other animals are eggs, their noses ahead (+x), in radii of the body; capsules and boxes are a box,
 // −1 or 1 along each axis, whose corners the shader moves outwards along `facing` by the rounding.
 
 const NOSE = [1.75, 0, 0];
@@ -13,21 +13,44 @@ const FACETS = [
   [NOSE, BELLY, LEFT], [NOSE, RIGHT, BELLY], [BELLY, TAIL, LEFT], [BELLY, RIGHT, TAIL],
 ];
 
-/** Corners and normals, three of each a facet. */
-export function dart() {
-  const corners = new Float32Array(FACETS.length * 9);
-  const normals = new Float32Array(FACETS.length * 9);
-  FACETS.forEach(([a, b, c], i) => {
+/** Corners and normals of some facets, three of each. @param {number[][][]} facets */
+function faceted(facets) {
+  const corners = new Float32Array(facets.length * 9);
+  const normals = new Float32Array(facets.length * 9);
+  facets.forEach(([a, b, c], i) => {
     const u = b.map((value, axis) => value - a[axis]);
     const v = c.map((value, axis) => value - a[axis]);
     const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    const length = Math.hypot(...normal);
+    const length = Math.hypot(...normal) || 1;
     for (const [k, corner] of [a, b, c].entries()) {
       corners.set(corner, 9 * i + 3 * k);
       normals.set(normal.map((value) => value / length), 9 * i + 3 * k);
     }
   });
   return { corners, normals };
+}
+
+/** A hunter: a dart with swept wings. */
+export const dart = () => faceted(FACETS);
+
+/** Half of the width of an egg along its length, from the tail to the nose. */
+const GIRTH = [[-1.05, 0], [-0.8, 0.62], [-0.1, 0.82], [0.65, 0.5], [1.35, 0]];
+const AROUND = 6;
+
+/** Who hunts nobody: an egg, its thin end ahead. */
+export function egg() {
+  const at = (/** @type {number} */ i, /** @type {number} */ k) => {
+    const angle = (2 * Math.PI * k) / AROUND;
+    const [x, r] = GIRTH[i];
+    return [x, r * Math.cos(angle), 0.75 * r * Math.sin(angle)];
+  };
+  const facets = [];
+  for (let i = 0; i + 1 < GIRTH.length; i++)
+    for (let k = 0; k < AROUND; k++) {
+      if (GIRTH[i][1]) facets.push([at(i, k), at(i + 1, k), at(i, k + 1)]);
+      if (GIRTH[i + 1][1]) facets.push([at(i, k + 1), at(i + 1, k), at(i + 1, k + 1)]);
+    }
+  return faceted(facets);
 }
 
 /** Corners and normals of a box, three of each a facet. */

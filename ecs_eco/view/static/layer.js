@@ -4,13 +4,14 @@ import {
   BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBuffer,
   InterleavedBufferAttribute, Mesh, Points, ShaderMaterial,
 } from "./vendor.js";
-import { box, capsule, dart } from "./body.js";
+import { box, capsule, dart, egg } from "./body.js";
 import { WORDS, rowOf, uidOf } from "./frame.js";
 import { match, still } from "./match.js";
 import { BODY_FRAGMENT, BODY_VERTEX, POINT_FRAGMENT, POINT_VERTEX, SOLID_VERTEX } from "./shaders.js";
 
 const DARTS = 3000; // above so many, points
 const BOXES = 50000;
+const RIM = 0.24; // of the dark rim of animals, in radii
 const NOTHING = { n: 0, words: new Uint16Array(0), longs: new Uint32Array(0), upper: null };
 
 /** @typedef {import("./frame.js").Block} Block */
@@ -37,12 +38,16 @@ export class Layer {
       plain: { value: [0.5, 0.5, 0.5] },
       least: { value: 2 },
       byValue: { value: 0 },
+      rim: { value: 0 }, // of a copy behind, dark, that is so much larger
+      nearer: { value: kind.hunts ? 2e-5 : 1e-5 }, // hunters are drawn over others
       pointed: { value: kind.moves ? 1 : 0 },
       lying: { value: kind.inanimate && !kind.solid && !shared.size.value.z ? 1 : 0 },
     };
     const uniforms = { ...shared, ...this.own };
     this.pointed = new ShaderMaterial({ uniforms, vertexShader: POINT_VERTEX, fragmentShader: POINT_FRAGMENT, transparent: true });
     this.bodied = new ShaderMaterial({ uniforms, vertexShader: kind.shape ? SOLID_VERTEX : BODY_VERTEX, fragmentShader: BODY_FRAGMENT, side: DoubleSide });
+    const behind = { ...uniforms, rim: { value: RIM } };
+    this.edged = new ShaderMaterial({ uniforms: behind, vertexShader: BODY_VERTEX, fragmentShader: BODY_FRAGMENT, side: DoubleSide });
     /** @type {{drawn: Points | Mesh, geometry: BufferGeometry, buffers: InterleavedBuffer[], darts: boolean} | null} */
     this.form = null;
   }
@@ -121,7 +126,7 @@ export class Layer {
       geometry.setAttribute(name, new InterleavedBufferAttribute(buffers[k], 4, 0));
     }
     if (darts) {
-      const { corners, normals } = this.kind.shape === "box" ? box() : this.kind.shape ? capsule() : dart();
+      const { corners, normals } = this.kind.shape === "box" ? box() : this.kind.shape ? capsule() : this.kind.hunts ? dart() : egg();
       if (this.kind.shape) {
         const forms = new InstancedInterleavedBuffer(new Float32Array(4 * this.room), 4);
         geometry.setAttribute("form", new InterleavedBufferAttribute(forms, 4, 0));
@@ -132,6 +137,11 @@ export class Layer {
     }
     const drawn = darts ? new Mesh(geometry, this.bodied) : new Points(geometry, this.pointed);
     drawn.frustumCulled = false;
+    if (darts && !this.kind.shape) {
+      const edge = new Mesh(geometry, this.edged);
+      edge.frustumCulled = false;
+      drawn.add(edge);
+    }
     this.group.add(drawn);
     this.form = { drawn, geometry, buffers, darts };
   }

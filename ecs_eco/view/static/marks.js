@@ -1,4 +1,4 @@
-// The signs of kinds: a dart for who moves, a disc for who grows, a square for things; and lines of charts.
+// The signs of kinds: a dart for who hunts, an egg for who moves, a disc for who grows, a square for things; and lines of charts.
 
 import { s } from "./dom.js";
 
@@ -10,9 +10,20 @@ export function sign(kind, colour) {
   const shape = kind.inanimate
     ? s("rect", { x: 4, y: 4, width: 8, height: 8, rx: 1.5, fill: colour })
     : kind.moves
-      ? s("path", { d: "M14.5 8 3 3.2 5.8 8 3 12.8z", fill: colour })
+      ? s("path", { d: kind.hunts ? "M14.5 8 3 3.2 5.8 8 3 12.8z" : "M14 8C11.5 4.6 8.6 3.6 6 3.6 3.4 3.6 2 5.6 2 8s1.4 4.4 4 4.4c2.6 0 5.5-1 8-4.4z", fill: colour })
       : s("circle", { cx: 8, cy: 8, r: 4.6, fill: colour });
   return s("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, shape);
+}
+
+/**
+ * Species and things in order, with who of them hunts: eats what moves.
+ * @param {import("./protocol.js").Hello} hello
+ * @returns {import("./protocol.js").Kind[]}
+ */
+export function kindsOf({ species, objects, foods }) {
+  const moving = new Set(species.filter(({ moves }) => moves).map(({ name }) => name));
+  const hunts = (/** @type {string} */ name) => Boolean(foods?.[name]?.some((food) => moving.has(food)));
+  return [...species.map((kind) => ({ ...kind, hunts: hunts(kind.name) })), ...(objects ?? []).map((kind) => ({ ...kind, inanimate: true }))];
 }
 
 /** Dashes tell lines apart where colours do not. */

@@ -3,7 +3,7 @@
 import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";
 import { drawGenome } from "./genome.js";
-import { sign, stroke } from "./marks.js";
+import { kindsOf, sign, stroke } from "./marks.js";
 import { drawNerves, signature } from "./nerves.js";
 import { css } from "./theme.js";
 
@@ -36,7 +36,7 @@ export class Panel {
 
   empty() {
     this.forget();
-    const kind = this.hello.species.find((species) => species.moves) ?? this.hello.species[0];
+    const kind = kindsOf(this.hello).find((species) => species.moves) ?? this.hello.species[0];
     const replay = this.hello.mode === "replay" ? " In a replay, everyone in the recorded detail shows all; the others what was recorded." : "";
     this.root.replaceChildren(h("div", { class: "empty" }, kind ? sign(kind, "currentColor") : null,
       h("p", { text: `Click an organism, or press N for the next one, to look into its head.${replay}` })));
@@ -104,8 +104,7 @@ export class Panel {
 
   /** @param {Organism} organism @returns {import("./protocol.js").Kind} */
   kind(organism) {
-    const kinds = [...this.hello.species, ...(this.hello.objects ?? [])];
-    return kinds.find(({ name }) => name === organism.species) ?? { name: organism.species, color: "#888888", radius: 1 };
+    return kindsOf(this.hello).find(({ name }) => name === organism.species) ?? { name: organism.species, color: "#888888", radius: 1 };
   }
 
   /** What was recorded, where that is not all. @param {Organism} organism */

@@ -111,17 +111,22 @@ ${COMMON}
 attribute vec3 corner;    // of the body, ahead is +x, in radii
 attribute vec3 facing;
 uniform vec3 sun;
+uniform float rim;        // 0 for the body, else how far its dark copy reaches beyond it, in radii
+uniform vec3 edge;        // colour of the rim
+uniform float nearer;     // share of the depth
 
 void main() {
   vec3 at = place();
   vec4 centre = viewMatrix * vec4(at, 1.0);
   float scale = max(radius, least * -centre.z / lens) * grown();
+  vec3 form = rim > 0.0 ? vec3(corner.xy * (1.0 + rim / max(0.3, length(corner.xy))), 0.1 * corner.z) : corner; // the rim is flat
   float h = heading(), c = cos(h), s = sin(h);
   mat3 turn = mat3(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
   vec3 light = turn * facing;
   float lit = 0.66 + 0.24 * dot(light, sun) + 0.16 * light.z;
-  vColour = colour(at.z) * clamp(lit, 0.88, 1.06);
-  gl_Position = projectionMatrix * viewMatrix * vec4(at + turn * corner * scale, 1.0);
+  vColour = rim > 0.0 ? edge * mix(0.75, 1.0, day) : colour(at.z) * clamp(lit, 0.88, 1.06);
+  gl_Position = projectionMatrix * viewMatrix * vec4(at + turn * form * scale, 1.0);
+  gl_Position.z -= nearer * gl_Position.w;
 }`;
 
 /** Capsules and boxes: a box, enlarged on all sides by a rounding. */

@@ -9,6 +9,7 @@ import { Eye } from "./eye.js";
 import { WORDS, decode } from "./frame.js";
 import { Ground, Relief } from "./ground.js";
 import { Layer } from "./layer.js";
+import { kindsOf } from "./marks.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello */
 
@@ -25,10 +26,9 @@ export class Stage {
   constructor(canvas, hello) {
     this.canvas = canvas;
     this.hello = hello;
-    this.kinds = [...hello.species, ...(hello.objects ?? []).map((kind) => ({ ...kind, inanimate: true }))];
+    this.kinds = kindsOf(hello);
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, powerPreference: "low-power" });
-    this.renderer.outputColorSpace = LinearSRGBColorSpace;
-    this.renderer.setClearColor(0, 0);
+    Object.assign(this.renderer, { outputColorSpace: LinearSRGBColorSpace }).setClearColor(0, 0);
     this.scene = new Scene();
     this.relief = new Relief(hello);
     this.ground = new Ground(hello, this.relief);
@@ -49,7 +49,7 @@ export class Stage {
       murk: { value: this.ground.murk },
       sun: { value: new Vector3(0.3, -0.4, 0.86) },
       mute: { value: [0.6, 0.63, 0.65] },
-      ramp: { value: this.ramps.sequential },
+      ramp: { value: this.ramps.sequential }, edge: { value: [0.1, 0.1, 0.1] }, // of bodies
       relief: { value: this.relief.texture },
       cells: { value: new Vector2(this.relief.nx, this.relief.ny) },
     };
@@ -135,6 +135,7 @@ export class Stage {
   theme(dark, own) {
     this.dark = dark;
     this.shared.mute.value = dark ? [0.27, 0.31, 0.33] : [0.74, 0.77, 0.78];
+    this.shared.edge.value = Array(3).fill(dark || this.hello.size.length > 2 ? 0.88 : 0.1); // rims: pale on dark land and in water
     this.colours = own ? this.kinds.map((kind) => legible(kind.color, dark)) : safe(this.kinds, dark);
     this.layers.forEach((layer, k) => (layer.own.plain.value = rgb(this.colours[k]).map((part) => part / 255)));
     this.shine(this.light, this.elevation);
