@@ -20,6 +20,9 @@ from typing import Any
 
 from ecs_eco.config.shipped import shipped
 
+PACKAGE = Path(__file__).parents[1]
+_HELPER = ("import sys; sys.path.append(sys.argv[1]); "
+           "from ecs_eco.worlds.first_start import help_on; help_on(sys.argv[2:])")
 LIST, MARK = Path(__file__).with_name("kernels.txt"), ".warm"
 
 
@@ -108,7 +111,8 @@ def _mark(world: str) -> Path:
 
 
 def _start(arguments: Sequence[str]) -> subprocess.Popen[bytes]:
-    return subprocess.Popen([sys.executable, "-m", "ecs_eco.worlds.first_start", *arguments],
+    # -P: modules of the folder that a command happens to run in hide no others
+    return subprocess.Popen([sys.executable, "-P", "-c", _HELPER, str(PACKAGE.parent), *arguments],
                             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
@@ -142,8 +146,10 @@ def _compiles() -> bool:
     return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
 
-if __name__ == "__main__":
-    if sys.argv[1] == "backwards":
-        compile_listed(sys.argv[2:], backwards=True)
+def help_on(arguments: Sequence[str]) -> None:
+    """Compile in this process, which another has started for that: `backwards WORLD`,
+    or `share NUMBER OF WORLD…`."""
+    if arguments[0] == "backwards":
+        compile_listed(arguments[1:], backwards=True)
     else:
-        compile_listed(sys.argv[4:], int(sys.argv[2]), int(sys.argv[3]))
+        compile_listed(arguments[3:], int(arguments[1]), int(arguments[2]))

@@ -69,6 +69,25 @@ def test_what_is_listed_is_compiled_once_and_what_is_gone_stops_nothing(two_kern
     assert made() == kept
 
 
+def test_a_second_process_compiles_what_the_first_has_not_and_takes_no_modules_of_the_folder(
+        two_kernels, tmp_path, monkeypatch):
+    monkeypatch.setenv("ECS_ECO_CACHE", str(tmp_path / "others"))
+    (tmp_path / "numba.py").write_text("raise SystemExit('hidden')")
+    monkeypatch.chdir(tmp_path)
+    code = first_start._HELPER.replace("help_on(", "from ecs_eco.worlds import first_start; "
+                                       f"first_start.LIST = first_start.Path({str(first_start.LIST)!r}); "
+                                       f"sys.path.append({str(tmp_path)!r}); help_on(")
+    command = [sys.executable, "-P", "-c", code, str(first_start.PACKAGE.parent), "share", "1", "2", "sea"]
+    done = subprocess.run(command, capture_output=True, text=True, env=without_path())
+    assert done.returncode == 0, done.stderr
+    (folder,) = (tmp_path / "others").iterdir()
+    assert len(list(folder.glob("*.nbc"))) == 2
+
+
+def without_path():
+    return {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+
+
 def test_a_kernel_that_another_process_compiles_is_waited_for(two_kernels):
     two_kernels.mkdir(parents=True)
     jit.FOLDER.shared = True
