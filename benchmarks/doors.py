@@ -1,0 +1,153 @@
+"""How fast is each door to a species: agents' steps a second, beside MAgent2 through PettingZoo.
+
+    python benchmarks/doors.py [--agents 500] [--steps 200] [--rounds 5]
+
+Agents act at random. `external` hands over arrays, `slots` is a Gymnasium vector of all of them,
+`parallel_env` PettingZoo's dicts; `within` is the same world without a door, by chance. MAgent2's battle,
+with about as many agents, is stepped through its parallel environment in the same run: each round goes
+through all doors in turn, and the median over rounds counts. Seconds are those of the process, which has one thread.
+Needs ecs-eco[rl]; MAgent2 is left out where it is not installed. The worlds differ: a deer senses 14 numbers,
+an agent of MAgent2 845.
+"""
+
+import argparse
+import statistics
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+import _bench
+
+_bench.pin_threads()
+
+import numpy as np
+
+from ecs_eco import World
+from ecs_eco.config import load
+from ecs_eco.rl import parallel_env, slots
+
+Steps = Iterator[int]  # of how many agents, in each step
+
+
+def world_of(agents: int) -> Any:
+    """Grass, deer and no wolves: numbers are held constant."""
+    side = 240.0 * (agents / 700) ** 0.5
+    return load("predator_prey", {"space.size": [side, side], "species.deer.count": agents,
+                                  "species.grass.count": int(4300 * agents / 700),
+                                  "species.wolf.count": 1, "ticks": 10**6})
+
+
+def within(config: Any) -> Steps:
+    """The world alone."""
+    world = World.from_config(config, policies="random", training=True, record=False)
+    while True:
+        world.run(1)
+        yield world.tables["deer"].n
+
+
+def external(config: Any) -> Steps:
+    """Arrays in and out."""
+    world = World.from_config(config, policies="random", training=True, record=False)
+    door, draw = world.external("deer"), np.random.default_rng(1)
+    while True:
+        n = len(door.observe().uid)
+        door.act(draw.integers(0, 3, (n, 2)))
+        yield n
+
+
+def vector(config: Any) -> Steps:
+    """A vector of slots."""
+    n = config.species["deer"].count
+    envs, draw = slots(config, "deer", n, policies="random", training=True), np.random.default_rng(1)
+    envs.reset(seed=1)
+    while True:
+        envs.step(draw.integers(0, 3, (n, 2)))
+        yield n
+
+
+def dicts(config: Any) -> Steps:
+    """PettingZoo's dicts."""
+    env, draw = parallel_env(config, "deer", policies="random", training=True), np.random.default_rng(1)
+    env.reset(seed=1)
+    while True:
+        n = len(env.agents)
+        env.step(dict(zip(env.agents, draw.integers(0, 3, (n, 2)), strict=True)))
+        yield n
+
+
+def magent(agents: int) -> Steps:
+    """MAgent2's battle through PettingZoo, begun again where most are dead."""
+    from magent2.environments import battle_v4
+
+    env, draw = battle_v4.parallel_env(map_size=_map(agents), max_cycles=10**6), np.random.default_rng(1)
+    while True:
+        env.reset(seed=1)
+        first = len(env.agents)
+        while len(env.agents) > first / 2:
+            n = len(env.agents)
+            env.step(dict(zip(env.agents, draw.integers(0, 21, n), strict=True)))
+            yield n
+
+
+def _map(agents: int) -> int:
+    """Side of the map on which about so many fight: it places both armies by the size of the map."""
+    from magent2.environments import battle_v4
+
+    for side in range(16, 200, 4):
+        env = battle_v4.parallel_env(map_size=side)
+        env.reset(seed=1)
+        if len(env.agents) >= agents:
+            return side
+    raise ValueError(f"--agents {agents}: no map of MAgent2's battle has so many")
+
+
+def speed(door: Steps, steps: int) -> float:
+    """Return agents' steps a second of this process's time, whatever else the machine does."""
+    start, done = time.process_time(), 0
+    for _ in range(steps):
+        done += next(door)
+    return done / (time.process_time() - start)
+
+
+def doors(agents: int) -> dict[str, Steps]:
+    """Return all doors, open and warm."""
+    config = world_of(agents)
+    makers: dict[str, Callable[[], Steps]] = {
+        "within, by chance": lambda: within(config), "external": lambda: external(config),
+        "slots": lambda: vector(config), "parallel_env": lambda: dicts(config)}  # fmt: skip
+    try:
+        import magent2  # noqa: F401
+
+        makers["MAgent2, parallel_env"] = lambda: magent(agents)
+    except ModuleNotFoundError:
+        print("MAgent2 is not installed: left out")
+    made = {name: make() for name, make in makers.items()}
+    for door in made.values():
+        speed(door, 5)
+    return made
+
+
+def main() -> None:
+    """Time all doors in turn."""
+    parser = argparse.ArgumentParser(description=str(__doc__).split("\n")[0])
+    parser.add_argument("--agents", type=int, default=500)
+    parser.add_argument("--steps", type=int, default=200, help="of each door in a round")
+    parser.add_argument("--rounds", type=int, default=5)
+    asked = parser.parse_args()
+    opened = doors(asked.agents)
+    rounds = [{name: speed(door, asked.steps) for name, door in opened.items()} for _ in range(asked.rounds)]
+    rows = []
+    for name in opened:
+        ratio = [one[name] / one["parallel_env"] for one in rounds]
+        rows.append({"door": name, "agents' steps/s": round(statistics.median(one[name] for one in rounds)),
+                     "times parallel_env": round(statistics.median(ratio), 2),
+                     "range of that": f"{min(ratio):.2f} to {max(ratio):.2f}"})
+    _bench.save("doors", "how fast is each door to a species?", rows,
+                {"agents": asked.agents, "steps": asked.steps, "rounds": asked.rounds})
+
+
+if __name__ == "__main__":
+    main()
