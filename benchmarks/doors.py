@@ -5,9 +5,9 @@
 Agents act at random. `external` hands over arrays, `slots` is a Gymnasium vector of all of them,
 `parallel_env` PettingZoo's dicts; `within` is the same world without a door, by chance. MAgent2's battle,
 with about as many agents, is stepped through its parallel environment in the same run: each round goes
-through all doors in turn, and the median over rounds counts. Seconds are those of the process, which has one thread.
-Needs ecs-eco[rl]; MAgent2 is left out where it is not installed. The worlds differ: a deer senses 14 numbers,
-an agent of MAgent2 845.
+through all doors in turn, and the median over rounds counts. Seconds are those of the process, which has
+one thread. Needs ecs-eco[rl]; MAgent2 is left out where it is not installed. The worlds differ: a deer
+senses 14 numbers, an agent of MAgent2 845.
 """
 
 import argparse

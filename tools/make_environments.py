@@ -31,7 +31,8 @@ x, reward, terminated, truncated, info = env.step(env.action_space.sample())
 ```
 
 A species of a shipped world each; any other becomes one by `ecs_eco.rl.body(world, species)`, `slots` or
-`parallel_env` ([bring your own learner](../../how-to/bring_your_own_learner.md)). All others live as they do without it; those of the species that are not told what to do decide by the policy that comes with the
+`parallel_env` ([bring your own learner](../../how-to/bring_your_own_learner.md)). All others live as they
+do without it; those of the species that are not told what to do decide by the policy that comes with the
 world.
 
 """
