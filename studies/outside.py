@@ -18,6 +18,7 @@ from __future__ import annotations
 import os
 import statistics
 import time
+from importlib import import_module
 from typing import Any
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -28,12 +29,12 @@ import torch
 from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.learning import from_torch
-from examples import rl_function, rl_parallel, rl_slots
+from examples import rl_function
 from studies.common.study import Study, verdict
 
 GRAZING, STEPS, LOOKS = rl_function.GRAZING, 131_072, 6
 PPO = {"learning_rate": 1e-3, "discount": 0.95, "entropy": 0.003, "minibatch": 1024, "horizon": 64}
-LEARNERS = {"built-in PPO": None, "SB3 on slots": rl_slots.train, "PPO on PettingZoo": rl_parallel.train}
+LEARNERS = {"built-in PPO": "", "SB3 on slots": "rl_slots", "PPO on PettingZoo": "rl_parallel"}
 OTHERS = ("function", "chance")
 
 
@@ -88,11 +89,11 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
             watching += time.process_time() - before
 
     torch.set_num_threads(1)
-    train = LEARNERS[arm]
-    if train is None:
+    if not LEARNERS[arm]:
         built_in(config, seed, look)
         same = 0
     else:
+        train = import_module(f"examples.{LEARNERS[arm]}").train  # what it needs is not always installed
         same = same_choices(from_torch(train(config["steps"], seed, look)), seed)
     seconds = time.process_time() - start - watching
     return {"curve": curve, "seconds": round(seconds, 1), "same_choices": same,
@@ -110,7 +111,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         seconds = [r["seconds"] for r in runs if "seconds" in r]
         rows.append([arm, len(runs), round(value, 3), f"{min(ends[arm]):.3f} to {max(ends[arm]):.3f}",
                      statistics.median(seconds) if seconds else ""])
-        if LEARNERS.get(arm) is None or reference is None:
+        if not LEARNERS.get(arm) or reference is None:
             continue
         ratio = round(value / reference, 3)
         verdicts.append(verdict(f"{arm}: mean intake at the end, times that of the built-in PPO", ratio,
