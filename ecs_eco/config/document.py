@@ -32,6 +32,7 @@ class Document:
     set_by: str = "--set"
     code: Code | None = None  # of the world that this one modifies: no other code may be named
     places: Sequence[Path] = field(default_factory=tuple)  # where to find its code; none: in its folder
+    original: WorldConfig | None = None  # that this one modifies: its land need not be read again
 
     @cached_property
     def lines(self) -> dict[Key, int]:
@@ -59,7 +60,7 @@ def read_document(world: Any) -> Document:
     if isinstance(world, WorldConfig):
         known = world._code if world._code.sources or not world.code else None
         return Document(world.model_dump() | {"search": world.search.model_dump()}, world._source,
-                        world._folder, code=known)
+                        world._folder, code=known, original=world)
     if isinstance(world, Mapping):
         if deep := too_deep(world):
             raise ConfigError([deep.moved(source="dict")], "dict: 1 problem")

@@ -69,7 +69,8 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
     ramp, data["training"]["ramp"], data["training"]["vary"] = data["training"]["ramp"], [], {}
     data["interventions"], data["reporters"] = [], {}  # what happens in a run
     new = load(
-        Document(data, config._source, config._folder, set_by="[training] set", code=config._code), wanted  # type: ignore[arg-type]
+        Document(data, config._source, config._folder, set_by="[training] set", code=config._code,
+                 original=config), wanted  # type: ignore[arg-type]
     )
     if not ramp:
         return new
@@ -85,7 +86,8 @@ def island_of(config: WorldConfig, name: str) -> WorldConfig:
     data["archipelago"]["here"], data["seed"] = name, seed_of(config.seed, plan.names.index(name))
     by = f"[archipelago] islands.{name}"
     return load(
-        Document(data, config._source, config._folder, set_by=by, code=config._code), plan.islands[name]  # type: ignore[arg-type]
+        Document(data, config._source, config._folder, set_by=by, code=config._code,
+                 original=config), plan.islands[name]  # type: ignore[arg-type]
     )
 
 
@@ -102,7 +104,7 @@ def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) 
             {}, {}, [], config.training
         )
     new = load(
-        Document(data, config._source, folder or config._folder, code=config._code), values  # type: ignore[arg-type]
+        Document(data, config._source, folder or config._folder, code=config._code, original=config), values  # type: ignore[arg-type]
     )
     return new.model_copy(update=kept)
 
@@ -115,7 +117,7 @@ def intervention(config: WorldConfig, request: Mapping[str, Any],
     data = config.model_dump() | {"interventions": listed_, "ticks": max(config.ticks, request["at"] + 1)}
     data["training"]["set"], data["training"]["vary"], data["training"]["ramp"] = {}, {}, []
     try:
-        new = load(Document(data, "intervene", config._folder, code=config._code))  # type: ignore[arg-type]
+        new = load(Document(data, "intervene", config._folder, code=config._code, original=config))  # type: ignore[arg-type]
         _refuse_code(config, new.interventions[-1])
         return new.interventions[-1]
     except ConfigError as error:
@@ -216,6 +218,9 @@ def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, lis
     config = WorldConfig.model_validate(data)
     config._folder, config._source = document.folder, document.source
     config._code, problems = _read_code(document, config.code)
+    known = document.original
+    if known is not None and (known.terrain, known.space) == (config.terrain, config.space):
+        config._land = known._land
     return config, problems + check(config, document.folder, changed)
 
 

@@ -216,6 +216,14 @@ def test_a_run_keeps_its_land_and_goes_on_without_the_file(made, tmp_path):
         resume(tmp_path / "run", until=9, report=False)
 
 
+def test_a_living_world_needs_its_files_no_more(made, tmp_path):
+    world = made([[0, 1, 2, 3]] * 4).run(1)
+    (tmp_path / "dem.npz").unlink()
+    assert world.copy().digest() == world.digest()
+    world.intervene({"kind": "add", "at": 1, "species": "ox", "count": 3})
+    assert world.run(1).tables["ox"].n == 4
+
+
 def test_other_land_is_another_digest(made):
     dem = np.zeros((4, 4))
     one = made(dem).digest()

@@ -27,7 +27,7 @@ def check_land(config: WorldConfig) -> Iterator[Problem]:
     problems = [*_agreement(config, terrain)]
     yield from problems
     size = config.space.size
-    if problems or size[0] / terrain.cell * (size[1] / terrain.cell) > MOST_CELLS:
+    if problems or config._land is not None or size[0] / terrain.cell * (size[1] / terrain.cell) > MOST_CELLS:
         return
     from ecs_eco.config.land.land import read_land  # not at the top: other worlds need no numpy to be checked
 
