@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 BENCHMARKS = ROOT / "benchmarks"
 PAGE, README = ROOT / "docs" / "benchmarks.md", ROOT / "README.md"
 MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
-ORDER = ("animals", "animals_threads", "breakdown", "main_job", "animals_learning", "plants",
+ORDER = ("animals", "animals_threads", "animals_pairs", "breakdown", "main_job", "animals_learning", "plants",
          "memory", "startup", "checkpoints", "checkpoints_cost", "bands", "bands_model", "portable",
          "sweep_overhead", "sweep_overhead_ray", "firm_ground", "doors", "ppo", "individual_ppo",
          "births", "variable_births", "genomes", "viewer_cost", "viewer_frames", "page", "viewer_stall",
