@@ -47,7 +47,10 @@ def mix_int(z: int) -> int:
 @functools.lru_cache(maxsize=64)
 def tick_key(seed: int, tick: int) -> np.uint64:
     """Return the key of all draws of one tick of a world with this seed."""
-    return np.uint64(mix_int((mix_int(seed & _MASK) + tick) & _MASK))
+    return np.uint64(mix_int((_mixed_seed(seed & _MASK) + tick) & _MASK))
+
+
+_mixed_seed = functools.lru_cache(maxsize=64)(mix_int)
 
 
 def draw_many(key: int | np.uint64, identity: np.ndarray, purpose: int) -> np.ndarray:
