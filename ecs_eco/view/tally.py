@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 CAUSES = 256
+EVERY = 5  # ticks from one look at the numbers to the next; extinctions are seen at once
 
 
 class Tally:
@@ -27,7 +28,8 @@ class Tally:
         config = None if world.config is None else world.config.model_dump(include={"species"})
         self.foods = foods_of(config)
         self.story = Story(species, self.foods, lambda c: world.causes[c - 1] if c else "unknown")
-        self._last = -1
+        self._tables = [world.tables[name] for name in species]
+        self._last, self._gone = -EVERY, -1  # when the story was told last, and how many were extinct then
         self._sampled: tuple[int, np.ndarray, np.ndarray] | None = None
         world.on_birth.append(self._was_born)
         world.on_death.append(self._has_died)
@@ -45,11 +47,12 @@ class Tally:
 
     def passed(self) -> None:
         """Take note of a tick that has passed."""
-        if self.world.tick != self._last:
-            self._last = self.world.tick
-            n = np.array([self.world.tables[name].n for name in self.species], np.int64)
-            # the story is of ticks that are over, as the records are
-            self.story.note(max(0, self.world.tick - 1), n, self.births, self.deaths, self.bred)
+        n = [table.n for table in self._tables]
+        gone = n.count(0)
+        if self.world.tick >= self._last + EVERY or gone != self._gone:
+            self._last, self._gone = self.world.tick, gone
+            over = max(0, self.world.tick - 1)  # as in the records: the last tick that is over
+            self.story.note(over, np.array(n, np.int64), self.births, self.deaths, self.bred)
 
     def rates(self) -> dict[tuple[str, ...], float]:
         """Return births and deaths by cause, a tick, since the last call: points of curves."""
