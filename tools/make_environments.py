@@ -49,7 +49,7 @@ def pages() -> dict[str, str]:
         doors = [(name, _door(config, species)) for name, species in entries]
         out[f"{world}.md"] = "\n\n".join([f"# {config.title or config.name}", NOTE,
                                           *(_environment(name, door, config) for name, door in doors)]) + "\n"
-        rows += [f"| [`ecs_eco/{name}`]({world}.md) | {config.title or config.name} | {door.species} | "
+        rows += [f"| [ecs_eco/{name}]({world}.md) | {config.title or config.name} | {door.species} | "
                  f"{len(door.channels)} numbers | {_actions(door)} |" for name, door in doors]
     head = "| environment | world | species | observes | chooses |\n|---|---|---|---|---|\n"
     table = head + "\n".join(rows)

@@ -12,7 +12,7 @@ def test_the_pages_are_what_the_worlds_say_and_name_every_environment():
     pages = tool.pages()
     assert pages == {path.name: path.read_text(encoding="utf-8") for path in tool.PAGES.glob("*.md")}
     for name, (world, _) in ENVIRONMENTS.items():
-        assert f"`ecs_eco/{name}`" in pages["index.md"]
+        assert f"[ecs_eco/{name}]" in pages["index.md"]
         assert f'gymnasium.make("ecs_eco/{name}")' in pages[f"{world}.md"]
 
 
