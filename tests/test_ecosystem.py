@@ -147,7 +147,8 @@ def test_split_hands_every_item_to_the_kernel_once(monkeypatch):
             out[first:last] += 1
             calls.append((first, last, threading.get_ident()))
 
-        World(threads=threads).split(kernel, n, out)
+        world = World(threads=threads)
+        world.split(kernel, n, out)
         assert out.tolist() == [1] * n
         assert len(calls) == parts
 
@@ -158,8 +159,9 @@ def test_an_error_in_a_kernel_on_a_thread_arrives(monkeypatch):
     def kernel(first, last):
         raise FloatingPointError("here")
 
+    world = World(threads=2)
     with pytest.raises(FloatingPointError, match="here"):
-        World(threads=2).split(kernel, 4)
+        world.split(kernel, 4)
 
 
 def test_the_digest_tells_worlds_apart_by_what_decides_their_future_and_not_by_rows(world):

@@ -104,9 +104,9 @@ class Workers:
             self.all_busy = False
 
     def end(self) -> None:
-        """Let the other threads end."""
-        if self.pool is not None:
-            self.pool.shutdown(wait=False)
+        """Let the other threads end, once nobody divides work between them any more: `split` may be held by
+        those that do not hold the world."""
+        self.pool = None
 
 
 def _here_and(others: list[Future[Any]], work: Callable[[], Any]) -> None:

@@ -247,4 +247,4 @@ def test_a_world_without_policies_is_not_trained(here: Path) -> None:
 def test_report_is_written_for_a_run_folder(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (here / "manifest.json").write_text("{}")
     catch(monkeypatch, "ecs_eco.analysis.report.write_report")
-    assert caught("report", ".") == ((Path(), None), {})
+    assert caught("report", ".") == ((Path(), None, None, {}), {})

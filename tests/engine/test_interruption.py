@@ -159,8 +159,9 @@ def test_after_an_error_nobody_is_at_work_on_the_world(monkeypatch):
         sum(range(300_000))
         done[1] = 1
 
+    world = World(threads=2)
     with pytest.raises(ValueError, match="a stone"):
-        World(threads=2).split(kernel, 4)
+        world.split(kernel, 4)
     assert done[1] == 1
 
 

@@ -112,7 +112,7 @@ def test_a_slider_keeps_the_keys_that_move_it(page):
         page.keyboard.press(key)
     until(page, "ecs.still && document.querySelector('#speed').value === '1'")
     page.locator("#speed").evaluate("it => { it.value = 3; it.dispatchEvent(new Event('input')) }")
-    assert page.evaluate(f"ecs.screen({uid})") == where
+    assert page.evaluate(f"ecs.screen({uid})") == pytest.approx(where)
 
 
 def test_one_that_is_selected_while_time_stands_still_has_a_point_in_its_chart(page):

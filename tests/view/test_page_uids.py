@@ -8,6 +8,7 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Biology, Position, Velocity
+from ecs_eco.engine.turns import apart
 from ecs_eco.engine.uids import first_uid
 from ecs_eco.testing.browser import until
 from ecs_eco.view.live import Live
@@ -38,7 +39,8 @@ def shown(make):
     ready, box = threading.Event(), []
 
     def live():
-        source = Live(make())
+        with apart():  # the tests of other files may have left worlds in their thread
+            source = Live(make())
         player = Player(source, playing=False)
         with Server(player) as server:
             box.extend([player, server.address()])

@@ -89,7 +89,8 @@ def test_curves_are_those_of_the_recorder(plain):
     genes = series["genes"]["ram.pace"]
     crowd = plain.recording.organisms(30, "ram")
     plain.handle({"kind": "seek", "tick": 30})
-    assert genes[30] == pytest.approx(float(plain._expressed("ram", crowd.uid, "pace").mean()), rel=1e-4)
+    paces = plain._genes.expressed("ram", crowd.uid, "pace")
+    assert genes[30] == pytest.approx(float(paces.mean()), rel=1e-4)
 
 
 @pytest.mark.parametrize("colour", ["species", "energy", "happiness", "age", "gene:pace"])

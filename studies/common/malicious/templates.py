@@ -32,6 +32,9 @@ def react(x):
 def feel(x):
     return x[:, 0] * 0
 
+def act(x, uid):
+    return x[:, :1] * 0
+
 def flow(world, x, y, z):
     return x * 0, y * 0, z * 0
 
@@ -68,6 +71,7 @@ KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stan
     "species.*.reflex.function": {"function": "evil:react"},
     "species.*.happiness.function": {"function": "evil:feel", "minimum": 0.0},
     "species.*.policy.network": {"kind": "shared", "network": "evil:net"},
+    "species.*.policy.function": {"kind": "function", "function": "evil:act"},
     "water.current_function": {"current_function": "evil:flow"},
     "species.*.genome.mate.operator": {"operator": "evil:mate"},
     "species.*.genome.mutate.operator": {"operator": "evil:mutate"},
@@ -77,7 +81,8 @@ KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stan
 }
 PLACES = {"species.*.sensors.*.function": "sensors", "species.*.components.*": "components",
           "species.*.reflex.function": "reflex",
-          "species.*.happiness.function": "happiness", "species.*.policy.network": "policy"}  # fmt: skip
+          "species.*.happiness.function": "happiness", "species.*.policy.network": "policy",
+          "species.*.policy.function": "policy"}  # fmt: skip
 NAMES = ("os:system", "posix:system", "pydoc:pipepager", "builtins:exec", "builtins:eval", "subprocess:call",
          "runpy:run_path", "timeit:main", "importlib:import_module", "ctypes:CDLL", "pickle:loads",
          "evilpackage.inside:Wait", "evil.Wait:__init__",
