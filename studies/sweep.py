@@ -140,9 +140,17 @@ def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict
             now = json.loads((state / "state.json").read_text())["arrays"][array]["tasks"]
             return [index for index, task in now.items() if task["state"] in states]
 
-        for share, command in ((1 / 4, "preempt"), (1 / 2, "preempt"), (3 / 4, "notice")):
-            for index in wait_for(folder, config | {"at": share}, lambda: tasks("RUNNING")):
-                subprocess.run([command, array, index], check=True)
+        def times(word: str) -> int:
+            now = json.loads((state / "state.json").read_text())["arrays"][array]["tasks"]
+            return sum(task["log"].count(word) for task in now.values())
+
+        for share, command, word in ((1 / 4, "preempt", "preempt"), (1 / 2, "preempt", "preempt"),
+                                     (3 / 4, "notice", "signalled")):  # fmt: skip
+            before = times(word)
+            while times(word) == before:  # who has ended by then is past it
+                for index in wait_for(folder, config | {"at": share}, lambda: tasks("RUNNING")):
+                    subprocess.run([command, array, index], check=True)
+                time.sleep(0.2)
         wait_for(folder, config | {"at": 1.0}, lambda: not tasks("RUNNING", "PENDING"))
         content = json.loads((state / "state.json").read_text())["arrays"][array]["tasks"]
     words = [word for task in content.values() for word in task["log"]]

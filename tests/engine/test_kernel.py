@@ -15,6 +15,16 @@ def double(x):
 
 
 @njit
+def treble(x):
+    return 3 * x
+
+
+@njit
+def treble_of(x):
+    return treble(x)
+
+
+@njit
 def sum_of_doubles(array):
     total = 0.0
     for i in range(len(array)):
@@ -28,13 +38,13 @@ def fail(x):
 
 
 def test_a_kernel_that_a_kernel_calls_is_compiled_for_it_alone_and_for_python_when_python_calls():
-    assert sum_of_doubles(np.arange(4.0)) == 12
-    assert isinstance(double, Kernel)
-    assert isinstance(double.inner, Inner)
-    assert len(double.inner.signatures) == 1
-    assert not double.signatures
-    assert double(3.0) == 6
-    assert len(double.signatures) == 1
+    assert treble_of(4.0) == 12
+    assert isinstance(treble, Kernel)
+    assert isinstance(treble.inner, Inner)
+    assert len(treble.inner.signatures) == 1
+    assert not treble.signatures
+    assert treble(3.0) == 9
+    assert len(treble.signatures) == 1
 
 
 def test_first_calls_are_noted_with_their_types():

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import stat
 import sys
 import time
+from collections.abc import Collection
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
-from ecs_eco.checkpoint.file import tick_of
 from ecs_eco.cli import app
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.record.claim import owner_of
 from ecs_eco.sweeps.design import design_of
 from ecs_eco.sweeps.folder import Sweep, begin
 from ecs_eco.sweeps.jobs import read_done, run_job
@@ -24,6 +27,7 @@ from ecs_eco.sweeps.slurm import Options, chunks, compressed, queued, resume, sc
 from tests.sweeps.moss import PLAN, written
 
 LONG = 'world = "moss.toml"\nticks = 30000\nworld_seeds = 2\ncheckpoint_every = 1000\n'
+AGAIN = ("preempt", "requeue")  # what the stand-in notes of a task that it queues again
 STAND_IN = Path(__file__).with_name("slurm_stand_in.py")
 
 
@@ -80,29 +84,52 @@ def test_jobs_that_are_told_to_end_and_preempted_leave_the_same_as_alone(tmp_pat
     [array] = submit(sweep.folder, [0, 1], Options(limit=2))
     assert queued(sweep.folder) == {0, 1}
     assert resume(sweep.folder, [0, 1]) == ([], [0, 1])
-    for index, command in (("0", "preempt"), ("1", "notice"), ("0", "notice"), ("1", "preempt")):
-        when_under_way(sweep, int(index))
-        before = len(log(slurm, array, index))
-        os.spawnlp(os.P_WAIT, command, command, array, index)
-        until(lambda index=index, before=before: len(log(slurm, array, index)) > before)
+    for commands in ({0: "preempt", 1: "notice"}, {0: "notice", 1: "preempt"}):
+        held = hold_under_way(sweep, commands)
+        often = {number: times(slurm, array, number, *AGAIN) for number in commands}
+        for number, command in commands.items():
+            os.spawnlp(os.P_WAIT, command, command, array, str(number))
+        told = next(number for number, command in commands.items() if command == "notice")
+        until(lambda told=told: times(slurm, array, told, "signalled") == 1)
+        for pid in held.values():
+            with suppress(ProcessLookupError):  # the preempted is gone
+                os.kill(pid, signal.SIGCONT)
+        for number in commands:
+            until(lambda number=number, n=often[number]: times(slurm, array, number, *AGAIN) > n)
     until(lambda: not queued(sweep.folder))
     alone = sweep_in(tmp_path / "alone", LONG)
     for number in (0, 1):
-        words = log(slurm, array, str(number))
+        words = log(slurm, array, number)
         assert words.count("preempt") == words.count("signalled") == words.count("requeue") == 1, words
         assert words[-1] == "COMPLETED"
         assert (read_done(sweep, number) or {})["digest"] == run_job(alone.folder, number)["digest"]
 
 
-def when_under_way(sweep: Sweep, number: int) -> None:
-    """Wait for a checkpoint later than those that are there."""
-    folder = sweep.job_folder(number) / "run" / "checkpoints"
-    there = set(folder.glob("tick-*.safetensors"))
-    until(lambda: {c for c in folder.glob("tick-*.safetensors") if tick_of(c)} - there)
+def hold_under_way(sweep: Sweep, numbers: Collection[int]) -> dict[int, int]:
+    """Stop the process of each job, once it has left a checkpoint later than those that are there."""
+    there, held = {number: checkpoints(sweep, number) for number in numbers}, dict[int, int]()
+
+    def hold() -> bool:
+        for number in numbers:
+            if number not in held and checkpoints(sweep, number) - there[number]:
+                held[number] = int((owner_of(sweep.job_folder(number)) or {})["pid"])
+                os.kill(held[number], signal.SIGSTOP)
+        return len(held) == len(numbers)
+
+    until(hold)
+    return held
 
 
-def log(slurm: Path, array: str, index: str) -> list[str]:
-    return list(tasks(slurm, array)[index]["log"])
+def checkpoints(sweep: Sweep, number: int) -> set[Path]:
+    return set((sweep.job_folder(number) / "run" / "checkpoints").glob("tick-*.safetensors"))
+
+
+def times(slurm: Path, array: str, number: int, *words: str) -> int:
+    return sum(word in words for word in log(slurm, array, number))
+
+
+def log(slurm: Path, array: str, number: int) -> list[str]:
+    return list(tasks(slurm, array)[str(number)]["log"])
 
 
 def test_a_task_is_told_ahead_of_its_time_limit_and_queued_again_where_it_is_unfinished(
@@ -116,7 +143,7 @@ def test_a_task_is_told_ahead_of_its_time_limit_and_queued_again_where_it_is_unf
     sweep = sweep_in(tmp_path)
     [array] = submit(sweep.folder, [2], Options(notice=58, more=("--time=1:00",)))
     until(lambda: not queued(sweep.folder))
-    assert log(slurm, array, "2") == ["started", "signalled", "requeue", "started", "COMPLETED"]
+    assert log(slurm, array, 2) == ["started", "signalled", "requeue", "started", "COMPLETED"]
 
 
 def test_what_is_unfinished_is_submitted_once_more_in_arrays_of_the_size_allowed(
