@@ -125,7 +125,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             for e in cases]
     return {"verdicts": [verdict("digests of the archipelago", len(set(digests.values())), "1 of all ways",
                                  len(set(digests.values())) == 1),
-                         verdict("workers and runs killed", kills, "reported", True),
+                         verdict("workers and runs killed", kills, "20", kills >= 20),
                          verdict("emigrants at the last barrier", moved, "1 or more", moved > 0)],
             "table": {"head": ["way", "kills", "seconds", "digest"], "rows": rows}}
 
@@ -133,7 +133,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 STUDY = Study(
     name="archipelago",
     claim="An archipelago ends the same for any number of workers, on any engine, and after any kill.",
-    config={"world": "reflexes", "ticks": 5000, "kills": 10, "pause": 30.0,
+    config={"world": "reflexes", "ticks": 5000, "kills": 10, "pause": 3.0,
             "changes": {"species.goat.policy.kind": "individual", "species.goat.policy.learn": True},
             "archipelago": {"islands": ISLANDS, "every": 250, "graph": "grid", "emigration": {"goat": 0.05}}},
     cases=[{"way": way, "seed": 1} for way in WAYS], run=run, summarise=summarise,

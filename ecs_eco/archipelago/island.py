@@ -125,7 +125,7 @@ def _begun(claim: Claim, plan: Mapping[str, Any], name: str, threads: int, trust
     """Build an island and begin its run, with a checkpoint at tick 0."""
     from ecs_eco.worlds.policies import weights_files
 
-    config = island_of(config_of(claim.path.parent.parent, plan, trust), name)
+    config = config_of(claim.path.parent.parent, plan, trust, name)
     policies, learn = plan["policies"], plan["learn"]
     world = built(config, None, policies, threads, learn, ())
     every = plan["snapshot_every"] or snapshots(config, plan["ticks"])
@@ -138,13 +138,13 @@ def _begun(claim: Claim, plan: Mapping[str, Any], name: str, threads: int, trust
     return Live(world, folder, manifest, threading.get_ident())
 
 
-def config_of(root: Path, plan: Mapping[str, Any], trust: bool = False) -> WorldConfig:
-    """Return the world file of an archipelago, with the seed of its run."""
+def config_of(root: Path, plan: Mapping[str, Any], trust: bool, name: str) -> WorldConfig:
+    """Return the world file of one island of an archipelago, with the seed of its run."""
     from ecs_eco.record.code import recorded
 
     config = recorded(root, dict(plan), dict(plan["config"]) | {"seed": plan["seed"]}, trust)
     config._folder = Path(plan["folder"])
-    return config
+    return island_of(config, name)
 
 
 def _forget_others(path: Path, start: int) -> None:

@@ -107,7 +107,8 @@ class Archipelago:
               engine(on, workers) as pool):
             write(self.folder, self.manifest)
             if self.tick < until:
-                prepare(pool, self.folder, island.config_of(self.folder, self.manifest, trust))
+                one = next(iter(self.islands))
+                prepare(pool, self.folder, island.config_of(self.folder, self.manifest, trust, one))
             try:
                 while self.tick < until:
                     self._stretch(pool, until, threads, trust, progress)

@@ -128,6 +128,7 @@ def prepare(pool: Executor, folder: Path, config: WorldConfig) -> None:
 
     Raises ConfigError naming the machines that do not have it. Other executors need no preparation.
     """
+    pool = pool.of if isinstance(pool, Lent) else pool
     if hasattr(pool, "on_each_machine"):
         pool.on_each_machine(folder.absolute(), compile_kernels, config)
 

@@ -104,7 +104,8 @@ class RayExecutor(Executor):
         try:
             without = sorted({name for name in self.ray.get(asked) if name})
         except BaseException as error:
-            for reference in asked:
+            _, rest = self.ray.wait(asked, num_returns=len(asked), timeout=0, fetch_local=False)
+            for reference in rest:  # to cancel one that has just ended can end this process (Ray 2.60)
                 self.ray.cancel(reference)
             raise _plain(error, self._retries) from None
         if without:

@@ -54,6 +54,25 @@ def test_migrants_arrive_in_the_order_of_islands_and_uids(whole):
     assert len({uid >> 48 for uid in ram.uid[ram.rows()].tolist()}) == 3
 
 
+class Cluster(Pool):
+    """An executor with machines that are prepared before many calls."""
+
+    prepared = 0
+
+    def on_each_machine(self, folder, function, *arguments):
+        assert folder.is_absolute()
+        self.submit(function, *arguments).result()
+        self.prepared += 1
+
+
+def test_machines_of_a_cluster_compile_the_kernels_of_an_island_first(menagerie, tmp_path, whole):
+    archipelago = Archipelago.from_config(config(menagerie), out=tmp_path / "cluster", **OPTIONS)
+    with Cluster(1) as pool:
+        archipelago.run(on=pool, report=False)
+    assert pool.prepared == 1
+    assert archipelago.digest == whole.digest
+
+
 def test_two_workers_one_of_them_killed_end_the_same(menagerie, tmp_path, whole):
     archipelago = Archipelago.from_config(config(menagerie), out=tmp_path / "two", **OPTIONS)
     pool, killed = Pool(2), []
