@@ -1,6 +1,6 @@
 """What a viewer costs a run, how long a frame takes to encode, and what a page that does not read costs.
 
-    python benchmarks/viewer.py [--organisms 11000] [--pairs 15] [--minutes 0.33] [--only cost|frames|stall]
+    python benchmarks/viewer.py [--organisms 11000] [--pairs 40] [--minutes 0.33] [--only cost|frames|stall]
 """
 
 import argparse
@@ -25,7 +25,7 @@ _bench.pin_threads()
 from ecs_eco import World
 from ecs_eco.view.guard import SUBPROTOCOL
 from ecs_eco.view.live import Live
-from ecs_eco.view.pedigree import Kin
+from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.player import Player
 from ecs_eco.view.server import Server
 
@@ -80,7 +80,7 @@ def run(world: World, ticks: int) -> tuple[float, float]:
 
 
 def cost(organisms: int, pairs: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """The same world twice, in turn for a second each: one alone,
+    """The same world twice, in turn for 0.4 s each: one alone,
     one with a server and a page that reads all.
 
     A loaded machine makes ratios larger than they are: frames come 20 times a second, whatever the world's
@@ -100,7 +100,7 @@ def cost(organisms: int, pairs: int) -> tuple[list[dict[str, Any]], dict[str, An
         seconds = run(alone, 50)[0] / 50
         run(seen, 50)
         clock = time.pthread_getcpuclockid(server._thread.ident)  # type: ignore[arg-type]
-        ticks, frames, spent[0], served = (max(10, round(1.0 / seconds)), player.frames, 0.0,
+        ticks, frames, spent[0], served = (max(10, round(0.4 / seconds)), player.frames, 0.0,
                                            time.clock_gettime(clock))
         for i in range(pairs):
             took = {world is seen: run(world, ticks) for world in ((alone, seen), (seen, alone))[i % 2]}
@@ -181,9 +181,9 @@ def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
     its speed and the memory."""
     world, rows, end = made(organisms, record=False), [], threading.Event()
     live = Live(world)
-    live.kin.forget()
+    live.pedigree.forget()
     # what is remembered of lives has a bound, which is to be reached before
-    live.kin = Kin(world, most=100_000)
+    live.pedigree = PedigreeLog(world, most=100_000)
     player = Player(live, None)
     with Server(player) as server:
         world.before_tick.append(player.turn)
@@ -223,7 +223,7 @@ def main() -> None:
     """Measure what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--organisms", type=int, default=11_000)
-    parser.add_argument("--pairs", type=int, default=15)
+    parser.add_argument("--pairs", type=int, default=40)
     parser.add_argument("--minutes", type=float, default=1 / 3)
     parser.add_argument("--only", choices=("cost", "frames", "stall"))
     parser.add_argument("--page", nargs=2, help=argparse.SUPPRESS)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.engine.jit import njit
+
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
@@ -39,7 +41,10 @@ class PedigreeLog:
         order = np.argsort(uid)
         nobody = np.zeros(uid.size, np.uint64)
         self._since, self._at = int(world.next_uid), uid.size  # the next uid, and its row
-        self._add(uid[order], nobody, nobody, born[order], kind[order])
+        self._add(uid[order].astype(np.int64), np.ones(uid.size, np.int64), born[order].astype(np.int64),
+                  kind[order], nobody, nobody)
+        none = np.zeros(0, np.int64)  # compiles the other kernel before anybody waits
+        self._bury(none, none, none.astype(np.uint64), none.astype(np.uint8), none.astype(np.uint64))
         world.on_birth.append(self._was_born)
         world.on_death.append(self._has_died)
 
@@ -105,21 +110,6 @@ class PedigreeLog:
         row = int(np.searchsorted(uids, np.uint64(uid)))
         return row if row < self.n and uids[row] == uid else None
 
-    def _rows(self, uid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rows of these uids, and which of them are known.
-
-        The uids of births since the start have no gaps.
-        """
-        if not self.n:
-            return np.zeros(uid.size, np.int64), np.zeros(uid.size, np.bool_)
-        uids = self._columns["uid"][: self.n]
-        rows = uid.astype(np.int64) - self._since + self._at
-        old = uid < self._since
-        if old.any():
-            rows[old] = np.searchsorted(uids[: max(self._at, 0)], uid[old])
-        rows = rows.clip(0, self.n - 1)
-        return rows, uids[rows] == uid
-
     def _was_born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         self._births.append((int(table.uid[rows[0]]), parents, second, self.world.tick,
                              self.names.index(table.name)))
@@ -138,34 +128,27 @@ class PedigreeLog:
         """Enter all pending births, then deaths: nothing dies before it is born."""
         births, deaths, self._births, self._deaths, self._waiting = self._births, self._deaths, [], [], 0
         if births:
-            sizes = [parents.size for _, parents, _, _, _ in births]
-            first, born, kind = (np.repeat(np.array([birth[i] for birth in births]), sizes)
-                                 for i in (0, 3, 4))
-            place = np.arange(first.size) - np.repeat(np.cumsum([0, *sizes[:-1]]), sizes)
-            uid = (first + place).astype(np.uint64)
-            self._add(uid, np.concatenate([b[1] for b in births]), np.concatenate([b[2] for b in births]),
-                      born, kind)
+            first, size, tick, kind = np.array([(b[0], b[1].size, b[3], b[4]) for b in births], np.int64).T
+            self._add(first, size, tick, kind, np.concatenate([b[1] for b in births]),
+                      np.concatenate([b[2] for b in births]))
         if deaths:
-            uid, cause, killer = (np.concatenate([death[i] for death in deaths]) for i in (0, 1, 2))
-            at, known = self._rows(uid)
-            when = np.repeat(np.array([tick for *_, tick in deaths]), [uids.size for uids, *_ in deaths])
-            for name, values in (("died", when), ("cause", cause), ("killer", killer)):
-                self._columns[name][at[known]] = values[known]
+            size, tick = np.array([(death[0].size, death[3]) for death in deaths], np.int64).T
+            self._bury(size, tick, *(np.concatenate([death[i] for death in deaths]) for i in (0, 1, 2)))
 
-    def _add(self, uid: np.ndarray, parent: np.ndarray, second: np.ndarray, born: np.ndarray,
-             kind: np.ndarray) -> None:
-        self._reserve(uid.size)
-        new = slice(self.n, self.n + uid.size)
-        for name, values in zip(FIELDS, (uid, parent, second, born, kind, 0, -1, 0, 0), strict=True):
-            self._columns[name][new] = values
-        self.n += uid.size
-        generation = self._columns["generation"]
-        above = [(at, known) for uids in (parent, second) if uids.any() for at, known in [self._rows(uids)]]
-        while above:  # parents may be among the new: until nothing changes
-            deeper = np.max([np.where(known, generation[at] + 1, 0) for at, known in above], axis=0)
-            if (deeper == generation[new]).all():
-                return
-            generation[new] = deeper
+    def _bury(self, size: np.ndarray, tick: np.ndarray, uid: np.ndarray, cause: np.ndarray,
+              killer: np.ndarray) -> None:
+        """Enter deaths: number and tick of each batch i64[k]; uid, cause and killer of each death."""
+        c = self._columns
+        enter_deaths(size, tick, uid, cause, killer, self.n, self._since, self._at, c["uid"], c["died"],
+                     c["cause"], c["killer"])
+
+    def _add(self, first: np.ndarray, size: np.ndarray, tick: np.ndarray, kind: np.ndarray,
+             parent: np.ndarray, second: np.ndarray) -> None:
+        """Enter litters: the first uid, number, tick and kind of each i64[k]; both parents of each life."""
+        self._reserve(parent.size)
+        enter_births(first, size, tick, kind, parent, second, self.n, self._since, self._at,
+                     *self._columns.values())
+        self.n += parent.size
 
     def _reserve(self, k: int) -> None:
         forgotten = max(self.n // 4, min(self.n, self.n + k - self.most)) if self.n + k > self.most else 0
@@ -177,3 +160,48 @@ class PedigreeLog:
                 grown = np.zeros(room, column.dtype)
                 grown[: self.n] = column[forgotten : forgotten + self.n]
                 self._columns[name] = grown
+
+
+@njit
+def row_of(uid, uids, n, since, at):
+    """Return the row of a uid among `n` lives, −1 where it is unknown; those from `since` on, which begin at
+    row `at`, have no gaps."""
+    if uid >= np.uint64(since):
+        row = np.int64(uid) - since + at
+    else:
+        row = np.searchsorted(uids[: max(at, 0)], uid)
+    return row if 0 <= row < n and uids[row] == uid else -1
+
+
+@njit
+def enter_births(first, size, tick, kind, parent, second, n, since, at, uids, parents, seconds, born, kinds,
+                 generation, died, cause, killer):
+    """Write litters behind the `n` lives that are known; parents are known before their young."""
+    k = 0
+    for litter in range(first.size):
+        for i in range(size[litter]):
+            row = n + k
+            uids[row] = np.uint64(first[litter] + i)
+            parents[row], seconds[row] = parent[k], second[k]
+            born[row], kinds[row] = tick[litter], kind[litter]
+            died[row], cause[row], killer[row] = -1, 0, 0
+            deepest = 0
+            for above in (parent[k], second[k]):
+                if above:
+                    other = row_of(above, uids, row, since, at)
+                    if other >= 0:
+                        deepest = max(deepest, generation[other] + 1)
+            generation[row] = deepest
+            k += 1
+
+
+@njit
+def enter_deaths(size, tick, uid, cause, killer, n, since, at, uids, died, causes, killers):
+    """Write when and of what those died who are known."""
+    k = 0
+    for batch in range(size.size):
+        for _ in range(size[batch]):
+            row = row_of(uid[k], uids, n, since, at)
+            if row >= 0:
+                died[row], causes[row], killers[row] = tick[batch], cause[k], killer[k]
+            k += 1

@@ -21,6 +21,7 @@ from ecs_eco.view.source import Message, Source
 
 USUAL = 10.0  # ticks a second that are called 1×
 FASTEST_FRAMES = 0.05  # [s] from frame to frame
+BUSY_FRAMES = 0.08  # [s] of a world that runs as fast as it can: motion in between is drawn by the page
 PATIENCE = 0.25  # [s] from state to state, and longest wait
 SHARE = 0.03  # share of the time that frames, charts and panels may take from a running world
 SPEEDS = (0.01, 100_000.0)
@@ -105,8 +106,12 @@ class Player:
             self._passed = self.source.tick
             self.source.passed()
         while self.inbox:
-            self._answer(*self.inbox.popleft())
-            self._looks = -math.inf, -math.inf
+            page, request = self.inbox.popleft()
+            self._answer(page, request)
+            soonest = -math.inf
+            if request.get("kind") == "ack" and page in self._views:
+                soonest = self._views[page].frame_at + self._period()
+            self._looks = min(self._looks[0], soonest), min(self._looks[1], soonest)
         now = time.monotonic()
         if now >= self._looks[self.source.tick != self._served]:
             self._serve(now)
@@ -177,7 +182,7 @@ class Player:
     def _period(self) -> float:
         """Return the time from frame to frame [s]: longer if frames cost a running world too much."""
         busy = self.playing and self.speed is None
-        return (max(FASTEST_FRAMES, self._cost["frame"] * max(1, len(self._views)) / SHARE)
+        return (max(BUSY_FRAMES, self._cost["frame"] * max(1, len(self._views)) / SHARE)
                 if busy else FASTEST_FRAMES)
 
     def _timed(self, part: str, work: Callable[[], Any]) -> float:

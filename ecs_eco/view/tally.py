@@ -38,7 +38,7 @@ class Tally:
         s = self._place.get(table.name)
         if s is not None:
             self.births[s] += rows.size
-            self.bred[s] |= bool(parents.any())
+            self.bred[s] = self.bred[s] or parents.any()
 
     def _has_died(self, table: Table, rows: np.ndarray) -> None:
         s = self._place.get(table.name)
