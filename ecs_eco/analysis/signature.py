@@ -36,6 +36,16 @@ class Signature:
         return {name.replace("_", " "): value for name, value in asdict(self).items()}
 
 
+@dataclass(frozen=True)
+class Cycle:
+    """The wave that explains most of the variance of series of the same times, on average over them."""
+
+    period: float  # [samples]
+    shares: np.ndarray  # of the variance of each that the wave explains, f64[series]
+    phases: np.ndarray  # how far each is behind the first, shares of the period in [0, 1), f64[series]
+    swings: np.ndarray  # standard deviation of log10 of the numbers of each, trend removed, f64[series]
+
+
 def logarithms(numbers: np.ndarray) -> np.ndarray:
     """Return log10 of numbers without their trend: f64[n]. Zeros count as half of the smallest number above.
 
@@ -52,16 +62,32 @@ def logarithms(numbers: np.ndarray) -> np.ndarray:
     return detrend(np.log10(np.maximum(x, x[x > 0].min() / 2)))
 
 
-def period_of(*series: np.ndarray) -> float:
-    """Return the period [samples] of the wave that explains most of the variance of one series or, on
-    average, of several of the same times.
+def cycle(*series: np.ndarray) -> Cycle:
+    """Return the cycle that series f[n] of the same times share.
 
     Waves have periods between 3 samples and two thirds of the series, and are fitted by least squares beside
-    a straight line: the Lomb-Scargle periodogram with a floating trend. Long series are thinned first.
+    a straight line: the Lomb-Scargle periodogram with a floating trend. Raises ValueError as `logarithms`.
     """
+    logs = [logarithms(x) for x in series]
+    f, shares, waves = _waves(logs)
+    at = shares.sum(0).argmax()
+    turns = np.angle(waves[0, at] * waves[:, at].conj())
+    return Cycle(float(1 / f[at]), shares[:, at], turns / (2 * np.pi) % 1 % 1,
+                 np.array([x.std() for x in logs]))
+
+
+def spectrum(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies [1/sample], and the share of the variance of a series f[n] that a wave of each
+    explains: what `cycle` takes the highest of."""
+    f, shares, _ = _waves([logarithms(numbers)])
+    return f, shares[0]
+
+
+def period_of(*series: np.ndarray) -> float:
+    """Return the period [samples] of the `cycle` of one series, or of several of the same times. Long series
+    are thinned first."""
     thinned = [thin(np.asarray(x, float)) for x in series]
-    f, shares, _ = _waves([logarithms(x) for x, _ in thinned])
-    return float(thinned[0][1] / f[shares.sum(0).argmax()])
+    return float(thinned[0][1] * cycle(*(x for x, _ in thinned)).period)
 
 
 def signature(prey: np.ndarray, predator: np.ndarray) -> Signature:
@@ -72,12 +98,9 @@ def signature(prey: np.ndarray, predator: np.ndarray) -> Signature:
     if len(prey) != len(predator):
         raise ValueError(f"{len(prey)} numbers of the prey, {len(predator)} of the predator; they must be of "
                          "the same times")
-    a, b = logarithms(prey), logarithms(predator)
-    f, shares, waves = _waves([a, b])
-    at = shares.sum(0).argmax()
-    turn = np.angle(waves[0, at] * waves[1, at].conj())
-    return Signature(float(1 / f[at]), float(turn / (2 * np.pi) % 1), float(np.sqrt(shares[:, at].prod())),
-                     float(a.std()), float(b.std()))
+    both = cycle(prey, predator)
+    return Signature(both.period, float(both.phases[1]), float(np.sqrt(both.shares.prod())),
+                     *map(float, both.swings))
 
 
 def windows(prey: np.ndarray, predator: np.ndarray, samples: int, per_period: float) -> list[Signature]:

@@ -90,7 +90,8 @@ class Folder:
 
 PARTS = "part-*.parquet"
 OURS = {  # what a run writes, by folder
-    "": ("manifest.json", "report.html", "why.html", "why.json", "terrain.npz"), "series": (PARTS,),
+    "": ("manifest.json", "report.html", "why.html", "why.json", "terrain.npz",
+         "data.csv"), "series": (PARTS,),
     "births": (PARTS,), "deaths": (PARTS,), "snapshots": (PARTS,), "matter": (PARTS,), "learning": (PARTS,),
     "actions": (PARTS,), "arrivals": (PARTS,), "departures": (PARTS,), "details-*": (PARTS,),
     "checkpoints": ("tick-*.safetensors",),

@@ -20,6 +20,7 @@ from ecs_eco.record.folder import Folder
 from ecs_eco.record.genomes import genes_of
 from ecs_eco.record.land import keep_land
 from ecs_eco.record.seal import write_manifest
+from ecs_eco.runs.data import keep_data
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
@@ -63,6 +64,7 @@ def begin(world: World, claim: Claim, manifest: dict[str, Any], weights: Mapping
         "genomes": {name: genes for name in world.recorder.names if (genes := genes_of(world.tables[name]))},
     }  # fmt: skip
     keep_copies(sources(world.config), claim.path)
+    keep_data(world.config, claim.path)
     if (land := keep_land(world, claim.path)) is not None:
         manifest["land"] = land
     keep_checkpoint(world, folder, manifest)

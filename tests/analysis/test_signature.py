@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ecs_eco.analysis.signature import MEASURES, logarithms, period_of, signature, windows
+from ecs_eco.analysis.signature import MEASURES, cycle, logarithms, period_of, signature, spectrum, windows
 
 
 def wave(n, period, lag=0.0, swing=0.3, noise=0.0, seed=1):
@@ -64,3 +64,14 @@ def test_what_cannot_be_measured_is_refused(prey, predator, words):
 
 def test_one_series_alone_has_a_period():
     assert period_of(wave(114, 9.6, noise=0.1)) == pytest.approx(9.6, rel=0.03)
+
+
+def test_a_spectrum_is_highest_at_the_cycle_and_several_series_share_one():
+    x, y, z = (wave(60, 12, lag, noise=0.05, seed=i) for i, lag in enumerate((0.0, 0.25, 0.6)))
+    frequency, share = spectrum(x)
+    assert 1 / frequency[share.argmax()] == pytest.approx(cycle(x).period)
+    assert frequency[0] * 60 >= 1.5
+    assert frequency[-1] <= 1 / 3
+    found = cycle(x, y, z)
+    assert found.period == pytest.approx(12, rel=0.03)
+    assert found.phases == pytest.approx([0.0, 0.25, 0.6], abs=0.03)

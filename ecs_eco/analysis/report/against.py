@@ -8,13 +8,34 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.analysis import figures
-from ecs_eco.analysis.against import Both, Outside, compare, log_numbers, spectrum
+from ecs_eco.analysis.against import (
+    KEPT,
+    MOST_ROWS,
+    Both,
+    Outside,
+    Summary,
+    compare,
+    living,
+    numbers_of,
+    outside_of,
+)
 from ecs_eco.analysis.page import number, picture, table
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.style import panels, styled
+from ecs_eco.analysis.signature import spectrum
+from ecs_eco.analysis.spectrum import thin
+from ecs_eco.analysis.style import PALETTE, panels, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+def of_run(run: Path, series: Series) -> Outside | None:
+    """The outside series of the world of a run, as its folder keeps it; None without one."""
+    data = (series.manifest.get("config") or {}).get("data")
+    if not data or not (run / KEPT).is_file():
+        return None
+    return outside_of({**data, "file": KEPT}, run, [*series.species, *series.reporters],
+                      str(run / "manifest.json"))
 
 
 def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
@@ -26,41 +47,58 @@ def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
              f"{s.samples:,}", f"{number(s.period)} {unit}", number(s.cycles), number(100 * s.share) + " %",
              number(s.amplitude)]
             for name in outside.columns
-            for where, s, unit in (("this run", both.run[name], "ticks"),
+            for where, s, unit in (("this run", _in_unit(both.run[name], outside),
+                                    outside.unit if outside.ticks else "ticks"),
                                    ("outside", both.outside[name], outside.unit))]
     lags = [[f"{b} behind {a}", *(f"{number(share)} of a period" for share in shares)]
             for (a, b), shares in both.lags.items()]
-    note = ("<p>Both are described by the same rule: the highest peak of the spectrum of log numbers without "
-            "their trend. Nothing here is a test: see Cycles for that of the run.</p>")
+    note = ("<p>Both are described by the same rule: the wave that explains most of the variance of log "
+            "numbers without their trend. Nothing here is a test: see Cycles for that of the run.</p>")
     drawn = figures.save(figure(series, outside, both), place / "figures" / "against.png")
-    head = ["", "", "samples", "period", "cycles", "variance near it", "amplitude [log10]"]
+    head = ["", "", "samples", "period", "cycles", "variance explained", "amplitude [log10]"]
     return ["<h2>Beside the outside series</h2>", note, table(head, rows),
             *([table(["", "this run", "outside"], lags)] if lags else []),
-            picture(drawn, "Above: numbers over time, in periods of each, on the same scale. Below: spectra "
-                    "by period, in periods of the highest peak. Left this run, right the outside series.")]
+            picture(drawn, "Above: numbers over time, in periods of each, on the same scale. Below: the "
+                    "share of the variance that a wave of each period explains, in periods of the highest. "
+                    "Left this run, right the outside series.")]
+
+
+def _in_unit(of: Summary, outside: Outside) -> Summary:
+    """The summary of a run in the outside series' unit of time, where that is known."""
+    return of if outside.ticks is None else of._replace(period=of.period / outside.ticks)
 
 
 @styled
 def figure(series: Series, outside: Outside, both: Both) -> Figure:
     """Numbers over time and spectra, the run at the left, the outside series at the right."""
     hue = figures.colors(series.species, series.manifest.get("colors"))
+    hue |= {name: PALETTE[-1 - i % 3] for i, name in enumerate(outside.columns) if name not in hue}
     drawn, axes = panels(2, 2, 9, 5.2, sharey="row")
     first = next(iter(outside.columns))
     end = min(both.run[first].cycles, max(2 * both.outside[first].cycles, 6.0))
-    for k, held in enumerate(({name: series.of(name) for name in outside.columns}, outside.columns)):
+    alive = dict(zip(outside.columns, living(series, list(outside.columns)).T, strict=True))
+    for k, held in enumerate(({name: numbers_of(series, name) for name in outside.columns},
+                              outside.columns)):
         described = (both.run, both.outside)[k]
         period = described[first].period / (outside.step if k else 1.0)
         for name, x in held.items():
-            logs = log_numbers(x)
+            logs = _log_numbers(x)
             time = np.arange(len(x)) / period
             shown = time <= end if k == 0 else np.ones(len(x), bool)
-            axes[0, k].plot(time[shown], (logs - logs.mean())[shown], color=hue[name], label=name)
-            frequency, power = spectrum(logs[-described[name].samples :])
-            axes[1, k].plot(1 / frequency / period, power / power.max(), color=hue[name])
+            axes[0, k].plot(time[shown], (logs - np.nanmean(logs))[shown], color=hue[name], label=name)
+            samples, factor = (x, 1) if k else thin(alive[name], MOST_ROWS)
+            frequency, share = spectrum(samples)
+            axes[1, k].plot(factor / frequency / period, share, color=hue[name])
         axes[0, k].set(title="outside" if k else "this run", xlabel=f"time [periods of {first}]")
         axes[1, k].set(xlim=(0.2, 4), xlabel=f"period [of {first}]")
         axes[1, k].axvline(1, color="#7a838c", lw=0.8)
     axes[0, 0].set_ylabel("log10 number, from its mean")
-    axes[1, 0].set_ylabel("power, of the highest")
+    axes[1, 0].set_ylabel("share of the variance")
     axes[0, 0].legend(loc="upper left", ncols=3)
     return drawn
+
+
+def _log_numbers(x: np.ndarray) -> np.ndarray:
+    """log10 of numbers; what is 0 counts as half of the least above it."""
+    out: np.ndarray = np.log10(np.maximum(x, np.min(x[x > 0], initial=np.inf) / 2))
+    return out

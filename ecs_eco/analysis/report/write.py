@@ -9,21 +9,23 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.analysis import measures
-from ecs_eco.analysis.against import read_outside
+from ecs_eco.analysis.against import Outside, read_outside
 from ecs_eco.analysis.cycles import CycleStatistics, cycle_statistics
 from ecs_eco.analysis.page import number, page, table, write_text
 from ecs_eco.analysis.report import depth, genes, learning, matter, tables
 from ecs_eco.analysis.report.against import blocks as against_blocks
+from ecs_eco.analysis.report.against import of_run
 from ecs_eco.analysis.report.pictures import draw
 from ecs_eco.analysis.report.recorded import ages_at_death
 from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.engine.errors import ConfigError
 
 
 def write_report(run_dir: Path | str, out: Path | str | None = None, against: Path | str | None = None,
                  match: Mapping[str, str] | None = None) -> Path:
     """Write report.html and figures/*.png into a run folder, or into `out`,
     and return the path of the report; beside an outside series, a CSV file, if `against` names one, whose
-    columns `match` tells the species of (`ecs_eco.analysis.against`).
+    columns `match` tells the species of (`ecs_eco.analysis.against`), else that of the world's [data].
 
     Reads the manifest and the Parquet parts; events are streamed, so that millions of births fit in little
     memory. ConfigError for an outside series that cannot be used, FileNotFoundError where the folder holds
@@ -32,7 +34,8 @@ def write_report(run_dir: Path | str, out: Path | str | None = None, against: Pa
     run = Path(run_dir)
     place = run if out is None else Path(out)
     series = load_series(run)
-    outside = None if against is None else read_outside(against, series.species, match)
+    outside = (of_run(run, series) if against is None
+               else read_outside(against, [*series.species, *series.reporters], match))
     cycles = cycle_statistics(series) if len(series.ticks) else CycleStatistics(series.species, 0, False)
     pictures = draw(run, series, cycles, place)
     title = f"{series.manifest.get('title') or series.manifest.get('world', 'A run')}"
@@ -49,7 +52,7 @@ def write_report(run_dir: Path | str, out: Path | str | None = None, against: Pa
         "<h2>Cycles</h2>",
         tables.cycles(series, cycles),
         *(pictures.get(name, "") for name in ("spectra", "lags", "phase")),
-        *against_blocks(series, outside, place),
+        *_beside(series, outside, place, against is not None),
         "<h2>What they died of</h2>",
         tables.deaths(series),
         pictures.get("deaths", ""),
@@ -65,6 +68,17 @@ def write_report(run_dir: Path | str, out: Path | str | None = None, against: Pa
         _settings(series.manifest),
     ]
     return write_text(place / "report.html", page(title, *blocks))
+
+
+def _beside(series: Series, outside: Outside | None, place: Path, asked: bool) -> list[str]:
+    """The part on outside series; of a run too short for it, why there is none, unless it was asked for."""
+    try:
+        return against_blocks(series, outside, place)
+    except ConfigError as error:
+        if asked:
+            raise
+        reason = f"{error.problems[0].value or ''} {error.problems[0].what}".strip()
+        return ["<h2>Beside the outside series</h2>", f"<p>Not shown: {escape(reason)}.</p>"]
 
 
 def _what(series: Series) -> str:

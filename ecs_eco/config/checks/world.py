@@ -11,6 +11,7 @@ from ecs_eco.config.checks.archipelago import check_archipelago
 from ecs_eco.config.checks.body import check_body, widest
 from ecs_eco.config.checks.chemistry import check_field_of_substance
 from ecs_eco.config.checks.code import check_code
+from ecs_eco.config.checks.data import check_data
 from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.checks.inanimate import check_object, outside
 from ecs_eco.config.checks.interventions import Changed, check_interventions, check_line
@@ -60,6 +61,7 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
     yield from check_interventions(config, folder, changed)
     yield from check_land_use(config)
     yield from check_reporters(config)
+    yield from check_data(config)
     yield from check_archipelago(config)
 
 

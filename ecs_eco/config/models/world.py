@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr
 
 from ecs_eco.config.models.archipelago import Archipelago
+from ecs_eco.config.models.data import Data
 from ecs_eco.config.models.interventions import AnyIntervention
 from ecs_eco.config.models.land_use import AnyUse
 from ecs_eco.config.models.reporters import Reporter
@@ -118,6 +119,8 @@ class WorldConfig(Section):
     archipelago: Archipelago | None = about(
         "islands that exchange migrants, each a world as this file describes it; absent: there is one world",
         None, exclude_if=is_absent)
+    data: Data | None = about("measurements that it is compared with; absent: none", None,
+                              exclude_if=is_absent)
     search: Search = Field(default_factory=Search, exclude=True,
                            description="settings of `ecs-eco search`; runs ignore them")
 
