@@ -32,6 +32,7 @@ class Shot(NamedTuple):
     words: tuple[str, ...] = ()
     dark: bool = False
     run: tuple[str, ...] = ()  # recorded first, with these words; then the record is watched
+    map: bool = False  # whether it is of an archipelago
 
 
 def select(page: Any, kind: str, nth: int = 0) -> None:
@@ -114,6 +115,8 @@ SHOTS = {
     "page_diel_migration": Shot("diel-migration", 530, sea),
     "page_replay": Shot("predator-prey", 0, replayed, dark=True,
                         run=("--ticks", "600", "--record", "focal=50", "--no-report", "--quiet")),
+    "page_islands": Shot("examples/islands.toml", 0, lambda page: None, map=True,
+                         run=("--ticks", "400", "--no-report", "--quiet")),
 }
 
 
@@ -125,6 +128,10 @@ def page_of(browser: Any, shot: Shot, address: str) -> Any:
     page = context.new_page()
     try:
         page.goto(address)
+        if shot.map:
+            until(page, "ecs.maps > 0 && ecs.connected")
+            yield page
+            return
         until(page, "ecs.frames > 0 && ecs.connected && ecs.messages.state > 0", 600)
         still(page)
         advance(page, max(0, shot.tick - page.evaluate("ecs.tick")) // 10 * 10)
@@ -177,7 +184,7 @@ def main() -> int:
     """Take those that were asked for, or all of worlds that are here."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(SHOTS))
-    names = parser.parse_args().names or [name for name, shot in SHOTS.items() if shot.world in shipped()]
+    names = parser.parse_args().names or [name for name, shot in SHOTS.items() if shot.map or shot.world in shipped()]
     if unknown := [name for name in names if name not in SHOTS]:
         parser.error(f"{unknown[0]}: there is {', '.join(SHOTS)}")
     with launched() as browser:

@@ -23,11 +23,17 @@ def watch_it(
     browser: bool,
 ) -> None:
     """Show a living world, or a recorded run, until Ctrl-C."""
-    recorded = os.path.isfile(Path(what) / "manifest.json")
+    from ecs_eco.record.archipelago import is_archipelago
+
+    islands = is_archipelago(what)
+    recorded = os.path.isfile(Path(what) / "manifest.json") or islands
     if recorded and (changes or ticks or seed is not None or learn is not None):
         allowed = ("a world; a recording is shown as it is, "
                    "and `resume --from-tick T --set … --out NEW` forks it")
         refuse("WORLD", "is a recorded run, which no option changes", what, allowed)
+    if islands:
+        _map(Path(what), port, browser)
+        return
     with _port(port):
         from ecs_eco.view.watch import watch
 
@@ -35,6 +41,19 @@ def watch_it(
                                                             learn, policies)
         try:
             watch(source, _Announcer(source.hello()["title"]), port=port, browser=browser)
+        except KeyboardInterrupt:
+            say("")
+
+
+def _map(folder: Path, port: int, browser: bool) -> None:
+    from ecs_eco.record.archipelago import read
+    from ecs_eco.view.islands import watch_islands
+
+    manifest = read(folder)
+    with _port(port):
+        try:
+            watch_islands(folder, _Announcer(manifest.get("title") or manifest["world"]), port=port,
+                          browser=browser)
         except KeyboardInterrupt:
             say("")
 

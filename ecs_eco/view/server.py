@@ -13,7 +13,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import uvicorn
 from starlette.applications import Starlette
@@ -25,7 +25,6 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ecs_eco.view.credentials import MINUTES, Credentials
 from ecs_eco.view.guard import SUBPROTOCOL, Guard
-from ecs_eco.view.player import Player
 
 STATIC = Path(__file__).parent / "static"
 HOST = "127.0.0.1"
@@ -68,15 +67,26 @@ class Client:
                        if isinstance(message, str) else self.socket.send_bytes(message))
 
 
+class Listener(Protocol):
+    """Who a server speaks for: a player, or a map."""
+
+    inbox: deque[tuple[Any, dict[str, Any]]]
+
+    def say(self, page: Any, request: dict[str, Any]) -> None:
+        """Deliver a page's message."""
+
+
 class Server:
     """The server of one player, from `start` to `stop`. Raises OSError if the port is taken; 0: any free one.
 
     `frames` are the origins of pages that may hold its page in a frame: none, unless it is for a notebook.
-    `came` is called with each code that was presented, and whether it was accepted; in the server's thread.
+    `page` is the file that it shows first. `came` is called with each code that was presented, and whether it
+    was accepted; in the server's thread.
     """
 
-    def __init__(self, player: Player, port: int = 0, frames: tuple[str, ...] = ()) -> None:
-        self.player, self.credentials = player, Credentials()
+    def __init__(self, player: Listener, port: int = 0, frames: tuple[str, ...] = (),
+                 page: str = "index.html") -> None:
+        self.player, self.credentials, self.page = player, Credentials(), page
         self.came: Callable[[str, bool], None] = lambda code, good: None
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
@@ -127,7 +137,7 @@ class Server:
             mimetypes.add_type(kind, suffix)
 
         async def page(_: Any) -> FileResponse:
-            return FileResponse(STATIC / "index.html")
+            return FileResponse(STATIC / self.page)
 
         files = Mount("/", StaticFiles(directory=STATIC, check_dir=False))
         entrance = Route("/enter", self._enter, methods=["POST"])

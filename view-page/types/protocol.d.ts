@@ -225,7 +225,32 @@ export interface Params {
   list: Parameter[];
 }
 
-export type Message = Hello | State | Series | Marks | Organism | Said | Params | StoryMessage | Why;
+/** The map of an archipelago: numbers n[island][species][point], moves [point, species, from, to, number]. */
+export interface Islands {
+  kind: "islands";
+  title: string;
+  seed: number;
+  tick: number;
+  ticks: number;
+  finished: boolean;
+  every: number;
+  graph: string;
+  species: (Kind & { wanders: boolean })[];
+  islands: { name: string; at: [number, number]; own: string }[];
+  ways: [number, number][];
+  points: number[];
+  n: number[][][];
+  moves: [number, number, number, number, number][];
+}
+
+/** An island that was asked for is open at this address. */
+export interface OpenedIsland {
+  kind: "opened";
+  island: string;
+  address: string;
+}
+
+export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | Params | StoryMessage | Why;
 
 /** What tests may read of the page, as `window.ecs`; see docs/how-to/watching.md. */
 export interface Counters {

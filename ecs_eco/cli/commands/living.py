@@ -75,7 +75,8 @@ def run(
 @exits
 def watch(
     world: Annotated[str, typer.Argument(metavar="WORLD|DIR",
-                                         help="A shipped world, a TOML file, or a folder written by `run`.")],
+                                         help="A shipped world, a TOML file, or a folder written by `run`: "
+                                              "of an archipelago, its map.")],
     ticks: Annotated[
         int | None, typer.Option(parser=whole(1), metavar="N", help="Last tick. Default: no end.")
     ] = None,

@@ -5,9 +5,31 @@ const KEPT = "credential"; // in sessionStorage, which knows origins with their 
 
 /** Takes the code out of the address, so that neither the address bar nor a copy of it shows one. */
 export function taken() {
-  const code = new URLSearchParams(location.hash.slice(1)).get("code");
+  const words = new URLSearchParams(location.hash.slice(1));
+  const code = words.get("code");
+  const port = Number(words.get("map")); // of the map of islands that led here
+  if (code !== null && Number.isInteger(port) && port > 0 && port < 65536) keepMap(port);
   if (code !== null) history.replaceState(history.state, "", location.pathname);
   return code;
+}
+
+const MAP = "map";
+
+/** @param {number} port */
+function keepMap(port) {
+  try {
+    sessionStorage.setItem(MAP, String(port));
+  } catch {} // as for the credential
+}
+
+/** The address of the map of islands that led to this page; null where none did. */
+export function cameFrom() {
+  try {
+    const port = sessionStorage.getItem(MAP);
+    return port === null ? null : `http://${location.hostname}:${port}/`;
+  } catch {
+    return null;
+  }
 }
 
 /** @param {string} authorization */

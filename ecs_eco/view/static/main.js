@@ -4,7 +4,7 @@ import { Act } from "./act.js";
 import { Charts } from "./charts.js";
 import { Connection } from "./connection.js";
 import { count } from "./counters.js";
-import { taken } from "./credential.js";
+import { cameFrom, taken } from "./credential.js";
 import { $, announce, h, number } from "./dom.js";
 import { help, listen } from "./keys.js";
 import { keymap } from "./keymap.js";
@@ -93,6 +93,8 @@ function begin(hello) {
   $("title").textContent = hello.title || hello.world;
   $("mode").hidden = false;
   $("mode").textContent = hello.mode;
+  const map = cameFrom();
+  if (map) $("mode").before(h("a", { class: "chip", href: map, text: "← map" }));
   const stage = new Stage($("canvas"), hello);
   const colourOf = (/** @type {string} */ name) => stage.colours[stage.kinds.findIndex((kind) => kind.name === name)] ?? "#888888";
   const charts = new Charts(hello, colourOf, (tick) => connection.send({ kind: "seek", tick }));

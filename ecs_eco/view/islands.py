@@ -1,0 +1,189 @@
+"""The map of an archipelago as a page: numbers on islands, migrants along the ways, an island at a click.
+
+The folder may belong to a run that goes on: the map follows it from barrier to barrier.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections import deque
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis.archipelago import Islands, load_islands, places
+from ecs_eco.analysis.style import own_colors
+from ecs_eco.config.models.archipelago import Archipelago
+from ecs_eco.engine.errors import ConfigError, RecordingError, nearest
+from ecs_eco.record.archipelago import FILE, ISLANDS, read
+from ecs_eco.view.entrance import Entrance
+from ecs_eco.view.island_server import Opened
+from ecs_eco.view.player import Page
+from ecs_eco.view.server import Server
+from ecs_eco.view.source import Message
+
+PAGE = "islands.html"
+POINTS = 400  # of the numbers over time
+LOOK = 0.5  # [s] from one look at the manifest to the next
+
+
+def describe(folder: Path) -> Message:
+    """Return what the map shows: islands with their places, ways, numbers over time and migrants.
+
+    `n` is [island][species][point], `moves` are [point, species, from, to, number]. Before the first barrier
+    there are no points. Raises RecordingError for a folder that holds no archipelago or a damaged one.
+    """
+    manifest = read(folder)
+    config = manifest["config"]
+    plan = Archipelago.model_validate(config["archipelago"])
+    named = [(name, values) for name, values in config["species"].items()]
+    at = places(plan)
+    message: Message = {
+        "kind": "islands", "title": manifest.get("title") or manifest["world"], "seed": manifest["seed"],
+        "tick": manifest["tick"], "ticks": manifest["ticks"], "finished": manifest["finished"],
+        "every": plan.every, "graph": plan.graph,
+        "species": [{"name": name, "color": values.get("color") or "#888888",
+                     "wanders": name in plan.emigration, "moves": bool(values.get("locomotion"))}
+                    for name, values in named],
+        "islands": [{"name": name, "at": at[i].round(4).tolist(),
+                     "own": ", ".join(f"{key} = {value}" for key, value in plan.islands[name].items())}
+                    for i, name in enumerate(plan.names)],
+        "ways": [[i, j] for i, targets in enumerate(plan.neighbours()) for j in targets],
+        "points": [], "n": [], "moves": [],
+    }  # fmt: skip
+    if manifest["tick"]:
+        message |= _record(load_islands(folder), int(manifest["tick"]), [name for name, _ in named])
+    colours = own_colors(_colours(folder, plan.names[0]))
+    for kind in message["species"]:
+        kind["color"] = colours.get(kind["name"], kind["color"])
+    return message
+
+
+def _colours(folder: Path, island: str) -> Any:
+    from ecs_eco.runs.run import read_manifest
+
+    path = folder / ISLANDS / island
+    return read_manifest(path).get("colors") if (path / "manifest.json").is_file() else None
+
+
+def _record(islands: Islands, end: int, names: list[str]) -> Message:
+    """Return numbers and migrants before tick `end`, by the numbers of species in `names`."""
+    ticks = next(iter(islands.series.values())).ticks
+    rows = np.unique(np.linspace(0, np.searchsorted(ticks, end) - 1, POINTS).astype(np.int64))
+    n = [[np.asarray(series.of(name))[rows].astype(int).tolist() for name in names]
+         for series in islands.series.values()]
+    moves = islands.moves[islands.moves[:, 0] < end].copy()
+    moves[:, 0] = np.searchsorted(ticks[rows], moves[:, 0])
+    moves[:, 1] = np.array([names.index(name) for name in islands.species])[moves[:, 1]]
+    found, where = np.unique(moves[:, :4], axis=0, return_inverse=True)
+    number = np.bincount(where.ravel(), moves[:, 4], len(found)).astype(np.int64)
+    return {"points": ticks[rows].tolist(), "n": n,
+            "moves": np.column_stack([found, number]).tolist() if len(found) else []}
+
+
+class Map:
+    """The map of a folder for any number of pages; `say` and `close` may be called from any thread.
+
+    Raises RecordingError for a folder without an archipelago.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.closing = Path(folder), False
+        self.inbox: deque[tuple[Page, Message]] = deque()
+        self.islands = Opened(self.folder / ISLANDS)
+        self._wake, self._pages = threading.Event(), list[Page]()
+        self._seen = self._stamp()
+        self.message = describe(self.folder)
+
+    def say(self, page: Page, request: Message) -> None:
+        """Deliver a page's message: {"kind": …}; "join" and "leave" mark its presence."""
+        self.inbox.append((page, request))
+        self._wake.set()
+
+    def close(self) -> None:
+        """End `run`."""
+        self.closing = True
+        self._wake.set()
+
+    def run(self) -> None:
+        """Serve pages until `close`."""
+        with closing(self.islands):
+            while not self.closing:
+                while self.inbox:
+                    self._answer(*self.inbox.popleft())
+                self._look()
+                self._wake.wait(LOOK)
+                self._wake.clear()
+
+    def _stamp(self) -> tuple[int, int]:
+        try:
+            status = (self.folder / FILE).stat()
+        except OSError:  # it is being replaced, or gone
+            return 0, 0
+        return status.st_mtime_ns, status.st_ino
+
+    def _look(self) -> None:
+        """Send the map again where the run has come to another barrier."""
+        stamp = self._stamp()
+        if stamp in (self._seen, (0, 0)):
+            return
+        try:
+            message = describe(self.folder)
+        except (RecordingError, ConfigError, FileNotFoundError):  # it is being written
+            return
+        self._seen = stamp
+        if message != self.message:
+            self.message = message
+            for page in self._pages:
+                _send(page, message)
+
+    def _answer(self, page: Page, request: Message) -> None:
+        kind = request.get("kind")
+        if kind == "join":
+            self._pages.append(page)
+            _send(page, self.message)
+        elif page in self._pages and kind == "leave":
+            self._pages.remove(page)
+        elif page in self._pages and kind == "open":
+            self._open(page, request.get("island"))
+        elif page in self._pages:
+            _send(page, _refusal(f"unknown request {str(kind)[:40]!r}; allowed: 'open'", "kind"))
+
+    def _open(self, page: Page, name: Any) -> None:
+        known = [island["name"] for island in self.message["islands"]]
+        if name not in known:
+            _send(page, _refusal(f"open: island = {str(name)[:60]!r}; allowed: {', '.join(known)}; did you "
+                                 f"mean {nearest(str(name), known)!r}?", "open"))
+        elif not self.message["tick"]:
+            _send(page, _refusal(f"{name} has not come to its first barrier yet", "open"))
+        else:
+            def tell(address: str | None, why: str) -> None:
+                _send(page, _refusal(why, "open") if address is None
+                      else {"kind": "opened", "island": name, "address": address})
+
+            self.islands.ask(name, int(self.message["tick"]), tell)
+
+
+def watch_islands(folder: Path, announce: Callable[[str], None] = print, *, port: int = 0,
+                  browser: bool = False) -> None:
+    """Serve the map of an archipelago until Ctrl-C; `announce` gets an address, and another after each use.
+
+    Raises RecordingError for a folder without an archipelago, OSError if the port is taken.
+    """
+    shown = Map(folder)
+    with Server(shown, port, page=PAGE) as server, closing(Entrance(server, announce)) as entrance:
+        if browser:
+            entrance.open_browser()
+        shown.run()
+
+
+def _send(page: Page, message: Message) -> None:
+    page.send([json.dumps(message, separators=(",", ":"), allow_nan=False)])
+
+
+def _refusal(text: str, field: str) -> Message:
+    return {"kind": "said", "level": "error", "text": text, "field": field}
