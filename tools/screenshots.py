@@ -184,7 +184,8 @@ def main() -> int:
     """Take those that were asked for, or all of worlds that are here."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(SHOTS))
-    names = parser.parse_args().names or [name for name, shot in SHOTS.items() if shot.map or shot.world in shipped()]
+    there = [name for name, shot in SHOTS.items() if shot.map or shot.world in shipped()]
+    names = parser.parse_args().names or there
     if unknown := [name for name in names if name not in SHOTS]:
         parser.error(f"{unknown[0]}: there is {', '.join(SHOTS)}")
     with launched() as browser:

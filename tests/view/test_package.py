@@ -31,12 +31,13 @@ def test_all_that_the_page_loads_is_there():
         if path.name != "vendor.js":
             for name in re.findall(r'from "\./([\w.]+)"', path.read_text()):
                 assert (STATIC / name).is_file(), f"{path.name} imports {name}"
-    for name in re.findall(r'(?:src|href)="([\w.]+)"', (STATIC / "index.html").read_text()):
-        assert (STATIC / name).is_file(), name
+    for page in STATIC.glob("*.html"):
+        for name in re.findall(r'(?:src|href)="([\w.]+)"', page.read_text()):
+            assert (STATIC / name).is_file(), name
 
 
 @pytest.mark.parametrize("name", ["page_predator_prey", "page_reflexes", "page_lamb", "page_diel_migration",
-                                  "page_replay"])
+                                  "page_replay", "page_islands"])
 def test_the_pictures_of_the_page_are_small_and_shown(name):
     png = (ROOT / "docs" / "img" / f"{name}.png").read_bytes()
     assert struct.unpack(">II", png[16:24]) == (1280, 800)

@@ -1,4 +1,4 @@
-"""The map of an archipelago: numbers on islands, migrants along ways, islands at a click; it follows a run."""
+"""The map of an archipelago: numbers on islands, migrants along ways, islands at a click."""
 
 import json
 import re
