@@ -65,7 +65,7 @@ def main() -> None:
           tempfile.TemporaryDirectory() as place):
         pools = {bare_runs: local, swept: other}
         for warm, pool in pools.items():
-            warm(pool, Path(place) / f"warm-{warm.__name__}", 2 * asked.workers, 20)
+            warm(pool, Path(place) / f"warm-{warm.__name__}", 2 * asked.workers, asked.ticks)
         for pair in range(asked.pairs):
             seconds, digests = {}, {}
             for way in (bare_runs, swept) if pair % 2 == 0 else (swept, bare_runs):

@@ -110,8 +110,9 @@ class _Jobs:
         return self.outcome
 
     def _submit(self) -> None:
-        """Submit what is ready: as much as a pool has workers, so that few are lost with a worker."""
-        most = self.executor.workers if isinstance(self.executor, Pool) else len(self.ready)
+        """Submit what is ready: one more than a pool has workers, so that none waits for its next and few are
+        lost with a worker."""
+        most = self.executor.workers + 1 if isinstance(self.executor, Pool) else len(self.ready)
         while self.ready and len(self.running) < max(1, most):
             task = self.ready.popleft()
             call: Callable[..., Any] = run_job if isinstance(task, int) else train
