@@ -8,6 +8,7 @@ set -euo pipefail
 place=$(mktemp --directory /tmp/slurm-XXXXXX)
 host=$(hostname --short)
 cpus=$(nproc)
+memory=$(awk '/MemTotal/ { print int($2 / 1024 * 0.9) }' /proc/meminfo)  # [MB]
 cat > "$place/slurm.conf" <<END
 ClusterName=one
 SlurmctldHost=$host(127.0.0.1)
@@ -34,7 +35,7 @@ PreemptMode=REQUEUE
 JobRequeue=1
 KillWait=10
 ReturnToService=2
-NodeName=$host NodeAddr=127.0.0.1 CPUs=$cpus State=UNKNOWN
+NodeName=$host NodeAddr=127.0.0.1 CPUs=$cpus RealMemory=$memory State=UNKNOWN
 PartitionName=long Nodes=$host Default=YES PriorityTier=1 PreemptMode=REQUEUE MaxTime=INFINITE State=UP
 PartitionName=urgent Nodes=$host PriorityTier=10 PreemptMode=OFF MaxTime=INFINITE State=UP
 END

@@ -55,9 +55,10 @@ def end_with_parent() -> None:
 def finishing() -> Iterator[None]:
     """Raise KeyboardInterrupt within when the worker is told to end, so that the work can save what it has.
 
-    Elsewhere nothing changes: Ctrl-C raises KeyboardInterrupt anyway.
+    Elsewhere nothing changes: Ctrl-C raises KeyboardInterrupt anyway, and a thread beside the main one, in
+    which Dask's workers have their calls, hears no signals.
     """
-    if multiprocessing.parent_process() is None:
+    if multiprocessing.parent_process() is None or threading.current_thread() is not threading.main_thread():
         yield
         return
 

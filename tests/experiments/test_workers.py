@@ -3,12 +3,15 @@
 import os
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
 
-from ecs_eco.experiments.workers import PINS, one_thread_each
+from ecs_eco.experiments.workers import PINS, finishing, one_thread_each
 
 SCRIPT = """
 import os, sys, time
@@ -27,6 +30,23 @@ if __name__ == "__main__":
         for i in range(3):
             pool.submit(work, f"{sys.argv[1]}/{i}")
 """
+
+
+def work_in_a_thread():
+    """Do a call as Dask's workers do: in a thread of theirs, and tell what came of it."""
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(work).result()
+
+
+def work():
+    with finishing():
+        return threading.current_thread() is not threading.main_thread()
+
+
+def test_a_call_in_a_thread_of_a_worker_does_its_work_and_hears_no_signals():
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        assert pool.submit(work_in_a_thread).result()
+        assert not pool.submit(work).result()
 
 
 def test_a_worker_ends_when_its_parent_is_killed(tmp_path):

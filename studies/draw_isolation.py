@@ -1,0 +1,58 @@
+"""Draw docs/img/isolation.svg from studies/results/isolation.json: how diversity of genes and policies goes
+on islands between which none, few or many goats move, and in one world of their area.
+
+    python -m studies.draw_isolation
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from studies.isolation import ARMS, numbers
+
+ROOT = Path(__file__).parents[1]
+COLOURS = dict(zip(ARMS, ("#0072b2", "#009e73", "#d55e00", "#555555"), strict=True))  # Okabe and Ito 2008
+PANELS = {"H_S": "heterozygosity within an island, $H_S$", "H_T": "of all goats together, $H_T$",
+          "F_ST": "share of it between islands, $F_{ST}$",
+          "policies between": "share of the divergence of policies\nthat is between islands"}  # fmt: skip
+
+
+def curves(result: dict[str, Any], arm: str, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ticks f64[k] at which a quantity was measured, and its values f64[seeds, k].
+
+    The one world was also measured at tick 0.
+    """
+    values = np.stack([numbers(e, name) for e in result["cases"] if e["case"]["arm"] == arm])
+    config = result["config"]
+    return config["ticks"] - config["sample"] * np.arange(values.shape[1])[::-1], values
+
+
+def draw(result: dict[str, Any], path: Path) -> Path:
+    """Write the figure: a line for each seed, a thick one for the mean of an arm."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.4, 5.4), layout="constrained")
+    for axis, (name, title) in zip(figure.subplots(2, 2, sharex=True).flat, PANELS.items(), strict=True):
+        for arm, colour in COLOURS.items():
+            ticks, values = curves(result, arm, name)
+            axis.plot(ticks, values.T, color=colour, lw=0.5, alpha=0.5)
+            axis.plot(ticks, values.mean(axis=0), color=colour, lw=2.2, label=arm)
+        axis.set(title=title, ylim=(min(0.0, axis.get_ylim()[0]), 1), xlim=(0, result["config"]["ticks"]))
+        axis.title.set_fontsize(10)
+        axis.spines[["top", "right"]].set_visible(False)
+    for axis in figure.axes[2:]:
+        axis.set_xlabel("tick [s]")
+    figure.axes[0].legend(frameon=False, loc="lower left", fontsize=9)
+    with mpl.rc_context({"svg.hashsalt": "ecs-eco", "svg.fonttype": "none"}):
+        figure.savefig(path, metadata={"Date": None})
+    return path
+
+
+if __name__ == "__main__":
+    RESULT = json.loads((ROOT / "studies" / "results" / "isolation.json").read_text(encoding="utf-8"))
+    print(draw(RESULT, ROOT / "docs" / "img" / "isolation.svg"))
