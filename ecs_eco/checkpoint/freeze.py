@@ -146,6 +146,7 @@ def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: s
     world.seed, world.tick, world.next_uid = int(clock["seed"]), int(clock["tick"]), int(clock["next_uid"])
     world.reproduction, world.ambient, world.causes[:] = (meta["reproduction"], dict(meta["ambient"]),
                                                           meta["causes"])
+    world.codes.clear()
     world.intervened = [tuple(done) for done in meta["intervened"]]
     for name, table in world.tables.items():
         _load_table(table, meta["tables"][name], arrays)

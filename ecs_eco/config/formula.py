@@ -61,10 +61,13 @@ class Formula:
 
     def __call__(self, values: Values) -> np.ndarray:
         """The value at every place: float32, in the common shape of the arrays given."""
-        given = {name: np.asarray(values[name], np.float32) for name in self.names}
+        given, shapes = {}, set()
+        for name, value in values.items():
+            shapes.add(value.shape if type(value) is np.ndarray else np.shape(value))
+            if name in self.names:
+                given[name] = np.asarray(value, np.float32)
         with np.errstate(all="ignore"):
             result = np.asarray(self._run(given), np.float32)
-        shapes = {v.shape if type(v) is np.ndarray else np.shape(v) for v in values.values()}
         shape = shapes.pop() if len(shapes) == 1 else np.broadcast_shapes(*shapes)
         return np.ascontiguousarray(result if result.shape == shape else np.broadcast_to(result, shape))
 

@@ -2,7 +2,7 @@
 """
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -15,13 +15,16 @@ from ecs_eco.engine.schema import Columns, Handle
 Values = Mapping[tuple[type, str], Any]
 
 
-class Table:
-    """The columns of one kind of entity.
+class Table(dict[type, Any]):
+    """The columns of one kind of entity: a dict of its components, that only the table itself writes.
 
     `alive` bool[capacity]; `uid` u64[capacity], 0 in free rows; `born` i64[capacity], the tick of birth;
     `cause` u8[capacity], not 0 in the rows that die at the end of the phase `die`; `killer` u64[capacity].
-    `table[Position].x` is a column. Columns move when the table grows: keep none past the tick.
+    `table[Position].x` is a column. Columns move when the table grows: keep none past the tick. `columns` are
+    the components that are kept, `derived` those that are made of other things when somebody looks.
     """
+
+    __hash__, __eq__ = object.__hash__, object.__eq__  # type: ignore[assignment]  # each is itself alone
 
     def __init__(self, name: str, components: Iterable[type[Any]], *, capacity: int = 64,
                  dims: Mapping[str, int] | None = None, place: int = 0) -> None:
@@ -45,7 +48,6 @@ class Table:
         self.renewed = False  # whether rows or columns are others than those of esper's handles
         self.registry: Any = None  # esper's entities, which are stale when rows change their owners
         self.columns: dict[type[Any], Columns] = Noted()
-        # components that are made of other things when somebody looks; never saved
         self.derived: dict[type[Any], Columns] = Noted()
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
@@ -66,24 +68,18 @@ class Table:
     def __len__(self) -> int:
         return self.n
 
-    def __contains__(self, component: type) -> bool:
-        return component in self.columns or component in self.derived
+    def __missing__(self, component: Any) -> NoReturn:
+        known = [c.__name__ for c in (*self.columns, *self.derived)]
+        raise UnknownName(unknown_name(f"table {self.name!r}", "component",
+                                       getattr(component, "__name__", component), known))
 
-    def __getitem__(self, component: type[Any]) -> Any:
-        try:
-            return self.columns[component]
-        except KeyError:
-            if component in self.derived:
-                return self.derived[component]
-            known = [c.__name__ for c in (*self.columns, *self.derived)]
-            raise UnknownName(unknown_name(f"table {self.name!r}", "component",
-                                           getattr(component, "__name__", component), known)) from None
+    def __setitem__(self, component: Any, columns: Any) -> NoReturn:
+        raise TypeError(f"table {self.name!r}: its components are not replaced; write into their columns, "
+                        "as in table[Position].x[rows] = …")
 
     def has(self, components: Iterable[type]) -> bool:
         """Return whether the table has all these components."""
-        wanted = set(components)
-        return (self.columns.keys() >= wanted
-                or (bool(self.derived) and self.columns.keys() | self.derived.keys() >= wanted))
+        return self.keys() >= set(components)
 
     def add_component(self, component: type[Any], **defaults: Any) -> None:
         """Give every entity of this table, living or to come, a component;
@@ -106,6 +102,19 @@ class Table:
         for field, value in values.items():
             setattr(columns, field, _column(component.fields[field][0], value, self.capacity, self.rows()))
         self.columns[component] = columns
+        super().__setitem__(component, columns)
+        self.renew_handles()
+
+    def derive(self, component: type[Any], columns: Columns) -> None:
+        """Have a component that is made of other things when somebody looks, and never saved."""
+        self.derived[component] = columns
+        super().__setitem__(component, columns)
+
+    def drop_component(self, component: type[Any]) -> None:
+        """Take a component away again, where it is there."""
+        self.columns.pop(component, None)
+        self.defaults.pop(component, None)
+        self.pop(component, None)
         self.renew_handles()
 
     def renew_handles(self) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from ecs_eco.engine import random, turns
 from ecs_eco.engine.arguments import positive, seed_number, whole_number
 from ecs_eco.engine.bands import OneBand
+from ecs_eco.engine.codes import Codes
 from ecs_eco.engine.context import LAST, Context, priority_of, switch_back
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.flushes import Births, Deaths, Touched, bear, bury
@@ -24,8 +25,6 @@ from ecs_eco.engine.running import live
 from ecs_eco.engine.schema import C
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.workers import Workers
-
-MOST_CAUSES = 255
 
 
 class World:
@@ -48,6 +47,7 @@ class World:
         self.tables: dict[str, Table] = Noted()
         self.systems: list[Scheduled] = []
         self.causes: list[str] = ["culled"]
+        self.codes: dict[str, int] = Codes(self.causes)
         self.next_uid = 1
         self.before_tick: list[Callable[[], Any]] = []
         self.on_death: list[Callable[[Table, np.ndarray], Any]] = []
@@ -152,11 +152,7 @@ class World:
 
     def cause(self, name: str) -> int:
         """Return the code of a cause of death, making it known where it is new."""
-        if name not in self.causes:
-            if len(self.causes) == MOST_CAUSES:
-                raise ValueError(f"cause {name!r}: a world knows at most {MOST_CAUSES} causes of death")
-            self.causes.append(name)
-        return self.causes.index(name) + 1
+        return self.codes[name]
 
     def spawn(self, name: str, *components: Any, n: int = 1, parent: int = 0) -> None:
         """Ask for `n` newborn of a kind, with these components' values (the table's defaults for the others).
@@ -268,14 +264,7 @@ class World:
             if (rows := table.doomed()).size:
                 self.bury(table, rows)
 
-    def bury(self, table: Table, rows: np.ndarray) -> None:
-        """Free the rows of some that have a cause of death,
-        after the listeners have seen them and esper's handlers of "death"."""
-        bury(self, table, rows)
-
-    def flush_births(self) -> None:
-        """Bring the newborn to life, table by table, in the order in which they were asked for."""
-        bear(self)
+    bury, flush_births = bury, bear
 
     def admit(self, refuse: bool = True) -> None:
         """Check what was written between ticks, before kernels read it; a world with a space does this."""

@@ -90,7 +90,7 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     name(table.uid[mothers], nth, identity)
     places = find_places(table, world, mothers, identity, way)
     placed = places[:, 3] > 0
-    if np.count_nonzero(placed) < placed.size:
+    if not np.logical_and.reduce(placed):
         which, mothers, identity, places = which[placed], mothers[placed], identity[placed], places[placed]
     if which.size:
         nest, second = table.species.eggs, None if fathers is None else fathers[which]
@@ -144,9 +144,9 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray,
     radius = float(table.defaults[Body]["radius"]) * bound_of(table)
     ground, inverse = rocks(world)
     near = np.float32(-1.0 if way.place == "anywhere" else way.dispersal or 4 * radius)
-    keys = {"reproduction.spacing": np.float32(way.spacing), "reproduction.dispersal": near}
-    spacing, near = own_values(table, keys)
-    widest = way.spacing
+    spacing, widest = np.float32(way.spacing), way.spacing
+    if table.species.traits:
+        spacing, near = own_values(table, {"reproduction.spacing": spacing, "reproduction.dispersal": near})
     if isinstance(spacing, np.ndarray):
         spacing, near = spacing[parents], near[parents]
         widest = float(spacing.max())
@@ -167,7 +167,7 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray,
                                         space.torus, space.volume, *bodies.cells, np.float32(radius), POINT,
                                         taken)
                     continue
-                index = world.index(other)
+                index = own if other is table else world.index(other)
                 s = np.float32(radius + other.species.radius)
                 _occupied(out, index.x, index.y, index.z, index.start, s, space.reach(float(s)), *space.shape,
                           space.inverse, space.lengths, space.torus, taken)

@@ -11,13 +11,9 @@ from ecs_eco.components import Metabolism
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-NONE_LEFT, NO_LIMIT = np.float32(0.0), np.float32(-np.inf)
-
-
-def least_energy(table: Table) -> np.float32:
-    """Return the energy below which the organisms of a table cannot fall: 0 of those that fall into torpor,
-    −∞ of others."""
-    return NONE_LEFT if table.species.torpor else NO_LIMIT
+NONE_LEFT = np.float32(0.0)
+LEAST_ENERGY = {True: NONE_LEFT, False: np.float32(-np.inf)}
+"""The energy below which organisms cannot fall, by whether their species falls into torpor."""
 
 
 def awake(table: Table) -> np.ndarray:

@@ -23,14 +23,19 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
+# uids u64[n] and readings f32[n, channels]
+NOTHING_SENSED = np.zeros(0, np.uint64), np.zeros((0, 0), np.float32)
+
+
 class Nerves:
     """Senses, actions and networks of one species, and this tick's readings of all its members.
 
     `groups` maps a group to its actions; their order in `actions` is that of y, z and the decision. `rows`
-    i64[n] and `x` f32[n, channels] are who sensed, in canonical order, and what. Networks may be missing: no
-    reflex is y = 0, no policy is z = 0, no happiness is 0 always. The policy is one `brain` for all, trained
-    by `learner`, or one for each of the `individuals`, in the columns of Policy and Experience. `ranges` are
-    least and most of the continuous groups, each with a single action of its own name.
+    i64[n] and `x` f32[n, channels] are who sensed, in canonical order, and what; `sensed` is the same by uid,
+    for whoever looks on, and nothing while sensing is under way. Networks may be missing: no reflex is y = 0,
+    no policy is z = 0, no happiness is 0 always. The policy is one `brain` for all, trained by `learner`, or
+    one for each of the `individuals`, in the columns of Policy and Experience. `ranges` are least and most of
+    the continuous groups, each with a single action of its own name.
     """
 
     def __init__(self, channels: Sequence[str], senses: Sequence[tuple[Sense, int]],
@@ -64,6 +69,7 @@ class Nerves:
         self.heads()
         self.shift: np.ndarray | None = None  # f32[n, continuous]: what the reflex adds in this tick
         self.rows = np.zeros(0, np.int64)
+        self.sensed = NOTHING_SENSED
         self._later = np.zeros((0, 0), np.float32)  # the memories that follow from what is sensed now
         self._x = np.zeros(0, np.float32)
         self._rows = (self.readout(0), self._x)  # x, and the same by row
@@ -163,6 +169,8 @@ class Nerves:
         brain = self.brain
         assert brain is not None
         if not brain.memory:
+            if world.bands.size == 1:
+                return brain.forward(self.x, world.split)
             return _divided(world, brain, len(self.x),
                             lambda here: brain.forward(self.x[here], world.split))
         logits, values, self._later = brain.recall(self.x_by_row, table[Memory].state[self.rows], world.split)
@@ -182,8 +190,7 @@ class Nerves:
 
     def keep(self, table: Table) -> None:
         """Let the memories be those that follow from this tick's thought."""
-        if Memory in table:
-            table[Memory].state[self.rows] = self._later
+        table[Memory].state[self.rows] = self._later
 
     def _complain(self, table: Table, world: SpatialWorld, thought: tuple[np.ndarray, np.ndarray]) -> None:
         logits, values = thought

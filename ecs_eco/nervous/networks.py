@@ -85,7 +85,11 @@ class HappinessNetwork:
         if self.function is not None:
             felt = _asked(self.function, "happiness", x, table if self.individual else None, rows)
         elif self.formula is not None:
-            felt = self.formula({n: self.nerves.reading(n, x) for n in self.formula.names})
+            values, nerves = {}, self.nerves
+            for name in self.formula.names:  # most stand for one channel
+                channels = nerves.readings[name]
+                values[name] = x[:, channels[0]] if len(channels) == 1 else mean_of(x, channels)
+            felt = self.formula(values)
             if felt.shape != (len(x),):
                 felt = np.broadcast_to(felt, len(x))
         else:

@@ -18,22 +18,14 @@ FIELDS = ("readings", "radius", "forward", "left")
 class Readings(Columns):
     """Stands for the columns of Sensor in one table; nothing of it is saved, and none of it decides anything.
 
-    `take` is called in each tick and keeps references; the columns f32[capacity, …] are made when they are
-    read, and can only be read.
+    The columns f32[capacity, …] are made of `nerves.sensed` when they are read, and can only be read.
     """
 
-    __slots__ = ("_column", "_table", "_uid", "_version", "_x")
+    __slots__ = ("_column", "_made_of", "_table", "_version")
 
     def __init__(self, table: Table) -> None:
-        for name, value in {"_table": table, "_column": None, "_version": -1}.items():
+        for name, value in {"_table": table, "_column": None, "_made_of": None, "_version": -1}.items():
             object.__setattr__(self, name, value)
-        self.take(np.zeros(0, np.uint64), np.zeros((0, 0), np.float32))
-
-    def take(self, uid: np.ndarray, x: np.ndarray) -> None:
-        """Keep who sensed, u64[n], and what, f32[n, channels]; nobody, while sensing is under way."""
-        object.__setattr__(self, "_uid", uid)
-        object.__setattr__(self, "_x", x)
-        object.__setattr__(self, "_column", None)
 
     def __getattr__(self, name: str) -> Any:
         if name == "readings":
@@ -48,16 +40,17 @@ class Readings(Columns):
     def _readings(self) -> np.ndarray:
         """Return the readings of all rows, f32[capacity, channels]: NaN in those whose owner has not sensed.
         """
-        table = self._table
-        column = self._column
-        if column is None or self._version != table.version or len(column) != table.capacity:
+        table, column = self._table, self._column
+        uid, x = sensed = table.species.nerves.sensed
+        if self._made_of is not sensed or self._version != table.version or len(column) != table.capacity:
             column = np.full((table.capacity, len(table.species.nerves.channels)), np.nan, np.float32)
-            rows, order = table.rows(), np.argsort(self._uid, kind="stable")
+            rows, order = table.rows(), np.argsort(uid, kind="stable")
             if rows.size and order.size:
-                at = order[np.searchsorted(self._uid, table.uid[rows], sorter=order).clip(max=order.size - 1)]
-                known = self._uid[at] == table.uid[rows]
-                column[rows[known]] = self._x[at[known]]
+                at = order[np.searchsorted(uid, table.uid[rows], sorter=order).clip(max=order.size - 1)]
+                known = uid[at] == table.uid[rows]
+                column[rows[known]] = x[at[known]]
             column.flags.writeable = False
+            object.__setattr__(self, "_made_of", sensed)
             object.__setattr__(self, "_column", column)
             object.__setattr__(self, "_version", table.version)
         return column

@@ -8,7 +8,6 @@ import numpy as np
 
 from ecs_eco.components import Metabolism, Position
 from ecs_eco.engine.jit import njit
-from ecs_eco.record.ledger import FLOWS
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -18,7 +17,7 @@ NOTHING = np.zeros(0, np.float32)
 
 class Dead(NamedTuple):
     """Of each of the dying, in their order: uid u64[k], x, y, z [m], energy, age [s], all f32[k], cause
-    u8[k], killer u64[k]; and their flows of this tick, an f32[k] each, in the order of FLOWS."""
+    u8[k], killer u64[k]; and the sums of their energies, and of their flows of this tick, by FLOWS."""
 
     uid: np.ndarray
     x: np.ndarray
@@ -28,7 +27,8 @@ class Dead(NamedTuple):
     age: np.ndarray
     cause: np.ndarray
     killer: np.ndarray
-    flows: list[np.ndarray]
+    held: np.float64
+    flows: list[np.float64]
 
 
 def dead(table: Table, rows: np.ndarray, tick: int, dt: float) -> Dead:
@@ -37,12 +37,13 @@ def dead(table: Table, rows: np.ndarray, tick: int, dt: float) -> Dead:
     k = rows.size
     p, m = columns.get(Position), columns.get(Metabolism)
     place = (NOTHING,) * 3 if p is None else (p.x, p.y, p.z)
-    held = (NOTHING,) * 4 if m is None else (m.energy, *[getattr(m, flow) for flow in FLOWS.values()])
+    held = (NOTHING,) * 4 if m is None else (m.energy, m.taken, m.burnt, m.given)  # the last as in FLOWS
     numbers, who, cause = np.zeros((8, k), np.float32), np.empty((2, k), np.uint64), np.empty(k, np.uint8)
     gather(rows, tick, dt, table.uid, table.born, table.cause, table.killer, *place, *held,
            numbers, who, cause)
-    x, y, z, energy, age, *flows = numbers
-    return Dead(who[0], x, y, z, energy, age, cause, who[1], flows)
+    x, y, z, energy, age, *_ = numbers
+    in_all, _, *flows = np.add.reduce(numbers[3:], axis=1, dtype=np.float64)
+    return Dead(who[0], x, y, z, energy, age, cause, who[1], in_all, flows)
 
 
 @njit

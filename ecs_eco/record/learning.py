@@ -131,6 +131,6 @@ def counted(table: Table, tick: int) -> tuple[int, dict[str, int]]:
     done = np.zeros(len(nerves.actions), np.int64)
     n = count_actions(nerves.rows, table.alive, table.born, tick, table[Nervous].decision, start, size,
                       neutral, done)
-    words = (f"{group}.{action}" for group, action in nerves.actions)
-    return int(n), {word: int(k) for word, k, (group, _) in zip(words, done, nerves.actions, strict=True)
+    return int(n), {f"{group}.{action}": k
+                    for (group, action), k in zip(nerves.actions, done.tolist(), strict=True)
                     if group not in nerves.ranges.groups}

@@ -133,8 +133,8 @@ class Recorder(System):
             page = self._ledger[self._at, s]
             # between ticks their flows are in the ledger already
             for name, flow in zip(FLOWS, one.flows, strict=True) if self.world.ticking else ():
-                page[name] += total(flow)
-            page["lost"] += total(one.energy)
+                page[name] += flow
+            page["lost"] += one.held
         if self.keeps:
             self._events["deaths"].append((*self._when(s, rows.size), one.uid, one.x, one.y, one.z,
                                            one.energy, one.cause, one.killer, one.age))

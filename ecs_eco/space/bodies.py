@@ -1,5 +1,6 @@
 """Obstacles: ground that nothing can enter or see through, and the bodies of several tables in one index."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,29 +49,20 @@ def tops(table: "Table", rows: np.ndarray) -> np.ndarray:
     return (height + 2 * rounding)[rows].astype(np.float32)
 
 
-def opaque(world: "SpatialWorld") -> sight.Bodies:
-    """Return all spheres that hide what is behind them."""
-    return merged(world, [n for n in opaque_kinds(world) if Shape not in world.tables[n]])
+def opaque_kinds(world: "SpatialWorld") -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of the tables whose bodies hide what is behind them: of spheres, and of others."""
+    spheres: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
+    for name, table in world.tables.items():
+        if table.species.opaque is not False and Body in table:
+            if Shape in table:
+                others = *others, name
+            else:
+                spheres = *spheres, name
+    return spheres, others
 
 
-def opaque_solids(world: "SpatialWorld") -> Solids:
-    """Return all bodies that hide what is behind them and are no spheres."""
-    return solids(world, [n for n in opaque_kinds(world) if Shape in world.tables[n]])
-
-
-def opaque_kinds(world: "SpatialWorld") -> list[str]:
-    """Return the names of the tables whose bodies hide what is behind them."""
-    return [n for n, t in world.tables.items() if t.species.opaque is not False and Body in t.columns]
-
-
-def has_opaque_solids(world: "SpatialWorld") -> bool:
-    """Return whether some bodies that hide what is behind them are no spheres."""
-    if not [t for t in world.tables.values() if Shape in t.columns]:
-        return False
-    return opaque_solids(world).uid.size > 0
-
-
-def merged(world: "SpatialWorld", names: list[str]) -> sight.Bodies:
+def merged(world: "SpatialWorld", names: Sequence[str]) -> sight.Bodies:
     """Return the bodies of several tables in one index, rebuilt when one of them has changed."""
 
     def build() -> sight.Bodies:
@@ -84,7 +76,7 @@ def merged(world: "SpatialWorld", names: list[str]) -> sight.Bodies:
     return world.merged(tuple(names), build)
 
 
-def solids(world: "SpatialWorld", names: list[str]) -> Solids:
+def solids(world: "SpatialWorld", names: Sequence[str]) -> Solids:
     """Return the bodies of several tables, of any shape, in one index of all cells that they touch; rebuilt
     when one of them has changed."""
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from ecs_eco.engine.elementary import power, scalars
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.space.geometry import Space, cell_of, floor_between
 
 
@@ -30,9 +31,9 @@ class Field:
         self.inverse = np.array([n[i] / space.size[i] if i < len(space.size) else 0.0 for i in range(3)],
                                 np.float32)
 
-    def emit(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray) -> None:
-        """Put `amount` f32[n] into the cells of places (x, y, z) f32[n] [m], in the order given,
-        with the next `pass_time`."""
+    def emit(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray | np.float32) -> None:
+        """Put `amount`, f32[n] or the same for each, into the cells of places (x, y, z) f32[n] [m], in the
+        order given, with the next `pass_time`."""
         _deposit(self.source, x, y, z, amount, self.inverse)
 
     def contain(self, substance: str, depth: float, initial: np.ndarray, renewal: float) -> None:
@@ -93,7 +94,7 @@ def _deposit(source, x, y, z, amount, inverse):
     for i in range(x.size):
         cx, cy, cz = (cell_of(x[i] * inverse[0], nx), cell_of(y[i] * inverse[1], ny),
                       cell_of(z[i] * inverse[2], nz))
-        source[cz, cy, cx] += amount[i]
+        source[cz, cy, cx] += of_row(amount, i)
 
 
 @njit

@@ -1,7 +1,8 @@
 """The extent of a world, its edges, and the cells that neighbours are looked up in."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -45,20 +46,21 @@ class Space:
                                  n[2] / self.size[2] if self.volume else 0.0],
                                 np.float32)
         self.n_cells = self.shape[0] * self.shape[1] * self.shape[2]
-        self._side = min(s / n for s, n in zip(self.size, self.shape, strict=False))  # the shortest of a cell
-        self._most = max(self.shape)
-
-    def reach(self, radius: float) -> int:
-        """Return how many cells a search of `radius` [m] spans to each side."""
-        cells, most = radius / self._side, self._most
-        # none for what is no number
-        return max(math.ceil(cells - 1e-6), 0) if cells < most else most * (cells >= most)
+        side = min(s / n for s, n in zip(self.size, self.shape, strict=False))  # the shortest of a cell
+        # how many cells a search of a radius [m] spans to each side: few radii are asked for again and again
+        self.reach: Callable[[float], int] = lru_cache(256)(partial(cells_within, side, max(self.shape)))
 
     @property
     def largest_radius(self) -> float:
         """The largest radius of a sensor [m]: half the shorter side of a torus, the diagonal between walls.
         """
         return min(self.size[:2]) / 2 if self.torus else math.dist([0.0] * len(self.size), self.size)
+
+
+def cells_within(side: float, most: int, radius: float) -> int:
+    """Return how many cells of a side [m], at most `most`, a radius [m] spans; 0 for what is no number."""
+    cells = radius / side
+    return max(math.ceil(cells - 1e-6), 0) if cells < most else most * (cells >= most)
 
 
 @njit

@@ -30,24 +30,19 @@ class Index:
         self._x, self._y, self._z = (np.empty(n, np.float32) for _ in range(3))
         self._uid = np.empty(n, np.uint64)
 
-    def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
+    def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray,
+              thinned: bool = False) -> None:
         """Sort the rows that are alive; all arrays are [rows], places in [0, size):
-        others count as in the nearest cell."""
-        if alive.size > self._cell.size:
-            self._allocate(max(alive.size, 2 * self._cell.size))
-        if self.start.size != self.space.n_cells + 1:
-            self.start = np.zeros(self.space.n_cells + 1, np.int64)
-        nx, ny, nz = self.space.shape
-        self.flat = not sort_cells(alive, x, y, z, uid, nx, ny, nz, self.space.inverse, self._cell,
-                                   self.start, self._rows, self._x, self._y, self._z, self._uid)
-        self._show()
-
-    def thin(self, alive: np.ndarray) -> None:
-        """Take out the rows that are not alive any more, where nothing else has changed."""
-        take_out(alive, self.start, self._rows, self._x, self._y, self._z, self._uid)
-        self._show()
-
-    def _show(self) -> None:
+        others count as in the nearest cell. `thinned`: nothing has changed since, but that some have died."""
+        if thinned:
+            take_out(alive, self.start, self._rows, self._x, self._y, self._z, self._uid)
+        else:
+            if alive.size > self._cell.size:
+                self._allocate(max(alive.size, 2 * self._cell.size))
+            if self.start.size != self.space.n_cells + 1:
+                self.start = np.zeros(self.space.n_cells + 1, np.int64)
+            self.flat = not sort_cells(alive, x, y, z, uid, *self.space.shape, self.space.inverse, self._cell,
+                                       self.start, self._rows, self._x, self._y, self._z, self._uid)
         self.n = n = int(self.start[-1])
         self.rows, self.x, self.y, self.z, self.uid = (self._rows[:n], self._x[:n], self._y[:n], self._z[:n],
                                                        self._uid[:n])

@@ -5,6 +5,7 @@ and nearest entries of the lanes stay in vector registers. About 18 ns a seeker 
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -14,13 +15,14 @@ from ecs_eco.space.index import Index
 
 
 def nearest(seekers: Index, targets: Index, radius: float, target: np.ndarray, distance2: np.ndarray,
-            split: Callable[..., None] | None = None) -> None:
+            split: Callable[..., None] | None = None, kernel: Callable[..., None] | None = None,
+            more: tuple[Any, ...] = ()) -> None:
     """Write for each seeker the entry of the nearest target closer than `radius` [m], −1 if none,
     and its distance squared.
 
     `target` is i32[n seekers], exact up to 2^24 targets; `distance2` f32[n seekers] [m^2], radius^2 where
     none is. A seeker is not its own target where both indexes are the same. `split(kernel, n, *arguments)`
-    runs a kernel over 0…n in parts.
+    runs a kernel over 0…n in parts: `seek`, or one that does as it does, and what follows with `more`.
     """
     space = seekers.space
     nx, ny, nz = space.shape
@@ -30,7 +32,7 @@ def nearest(seekers: Index, targets: Index, radius: float, target: np.ndarray, d
     if split is None:
         seek(0, ny * nz, *arguments)
     else:
-        split(seek, ny * nz, *arguments, work=seekers.n)
+        split(kernel or seek, ny * nz, *arguments, *more, work=seekers.n)
 
 
 @njit

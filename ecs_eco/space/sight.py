@@ -20,19 +20,24 @@ class Bodies:
 
     def __init__(self, space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> None:
         """Sort `tables`: a sequence of (x, y, z, radius, uid), each over the living of one table."""
-        x, y, z, radius, uid = (map(np.concatenate, zip(*tables, strict=True)) if tables
-                                else [np.zeros(0, np.float32)] * 5)
-        kinds = np.arange(len(tables), dtype=np.int32).repeat([t[0].size for t in tables])
-        n = x.size
-        self.start = np.zeros(space.n_cells + 1, np.int64)
-        rows = np.empty(n, np.int64)
-        self.x, self.y, self.z = np.empty((3, n), np.float32)
-        self.uid = np.empty(n, np.uint64)
-        nx, ny, nz = space.shape
-        sort_cells(np.ones(n, np.bool_), x, y, z, uid.astype(np.uint64, copy=False), nx, ny, nz,
-                   space.inverse, np.empty(n, np.int32), self.start, rows, self.x, self.y, self.z, self.uid)
-        self.radius, self.kind = radius[rows].astype(np.float32, copy=False), kinds[rows]
-        self.largest = float(radius.max()) if n else 0.0
+        ends = [0]
+        for table in tables:
+            ends.append(ends[-1] + table[0].size)
+        n = ends[-1]
+        places, sorted_places = np.empty((4, n), np.float32), np.empty((3, n), np.float32)
+        uid, kinds, alive = np.empty(n, np.uint64), np.empty(n, np.int32), np.empty(n, np.bool_)
+        for kind, (x, y, z, radius, its_uid) in enumerate(tables):
+            here = slice(ends[kind], ends[kind + 1])
+            places[0, here], places[1, here], places[2, here], places[3, here] = x, y, z, radius
+            uid[here], kinds[here] = its_uid, kind
+        alive.fill(True)
+        self.start, self.uid, rows = (np.zeros(space.n_cells + 1, np.int64), np.empty(n, np.uint64),
+                                      np.empty(n, np.int64))
+        self.x, self.y, self.z = sorted_places
+        sort_cells(alive, *places[:3], uid, *space.shape, space.inverse, np.empty(n, np.int32), self.start,
+                   rows, *sorted_places, self.uid)
+        self.radius, self.kind = places[3][rows], kinds[rows]
+        self.largest = float(np.maximum.reduce(places[3], initial=0.0))
 
 
 @njit
@@ -149,7 +154,7 @@ def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstar
     rock or hill, −1 if none.
 
     Seekers without any target in reach (target[i] < 0) are left as they are. Kernel over seekers first … last
-    − 1.
+    − 1; the heights of eyes and tops are f32[n], or numbers where no hill hides anything.
     """
     close = np.empty(tx.size, np.int64)
     for i in range(first, last):
@@ -165,8 +170,8 @@ def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstar
             seen = not hidden(x, y, z, dx, dy, dz, ou[i], tu[j], largest, bx, by, bz, br, bu, bstart, nx, ny,
                               nz, lengths, torus)
             seen = seen and rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) > 1
-            seen = seen and not hill_between(x, y, dx, dy, eye[i], top[j], height, ground_inverse, lengths,
-                                             torus)
+            seen = seen and not hill_between(x, y, dx, dy, of_row(eye, i), of_row(top, j), height,
+                                             ground_inverse, lengths, torus)
         if seen:
             continue
         n_close = gather(x, y, z, reach, tstart, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, close)
@@ -183,8 +188,8 @@ def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstar
                           lengths, torus):
                     continue
                 if (rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) <= 1
-                        or hill_between(x, y, dx, dy, eye[i], top[e], height, ground_inverse, lengths,
-                                        torus)):
+                        or hill_between(x, y, dx, dy, of_row(eye, i), of_row(top, e), height,
+                                        ground_inverse, lengths, torus)):
                     continue
             best, best_j = d2, e
         target[i] = best_j

@@ -104,11 +104,11 @@ class SpatialWorld(World):
             index = self._index_of(table)
         if index.version != table.version:
             with index.lock:
-                if (index.version, table.version) == table.thinned:
-                    index.thin(table.alive)
-                elif index.version != table.version:
+                if index.version != table.version:
                     p, high = table[Position], table.high
-                    index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high])
+                    thinned = (index.version, table.version) == table.thinned
+                    alive = table.alive if thinned else table.alive[:high]  # the dead may be beyond `high`
+                    index.build(alive, p.x[:high], p.y[:high], p.z[:high], table.uid[:high], thinned)
                 index.version = table.version
         return index
 
@@ -162,7 +162,9 @@ class SpatialWorld(World):
         """Return the bodies of several tables in one index of a kind, as things stand now:
         those that `build()` returned, or does now."""
         with self.lock:  # several threads may want it at once
-            version = tuple([self.tables[name].version for name in names])
+            version: tuple[int, ...] = ()
+            for name in names:
+                version = *version, self.tables[name].version
             kept = self._merged.get((kind, names))
             if kept is None or kept[0] != version:
                 kept = self._merged[kind, names] = (version, build())

@@ -10,7 +10,7 @@ from ecs_eco.components import Body, Carrier, Load, Metabolism, Position
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value
-from ecs_eco.lifecycle.torpor import awake, least_energy
+from ecs_eco.lifecycle.torpor import LEAST_ENERGY, awake
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -66,7 +66,7 @@ class Carry(System):
             before = m.energy[carriers]
             cost = own_value(table, f"carries.{number}.cost", way.cost) * world.dt
             after = before - np.float32(cost[carriers] if isinstance(cost, np.ndarray) else cost)
-            m.energy[carriers] = np.maximum(after, np.minimum(before, least_energy(table)))
+            m.energy[carriers] = np.maximum(after, np.minimum(before, LEAST_ENERGY[table.species.torpor]))
             m.burnt[carriers] += before - m.energy[carriers]
 
     def let_fall(self, table: Table, rows: np.ndarray) -> None:

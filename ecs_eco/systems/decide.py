@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Motor, Nervous
+from ecs_eco.components import Memory, Motor, Nervous
 from ecs_eco.engine.system import System
 from ecs_eco.learning import choose
 from ecs_eco.learning.continuous import draw_numbers
@@ -32,7 +32,7 @@ class Decide(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Write the decisions of one species; keep what its learner needs."""
         nerves = table.species.nerves
-        n, groups, continuous = len(nerves.rows), len(nerves.offsets) - 1, len(nerves.ranges)
+        n, groups, continuous = len(nerves.rows), len(nerves.offsets) - 1, len(nerves.ranges.groups)
         choice, log_probability = np.zeros((n, groups), np.int16), np.empty(n, np.float32)
         thinks, logits, values, outside = _think(nerves, table, world)
         decides, reaction = nerves.policy and n > 0, nerves.react(table)
@@ -66,7 +66,7 @@ class Decide(System):
                                    choice, numbers if decides else None, nerves.shift)
         if thinks and nerves.learning:
             nerves.remember(table, choice, numbers, log_probability, values)
-        if thinks:
+        if thinks and Memory in table:
             nerves.keep(table)
 
 

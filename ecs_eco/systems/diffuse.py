@@ -12,6 +12,7 @@ from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.lifecycle.matter import bodies, held, hold, part_lost
+from ecs_eco.space.index import Index
 from ecs_eco.space.world import SpatialWorld
 
 if TYPE_CHECKING:
@@ -28,10 +29,10 @@ class Diffuse(System):
     def process(self, *_: Any) -> None:
         """Advance all fields by one tick."""
         world = self.world
-        emitters = [t for t in world.tables.values() if t.species.emits]
-        for table in emitters:
-            world.index(table)
+        emitters: list[tuple[Table, Index]] = []
         for table in world.tables.values():
+            if table.species.emits:
+                emitters.append((table, world.index(table)))
             for name in table.species.emissions:
                 self.emanate(name, table)
         mine = list(world.fields) if world.bands.size == 1 else self.mine()
@@ -68,19 +69,20 @@ class Diffuse(System):
             amount /= field.litres
         field.emit(index.x, index.y, index.z, amount.astype(field.source.dtype))
 
-    def spread(self, name: str, emitters: list[Any]) -> None:
+    def spread(self, name: str, emitters: list[tuple[Table, Index]]) -> None:
         """Let one field receive what is emitted into it, then spread and fade."""
         world, field = self.world, self.world.fields[name]
-        for table in emitters:
+        for table, index in emitters:
             if name in table.species.emits:
-                index = world.index(table)
-                each = own_value(table, f"emits.{name}", table.species.emits[name])
+                each: Any = table.species.emits[name]
+                if table.species.traits:
+                    each = own_value(table, f"emits.{name}", each)
+                amount: Any
                 if isinstance(each, np.ndarray):
-                    amounts = (each[index.rows] * world.dt).astype(np.float32)
+                    amount = (each[index.rows] * world.dt).astype(np.float32)
                 else:
-                    amounts = np.empty(index.n, np.float32)
-                    amounts.fill(np.float32(each * world.dt))
-                field.emit(index.x, index.y, index.z, amounts)
+                    amount = np.float32(each * world.dt)
+                field.emit(index.x, index.y, index.z, amount)
         before = 0.0 if field.substance is None else field.held()
         field.pass_time(world.dt)
         if field.substance is not None:

@@ -28,8 +28,11 @@ class Drift(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Carry one kind of bodies."""
-        water, space, p, sinking = (world.environment.water, world.space, table[Position],
-                                    own_value(table, "body.sinking", np.float32(table.species.sinking)))
+        water, species = world.environment.water, table.species
+        if water is None and not (species.sinking or species.traits):
+            return
+        space, p = world.space, table[Position]
+        sinking = own_value(table, "body.sinking", np.float32(species.sinking))
         sinks = isinstance(sinking, np.ndarray) or bool(sinking)
         own = None if water is None or world.config is None else world.config.water.current_function
         current = STILL if water is None else water.current

@@ -18,13 +18,14 @@ from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.lifecycle.causes import register_eaters
 from ecs_eco.lifecycle.ingestion import swallow
 from ecs_eco.lifecycle.sizes import of_size
-from ecs_eco.lifecycle.torpor import least_energy
+from ecs_eco.lifecycle.torpor import LEAST_ENERGY
 from ecs_eco.space.land import at_places
 from ecs_eco.space.nearest import nearest
 from ecs_eco.space.surfaces import nearest_surface
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.terrain import Terrain
     from ecs_eco.space.world import SpatialWorld
 
 NO_DECISION = np.zeros((1, 1), np.uint8)
@@ -89,10 +90,10 @@ class Feed(System):
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
         ingest(target, distance2, eaters.rows, eaters.uid, foods.rows, radius, food_radius,
                reach, decision, column, chance, ceiling, gain, efficiency, held, store, digestion, world.key,
-               random.FEED + (number << 8), toughness, poison, world.cause(f"eaten by {table.name}"),
-               world.cause(f"poisoned by {food.eats}") if food.deadly else 0, least_energy(table),
-               table.cause, table.killer,
-               table.uid, best, m.energy, m.digesting, m.taken, prey.cause, prey.killer, prey.uid)
+               random.FEED + (number << 8), toughness, poison, world.codes[f"eaten by {table.name}"],
+               world.codes[f"poisoned by {food.eats}"] if food.deadly else 0,
+               LEAST_ENERGY[table.species.torpor], table.cause, table.killer, table.uid, best, m.energy,
+               m.digesting, m.taken, prey.cause, prey.killer, prey.uid)
         if Matter in table:
             eaten = np.flatnonzero(best >= 0)
             share = own_value(table, f"diet.{food.eats}.assimilation",
@@ -131,7 +132,9 @@ def defences(world: SpatialWorld, prey: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the share of bites that fail and the poison of each row, or arrays of one for all; empty if it
     has no defence."""
     toughness, poison = of_body(prey)
-    return sheltered(world, prey, toughness), poison
+    if world.terrain is not None:
+        toughness = sheltered(world.terrain, prey, toughness)
+    return toughness, poison
 
 
 def of_body(prey: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -145,11 +148,11 @@ def of_body(prey: Any) -> tuple[np.ndarray, np.ndarray]:
     return np.full(1, defence.toughness, np.float32), np.full(1, defence.poison, np.float32)
 
 
-def sheltered(world: SpatialWorld, prey: Any, toughness: np.ndarray) -> np.ndarray:
+def sheltered(terrain: Terrain, prey: Any, toughness: np.ndarray) -> np.ndarray:
     """Return the share of the bites that fail, f32[high], on prey that moves where the land shelters it; as
     it is where it does not."""
-    terrain, high = world.terrain, prey.high
-    if terrain is None or terrain.land is None or terrain.land.shelter is None or Velocity not in prey:
+    high = prey.high
+    if terrain.land is None or terrain.land.shelter is None or Velocity not in prey:
         return toughness
     p = prey[Position]
     left = np.float32(1) - at_places(terrain.land.shelter, terrain, p.x[:high], p.y[:high])

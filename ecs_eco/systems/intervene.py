@@ -44,7 +44,8 @@ class Intervene(System):
     def process(self, *_: Any) -> None:
         """Carry out what is due in this tick, in the order of the file; then pending requests."""
         world = self.world
-        planned = [] if world.config is None else [x for x in world.config.interventions if x.due(world.tick)]
+        plan = () if world.config is None else world.config.interventions
+        planned = [x for x in plan if x.due(world.tick)] if plan else []
         pending, self.requests = self.requests, []
         for intervention in (*planned, *pending):
             getattr(self, intervention.kind)(world, intervention)

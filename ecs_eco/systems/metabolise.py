@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.lifecycle.torpor import least_energy
+from ecs_eco.lifecycle.torpor import LEAST_ENERGY
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -37,14 +37,15 @@ class Metabolise(System):
         """Burn the energy of one species for a tick."""
         species, m = table.species.config, table[Metabolism]
         cost = table[Velocity].cost if Velocity in table else STILL
-        basal = np.float32(species.metabolism.basal if species is not None else 0.0)
+        basal: Any = np.float32(species.metabolism.basal if species is not None else 0.0)
+        if table.species.traits:
+            basal = own_value(table, "metabolism.basal", basal)
         scale = NO_SCALE
         if (standard := table.species.standard_mass) is not None:
             relative = table[Body].mass[: table.high] / np.float32(standard)
             scale = power(relative, np.float32(0.75)).astype(np.float32)
-        world.split(burn, table.high, table.alive, scale, cost, cost is not STILL,
-                    own_value(table, "metabolism.basal", basal), np.float32(world.dt), least_energy(table),
-                    m.energy, m.digesting, m.burnt)
+        world.split(burn, table.high, table.alive, scale, cost, cost is not STILL, basal,
+                    np.float32(world.dt), LEAST_ENERGY[table.species.torpor], m.energy, m.digesting, m.burnt)
 
 
 @njit

@@ -37,6 +37,7 @@ class Perish(System):
 
     def process(self, *_: Any) -> None:
         """Mark those beyond a limit."""
+        codes = self.world.codes
         for table in self.world.tables.values():
             names = labels(table.species.lethal) if table.species.traits else []
             for i, limit in enumerate(table.species.lethal):
@@ -52,8 +53,8 @@ class Perish(System):
                     ends = own_values(table, {f"lethal.{names[i]}.min": ends[0],
                                               f"lethal.{names[i]}.max": ends[1]})
                 perish(table.alive[: table.high], column, *ends,
-                       0 if low is None else self.world.cause(limit.low),
-                       0 if high is None else self.world.cause(limit.high), table.cause)
+                       0 if low is None else codes[limit.low],
+                       0 if high is None else codes[limit.high], table.cause)
 
     def mourn(self, table: Table, rows: np.ndarray) -> None:
         """Give the dying of one species their last reward, whatever they die of;
@@ -62,7 +63,9 @@ class Perish(System):
         if nerves is None or nerves.happiness is None:
             return
         n = table[Nervous]
-        least = own_value(table, "happiness.minimum", nerves.minimum)
+        least: Any = nerves.minimum
+        if table.species.traits:
+            least = own_value(table, "happiness.minimum", least)
         n.reward[rows] = (least[rows] if isinstance(least, np.ndarray) else least) - n.happiness[rows]
         if nerves.learning:
             nerves.end(rows, n.reward[rows])

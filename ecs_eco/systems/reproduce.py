@@ -40,14 +40,16 @@ class Reproduce(System):
             or not (world.reproduction or table.species.nerves is None)):
             return  # animals do not reproduce while they are pre-trained; plants do
         self.bear(table, world, way)
-        self.immigrate(table, world, way)
+        if way.immigration:
+            self.immigrate(table, world, way)
 
     def bear(self, table: Table, world: SpatialWorld, way: Any) -> None:
         """Let parents give birth."""
         m, b = table[Metabolism], table[Biology]
         own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
         parents, number = np.empty(table.high, np.int64), np.empty(table.high, np.int64)
-        chance = chance_of(own_value(table, "reproduction.rate", way.rate), world.dt)
+        rate = own_value(table, "reproduction.rate", way.rate) if table.species.traits else way.rate
+        chance = chance_of(rate, world.dt)
         n = ready(table.alive[: table.high], m.energy, b.age, b.fertility, table.uid, own, energy_min,
                   age_min, energy_given, litter, chance, world.key, parents, number)
         if n == 0:
@@ -64,8 +66,6 @@ class Reproduce(System):
         """Add immigrants like the founders: the integer part of rate × dt,
         and one more by chance for the rest."""
         wanted = way.immigration * world.dt
-        if wanted == 0:
-            return
         chance = float(random.draw(world.key, np.uint64(table.place), random.BIRTH + (2 << 8)))
         if count := room(table, int(wanted + chance)):
             # future uids: no draw has used them yet

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from ecs_eco.components import Nervous, Position, Sensor
 from ecs_eco.engine.system import System
+from ecs_eco.nervous.nerves import NOTHING_SENSED
 from ecs_eco.nervous.organs import blind
 from ecs_eco.nervous.sensors.sense import Seekers
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -37,28 +40,29 @@ class Sense(System):
         seekers = Seekers(world, table)
         out = nerves.readout(seekers.n)
         nerves.rows = seekers.rows
-        seen: Any = table.derived.get(Sensor)  # Readings, which only keeps what it is handed
-        if seen is not None:
-            seen.take(seekers.index.uid[:0], out[:0])
+        nerves.sensed = NOTHING_SENSED
         asked = (*nerves.senses, world.threads, world.bands.size)
         if self._shares.get(table.name, NOBODY)[0] != asked:
             self._shares[table.name] = asked, *shared_out(nerves.senses, world.threads, world.bands.size == 1)
         _, shares, undivided = self._shares[table.name]
 
-        def read(share: Share) -> None:
-            for sense, first in share:
-                sense(world, table, seekers, out, first)
-
-        if len(shares) == 1 and not undivided and world.bands.size == 1:
-            read(shares[0])
+        if len(shares) == 1 and world.bands.size == 1:
+            undivided = shares[0]
         else:
             with world.bands.over(seekers.index, out):
-                world.together(*[partial(read, share) for share in shares])
-            read(undivided)
+                world.together(*[partial(read, share, world, table, seekers, out) for share in shares])
+        for sense, first in undivided:
+            sense(world, table, seekers, out, first)
         if table.species.traits:
             blind(table, seekers.rows, out)
-        if seen is not None:
-            seen.take(seekers.index.uid.copy(), out)
+        if Sensor in table:
+            nerves.sensed = seekers.index.uid.copy(), out
+
+
+def read(share: Share, world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray) -> None:
+    """Let some senses of a species read."""
+    for sense, first in share:
+        sense(world, table, seekers, out, first)
 
 
 def shared_out(senses: Sequence[tuple[Any, int]], threads: int, alone: bool) -> tuple[list[Share], Share]:

@@ -52,7 +52,7 @@ class Spread(System):
         if way is None or way.kind != "spread":
             return
         space, p = world.space, table[Position]
-        nx, ny = [max(1, round(s / way.spacing)) for s in space.size[:2]]
+        nx, ny = max(1, round(space.size[0] / way.spacing)), max(1, round(space.size[1] / way.spacing))
         taken = table.species.sites
         if taken is None or taken.shape != (ny, nx):
             taken = table.species.sites = np.empty((ny, nx), np.int64)
@@ -60,7 +60,10 @@ class Spread(System):
         stands(table.alive[: table.high], p.x, p.y, inverse, taken)
         site, parent = np.empty(taken.size, np.int64), np.empty(taken.size, np.int64)
         reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
-        rate, vigour = seeds(table, own_value(table, "reproduction.rate", np.float32(way.rate)), way.rate)
+        own: Any = np.float32(way.rate)
+        if table.species.traits:
+            own = own_value(table, "reproduction.rate", own)
+        rate, vigour = seeds(table, own, way.rate)
         n = sprout(taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
                    space.torus, *rocks(world), fertility(world), inverse, vigour, world.key,
                    table.place << 20, site, parent)

@@ -109,9 +109,7 @@ def learning(world: SpatialWorld, table: Table) -> None:
 
 def _experience(table: Table, wanted: bool) -> None:
     """Add the columns that individual learning needs, beside the policies; or remove them."""
-    table.columns.pop(Experience, None)
-    table.defaults.pop(Experience, None)
-    table.renew_handles()
+    table.drop_component(Experience)
     if not wanted:
         return
     table.add_component(Experience)

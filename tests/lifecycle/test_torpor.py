@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ecs_eco.components import Gestation, Metabolism, Position, Velocity
-from ecs_eco.lifecycle.torpor import awake, least_energy
+from ecs_eco.lifecycle.torpor import LEAST_ENERGY, awake
 from ecs_eco.systems import Decide, Feed, Mate, Metabolise, Move, Sense
 from ecs_eco.testing import act, arrange
 
@@ -76,7 +76,7 @@ def test_others_are_awake_whatever_they_have(meadow):
     world = meadow()
     deer = arrange(world, "deer", energy=-1)
     assert awake(deer) is deer.alive
-    assert least_energy(deer) == -np.inf
+    assert LEAST_ENERGY[deer.species.torpor] == -np.inf
 
 
 def test_torpor_may_begin_while_a_world_lives_and_its_books_close(meadow):

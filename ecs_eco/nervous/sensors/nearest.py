@@ -9,16 +9,20 @@ import numpy as np
 from ecs_eco.components import Shape
 from ecs_eco.engine.elementary import arrays, scalars
 from ecs_eco.engine.jit import lone_njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.nervous.sensors.kin import nearest_kin
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, in_light, of_sensor, own_range, place_of
 from ecs_eco.space import sight
-from ecs_eco.space.bodies import has_opaque_solids, opaque, opaque_ground, opaque_solids, relief, solids, tops
-from ecs_eco.space.nearest import nearest
+from ecs_eco.space.bodies import merged, opaque_ground, opaque_kinds, relief, solids, tops
+from ecs_eco.space.index import Index
+from ecs_eco.space.nearest import nearest, seek
 from ecs_eco.space.solid_sight import nearest_in_sight
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
+
+NO_HEIGHTS = np.float32(0.0), np.float32(0.0)  # of eyes and tops, where no hill hides anything
 
 
 def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: int = 0,
@@ -31,43 +35,48 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
     With `by_light` [m] it sees as far as blind + by_light × light at its eye [m],
     and never further than without. With `kin` only relatives count.
     """
+    shared, view, centred = np.float32(reach), half_view(fov), not any(map(np.float32, at[:3]))
+    alike, selective = by_light is None and kin is None and centred, occlusion or narrow(view)
+
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
-        radius, own = own_range(table, seekers, number, reach)
-        targets, mine = world.index(world.tables[target]), seekers.index
-        cos_half_fov = half_view(of_sensor(table, seekers, number, fov=fov)[0])
-        eye = place_of(table, seekers, number, at, world.space)
+        species, other, mine, space = table.species, world.tables[target], seekers.index, world.space
+        targets, radius, cos_half_fov = world.index(other), reach, view
+        own: Any = shared
+        if not alike or number in species.own_ranges or number in species.own_places:
+            radius, own = own_range(table, seekers, number, reach)
+        looks_again = selective
+        if species.traits:
+            cos_half_fov = half_view(of_sensor(table, seekers, number, fov=fov)[0])
+            looks_again = occlusion or narrow(cos_half_fov)
+        eye = mine.x, mine.y, mine.z
+        if not centred or number in species.own_places:
+            eye = place_of(table, seekers, number, at, space)
         elsewhere = eye[0] is not mine.x
         if by_light is not None:
             own = in_light(world, table, seekers, number, eye, own, by_light, blind)
             radius = max(float(own.max(initial=0.0)), 1e-6)
-        if kin is None and (Shape in world.tables[target] or (occlusion and has_opaque_solids(world))):
-            places, entries, distance2 = look(world, table, seekers, eye, target, radius, cos_half_fov,
-                                                occlusion)
-            world.split(_bearings, seekers.n, *eye, seekers.cos, seekers.sin, *places,
-                        entries, distance2, world.space.lengths, world.space.torus, world.space.volume, own,
-                        out.T, column)
-            return
-        if kin is None and not elsewhere:
-            entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
+        places: tuple[np.ndarray, ...] = targets.x, targets.y, targets.z
+        entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
+        hiding = opaque_kinds(world) if occlusion else ((), ())
+        if kin is None and (Shape in other or (hiding[1] and solids(world, hiding[1]).uid.size > 0)):
+            places = look(world, table, seekers, eye, target, radius, cos_half_fov, occlusion, hiding,
+                          entries, distance2)
+        elif kin is not None or elsewhere:
+            entries, distance2 = nearest_kin(seekers, table, other, targets, kin, eye, own, cos_half_fov,
+                                             world.split)
+            if kin is None and occlusion:
+                look_again(world, table, seekers, eye, other, targets, radius, cos_half_fov, True, hiding[0],
+                           entries, distance2)
+        elif looks_again:
             nearest(mine, targets, radius, entries, distance2, world.split)
+            look_again(world, table, seekers, eye, other, targets, radius, cos_half_fov, occlusion, hiding[0],
+                       entries, distance2)
         else:
-            entries, distance2 = nearest_kin(seekers, table, world.tables[target], targets, kin, eye, own,
-                                             cos_half_fov, world.split)
-        if kin is None and (occlusion or (not elsewhere and narrow(cos_half_fov))):
-            space, ground, inverse = world.space, *opaque_ground(world)
-            bodies: Any = opaque(world) if occlusion else targets
-            radii = bodies.radius if occlusion else targets.x
-            largest = np.float32(bodies.largest if occlusion else 0.0)
-            world.split(sight.nearest_visible, seekers.n, *eye, mine.uid, seekers.cos, seekers.sin, targets.x,
-                        targets.y, targets.z, targets.uid, targets.start, bodies.x,
-                        bodies.y, bodies.z, radii, bodies.uid, bodies.start, occlusion, largest, *space.shape,
-                        space.inverse, space.lengths, space.torus, space.reach(radius), np.float32(radius),
-                        cos_half_fov, ground, inverse, relief(world), tops(table, seekers.rows),
-                        tops(world.tables[target], targets.rows), entries, distance2)
-        world.split(_bearings, seekers.n, *eye, seekers.cos, seekers.sin, targets.x,
-                    targets.y, targets.z, entries,
-                    distance2, world.space.lengths, world.space.torus, world.space.volume, own, out.T,
-                    column)
+            nearest(mine, targets, radius, entries, distance2, world.split, see,
+                    (seekers.cos, seekers.sin, space.volume, own, out.T, column))
+            return
+        world.split(_bearings, seekers.n, *eye, seekers.cos, seekers.sin, *places, entries, distance2,
+                    space.lengths, space.torus, space.volume, own, out.T, column)
 
     sense.by_light = by_light is not None  # type: ignore[attr-defined]
     return sense
@@ -86,14 +95,14 @@ def narrow(cos_half_fov: Any) -> bool:
 
 
 def look(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.ndarray, ...], target: str,
-         radius: float, cos_half_fov: Any,
-         occlusion: bool) -> tuple[tuple[np.ndarray, ...], np.ndarray, np.ndarray]:
+         radius: float, cos_half_fov: Any, occlusion: bool, hiding: tuple[tuple[str, ...], tuple[str, ...]],
+         entries: np.ndarray, distance2: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return the place of the nearest of a kind that is nearest to each seeker's eye: x, y, z f32[n] [m], if
-    some bodies are capsules or boxes; its entry i32[n], that of seeker i is i, −1 where it sees none; and the
-    square of its distance f32[n] [m^2]."""
-    entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
+    some bodies are capsules or boxes; write its entry i32[n], that of seeker i is i, −1 where it sees none;
+    and the square of its distance f32[n] [m^2]. `hiding` are the kinds of bodies that hide what is behind
+    them."""
     mine, space, (ground, inverse) = seekers.index, world.space, opaque_ground(world)
-    targets, spheres, others = solids(world, [target]), opaque(world), opaque_solids(world)
+    targets, spheres, others = solids(world, [target]), merged(world, hiding[0]), solids(world, hiding[1])
     places = tuple(np.zeros(seekers.n, np.float32) for _ in range(3))
     world.split(nearest_in_sight, seekers.n, *eye, mine.uid, seekers.cos, seekers.sin,
                 targets.form, targets.uid, *targets.cells, occlusion, spheres.x, spheres.y, spheres.z,
@@ -101,21 +110,52 @@ def look(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.
                 others.uid, *others.cells, *space.shape, space.inverse, space.lengths, space.torus,
                 space.volume, np.float32(radius), cos_half_fov, ground, inverse, relief(world),
                 tops(table, seekers.rows), *places, entries, distance2)
-    return places, entries, distance2
+    return places
+
+
+def look_again(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.ndarray, ...],
+               other: "Table", targets: Index, radius: float, cos_half_fov: Any, occlusion: bool,
+               hiding: tuple[str, ...], entries: np.ndarray, distance2: np.ndarray) -> None:
+    """Replace the nearest spheres of a kind that are out of view or hidden by those that are seen."""
+    mine, space, height = seekers.index, world.space, relief(world)
+    ground, inverse = opaque_ground(world)
+    bodies: Any = merged(world, hiding) if occlusion else targets
+    radii = bodies.radius if occlusion else targets.x
+    largest = np.float32(bodies.largest if occlusion else 0.0)
+    heights: Any = NO_HEIGHTS
+    if height.size > 1:
+        heights = tops(table, seekers.rows), tops(other, targets.rows)
+    world.split(sight.nearest_visible, seekers.n, *eye, mine.uid, seekers.cos, seekers.sin, targets.x,
+                targets.y, targets.z, targets.uid, targets.start, bodies.x,
+                bodies.y, bodies.z, radii, bodies.uid, bodies.start, occlusion, largest, *space.shape,
+                space.inverse, space.lengths, space.torus, space.reach(radius), np.float32(radius),
+                cos_half_fov, ground, inverse, height, *heights, entries, distance2)
+
+
+@lone_njit
+def see(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, flat,
+        radius2, target, distance2, cos, sin, volume, radius, out, column):
+    """`seek` for the seekers in the rows of cells first … last − 1, then direction and nearness of what was
+    found."""
+    seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, flat,
+         radius2, target, distance2)
+    _bearings(ostart[first * nx], ostart[last * nx], ox, oy, oz, cos, sin, tx, ty, tz, target, distance2,
+              lengths, torus, volume, radius, out, column)
 
 
 @lone_njit
 def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, entries, distance2, lengths, torus, volume,
               radius, out, column):
-    """Write direction and nearness, 0 where nobody is in range; without branches and with unsigned indices,
-    so that it becomes vector code."""
+    """Write direction and nearness, 0 where nobody is in range; `radius` f32[n], or one for all; without
+    branches and with unsigned indices, so that it becomes vector code."""
     zero, one, near = np.float32(0.0), np.float32(1.0), column + (3 if volume else 2)
     if tx.size == 0:
         out[column : near + 1, first:last] = 0
         return
     for k in range(last - first):
         i = np.uint64(first + k)
-        none = (entries[i] < 0) | (distance2[i] > radius[i] * radius[i])
+        reach = of_row(radius, i)
+        none = (entries[i] < 0) | (distance2[i] > reach * reach)
         j = np.uint32(max(entries[i], 0))
         dx, dy, dz = sight.offset(ox[i], oy[i], oz[i], tx[j], ty[j], tz[j], lengths, torus)
         distance = np.sqrt(distance2[i])
@@ -124,4 +164,4 @@ def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, entries, distance2,
         out[column + 1, i] = zero if none else (dy * cos[i] - dx * sin[i]) * inverse
         if volume:
             out[column + 2, i] = zero if none else dz * inverse
-        out[near, i] = zero if none else one - distance / radius[i]
+        out[near, i] = zero if none else one - distance / reach

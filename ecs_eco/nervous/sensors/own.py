@@ -1,7 +1,7 @@
 """The sensor of a property of the own body: interoception."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -51,9 +51,13 @@ def own(property: str, scale: float, substances: list[str], number: int = 0,
     A body is the same throughout, but for the pressure in a compressible one, which is that of the depth.
     """
 
+    shared = np.float32(1.0 / scale)
+
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
-        factor = 1.0 / of_sensor(table, seekers, number, scale=scale)[0]
-        factor = factor.astype(np.float32) if isinstance(factor, np.ndarray) else np.float32(factor)
+        factor: Any = shared
+        if table.species.traits:
+            factor = 1.0 / of_sensor(table, seekers, number, scale=scale)[0]
+            factor = factor.astype(np.float32) if isinstance(factor, np.ndarray) else np.float32(factor)
         value = own_column(table, property, substances)
         if property == "pressure" and table.species.compressible and any(at):
             value = value.copy()

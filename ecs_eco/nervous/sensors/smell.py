@@ -20,6 +20,7 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
     """Smell a field at a place of the body: c/(c + scale), the occupancy of receptors
     that are half bound at `scale`."""
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
+    shared = np.float32(scale)
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         f, mine, space = world.fields[field], seekers.index, world.space
@@ -32,7 +33,7 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
             own = table[Senses]
             x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
             body = (seekers.radius, seekers.cos, seekers.sin, np.float32(0), np.float32(0))
-        half = of_sensor(table, seekers, number, scale=np.float32(scale))[0]
+        half = of_sensor(table, seekers, number, scale=shared)[0] if table.species.traits else shared
         if space.volume:
             world.split(_sniff_volume, seekers.n, f.value, f.inverse, x, y, z, *body, high,
                         half, space.lengths, space.torus, out.T, column)
