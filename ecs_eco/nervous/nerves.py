@@ -12,7 +12,7 @@ from ecs_eco.components import Experience, Memory, Motor, Nervous, Plasticity, P
 from ecs_eco.learning.continuous import CONTINUOUS
 from ecs_eco.nervous.networks import HappinessNetwork, Network, ReflexNetwork, mean_of
 from ecs_eco.nervous.ranges import Ranges
-from ecs_eco.nervous.sensors.sense import Sense
+from ecs_eco.nervous.sensors.sense import NOTHING_SENSED, Sense
 from ecs_eco.nervous.thoughts import Thoughts
 
 if TYPE_CHECKING:
@@ -21,10 +21,6 @@ if TYPE_CHECKING:
     from ecs_eco.learning.policy_network import PolicyNetwork
     from ecs_eco.learning.torch_ppo import TorchLearner
     from ecs_eco.space.world import SpatialWorld
-
-
-# uids u64[n] and readings f32[n, channels]
-NOTHING_SENSED = np.zeros(0, np.uint64), np.zeros((0, 0), np.float32)
 
 
 class Nerves:
@@ -155,7 +151,7 @@ class Nerves:
         if self.individuals is not None:
             thought = self._ask_each(table, world, self.rows, self.x_by_row)
         elif self.brain is not None:
-            thought = self._ask(table, world)
+            thought = self._ask(self.brain, table, world)
         else:
             return (np.zeros((len(self.rows), sum(self.choices)), np.float32),
                     np.zeros(len(self.rows), np.float32))
@@ -164,15 +160,13 @@ class Nerves:
             self._complain(table, world, thought)
         return thought
 
-    def _ask(self, table: Table, world: SpatialWorld) -> tuple[np.ndarray, np.ndarray]:
+    def _ask(self, brain: PolicyNetwork, table: Table,
+             world: SpatialWorld) -> tuple[np.ndarray, np.ndarray]:
         """Let the shared brain think, each organism with its own memory where there is one."""
-        brain = self.brain
-        assert brain is not None
         if not brain.memory:
             if world.bands.size == 1:
                 return brain.forward(self.x, world.split)
-            return _divided(world, brain, len(self.x),
-                            lambda here: brain.forward(self.x[here], world.split))
+            return _divided(world, brain, len(self.x), lambda h: brain.forward(self.x[h], world.split))
         logits, values, self._later = brain.recall(self.x_by_row, table[Memory].state[self.rows], world.split)
         return logits, values
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from ecs_eco.components import Nervous, Position, Sensor
 from ecs_eco.engine.system import System
-from ecs_eco.nervous.nerves import NOTHING_SENSED
 from ecs_eco.nervous.organs import blind
-from ecs_eco.nervous.sensors.sense import Seekers
+from ecs_eco.nervous.sensors.sense import NOTHING_SENSED, Seekers
 
 if TYPE_CHECKING:
     import numpy as np

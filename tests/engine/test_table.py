@@ -126,3 +126,16 @@ def test_a_request_that_does_not_fit_is_refused_when_it_is_made():
                        match=r"newborn of 'ant': Place.x has the shape \(3,\); allowed is \(2,\)"):
         table.request(two, {(Place, "x"): np.zeros(3)})
     assert not table.births
+
+
+def test_a_table_is_itself_alone_and_its_components_are_not_replaced():
+    one, other = _table(), _table()
+    assert one != other
+    assert {one: "one", other: "other"}[other] == "other"
+    with pytest.raises(TypeError, match="table 'ant': its components are not replaced; write into their"):
+        one[Place] = other[Place]
+    one.add_component(Mark)
+    assert list(one) == list(one.columns) == [Place, Mark]
+    one.drop_component(Mark)
+    assert Mark not in one
+    assert Mark not in one.columns

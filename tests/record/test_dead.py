@@ -21,8 +21,8 @@ def test_each_of_the_dying_is_kept_with_place_energy_age_cause_and_flows_in_the_
     assert (one.x.tolist(), one.y.tolist(), one.z.tolist()) == ([3, 1], [6, 2], [0, 0])
     assert (one.energy.tolist(), one.age.tolist()) == ([3.5, 1.5], [3.0, 5.0])
     assert (one.cause.tolist(), one.killer.tolist()) == ([7, 7], [42, 0])
-    assert [flow.tolist() for flow in one.flows] == [[3, 1], [13, 11], [23, 21]]
-    assert total(one.flows[0]) == 4.0
+    assert (one.held, one.flows) == (5.0, [4.0, 24.0, 44.0])
+    assert total(one.energy) == 5.0
 
 
 def test_what_the_table_lacks_is_zero():
@@ -32,4 +32,4 @@ def test_what_the_table_lacks_is_zero():
     world.flush()
     one = dead(table, np.array([0, 1]), 0, 1.0)
     assert one.uid.tolist() == [1, 2]
-    assert not any(a.any() for a in (one.x, one.y, one.z, one.energy, *one.flows))
+    assert not any(a.any() for a in (one.x, one.y, one.z, one.energy, one.held, *one.flows))

@@ -40,18 +40,16 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         species, other, mine, space = table.species, world.tables[target], seekers.index, world.space
-        targets, radius, cos_half_fov = world.index(other), reach, view
+        targets, radius, cos_half_fov, looks_again = world.index(other), reach, view, selective
         own: Any = shared
         if not alike or number in species.own_ranges or number in species.own_places:
             radius, own = own_range(table, seekers, number, reach)
-        looks_again = selective
         if species.traits:
             cos_half_fov = half_view(of_sensor(table, seekers, number, fov=fov)[0])
             looks_again = occlusion or narrow(cos_half_fov)
         eye = mine.x, mine.y, mine.z
         if not centred or number in species.own_places:
             eye = place_of(table, seekers, number, at, space)
-        elsewhere = eye[0] is not mine.x
         if by_light is not None:
             own = in_light(world, table, seekers, number, eye, own, by_light, blind)
             radius = max(float(own.max(initial=0.0)), 1e-6)
@@ -59,22 +57,21 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
         entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
         hiding = opaque_kinds(world) if occlusion else ((), ())
         if kin is None and (Shape in other or (hiding[1] and solids(world, hiding[1]).uid.size > 0)):
-            places = look(world, table, seekers, eye, target, radius, cos_half_fov, occlusion, hiding,
-                          entries, distance2)
-        elif kin is not None or elsewhere:
+            places, looks_again = look(world, table, seekers, eye, target, radius, cos_half_fov, occlusion,
+                                       hiding, entries, distance2), False
+        elif kin is not None or eye[0] is not mine.x:
             entries, distance2 = nearest_kin(seekers, table, other, targets, kin, eye, own, cos_half_fov,
                                              world.split)
-            if kin is None and occlusion:
-                look_again(world, table, seekers, eye, other, targets, radius, cos_half_fov, True, hiding[0],
-                           entries, distance2)
+            looks_again = occlusion and kin is None
         elif looks_again:
             nearest(mine, targets, radius, entries, distance2, world.split)
-            look_again(world, table, seekers, eye, other, targets, radius, cos_half_fov, occlusion, hiding[0],
-                       entries, distance2)
         else:
             nearest(mine, targets, radius, entries, distance2, world.split, see,
                     (seekers.cos, seekers.sin, space.volume, own, out.T, column))
             return
+        if looks_again:
+            look_again(world, table, seekers, eye, other, targets, radius, cos_half_fov, occlusion, hiding[0],
+                       entries, distance2)
         world.split(_bearings, seekers.n, *eye, seekers.cos, seekers.sin, *places, entries, distance2,
                     space.lengths, space.torus, space.volume, own, out.T, column)
 

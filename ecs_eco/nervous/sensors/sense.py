@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
+NOTHING_SENSED = np.zeros(0, np.uint64), np.zeros((0, 0), np.float32)
+"""Uids u64[n] and readings f32[n, channels] of nobody."""
+
+
 class Seekers:
     """Those of a table that sense now, in canonical order: rows i64[n], the index,
     cosine and sine of the headings f32[n]."""
