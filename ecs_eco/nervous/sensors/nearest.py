@@ -31,8 +31,7 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
     """See the nearest of a kind: its direction in the body's frame, as a unit vector, and 1 − distance/reach.
 
     They are those from a place on the body, `at`, to the centre of a sphere, or to the nearest place of a box
-    or of the axis of a capsule.
-    With `by_light` [m] it sees as far as blind + by_light × light at its eye [m],
+    or of the axis of a capsule. With `by_light` [m] it sees as far as blind + by_light × light at its eye,
     and never further than without. With `kin` only relatives count.
     """
     shared, view, centred = np.float32(reach), half_view(fov), not any(map(np.float32, at[:3]))
@@ -47,9 +46,8 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
         if species.traits:
             cos_half_fov = half_view(of_sensor(table, seekers, number, fov=fov)[0])
             looks_again = occlusion or narrow(cos_half_fov)
-        eye = mine.x, mine.y, mine.z
-        if not centred or number in species.own_places:
-            eye = place_of(table, seekers, number, at, space)
+        eye = ((mine.x, mine.y, mine.z) if centred and number not in species.own_places
+               else place_of(table, seekers, number, at, space))
         if by_light is not None:
             own = in_light(world, table, seekers, number, eye, own, by_light, blind)
             radius = max(float(own.max(initial=0.0)), 1e-6)
