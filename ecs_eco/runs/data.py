@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.analysis.against import KEPT, outside_of
 from ecs_eco.engine import files
 
 
@@ -17,6 +16,8 @@ def keep_data(config: Any, folder: Path) -> None:
     """
     if getattr(config, "data", None) is None:
         return
+    from ecs_eco.analysis.against import KEPT, outside_of
+
     path = config.file(config.data.file)
     written = (config.folder / config._source).is_file()
     if not path.is_file() and not written:
