@@ -33,11 +33,12 @@ def _cell(x: object) -> str:
 
 
 def picture(png: Path, caption: str) -> str:
-    """A figure with the PNG embedded, so that the page needs no other file."""
+    """A figure with the PNG, or SVG, embedded, so that the page needs no other file."""
     code = base64.b64encode(png.read_bytes()).decode("ascii")
+    kind = "svg+xml" if png.suffix == ".svg" else "png"
     text = escape(caption)
     return (f'<figure><img alt="{text}" '
-            f'src="data:image/png;base64,{code}"><figcaption>{text}</figcaption></figure>')
+            f'src="data:image/{kind};base64,{code}"><figcaption>{text}</figcaption></figure>')
 
 
 def number(x: float, digits: int = 3) -> str:

@@ -96,6 +96,14 @@ def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
     return Path(path)
 
 
+def save_svg(figure: Figure, path: Path | str) -> Path:
+    """Write an SVG, whole or not at all, the same bytes for the same figure."""
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    with files.writing(path) as beside, as_delivered({"text.parse_math": False, "svg.hashsalt": "ecs-eco"}):
+        figure.savefig(beside, facecolor="white", format="svg", metadata={"Date": None, "Creator": None})
+    return Path(path)
+
+
 def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> dict[str, str]:
     """A colour for each species, that of the viewer's page: the one of the palette nearest to the world's
     own, where it names one as #rrggbb."""

@@ -184,6 +184,8 @@ def _status(search: Search) -> str:
 
 def report(result: dict[str, Any], out: Path) -> None:
     """Print the result of a search."""
+    if "posterior" in result:
+        return _report_posterior(result["posterior"], out)
     confirmation = result["confirmation"]
     best, start = confirmation["best"], confirmation["start"]
     minutes, whole = result["seconds"] / 60, result["by_stage"][-1]
@@ -196,3 +198,15 @@ def report(result: dict[str, Any], out: Path) -> None:
     for name, value in result["best"][0]["values"].items():
         say(f"  {name}: {result['start'][name]:g} → {value:g}")
     say(f"written: {out / 'search.html'}; run the best: ecs-eco run {out / 'best-1.toml'}")
+
+
+def _report_posterior(posterior: dict[str, Any], out: Path) -> None:
+    """Print the result of a search that samples."""
+    say(f"{posterior['candidates']} candidates, {posterior['compared']} of them compared with the "
+        f"measurements; the {posterior['kept']} nearest are kept")
+    for name, of in posterior["numbers"].items():
+        low, high = of["range"]
+        say(f"  {name}: {of['median']:.4g} ({of['low']:.4g} … {of['high']:.4g}, 90 %), of {low:g} … {high:g}")
+    for name, of in posterior["statistics"].items():
+        say(f"  {name}: measured {of['observed']:.3g}, runs {of['low']:.3g} … {of['high']:.3g}")
+    say(f"written: {out / 'search.html'}, {out / 'posterior.csv'}")

@@ -127,6 +127,9 @@ def _check_objective(config: WorldConfig) -> list[Problem]:
                 key = ("search", part, name if part == "wanted" else i)
                 kind = "species" if names == list(config.species) else "species or reporter"
                 problems.append(Problem(key, f"no such {kind}", name, listed(names), nearest(name, names)))
+    if any(of == "data" for of, _ in search.goals) and config.data is None:
+        problems.append(Problem(("data",), "is missing: the objective of [search] is data",
+                                allowed="for example [data] file = \"pelts.csv\""))
     if any(of == "population" for of, _ in search.goals) and not set(search.wanted) & set(config.species):
         problems.append(Problem(("search", "wanted"), "is missing: the objective is population",
                                 allowed="for example { deer = 500 }"))

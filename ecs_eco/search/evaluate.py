@@ -17,6 +17,7 @@ import numpy as np
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.experiments.trained import train_or_find
+from ecs_eco.search.fit import Fit
 
 STEP = 25  # ticks between two checks for extinctions
 
@@ -33,6 +34,7 @@ class Job:
     least: Sequence[float]  # the score required by each stage but the last
     hopeless: float  # share of runs lost beyond which it ends
     policies: Path  # where policies that are trained are kept
+    fit: Fit | None = None  # the measurements that it is compared with
 
 
 def evaluate(job: Job) -> dict[str, Any]:
@@ -104,17 +106,19 @@ class Life:
         if self.died is None and ticks == self.job.stages[-1][0]:
             self.died = self._last_birth(ticks)
         lived = ticks if self.died is None else min(self.died[0], ticks)
-        score, goal = lived / ticks, None
+        score, goal, fit = lived / ticks, None, self.job.fit
+        own: dict[str, Any] = {} if fit is None else {"statistics": None}
         if self.died is None:
-            goal = objective(
-                self.config.search, load_series(self.world.series()), self.persist, self.config.function
-            )
+            series = load_series(self.world.series())
+            goal = objective(self.config.search, series, self.persist, self.config.function, fit)
             score += goal
+            if fit is not None:
+                own["statistics"] = fit.of(series)
         self.seconds += time.perf_counter() - begin
         return {
             "training": self.cell[0], "world": self.cell[1], "lived": lived,
             "extinct": self.died and self.died[1],
-            "score": score, "goal": goal, "seconds": round(self.seconds, 3),
+            "score": score, "goal": goal, **own, "seconds": round(self.seconds, 3),
         }  # fmt: skip
 
     def _begin(self) -> None:

@@ -101,7 +101,7 @@ def scatter(
         ax.axvline(start[p.name], color=START, lw=1.1, ls=":", label="as written")
         ax.axvline(best[p.name], color=BEST, lw=1.4, label="best")
         ax.set_ylim(0, 1)
-        _scaled(ax.xaxis, p)
+        scaled(ax.xaxis, p)
         ax.set_xlabel(short(p.name), fontsize=8.5)
     for ax in list(axes.flat)[len(parameters) :]:
         ax.set_visible(False)
@@ -143,15 +143,15 @@ def pairs(
                 ls="none",
             )
         ax.set(xlabel=short(x.name), ylabel=short(y.name))
-        _scaled(ax.xaxis, x)
-        _scaled(ax.yaxis, y)
+        scaled(ax.xaxis, x)
+        scaled(ax.yaxis, y)
         ax.grid(visible=False)
     axes[0, 0].legend(loc="best", fontsize=8, frameon=True)
     figure.colorbar(dots, ax=axes[0].tolist(), label="share that is worse", pad=0.02)
     return figure
 
 
-def _scaled(axis: Any, p: Parameter) -> None:
+def scaled(axis: Any, p: Parameter) -> None:
     """The axis of a number; on a log scale, 1, 2 and 5 of each power of ten, or 1 alone over more than two.
     """
     if not p.log:

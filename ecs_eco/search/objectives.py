@@ -15,15 +15,28 @@ import numpy as np
 from ecs_eco.analysis.runs import Series
 from ecs_eco.config.models.search import OBJECTIVES, Search
 from ecs_eco.engine.code import handed_over
+from ecs_eco.search.fit import Fit
 
 
 def objective(
-    search: Search, series: Series, persist: Sequence[str], find: Callable[[Any], Any] = handed_over
+    search: Search, series: Series, persist: Sequence[str], find: Callable[[Any], Any] = handed_over,
+    fit: Fit | None = None
 ) -> float:
-    """The weighted mean of a search's goals for a run in which all lived; `find` gives "module:name"."""
+    """The weighted mean of a search's goals for a run in which all lived; `find` gives "module:name", `fit`
+    is what the goal data compares with."""
     goals = [(of if of in OBJECTIVES or of in series.reporters else find(of), weight)
              for of, weight in search.goals]
-    return float(sum(weight * score(of, series, persist, search.wanted) for of, weight in goals))
+    return float(sum(weight * (likeness(series, fit) if of == "data" and fit is not None
+                               else score(of, series, persist, search.wanted)) for of, weight in goals))
+
+
+def likeness(series: Series, fit: Fit) -> float:
+    """1 / (1 + the mean difference of statistics from the measured ones [tenths]); 0 where the run is too
+    short to have them."""
+    own = fit.of(series)
+    if own is None:
+        return 0.0
+    return float(1 / (1 + 10 * np.sqrt(np.mean(fit.differences(own) ** 2))))
 
 
 def score(

@@ -59,6 +59,14 @@ class Optimiser:
         self.waiting[candidate] = trial
         return {p.name: p.tidy(trial.params[p.name]) for p in self.parameters}
 
+    def ready(self, candidate: int) -> bool:
+        """Whether a candidate can be asked for: always, with what is known by then."""
+        return True
+
+    def finished(self, candidate: int) -> bool:
+        """Whether there is nothing more to find: it cannot tell."""
+        return False
+
     def tell(self, candidate: int, values: dict[str, float], worth: float) -> None:
         """Report the merit of a candidate, proposed or not."""
         import optuna

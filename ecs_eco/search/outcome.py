@@ -8,6 +8,7 @@ from typing import Any
 
 from ecs_eco.search.journal import Journal
 from ecs_eco.search.plan import Plan
+from ecs_eco.search.sampler import Sampler
 
 BEST = 5  # worlds that are written
 Runs = list[dict[str, Any]]  # entries of the journal, or runs in them
@@ -24,6 +25,7 @@ class Outcome:
     optimiser: str
     workers: int
     cpu: float  # CPU seconds of candidates
+    sampler: Sampler | None = None  # of abc and abc-smc
 
     def evaluated(self) -> Runs:
         """The candidates whose numbers made a world."""

@@ -17,6 +17,7 @@ from ecs_eco.search import figures
 from ecs_eco.search.importance import Importance, ranks
 from ecs_eco.search.optimise import merit
 from ecs_eco.search.outcome import Outcome, Runs
+from ecs_eco.search.posterior_page import posterior_blocks
 
 
 def write_page(search: Outcome, result: dict[str, Any]) -> None:
@@ -27,7 +28,9 @@ def write_page(search: Outcome, result: dict[str, Any]) -> None:
         figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1), folder / "history.png"
     )
     caption = "Each candidate: the stage that it reached, and its score there squeezed into one unit."
-    blocks = [f"<p>{escape(_opening(result))}</p>", *_confirmed(result, folder), "<h2>The best worlds</h2>",
+    sampled = [] if search.sampler is None else posterior_blocks(search.sampler, result["posterior"], folder)
+    blocks = [f"<p>{escape(_opening(result))}</p>", *_confirmed(result, folder), *sampled,
+              "<h2>The best worlds</h2>",
               _best_table(search, result),
               "<h2>How the search went</h2>", picture(path, caption), "<h2>Which numbers were important</h2>",
               *_important(search, result, folder)]  # fmt: skip

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.search.fit import Fit, fit_of
 
 Cell = tuple[int, int]  # training seed, world seed
 Stage = tuple[int, int]  # length of the runs [ticks], number of runs
@@ -46,6 +47,7 @@ class Plan:
     finals: tuple[Cell, ...]
     confirmation: tuple[Cell, ...]
     confirmation_ticks: int
+    fit: Fit | None = None  # the measurements, where the objective is data
 
     @property
     def start(self) -> dict[str, float]:
@@ -60,7 +62,14 @@ class Plan:
             "world": self.config.name,
             "config_hash": self.config.config_hash,
             "search": json.loads(json.dumps(settings)),
+            **({} if self.fit is None else {"data": self.fit.sha256}),
         }
+
+    def sampling(self) -> Plan:
+        """The plan of a search that samples a posterior: a run for each candidate, of a seed of its own."""
+        trainings = sorted({training for training, _ in self.cells})
+        return replace(self, stages=((self.ticks, 1),), cells=tuple((t, 0) for t in trainings), finals=(),
+                       confirmation=())
 
 
 def plan_of(config: WorldConfig) -> Plan:
@@ -97,7 +106,7 @@ def plan_of(config: WorldConfig) -> Plan:
     return Plan(config, parameters, ticks, stages(ticks, len(cells), search.stages, search.first), cells,
                 crossed(trainings, search.world_seeds, FINALS),
                 crossed(retrained, search.confirm.world_seeds, CONFIRMATION),
-                search.confirm.ticks or ticks)  # fmt: skip
+                search.confirm.ticks or ticks, fit_of(config, ticks))  # fmt: skip
 
 
 def _parameter(config: WorldConfig, name: str) -> Parameter:

@@ -11,6 +11,8 @@ from ecs_eco.search.importance import importances
 from ecs_eco.search.optimise import merit, space_of
 from ecs_eco.search.outcome import BEST, Outcome, Runs
 from ecs_eco.search.page import write_page
+from ecs_eco.search.posterior import write_posterior
+from ecs_eco.search.sampler import SAMPLERS
 from ecs_eco.search.write import write_world
 
 if TYPE_CHECKING:
@@ -30,6 +32,8 @@ def write_results(search: Outcome, world: World, overrides: Any, report: bool) -
         values = entry["values"] if number else {}
         write_world(search.plan, world, overrides, values, trained, search.out / f"best-{rank}.toml", note)
     result["importance"] = _importance(search)
+    if search.sampler is not None:
+        result["posterior"] = write_posterior(search.sampler, search.out)
     write_json(search.out / "search.json", result)
     if report:
         write_page(search, result)
@@ -89,6 +93,8 @@ def confirmation(search: Outcome, candidate: int) -> dict[str, Any]:
 def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
     """The performance of a candidate, in words."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
+    if result["optimiser"] in SAMPLERS:
+        return f"likeness to the measurements {max(0.0, entry['score'] - 1):.3f}, of 1"
     words = (
         f"all lived to the end in {sum(r['extinct'] is None for r in runs)} of {len(runs)} runs of the search"
     )

@@ -21,6 +21,7 @@ from ecs_eco.search.optimise import OPTIMISERS, Optimiser, merit
 from ecs_eco.search.outcome import BEST, Outcome
 from ecs_eco.search.plan import Plan, plan_of
 from ecs_eco.search.report import write_results
+from ecs_eco.search.sampler import SAMPLERS, Sampler
 
 ENOUGH = 4  # candidates at a stage before it requires a score
 Progress = Callable[["Search"], None]
@@ -52,6 +53,9 @@ def search(
     config = load(world, overrides, trust=trust)
     plan = plan_of(config)
     _check_optimiser(optimiser)
+    if optimiser in SAMPLERS:
+        _check_fit(plan, optimiser)
+        plan = plan.sampling()
     with ours(out) as claim:
         folder = claim.path if executor == LOCAL else claim.path.absolute()
         running = None
@@ -68,9 +72,17 @@ def search(
 
 def _check_optimiser(name: str) -> None:
     """Raise ConfigError where there is no such optimiser."""
-    if name not in OPTIMISERS:
-        near = nearest(name, OPTIMISERS)
-        raise ConfigError([Problem((), "no such optimiser", name, listed(OPTIMISERS), near, "--optimiser")])
+    if name not in (known := (*OPTIMISERS, *SAMPLERS)):
+        near = nearest(name, known)
+        raise ConfigError([Problem((), "no such optimiser", name, listed(known), near, "--optimiser")])
+
+
+def _check_fit(plan: Plan, name: str) -> None:
+    """Raise ConfigError where a world has nothing that a sampler could compare it with."""
+    if plan.fit is None:
+        allowed = 'a world with [data], and [search] objective = "data"'
+        fault = "samples numbers that fit measurements, and the world names none"
+        raise ConfigError([Problem((), fault, name, allowed, source="--optimiser")])
 
 
 class Search:
@@ -91,7 +103,8 @@ class Search:
         self.budget = Budget(budget, trials, cpu, self.workers)
         self.plan, self.out, self.kind = plan, out, optimiser
         self.journal = Journal(out, {**plan.header(), "optimiser": optimiser})
-        self.optimiser = Optimiser(plan.parameters, optimiser, plan.config.search.seed)
+        self.sampler = Sampler(plan, optimiser, self.journal) if optimiser in SAMPLERS else None
+        self.optimiser = self.sampler or Optimiser(plan.parameters, optimiser, plan.config.search.seed)
         self._tell_known()
         self.running: dict[Future[dict[str, Any]], Any] = {}  # and the meaning of each
         self.phase, self._progress = "searching", progress
@@ -110,8 +123,10 @@ class Search:
     # --- the three phases
 
     def run(self) -> None:
-        """Search, compare the best on further seeds, and confirm the best of them."""
+        """Search, compare the best on further seeds, and confirm the best of them; or sample."""
         self._candidates()
+        if self.sampler is not None:
+            return
         self.phase = "finals"
         self._finals()
         self.phase = "confirming"
@@ -119,14 +134,16 @@ class Search:
 
     def _candidates(self) -> None:
         numbers = self._numbers()
+        number = next(numbers)
         waiting = True
         while waiting or self.running:
-            while waiting and self._free:
-                number = next(numbers) if self.budget.allows_another(len(self.running)) else None
-                waiting = number is not None
-                if number is not None:
+            while waiting and self._free and self.optimiser.ready(number):
+                waiting = (self.budget.allows_another(len(self.running))
+                           and not self.optimiser.finished(number))
+                if waiting:
                     values = self.optimiser.ask(number) if number else self.plan.start
-                    self._submit((number, values), self._job(f"candidate-{number}", values if number else {}))
+                    self._submit((number, values), self._job(number, values if number else {}))
+                    number = next(numbers)
             for (number, values), result in self._results():
                 self._tell(number, values, result)
             self._show()
@@ -206,18 +223,21 @@ class Search:
         for future in done:
             yield self.running.pop(future), future.result()
 
-    def _job(self, name: str, values: dict[str, float]) -> Job:
+    def _job(self, number: int, values: dict[str, float]) -> Job:
         least = [self.least(stage) for stage in range(len(self.plan.stages) - 1)]
         plan = self.plan
+        cells = plan.cells if self.sampler is None else [self.sampler.cell(number)]
         hopeless, policies = plan.config.search.hopeless, self.out / "policies"
-        return Job(name, plan.config, values, plan.cells, plan.stages, least, hopeless, policies)
+        return Job(f"candidate-{number}", plan.config, values, cells, plan.stages, least, hopeless, policies,
+                   plan.fit)
 
     def _whole(self, entry: Mapping[str, Any], cells: Iterable[tuple[int, int]], ticks: int) -> Job:
         """Do all these runs of a candidate at full length."""
         number, cells = entry["candidate"], tuple(cells)
         values = entry["values"] if number else {}
         stages, policies = [(ticks, len(cells))], self.out / "policies"
-        return Job(f"candidate-{number}", self.plan.config, values, cells, stages, [], 1.0, policies)
+        return Job(f"candidate-{number}", self.plan.config, values, cells, stages, [], 1.0, policies,
+                   self.plan.fit)
 
     def least(self, stage: int) -> float:
         """The score with which a candidate advances: a quantile of earlier candidates at that stage."""
@@ -242,7 +262,8 @@ class Search:
     def outcome(self) -> Outcome:
         """All that a report needs."""
         return Outcome(
-            self.plan, self.journal, self.ranked(), self.out, self.kind, self.workers, self.budget.worked
+            self.plan, self.journal, self.ranked(), self.out, self.kind, self.workers, self.budget.worked,
+            self.sampler
         )
 
     def best(self) -> dict[str, Any]:

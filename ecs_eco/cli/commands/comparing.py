@@ -70,7 +70,8 @@ def search(
                      help="A number to vary, in addition to those of the file. Repeatable."),
     ] = None,
     objective: Annotated[
-        str | None, typer.Option(metavar="NAME", help="persistence, cycling, population, or module:function. "
+        str | None, typer.Option(metavar="NAME", help="persistence, cycling, population, data, or "
+                                                      "module:function. "
                                                       "Default: as in the world.")
     ] = None,
     budget: Annotated[float | None, typer.Option(min=0.01, metavar="MINUTES",
@@ -109,7 +110,8 @@ def search(
         int | None, typer.Option(parser=whole(1), metavar="N", help="Length of its runs [ticks].")
     ] = None,
     optimiser: Annotated[str, typer.Option(metavar="NAME",
-                                           help="gp, tpe, or random (as a baseline).")] = "gp",
+                                           help="gp, tpe, random (as a baseline); abc, abc-smc: "
+                                                "sample numbers that fit [data].")] = "gp",
     seed: Annotated[int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N",
                                              help="Seed of the optimiser.")] = None,
     workers: Workers = None,

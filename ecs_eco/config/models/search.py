@@ -18,7 +18,7 @@ from ecs_eco.engine.section import (
     table,
 )
 
-OBJECTIVES = ("persistence", "cycling", "population")
+OBJECTIVES = ("persistence", "cycling", "population", "data")
 
 Ends = Annotated[list[int | float], Field(min_length=2, max_length=2)]
 Seeds = Annotated[int, Field(ge=1, le=1000)]
@@ -47,8 +47,8 @@ class Range(Section):
 class Goal(Section):
     """One of several objectives."""
 
-    of: What = about("persistence, cycling, population, the name of a reporter, or module:function of the "
-                     "recorded series")
+    of: What = about("persistence, cycling, population, data, the name of a reporter, or module:function of "
+                     "the recorded series")
     weight: Positive = quantity("its weight among the others", "1", 1.0)
 
 
@@ -60,11 +60,25 @@ class Confirm(Section):
     ticks: Ticks | None = quantity("length of a run; absent: as in the search", "ticks", None)
 
 
+class Posterior(Section):
+    """Approximate Bayesian computation: the optimisers abc and abc-smc, which sample the numbers with which
+    the world is like the measurements of [data]."""
+
+    particles: Annotated[int, Field(ge=10, le=100_000)] = about(
+        "abc-smc: candidates of the first generation, drawn from the ranges", 100)
+    keep: Annotated[float, Field(gt=0, lt=1)] | None = quantity(
+        "share of the candidates (the nearest) that are the posterior, with abc-smc of `particles`; absent: "
+        "0.5 with abc-smc, 0.1 with abc", "1", None)
+    stop: Share = quantity("abc-smc: share of new candidates below which the posterior no longer improves: "
+                           "when fewer of a generation enter it, the search ends", "1", 0.05)
+
+
 class Search(Section):
     """What a search varies, its objective and its budget: `ecs-eco search`."""
 
     objective: What | list[Goal] = about(
-        "persistence, cycling, population, the name of a reporter, module:function, or a list with weights",
+        "persistence, cycling, population, data (how near to the measurements of [data]), the name of a "
+        "reporter, module:function, or a list with weights",
         "persistence"
     )
     wanted: dict[str, Positive] = table("species = number of organisms, for the objective population; "
@@ -99,6 +113,8 @@ class Search(Section):
         "candidates that are tested on further seeds before the best is chosen", 4
     )
     confirm: Confirm = table("the last test", Confirm)
+    posterior: Posterior = Field(default_factory=Posterior, exclude_if=lambda it: it == Posterior(),
+                                 description="how abc and abc-smc sample")
     seed: Annotated[int, Field(ge=0, lt=2**63)] = about("seed of the optimiser", 1)
     ranges: dict[str, Annotated[
         Range, BeforeValidator(lambda v: {"search": v} if isinstance(v, list) else v)

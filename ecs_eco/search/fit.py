@@ -1,0 +1,105 @@
+"""How like a run is to the measurements of its world's [data]: a few statistics of both, and how far they are
+apart."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from ecs_eco.analysis.against import Outside, numbers_of, outside_of
+from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.signature import cycle, period_of
+from ecs_eco.config import WorldConfig
+from ecs_eco.engine.errors import ConfigError, Problem
+
+SKIP = 0.1  # share of a run that is left out at its start
+
+Statistics = dict[str, float]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Measurements, what of them is compared, and their statistics: each a log10 or a share of a period."""
+
+    outside: Outside
+    kinds: tuple[str, ...]
+    observed: Statistics
+    sha256: str  # of the measurements as they are compared
+
+    def of(self, series: Series) -> Statistics | None:
+        """The statistics of a run, over its last stretch that is as long as the measurements, sampled as
+        often; None where it is too short, or something has died out or gone below 0 in that stretch."""
+        x = sampled(series, self.outside)
+        return None if x is None else statistics(x, list(self.outside.columns), self.outside, self.kinds)
+
+    def differences(self, own: Mapping[str, float]) -> np.ndarray:
+        """By how much statistics differ from the observed, f64[statistics]; lags the shorter way around."""
+        apart = [(name, own[name] - value) for name, value in self.observed.items()]
+        return np.array([(d + 0.5) % 1 - 0.5 if name.startswith("lag ") else d for name, d in apart])
+
+
+def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
+    """What the goal data of a world compares runs of so many ticks with; None where it is no goal.
+
+    Raises ConfigError where the measurements cannot be used, or runs are shorter.
+    """
+    if config.data is None or not any(of == "data" for of, _ in config.search.goals):
+        return None
+    names = [*config.species, *config.reporters]
+    outside = outside_of(config.data.model_dump(), config.folder, names, config._source)
+    if (least := length(outside)) is not None and (1 - SKIP) * ticks < least:
+        raise ConfigError([Problem(("search", "ticks"), "is shorter than the measurements of [data]", ticks,
+                                   f"at least {int(np.ceil(least / (1 - SKIP))):,}", source=config._source)])
+    x = np.stack(list(outside.columns.values()), 1)
+    kinds = tuple(config.data.statistics)
+    observed = statistics(x, list(outside.columns), outside, kinds)
+    if not observed:
+        allowed = "lag (of two columns at least), amplitude, mean, or period with data.ticks"
+        raise ConfigError([Problem(("data", "statistics"), "leaves nothing to compare", list(kinds), allowed,
+                                   source=config._source)])
+    words = [repr((outside.ticks, kinds, list(outside.columns))).encode(), outside.times.tobytes()]
+    data = hashlib.sha256(b"".join([*words, x.tobytes()])).hexdigest()
+    return Fit(outside, kinds, observed, data)
+
+
+def length(outside: Outside) -> float | None:
+    """How long the measurements are [ticks], where that is known."""
+    return None if outside.ticks is None else float(np.ptp(outside.times)) * outside.ticks + 1
+
+
+def sampled(series: Series, outside: Outside) -> np.ndarray | None:
+    """The last stretch of a run that is as long as the measurements, and sampled as often: f64[samples,
+    columns]; None where there is none. Where the length of their unit of time is not known, it is as long in
+    periods."""
+    n = np.stack([numbers_of(series, name) for name in outside.columns], 1)
+    n = n[int(SKIP * len(n)) :]
+    if not (np.isfinite(n).all() and (n >= 0).all() and n.any(0).all()):
+        return None
+    samples = len(outside.times)
+    if outside.ticks is not None:
+        step = outside.step * outside.ticks
+    else:
+        step = period_of(*n.T) / cycle(*outside.columns.values()).period
+    at = len(n) - 1 - np.floor(step * np.arange(samples)[::-1]).astype(int)
+    return n[at] if at[0] >= 0 and n[at].any(0).all() else None
+
+
+def statistics(x: np.ndarray, names: list[str], outside: Outside, kinds: tuple[str, ...]) -> Statistics:
+    """What is compared of series f64[samples, names]: period of the cycle that they share [log10 of the unit
+    of time], lags between them [periods], amplitudes [log10], means [log10]."""
+    found = cycle(*x.T)
+    out: Statistics = {}
+    if "period" in kinds and outside.ticks is not None:
+        out["period"] = float(np.log10(found.period * outside.step))
+    if "lag" in kinds:
+        out |= {f"lag {a}, {b}": float((found.phases[names.index(b)] - found.phases[names.index(a)]) % 1)
+                for a, b in combinations(names, 2)}
+    if "amplitude" in kinds:
+        out |= {f"amplitude {name}": float(swing) for name, swing in zip(names, found.swings, strict=True)}
+    if "mean" in kinds:
+        out |= {f"mean {name}": float(np.log10(mean)) for name, mean in zip(names, x.mean(0), strict=True)}
+    return out
