@@ -56,6 +56,7 @@ def _divergences(
 ) -> np.ndarray:
     import optuna
 
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
     best = min(max(BEST_SHARE, LEAST_BEST / len(merits)), 0.5)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Optuna warns that it is experimental

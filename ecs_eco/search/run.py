@@ -134,16 +134,16 @@ class Search:
 
     def _candidates(self) -> None:
         numbers = self._numbers()
-        number = next(numbers)
+        coming = next(numbers)
         waiting = True
         while waiting or self.running:
-            while waiting and self._free and self.optimiser.ready(number):
+            while waiting and self._free and self.optimiser.ready(coming):
                 waiting = (self.budget.allows_another(len(self.running))
-                           and not self.optimiser.finished(number))
+                           and not self.optimiser.finished(coming))
                 if waiting:
-                    values = self.optimiser.ask(number) if number else self.plan.start
-                    self._submit((number, values), self._job(number, values if number else {}))
-                    number = next(numbers)
+                    values = self.optimiser.ask(coming) if coming else self.plan.start
+                    self._submit((coming, values), self._job(coming, values if coming else {}))
+                    coming = next(numbers)
             for (number, values), result in self._results():
                 self._tell(number, values, result)
             self._show()

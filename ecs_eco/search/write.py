@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -31,6 +32,7 @@ def write_world(
     files = _policies(config, trained, file.with_suffix(""), plan.config.search.policies in TRAINED)
     text = _text(config, world, overrides, values, files)
     keep_beside(config._code.sources, file.parent)
+    _keep_named(config, file.parent)
     for candidate in (text, as_toml(_data(config, files))):
         if candidate is not None:
             write_text(file, "".join(f"# {line}\n" for line in note.splitlines()) + candidate)
@@ -61,6 +63,23 @@ def _data(config: WorldConfig, files: Mapping[str, str]) -> dict[str, Any]:
     for name, path in files.items():
         data["species"][name]["policy"]["file"] = path
     return data
+
+
+def _keep_named(config: WorldConfig, out: Path) -> None:
+    """Copy what the world names beside itself, rasters, layers and measurements, to the same names beside the
+    new one; files elsewhere stay where they are, and are named as from there only if that leads to them."""
+    land = config.terrain
+    names = [] if land is None else [land.raster, land.cover, *(layer.file for layer in land.layers)]
+    names += [] if config.data is None else [config.data.file]
+    for name in filter(None, names):
+        path = config.file(name)
+        inside = not Path(name).is_absolute() and ".." not in Path(name).parts
+        if not inside or not path.is_file() or (out / name).exists():
+            continue
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        for part in [path, *path.parent.glob(f"{glob.escape(path.stem)}.*")]:  # a Shapefile has several
+            if part.is_file():
+                shutil.copyfile(part, (out / name).with_name(part.name))
 
 
 def _same(file: Path, config: WorldConfig) -> bool:
