@@ -85,6 +85,33 @@ def test_wide_panels_show_charts_beside_the_organism(curves):
 KINDS = [{"grass": "#4d9221", "deer": "#b8860b", "wolf": "#67001f"}, {f"s{i}": "#d7191c" for i in range(9)}]
 
 
+def test_the_phase_plane_shows_two_species_against_each_other_and_is_kept(curves):
+    page = curves
+    assert page.locator(".figure").count() == 0
+    page.get_by_role("button", name="Phase plane").click()
+    counts = page.evaluate("ecs.counts")
+    now = page.locator("[data-now]")
+    assert now.get_attribute("data-now") == f"{counts['deer']},{counts['wolf']}"
+    page.get_by_label("Species upwards").select_option("grass")
+    assert now.get_attribute("data-now").startswith(f"{counts['deer']},")
+    assert page.evaluate("localStorage.getItem('ecs-eco-plane')") == '["deer","grass"]'
+    assert "plane" not in page.evaluate("localStorage.getItem('ecs-eco-charts-2')")
+    page.get_by_role("button", name="Phase plane").click()
+    assert page.locator(".figure").count() == 0
+
+
+def test_the_distribution_of_a_value_counts_those_who_have_it(curves):
+    page = curves
+    page.get_by_role("button", name="Distribution").click()
+    page.get_by_label("Value whose distribution is shown").select_option("energy")
+    assert page.locator("#colour").input_value() == "energy"
+    until(page, "document.querySelector('[data-kind=wolf]')?.dataset.n === '12'")
+    until(page, "document.querySelector('[data-kind=deer]')?.dataset.n === '80'")
+    page.locator("#colour").select_option("species")
+    until(page, "!document.querySelector('[data-kind]')")
+    page.get_by_role("button", name="Distribution").click()
+
+
 @pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize("kinds", KINDS, ids=["three", "nine"])
 def test_the_page_has_the_colours_of_pictures_and_reports(page, kinds, dark):

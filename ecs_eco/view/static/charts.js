@@ -5,6 +5,7 @@ import { $, h, number } from "./dom.js";
 import { append, flat, nights, recalled, remember, table } from "./series.js";
 import { saves } from "./save.js";
 import { genes } from "./colours.js";
+import { FIGURES, Figures } from "./figures.js";
 import { DASHES, stroke } from "./marks.js";
 import { css, isDark } from "./theme.js";
 
@@ -33,8 +34,9 @@ export class Charts {
    * @param {import("./protocol.js").Hello} hello
    * @param {(name: string) => string} colourOf
    * @param {(tick: number) => void} seek
+   * @param {import("./figures.js").Scene} scene
    */
-  constructor(hello, colourOf, seek) {
+  constructor(hello, colourOf, seek, scene) {
     this.hello = hello;
     this.colourOf = colourOf;
     this.seek = seek;
@@ -61,7 +63,9 @@ export class Charts {
     this.plots = new Map();
     this.root = $("charts");
     this.body = h("div");
-    this.root.replaceChildren(this.tools(), this.body);
+    this.figures = new Figures(this, scene);
+    this.root.replaceChildren(this.tools(), this.body, this.figures.root);
+    this.figures.rebuild();
     new ResizeObserver(() => this.resize()).observe(this.body);
   }
 
@@ -131,6 +135,7 @@ export class Charts {
     this.tick = tick;
     if (this.hello.mode === "replay") for (const { plot } of this.plots.values()) this.window === Infinity ? plot.redraw(false) : plot.setData(plot.data);
     this.values();
+    this.figures.at();
   }
 
   /** Points at a tick in all charts, so that what was there can be read. @param {number} tick */
@@ -170,6 +175,7 @@ export class Charts {
   rebuild() {
     this.clear();
     this.draw();
+    this.figures.rebuild();
   }
 
   /** Shows these ticks alone; null: as chosen. @param {[number, number] | null} ticks */
@@ -198,8 +204,9 @@ export class Charts {
 
   draw() {
     const there = this.charts.filter(({ key }) => key === "n" || Object.values(this.lines[key]).some((line) => line.some((value) => value !== null)));
-    if (this.chooser && this.chooser.childElementCount !== there.length) {
-      this.chooser.replaceChildren(...there.map(({ key, title }) => this.toggle(key, title)));
+    const figures = FIGURES.filter(({ key }) => this.figures.has(key));
+    if (this.chooser && this.chooser.childElementCount !== there.length + figures.length) {
+      this.chooser.replaceChildren(...[...there, ...figures].map(({ key, title }) => this.toggle(key, title)));
     }
     const shown = there.filter(({ key }) => !this.hidden.has(key));
     const layout = shown.map(({ key }) => key).join();
@@ -218,6 +225,7 @@ export class Charts {
       made?.plot.setData(/** @type {any} */ ([this.ticks, ...names.map((name) => this.lines[key][name])]));
     }
     this.values();
+    this.figures.at();
   }
 
   /** Lines with something to show. @param {string} key */

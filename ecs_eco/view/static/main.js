@@ -97,7 +97,8 @@ function begin(hello) {
   if (map) $("mode").before(h("a", { class: "chip", href: map, text: "← map" }));
   const stage = new Stage($("canvas"), hello);
   const colourOf = (/** @type {string} */ name) => stage.colours[stage.kinds.findIndex((kind) => kind.name === name)] ?? "#888888";
-  const charts = new Charts(hello, colourOf, (tick) => connection.send({ kind: "seek", tick }));
+  const charts = new Charts(hello, colourOf, (tick) => connection.send({ kind: "seek", tick }),
+    { layers: () => stage.layers, scales: () => state?.scales ?? {}, by: () => by, colours: hello.colours, colour });
   const panel = new Panel(hello, { select, fill: (uid) => connection.send({ kind: "fill", uid }), follow: () => look("follow"), colourOf });
   const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }));
   const story = new Story(hello, { jump, colourOf, ask: () => connection.send({ kind: "why" }), tell: (entry) =>
@@ -161,6 +162,7 @@ function show(now) {
   if (document.activeElement !== $("speed") || slot >= 0) $("speed").value = nearest;
   tellSpeed(now.speed);
   if (page) overlay.ramp(by, now.scales);
+  page?.charts.figures.at();
   if (over) overlay.notice("The run has ended.");
 }
 
@@ -253,6 +255,7 @@ function colour(name) {
   by = name;
   $("colour").value = name;
   page?.stage.colourBy(name);
+  page?.charts.figures.draw();
   overlay.ramp(name);
   connection.send({ kind: "colour", by: name });
 }

@@ -5,7 +5,7 @@ import { css } from "./theme.js";
 
 /** @typedef {(number | null)[]} Line */
 
-const KEPT = "ecs-eco-charts"; // in localStorage: which charts are hidden
+const KEPT = "ecs-eco-charts-2"; // in localStorage: which charts are hidden
 
 /**
  * Shades the hours without light.
@@ -60,12 +60,14 @@ export function append(line, values, length, n) {
 /** Deaths by species and cause as one line each. @param {Record<string, Record<string, Line>>} causes */
 export const flat = (causes) => Object.fromEntries(Object.entries(causes).flatMap(([species, lines]) => Object.entries(lines).map(([cause, line]) => [`${species}: ${cause}`, line])));
 
+const RARE = ["births", "plane", "spread"]; // that are hidden until somebody chooses them
+
 /** The charts that were hidden, in this browser. @returns {string[]} */
 export function recalled() {
   try {
-    return JSON.parse(localStorage.getItem(KEPT) ?? '["births"]');
+    return JSON.parse(localStorage.getItem(KEPT) ?? "null") ?? RARE;
   } catch {
-    return ["births"];
+    return RARE;
   }
 }
 
