@@ -1,6 +1,7 @@
 """What a viewer costs a run, how long a frame takes to encode, and what a page that does not read costs.
 
-    python benchmarks/viewer.py [--organisms 11000] [--pairs 40] [--minutes 0.33] [--only cost|frames|stall]
+    python benchmarks/viewer.py [--organisms 11000] [--pairs 40] [--minutes 0.33]
+                                [--only cost|frames|stall|rewind]
 """
 
 import argparse
@@ -219,13 +220,39 @@ def standing(world: World, player: Player, server: Server, what: str, minutes: f
             "messages waiting": waiting, "let go and came again": again}  # fmt: skip
 
 
+def rewinds(times: int = 5) -> list[dict[str, Any]]:
+    """A living predator-prey goes back a thousand ticks from the checkpoints that it made on the way."""
+    live = Live(World.from_config("predator-prey", seed=1))
+    took, digests = [], {}
+
+    def until(tick: int) -> None:
+        def turn() -> bool:
+            live.passed()
+            return live.tick < tick
+
+        live.run(turn)
+
+    until(1500)
+    for i in range(times):
+        until(1500 + 137 * i)
+        digests[live.tick] = live.world.digest()
+        until(2500 + 137 * i)
+        begin = time.perf_counter()
+        live.handle({"kind": "seek", "tick": 1500 + 137 * i})
+        took.append(time.perf_counter() - begin)
+        assert live.world.digest() == digests[live.tick]
+    return [{"back by 1,000 ticks": "s", "median": statistics.median(took), "most": max(took), "goal": 1.0,
+             "checkpoints kept": len(live.ring.points),
+             "MB of one": live.ring.points[-1].size / 1e6}]
+
+
 def main() -> None:
     """Measure what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--organisms", type=int, default=11_000)
     parser.add_argument("--pairs", type=int, default=40)
     parser.add_argument("--minutes", type=float, default=1 / 3)
-    parser.add_argument("--only", choices=("cost", "frames", "stall"))
+    parser.add_argument("--only", choices=("cost", "frames", "stall", "rewind"))
     parser.add_argument("--page", nargs=2, help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.page:
@@ -237,6 +264,9 @@ def main() -> None:
                     rows, notes)
     if asked.only in (None, "frames"):
         _bench.save("viewer_frames", "Encoding one frame, on one core", encoding([asked.organisms, 55_000]))
+    if asked.only in (None, "rewind"):
+        _bench.save("viewer_rewind", "Going back in a living predator-prey; the digest is that of then",
+                    rewinds())
     if asked.only in (None, "stall"):
         _bench.save("viewer_stall", "A page that stops: the run's speed and the server's memory",
                     stalls(asked.organisms, asked.minutes))

@@ -17,7 +17,7 @@ ORDER = ("animals", "animals_threads", "animals_pairs", "breakdown", "main_job",
          "memory", "startup", "checkpoints", "checkpoints_cost", "bands", "bands_model", "portable",
          "sweep_overhead", "sweep_overhead_ray", "firm_ground", "doors", "ppo", "individual_ppo",
          "births", "variable_births", "genomes", "viewer_cost", "viewer_frames", "page",
-         "page_memory", "viewer_stall",
+         "page_memory", "viewer_rewind", "viewer_stall",
          "wolf_sheep", "wolf_sheep_same", "wolf_sheep_profile")
 HEAD = """# How fast it is
 

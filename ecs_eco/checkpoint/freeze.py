@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 OWN = ("uid", "born", "cause", "killer")  # columns of a table that belong to no component
 
 
-def freeze(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
-    """Return all that decides a world's future: meta for JSON,
-    and arrays by name. Raises RuntimeError within a tick."""
+def freeze(world: SpatialWorld, recording: bool = True) -> tuple[dict[str, Any], Arrays]:
+    """Return all that decides a world's future: meta for JSON, and arrays by name; where its recording stands
+    too, unless that is left out. Raises RuntimeError within a tick."""
     from ecs_eco.record.folder import versions
 
     require_whole(world, "save")
@@ -58,7 +58,7 @@ def freeze(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
     if (land := getattr(world.config, "_land", None)) is not None:
         meta["land"] = land.sha256
     meta["code"] = noted(sources(world.config, (name.partition(":")[0] for _, name in meta["plain"])))
-    if world.recorder is not None:
+    if world.recorder is not None and recording:
         world.recorder.flush()
         meta["recorder"] = world.recorder.names
         put(arrays, "recorder", world.recorder.state())

@@ -6,6 +6,7 @@ from __future__ import annotations
 import subprocess
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -129,13 +130,15 @@ def versions() -> dict[str, str]:
     """Return the versions of the packages that decide a result."""
     import platform
 
-    versions_of = {"python": platform.python_version()}
-    for name in VERSIONS:
-        try:
-            versions_of[name] = version(name)
-        except PackageNotFoundError:
-            versions_of[name] = "not installed"
-    return versions_of
+    return {"python": platform.python_version()} | {name: _installed(name) for name in VERSIONS}
+
+
+@cache
+def _installed(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def git_commit() -> str | None:

@@ -5,7 +5,6 @@ The folder may belong to a run that goes on: the map follows it from barrier to 
 
 from __future__ import annotations
 
-import json
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -22,6 +21,7 @@ from ecs_eco.engine.errors import ConfigError, RecordingError, nearest
 from ecs_eco.record.archipelago import FILE, ISLANDS, read
 from ecs_eco.view.entrance import Entrance
 from ecs_eco.view.island_server import Opened
+from ecs_eco.view.messages import text
 from ecs_eco.view.player import Page
 from ecs_eco.view.server import Server
 from ecs_eco.view.source import Message
@@ -182,8 +182,8 @@ def watch_islands(folder: Path, announce: Callable[[str], None] = print, *, port
 
 
 def _send(page: Page, message: Message) -> None:
-    page.send([json.dumps(message, separators=(",", ":"), allow_nan=False)])
+    page.send([text(message)])
 
 
-def _refusal(text: str, field: str) -> Message:
-    return {"kind": "said", "level": "error", "text": text, "field": field}
+def _refusal(words: str, field: str) -> Message:
+    return {"kind": "said", "level": "error", "text": words, "field": field}

@@ -15,6 +15,7 @@ from ecs_eco.engine.hooks import listening
 from ecs_eco.view.account import REMEMBERED, of_world
 from ecs_eco.view.frames import Encoder, extent, grade
 from ecs_eco.view.pedigree import PedigreeLog
+from ecs_eco.view.rewind import Ring
 from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, sky, uses_of
 from ecs_eco.view.sentence import sentence
 from ecs_eco.view.series import Curves
@@ -41,7 +42,8 @@ class Live:
         self.species, self.objects = kinds_of(world)
         self.names = [*self.species, *self.objects]
         self.pedigree, self.tally = PedigreeLog(world), Tally(world, self.species)
-        self._told: tuple[int, int] | None = None  # how far the story has been told
+        self.ring = Ring(world, self.tally)
+        self._told = -1, 0  # how far the story has been told
         if world.recorder is not None:
             world.recorder.remembered = REMEMBERED
         self._encoder = Encoder(world.space.size, len(self.names))
@@ -66,25 +68,33 @@ class Live:
     def run(self, turn: Callable[[], bool]) -> None:
         """Run the world, calling `turn()` before every tick and after the last, until it returns False."""
         world = self.world
-        go = True
+        go, served = True, False
+        self.ring.used = True
 
         def look() -> None:
-            nonlocal go
-            go = turn()
+            nonlocal go, served
+            if self.ring.busy:
+                self.passed()
+                return
+            self.ring.look()
+            go, served = served or turn(), False
             if not go:
                 world.stop()
 
         with listening(world.before_tick, look):
-            world.run(10**12 if self.last is None else max(0, self.last - world.tick))
-            while go and turn():
-                pass
+            while go:
+                if self.done:
+                    go = served = turn()  # at its end, until somebody goes back in time
+                else:
+                    served = False
+                world.run(10**12 if self.last is None else max(0, self.last - world.tick))
 
     def hello(self) -> Message:
         """Return what a page needs to know of the world."""
         genes = dict.fromkeys(f"gene:{gene}" for names in self._genes.values() for gene in names)
         scene = describe(self.world, self.species, self.objects, self._genes)
         return {"kind": "hello", "mode": "live", "first": 0, "last": self.last, "tick": self.tick,
-                "acts": True, "foods": self.tally.foods,
+                "acts": True, "rewinds": self.ring.used and not self.ring.why, "foods": self.tally.foods,
                 "colours": ["species", "energy", "happiness", "age", *genes], **scene}  # fmt: skip
 
     def greeting(self) -> list[Message]:
@@ -101,9 +111,10 @@ class Live:
 
     def _new_story(self) -> list[Message]:
         entries = self.tally.story.entries
-        if not entries or self._told == (entries[-1]["tick"], len(entries)):
+        told = (entries[-1]["tick"], len(entries)) if entries else (-1, 0)
+        if self._told == told:
             return []
-        self._told = entries[-1]["tick"], len(entries)
+        self._told = told
         return [{"kind": "story", "entries": entries}]
 
     def _new_marks(self) -> list[Message]:
@@ -265,6 +276,8 @@ class Live:
         kind = request["kind"]
         if kind == "act":
             return [self._act(request.get("what"))]
+        if kind == "seek":
+            return [self._seek(request.get("tick"))]
         if kind == "why":
             return [of_world(self.world, self.pedigree)]
         if kind == "params":
@@ -275,6 +288,19 @@ class Live:
         return [{"kind": "said", "level": "warning",
                  "text": f"{kind} is for recorded runs; this world is alive", "field": kind}]
 
+    def _seek(self, tick: Any) -> Message:
+        """Go back to an earlier tick; what came after it is forgotten."""
+        if isinstance(tick, bool) or not isinstance(tick, int | float) or not math.isfinite(tick):
+            raise ValueError(f"seek: tick = {str(tick)[:60]}; allowed: a tick up to {self.tick}")
+        tick = self.ring.back(round(tick))
+        self.pedigree.go_back(tick, int(self.world.next_uid))
+        self._curves.cut(tick)
+        for trace in self._traces.values():
+            while trace and trace[-1][0] >= tick:
+                trace.pop()
+        text = f"Back at tick {tick:,}. It goes on as it did, unless you change something"
+        return {"kind": "said", "level": "info", "field": "seek", "text": text}
+
     def _act(self, request: Any) -> Message:
         from ecs_eco.config.models.interventions import describe as words
 
@@ -284,6 +310,7 @@ class Live:
             if self.done:
                 raise ValueError("act: the run is at its end")
             self.world.intervene(request)
+            self.ring.acts.append((self.tick, request))
         except (ValueError, RuntimeError) as error:
             problems = error.problems if isinstance(error, ConfigError) else []
             field = ".".join(map(str, problems[0].key)) if problems else "act"

@@ -53,6 +53,13 @@ class PedigreeLog:
         self.world.on_birth.remove(self._was_born)
         self.world.on_death.remove(self._has_died)
 
+    def go_back(self, tick: int, next_uid: int) -> None:
+        """Forget births and deaths from a tick on, before which `next_uid` had not been given."""
+        self._settle()
+        self.n = int(np.searchsorted(self._columns["uid"][: self.n], np.uint64(next_uid)))
+        died = self._columns["died"][: self.n]
+        died[died >= tick] = -1
+
     def parents(self, uid: int) -> list[int]:
         """Return the uids of its known parents, none, one or two."""
         row = self._row(uid)

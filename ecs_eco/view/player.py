@@ -7,7 +7,6 @@ acknowledged the last.
 
 from __future__ import annotations
 
-import json
 import math
 import threading
 import time
@@ -17,6 +16,7 @@ from functools import partial
 from typing import Any, Protocol
 
 from ecs_eco.engine.errors import nearest
+from ecs_eco.view.messages import refusal, short, text
 from ecs_eco.view.source import Message, Source
 
 USUAL = 10.0  # ticks a second that are called 1×
@@ -122,10 +122,10 @@ class Player:
             return True, 0.0
         return False, max(0.0, min(due, self._looks[self.source.tick != self._served]) - now)
 
-    def tell(self, level: str, text: str) -> None:
+    def tell(self, level: str, words: str) -> None:
         """Send a text to all pages."""
         for page in self._views:
-            page.send([_text({"kind": "said", "level": level, "text": text})])
+            page.send([text({"kind": "said", "level": level, "text": words})])
 
     def show(self) -> None:
         """Send the final state and frame to all pages that can take them."""
@@ -160,7 +160,7 @@ class Player:
         state = now >= self._state_at and self.playing
         if state or any(view.news for view in self._views.values()):
             self._measure(now)
-        news = [_text(message) for message in self.source.news()]
+        news = [text(message) for message in self.source.news()]
         same, new = now + PATIENCE, min(now + PATIENCE, self._sample_at)
         for page, view in self._views.items():
             out: list[str | bytes] = [*news]
@@ -210,7 +210,7 @@ class Player:
         series = self.source.series(view.series)
         if series is not None:
             view.series = series["tick"][-1]
-            out.append(_text(series))
+            out.append(text(series))
         if (view.selected is not None and view.panel != (tick, view.selected)
             and now >= view.panel_at + 2 * FASTEST_FRAMES):
             self._panel(view, out, now)
@@ -227,12 +227,12 @@ class Player:
         assert view.selected is not None
         view.panel_at, view.panel = now, (self.source.tick, view.selected)
         try:
-            out.append(_text(self.source.organism(view.selected)))
+            out.append(text(self.source.organism(view.selected)))
         except KeyError:
-            out.append(_refusal(f"no organism {view.selected} is known here", "select"))
+            out.append(refusal(f"no organism {view.selected} is known here", "select"))
             view.selected = None
         except Exception as error:  # a panel that cannot be made must not end the run
-            out.append(_refusal(f"organism {view.selected}: {type(error).__name__}: {error}", "select"))
+            out.append(refusal(f"organism {view.selected}: {type(error).__name__}: {error}", "select"))
             view.selected = None
 
     def _measure(self, now: float) -> None:
@@ -245,7 +245,7 @@ class Player:
     def _state(self, view: View) -> str:
         source = self.source
         rate = round(self._rate, 2) if self.playing and not source.done else 0.0
-        return _text({"kind": "state", "playing": self.playing, "speed": self.speed, "tick": source.tick,
+        return text({"kind": "state", "playing": self.playing, "speed": self.speed, "tick": source.tick,
                       "rate": rate, "done": source.done, "n": source.counts(),
                       "scales": source.scales(view.colour), "pages": len(self._views)})  # fmt: skip
 
@@ -255,7 +255,7 @@ class Player:
         kind = request.get("kind")
         if kind == "join":
             self._views[page] = View()
-            page.send([_text(message) for message in (self.source.hello(), *self.source.greeting())])
+            page.send([text(message) for message in (self.source.hello(), *self.source.greeting())])
             return
         if (view := self._views.get(page)) is None:
             return
@@ -271,18 +271,31 @@ class Player:
                 raise ValueError(f"unknown request {str(kind)[:40]!r}; "
                                  f"did you mean {nearest(kind, [*REQUESTS, *ELSEWHERE])!r}?")
         except ValueError as error:  # ConfigError too
-            page.send([_refusal(str(error), str(kind)[:40])])
+            page.send([refusal(str(error), str(kind)[:40])])
         except Exception as error:  # no message of a page may end the run
-            page.send([_refusal(f"{type(error).__name__}: {error}", str(kind)[:40])])
+            page.send([refusal(f"{type(error).__name__}: {error}", str(kind)[:40])])
 
     def _ask(self, page: Page, request: Message) -> None:
+        before = self.source.tick
         answers = self.source.handle(request)
+        if request["kind"] == "seek":
+            self._made.clear()
+            if self.source.hello()["mode"] == "live" and self.source.tick <= before:
+                self._go_back()
         if answers:
-            page.send([_text(answer) for answer in answers])
+            page.send([text(answer) for answer in answers])
         if request["kind"] == "fill":
             for view in self._views.values():
                 view.panel = None
         self._refresh_all()
+
+    def _go_back(self) -> None:
+        """Forget what was sent of ticks that a living world has yet to live again."""
+        tick = self._passed = self.source.tick
+        self._sampled, self._sample_at, self._ticked = -1, -math.inf, (time.monotonic(), tick)
+        self._next = time.monotonic()
+        for view in self._views.values():
+            view.series, view.seen, view.panel = min(view.series, tick - 1), None, None
 
     def _refresh_all(self) -> None:
         for view in self._views.values():
@@ -300,7 +313,7 @@ class Player:
     def _step(self, view: View, request: Message) -> None:
         ticks = request.get("ticks", 1)
         if isinstance(ticks, bool) or not isinstance(ticks, int) or not 1 <= ticks <= 100_000:
-            raise ValueError(f"step: ticks = {_short(ticks)}; allowed: a whole number from 1 to 100000")
+            raise ValueError(f"step: ticks = {short(ticks)}; allowed: a whole number from 1 to 100000")
         self.playing = False
         self._steps += ticks
         self._refresh_all()
@@ -309,7 +322,7 @@ class Player:
         value = request.get("value")
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if value is not None and not (number and SPEEDS[0] <= value <= SPEEDS[1]):
-            raise ValueError(f"speed: value = {_short(value)}; allowed: "
+            raise ValueError(f"speed: value = {short(value)}; allowed: "
                              f"{SPEEDS[0]:g} to {SPEEDS[1]:g} ticks a second, or null")
         self.speed = None if value is None else float(value)
         self._next = time.monotonic()
@@ -318,13 +331,13 @@ class Player:
     def _select(self, view: View, request: Message) -> None:
         uid = request.get("uid")
         if uid is not None and (isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63):
-            raise ValueError(f"select: uid = {_short(uid)}; allowed: the uid of an organism, or null")
+            raise ValueError(f"select: uid = {short(uid)}; allowed: the uid of an organism, or null")
         view.selected, view.panel, view.panel_at = uid, None, -math.inf
 
     def _colour(self, view: View, request: Message) -> None:
         by, known = request.get("by"), self._colours
         if by not in known:
-            raise ValueError(f"colour: by = {_short(by)}; allowed: {', '.join(known)}; "
+            raise ValueError(f"colour: by = {short(by)}; allowed: {', '.join(known)}; "
                              f"did you mean {nearest(by, known)!r}?")
         view.colour = by
         view.news = True
@@ -335,16 +348,3 @@ REQUESTS: dict[str, Callable[[Player, View, Message], None]] = {
     "speed": Player._speed, "select": Player._select, "colour": Player._colour,
 }  # fmt: skip
 
-
-def _text(message: Message) -> str:
-    return json.dumps(message, separators=(",", ":"), allow_nan=False)
-
-
-def _refusal(text: str, field: str | None = None) -> str:
-    return _text({"kind": "said", "level": "error", "text": text}
-                 | ({} if field is None else {"field": field}))
-
-
-def _short(value: Any) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= 60 else text[:59] + "…"

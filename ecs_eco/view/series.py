@@ -26,6 +26,11 @@ class Curves:
         self.ticks.append(tick)
         self.points.append(point)
 
+    def cut(self, tick: int) -> None:
+        """Forget the points of a tick and of later ones."""
+        while self.ticks and self.ticks[-1] >= tick:
+            del self.ticks[-1], self.points[-1]
+
     def after(self, tick: int) -> dict[str, Any] | None:
         """Return the points of later ticks as a message; None where there are none."""
         first = len(self.ticks)

@@ -4,6 +4,7 @@ happen, with what the deaths since the turn say of their cause."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ LEAST = 20  # organisms at the high end of a boom or crash; smaller numbers doub
 NAMED = 0.15  # share of the deaths that a cause needs to be named
 SOON = 5  # ticks from the beginning in which the first births, of plants mostly, are no news
 KEPT = 500  # entries
+STATE = ("entries", "_low", "_high", "_began", "_peak", "_way", "_gone", "_bred")
 
 
 class Turn(NamedTuple):
@@ -41,6 +43,15 @@ class Story:
         self._peak: list[Turn | None] = [None] * len(self.species)  # from which the last crash came
         self._way = [0] * len(self.species)  # of the last entry: +1 a boom, −1 a crash
         self._gone, self._bred = [False] * len(self.species), [False] * len(self.species)
+
+    def mark(self) -> dict[str, Any]:
+        """Return what has been told so far, and what the next entries follow from."""
+        return {name: copy(getattr(self, name)) for name in STATE}
+
+    def go_back(self, mark: dict[str, Any]) -> None:
+        """Tell on from a mark."""
+        for name in STATE:
+            setattr(self, name, copy(mark[name]))
 
     def note(self, tick: int, n: np.ndarray, births: np.ndarray, deaths: np.ndarray,
              bred: np.ndarray) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from copy import copy
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 CAUSES = 256
+KEPT = ("births", "deaths", "bred", "_last", "_gone", "_sampled")
 EVERY = 5  # ticks from one look at the numbers to the next; extinctions are seen at once
 
 
@@ -53,6 +55,16 @@ class Tally:
             self._last, self._gone = self.world.tick, gone
             over = max(0, self.world.tick - 1)  # as in the records: the last tick that is over
             self.story.note(over, np.array(n, np.int64), self.births, self.deaths, self.bred)
+
+    def mark(self) -> dict[str, Any]:
+        """Return what has been counted and told so far."""
+        return {name: copy(getattr(self, name)) for name in KEPT} | {"story": self.story.mark()}
+
+    def go_back(self, mark: dict[str, Any]) -> None:
+        """Count and tell on from a mark."""
+        for name in KEPT:
+            setattr(self, name, copy(mark[name]))
+        self.story.go_back(mark["story"])
 
     def rates(self) -> dict[tuple[str, ...], float]:
         """Return births and deaths by cause, a tick, since the last call: points of curves."""

@@ -50,6 +50,7 @@ export interface Hello {
   terrain: Terrain | null;
   colours: string[];
   acts: boolean;
+  rewinds?: boolean; // whether a living world can go back in time
   foods?: Record<string, string[]>; // what each species eats and gains by
   snapshot_every?: number | null;
 }

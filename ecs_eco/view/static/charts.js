@@ -185,6 +185,15 @@ export class Charts {
     this.draw();
   }
 
+  /** What the timeline draws. @returns {import("./timeline.js").Lanes} */
+  lanes() {
+    const deaths = (/** @type {string} */ name) => {
+      const lines = Object.entries(this.lines.causes).filter(([cause]) => cause.startsWith(`${name}: `)).map(([, line]) => line);
+      return this.ticks.map((_, i) => lines.reduce((sum, line) => sum + (line[i] ?? 0), 0));
+    };
+    return { ticks: this.ticks, births: this.lines.births, deaths, colourOf: (name) => this.colourOf(name) };
+  }
+
   /** What is known of a kind now, for the legend. @param {string} name */
   brief(name) {
     const at = this.hello.mode === "replay" ? this.ticks.findLastIndex((tick) => tick <= this.tick) : this.ticks.length - 1;

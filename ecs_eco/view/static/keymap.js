@@ -4,7 +4,7 @@ import { $ } from "./dom.js";
 import { switchTheme } from "./theme.js";
 
 /**
- * @param {{page: () => {stage: import("./stage.js").Stage, act: import("./act.js").Act | null} | null, play: () => void, step: (ticks: number) => void,
+ * @param {{page: () => {stage: import("./stage.js").Stage, act: import("./act.js").Act | null} | null, play: () => void, step: (ticks: number) => void, back: () => void,
  *   speed: (slot: number) => void, look: (preset: "top" | "side" | "follow") => void, next: (by: number) => void, select: (uid: number | null) => void,
  *   open: (name: "charts" | "why" | "organism" | "act") => void, colour: () => void}} calls
  */
@@ -16,6 +16,7 @@ export function keymap(calls) {
   const keys = [
     { keys: [" "], shown: "space", about: "play or pause", does: calls.play },
     { keys: [".", ">"], shown: ".", about: "one tick; with shift, ten", does: (event) => calls.step(event.shiftKey ? 10 : 1) },
+    { keys: [","], shown: ",", about: "one tick back", does: calls.back },
     { keys: ["-", "_"], shown: "−", about: "slower", does: () => calls.speed(slot() - 1) },
     { keys: ["+", "="], shown: "+", about: "faster", does: () => calls.speed(slot() + 1) },
     { keys: ["1"], shown: "1", about: "look from above", does: () => calls.look("top") },

@@ -25,6 +25,7 @@ const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, null]; // ticks a seco
 const NORMAL = 10; // ticks a second that count as 1×
 const PLAY = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M4.5 2.5v11l9-5.5z"/></svg>';
 const PAUSE = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M3.5 2.5h3v11h-3zM9.5 2.5h3v11h-3z"/></svg>';
+const BACK = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M13 2.5v11L6 8zM5 2.5H2.5v11H5z"/></svg>';
 const STEP = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M3 2.5v11L10 8zM11 2.5h2.5v11H11z"/></svg>';
 
 const connection = new Connection();
@@ -52,6 +53,7 @@ connection.on("hello", (hello) => {
 connection.on("state", show);
 connection.on("series", (series) => {
   page?.charts.add(series);
+  page?.timeline.draw();
   kinds?.look();
 });
 connection.on("marks", (marks) => {
@@ -60,7 +62,7 @@ connection.on("marks", (marks) => {
   page?.stage.ground.fence(marks.fences ?? []);
   page?.stage.ground.use(marks.roads ?? [], marks.areas ?? []);
 });
-connection.on("story", ({ entries }) => page?.story.add(entries));
+connection.on("story", ({ entries }) => [page?.story.add(entries), page?.timeline.tell(entries)]);
 connection.on("why", (why) => page?.story.show(why));
 connection.on("params", ({ list }) => page?.act?.offer(list));
 connection.on("organism", (organism) => {
@@ -100,7 +102,7 @@ function begin(hello) {
   const charts = new Charts(hello, colourOf, (tick) => connection.send({ kind: "seek", tick }),
     { layers: () => stage.layers, scales: () => state?.scales ?? {}, by: () => by, colours: hello.colours, colour });
   const panel = new Panel(hello, { select, fill: (uid) => connection.send({ kind: "fill", uid }), follow: () => look("follow"), colourOf });
-  const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }));
+  const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }), charts.lanes());
   const story = new Story(hello, { jump, colourOf, ask: () => connection.send({ kind: "why" }), tell: (entry) =>
     flash(`${entry.text}.`, { text: "Why?", does: () => open("why") }) });
   const act = hello.acts ? new Act(hello, {
@@ -155,6 +157,7 @@ function show(now) {
   }
   const over = now.done && page?.hello.mode === "live";
   $("step").disabled = now.done;
+  $("back").disabled = now.tick <= (page?.hello.first ?? 0) || (page?.hello.mode === "live" && !page.hello.rewinds);
   $("play").disabled = over;
   $("rate").textContent = over ? "done" : now.done ? "the end" : now.playing ? `${number(now.rate, 2)} ticks/s` : "paused";
   const slot = SPEEDS.indexOf(now.speed);
@@ -192,6 +195,13 @@ function play() {
 /** @param {number} ticks */
 function step(ticks) {
   connection.send({ kind: "step", ticks });
+}
+
+/** One tick back, where time can be chosen. */
+function back() {
+  if (!page || (page.hello.mode === "live" && !page.hello.rewinds)) return;
+  if (state?.playing) connection.send({ kind: "pause" });
+  connection.send({ kind: "seek", tick: Math.max(page.hello.first, (state?.tick ?? page.stage.tick) - 1) });
 }
 
 /** @param {number | null} uid */
@@ -299,6 +309,8 @@ splitter();
 onTheme(() => {});
 $("play").innerHTML = PLAY;
 $("step").innerHTML = STEP;
+$("back").innerHTML = BACK;
+$("back").addEventListener("click", back);
 $("play").addEventListener("click", play);
 $("step").addEventListener("click", () => step(1));
 $("speed").addEventListener("input", () => speed(Number($("speed").value)));
@@ -318,7 +330,7 @@ $("side").querySelector("[role=tablist]").addEventListener("keydown", (/** @type
 });
 
 const keys = keymap({
-  page: () => page, play, step, speed, look, next, select, open,
+  page: () => page, play, step, back, speed, look, next, select, open,
   colour: () => {
     const all = page?.hello.colours ?? ["species"];
     colour(all[(all.indexOf(by) + 1) % all.length]);

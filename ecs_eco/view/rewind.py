@@ -1,0 +1,123 @@
+"""Going back in a living world: checkpoints in memory, from the nearest of which it lives again."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections import deque
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ecs_eco.checkpoint import freeze as frozen
+from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.record import rewinding
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from ecs_eco.ecosystem import World
+    from ecs_eco.view.tally import Tally
+
+MEMORY = 256e6  # [bytes] of checkpoints; beyond that the oldest goes
+SHARE = 1 / 120  # of the time that the world takes, for making checkpoints
+
+
+class Point(NamedTuple):
+    """A checkpoint in memory, with what the viewer knew then."""
+
+    tick: int
+    meta: dict[str, Any]
+    arrays: dict[str, Any]
+    config: Any
+    recording: Any
+    tally: dict[str, Any]
+    size: int  # [bytes]
+
+
+class Ring:
+    """Checkpoints of a world, made as it lives; those that pages do to it are noted, to be done again.
+
+    `why` says why this world cannot go back, "" where it can: a run that is recorded in files cannot.
+    """
+
+    def __init__(self, world: World, tally: Tally) -> None:
+        self.world, self.tally = world, tally
+        self.points: deque[Point] = deque()
+        self.acts: list[tuple[int, Any]] = []  # (tick, what), in their order
+        self.used = False  # whether checkpoints are made
+        self.busy = False  # whether the world lives again what it has lived already
+        self.why = ""
+        self._cost, self._since = 0.0, time.thread_time()
+        if world.recorder is not None and not rewinding.can_go_back(world.recorder):
+            self.why = "this run is recorded, and its records stand"
+
+    @property
+    def first(self) -> int | None:
+        """The first tick that can be gone back to; None where there is none."""
+        return self.points[0].tick if self.points else None
+
+    def look(self) -> None:
+        """Make a checkpoint before a tick if it is time for one."""
+        if self.why or (self.points and self.points[-1].tick >= self.world.tick):
+            return
+        begin = time.thread_time()
+        if self.points and begin - self._since < self._cost / SHARE:
+            return
+        try:
+            self._keep()
+        except (CheckpointError, TypeError, ValueError) as error:
+            self.why = f"no checkpoint can be made of this world: {error}"
+            self.points.clear()
+        self._since = time.thread_time()
+        if len(self.points) > 1:  # the first loads what makes checkpoints
+            spent = self._since - begin
+            self._cost = min(spent, self._cost) if self._cost else spent
+
+    def back(self, tick: int) -> int:
+        """Bring the world to an earlier tick, as it was; return that tick, the first possible one for those
+        before. Raises ValueError where it cannot."""
+        if self.why or not self.points:
+            raise ValueError(f"seek: {self.why or 'there is no checkpoint yet'}")
+        if tick > self.world.tick:
+            raise ValueError(f"seek: tick = {tick}; the world has not come there: it is at {self.world.tick}")
+        tick = max(tick, self.points[0].tick)
+        while self.points[-1].tick > tick:
+            self.points.pop()
+        self.acts = [act for act in self.acts if act[0] < tick]
+        with self._again():
+            self._load(self.points[-1])
+            for when, what in [act for act in self.acts if act[0] >= self.world.tick]:
+                self.world.run(when - self.world.tick)
+                self.world.intervene(what)
+            self.world.run(tick - self.world.tick)
+        self._since = time.thread_time()
+        return tick
+
+    @contextmanager
+    def _again(self) -> Iterator[None]:
+        self.busy = True
+        try:
+            yield
+        finally:
+            self.busy = False
+
+    def _keep(self) -> None:
+        world, recorder = self.world, self.world.recorder
+        meta, arrays = frozen.freeze(world, recording=False)
+        meta |= {"intervened": list(meta["intervened"]), "causes": list(meta["causes"]),
+                 "ambient": dict(meta["ambient"])}
+        arrays = {name: array.copy() for name, array in arrays.items()}
+        recording = None if recorder is None else rewinding.mark(recorder)
+        self.points.append(Point(world.tick, meta, arrays, world.config, recording, self.tally.mark(),
+                                 sum(array.nbytes for array in arrays.values())))
+        while len(self.points) > 2 and sum(point.size for point in self.points) > MEMORY:
+            self.points.popleft()
+
+    def _load(self, point: Point) -> None:
+        world = self.world
+        if world.recorder is not None:
+            rewinding.go_back(world.recorder, point.recording)
+        if world.config is not point.config:
+            world.reconfigure(point.config)
+        frozen.load(world, json.loads(json.dumps(point.meta)), point.arrays, f"tick {point.tick}")
+        self.tally.go_back(point.tally)
