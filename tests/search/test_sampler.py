@@ -213,3 +213,18 @@ def test_plans_of_other_searches_are_as_they_were(world: Path) -> None:
     assert "posterior" in plan_of(load(world)).header()["search"]
     assert "posterior" not in plan_of(load("predator-prey", {
         "search.ranges": {"species.wolf.reproduction.rate": [0.004, 0.02]}})).header()["search"]
+
+
+def test_best_worlds_keep_the_raster_that_they_name(world: Path, tmp_path: Path) -> None:
+    grid = "ncols 4\nnrows 4\nxllcorner 0\nyllcorner 0\ncellsize 5\n" + "1 2 3 4\n" * 4
+    (tmp_path / "land").mkdir()
+    (tmp_path / "land" / "dem.asc").write_text(grid)
+    (tmp_path / "land" / "dem.prj").write_text("")
+    land = 'edges = "walls"\n[terrain]\nraster = "land/dem.asc"\ncell = 5.0\n[species.mite]'
+    world.write_text(WORLD.replace("[species.mite]", land, 1))
+    search(world, tmp_path / "out" / "s", {"search.objective": "persistence"}, trials=2, workers=1,
+           optimiser="random", report=False)  # fmt: skip
+    assert (tmp_path / "out" / "s" / "land" / "dem.prj").is_file()
+    for folder in ("land/dem.asc", "mites.csv"):
+        (tmp_path / folder).unlink()
+    assert load(tmp_path / "out" / "s" / "best-1.toml")._land.elevation.max() == 4

@@ -1,0 +1,102 @@
+"""Draw what a search that samples finds again, from studies/results/recovery.json: docs/img/recovery.svg.
+
+Above, for each of ten worlds, the true numbers and the 90 % intervals of their posteriors; below the
+posterior of pelts of hares and lynx, and its runs beside what was measured.
+"""
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ecs_eco.analysis.palette import GREY, SAFE
+from ecs_eco.search.posterior_page import density
+from ecs_eco.search.sampler import value_at
+from studies.recovery import CHANCE, CONFIG, RATE, plan_of, posterior, split, within
+
+ROOT = Path(__file__).parent.parent
+POSTERIOR, MISSED = SAFE[6][0], SAFE[2][0]
+NAMES = {CHANCE: "chance that a lynx catches", RATE: "rate at which lynx breed [1/s]"}
+
+
+def draw(record: dict[str, Any], path: Path) -> None:
+    """Write the figure of a result."""
+    plt.rcParams["svg.hashsalt"] = "ecs-eco"
+    candidates, truths = split(record["cases"])
+    figure, axes = plt.subplots(2, 3, figsize=(11, 6), layout="constrained")
+    found = [posterior(CONFIG, candidates, truth["statistics"])[0] for truth in truths]
+    for ax, name in zip(axes[0], (CHANCE, RATE), strict=False):
+        intervals(ax, found, [truth["values"] for truth in truths], name)
+    drawn(axes[0, 2], candidates)
+    pelts, kept = posterior(CONFIG, candidates)
+    parameters = plan_of(CONFIG).parameters
+    at = [i / 200 for i in range(201)]
+    for k, ax in enumerate(axes[1][:2]):
+        p = parameters[k]
+        x = [value_at(p, u) for u in at]
+        ax.fill_between(x, density(kept.at[:, k], kept.shares, np.array(at)), color=POSTERIOR, alpha=0.35)
+        ax.axhline(1, color=GREY, lw=1)
+        ax.set(xscale="log", xlim=(p.low, p.high), ylim=(0, None), yticks=[], xlabel=NAMES[p.name])
+        ax.set_title("posterior of the pelts; grey: its range", loc="left", fontsize=9)
+    beside(axes[1, 2], pelts)
+    figure.savefig(path, metadata={"Date": None})
+
+
+def intervals(ax: Any, found: list[dict[str, Any]], truths: list[dict[str, float]], name: str) -> None:
+    """The interval of a number in each try, over its true value."""
+    for of, truth in zip(found, truths, strict=True):
+        n, colour = of["numbers"][name], POSTERIOR if within(of, truth, name) else MISSED
+        ax.plot([truth[name]] * 2, [n["low"], n["high"]], color=colour, lw=2)
+        ax.plot(truth[name], n["median"], "o", color=colour, ms=4)
+    ends = found[0]["numbers"][name]["range"]
+    ax.plot(ends, ends, color=GREY, lw=1)
+    ax.set(xscale="log", yscale="log", xlim=ends, ylim=ends, xlabel=f"true {NAMES[name]}",
+           ylabel="posterior, 90 %")
+    ax.set_title("ten worlds whose numbers are known", loc="left", fontsize=9)
+
+
+def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
+    """All candidates: those of which both species lived, and the others."""
+    for lived, colour, label in ((True, POSTERIOR, "both lived"), (False, MISSED, "not")):
+        of = [c["values"] for c in candidates if (c["statistics"] is not None) == lived]
+        ax.plot([v[CHANCE] for v in of], [v[RATE] for v in of], "o" if lived else "x", color=colour, ms=3,
+                label=f"{label} ({len(of)})")
+    ax.set(xscale="log", yscale="log", xlabel=NAMES[CHANCE], ylabel=NAMES[RATE])
+    ax.legend(fontsize=8)
+    ax.set_title("candidates", loc="left", fontsize=9)
+
+
+def beside(ax: Any, pelts: dict[str, Any]) -> None:
+    """Each statistic: what was measured, and the runs of the posterior."""
+    for row, of in enumerate(pelts["statistics"].values()):
+        inside = of["low"] <= of["observed"] <= of["high"]
+        ax.plot([of["low"], of["high"]], [row] * 2, color=GREY, lw=5, solid_capstyle="butt")
+        ax.plot(of["observed"], row, "o" if inside else "x", color="black", ms=5)
+    ax.set_yticks(range(len(pelts["statistics"])), list(pelts["statistics"]), fontsize=8)
+    ax.invert_yaxis()
+    ax.set_xlabel("log10, or share of the period")
+    ax.set_title("pelts, and runs of their posterior (90 %)", loc="left", fontsize=9)
+
+
+def main() -> None:
+    """Read the result and draw."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
+    parser.add_argument("--results", type=Path, default=ROOT / "studies" / "results" / "recovery.json")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "img" / "recovery.svg")
+    parser.add_argument("--short", action="store_true", help="for CI: draw into a temporary folder")
+    asked = parser.parse_args()
+    if asked.short:
+        asked.out = Path(tempfile.mkdtemp(prefix="ecs-eco-figure-")) / asked.out.name
+    draw(json.loads(asked.results.read_text(encoding="utf-8")), asked.out)
+    print(asked.out)
+
+
+if __name__ == "__main__":
+    main()
