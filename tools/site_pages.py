@@ -23,6 +23,14 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
         "ecs_eco.analysis.runs:Series")),
     "learning": ("Learning", "Brains and PPO, also for plain Gymnasium environments; see "
                  "[learning](../../explanation/learning.md).", ("ecs_eco.learning:*",)),
+    "rl": ("Reinforcement learning from outside", "Species as environments of PettingZoo and Gymnasium: "
+           "`pip install \"ecs-eco[rl]\"`; see [bring your own learner]"
+           "(../../how-to/bring_your_own_learner.md).",
+           ("ecs_eco.rl:parallel_env", "ecs_eco.rl:slots", "ecs_eco.rl:body")),
+    "search": ("Searching and fitting", "Numbers with which a world lives, or is like measurements; see "
+               "[searching](../../how-to/searching.md) and [measurements](../../how-to/measurements.md).",
+               ("ecs_eco.search:search", "ecs_eco.search.fit:Fit", "ecs_eco.search.sampler:Sampler",
+                "ecs_eco.search.sampler:Population", "ecs_eco.search.sampler:weighted_quantiles")),
     "genomes": ("Genomes", "Layouts, operators and statistics; see [genomes](../../explanation/genomes.md).",
                 ("ecs_eco.genomes:*",)),
     "space": ("Space", "Edges, neighbours, fields and ground.", ("ecs_eco.space:*",)),
@@ -32,7 +40,7 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
                 ("ecs_eco.testing:*",)),
 }
 ANALYSIS = ("cycles", "extinction", "lineage", "phylogeny", "pedigree", "survival", "spectrum", "rhythm",
-            "depth", "carriers", "compare", "seed_grid", "figures")
+            "depth", "carriers", "signature", "against", "compare", "seed_grid", "figures")
 FIELD = re.compile(r"^    (\w+): ([^=#]+?)(?: = ([^#]+?))?(?:\s+# (.*))?$", re.MULTILINE)
 
 
@@ -57,7 +65,10 @@ def _api(title: str, opening: str, names: tuple[str, ...]) -> str:
 
 
 def _entry(module: str, name: str) -> str:
-    thing = getattr(import_module(module), name)
+    try:
+        thing = getattr(import_module(module), name)
+    except ModuleNotFoundError as error:  # an extra that is not here: the page says which
+        return f"`{module}.{name}`: {error}"
     if isinstance(thing, type) and issubclass(thing, Exception):
         return _directive("autoexception", f"{module}.{name}", "")
     if inspect.isclass(thing):
