@@ -94,6 +94,9 @@ def main() -> None:
     asked = parser.parse_args()
     if asked.short:
         asked.out = Path(tempfile.mkdtemp(prefix="ecs-eco-figure-")) / asked.out.name
+        if not asked.results.is_file():
+            print(f"{asked.results}: the study was not run yet")
+            return
     draw(json.loads(asked.results.read_text(encoding="utf-8")), asked.out)
     print(asked.out)
 
