@@ -210,7 +210,7 @@ class Table(dict[type, Any]):
 
     def doomed(self) -> np.ndarray:
         """Return the rows that have a cause of death, ascending: i64[k]."""
-        return self.cause[: self.high].nonzero()[0]
+        return (self.cause[: self.high] != 0).nonzero()[0]
 
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of the dead."""

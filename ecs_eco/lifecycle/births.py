@@ -153,7 +153,8 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray,
     widest, x, y, z = max(widest, 1e-3), p.x[parents], p.y[parents], p.z[parents]
     homeless = np.arange(parents.size)
     for attempt in range(TRIES):
-        out[homeless, 3] = 0
+        if attempt:
+            out[homeless, 3] = 0
         _place(homeless, identity, x, y, z, near, spacing,
                own.x, own.y, own.z, own.start,
                space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus,

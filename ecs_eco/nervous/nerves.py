@@ -3,6 +3,7 @@ Definition 3)."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -156,12 +157,11 @@ class Nerves:
             return (np.zeros((len(self.rows), sum(self.choices)), np.float32),
                     np.zeros(len(self.rows), np.float32))
         # a sum is quick, and not finite where one number is not
-        if not np.isfinite(np.add.reduce(thought[0], None) + np.add.reduce(thought[1])):
+        if not math.isfinite(np.add.reduce(thought[0], None) + np.add.reduce(thought[1])):
             self._complain(table, world, thought)
         return thought
 
-    def _ask(self, brain: PolicyNetwork, table: Table,
-             world: SpatialWorld) -> tuple[np.ndarray, np.ndarray]:
+    def _ask(self, brain: PolicyNetwork, table: Table, world: SpatialWorld) -> tuple[np.ndarray, np.ndarray]:
         """Let the shared brain think, each organism with its own memory where there is one."""
         if not brain.memory:
             if world.bands.size == 1:

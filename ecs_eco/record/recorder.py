@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 MOST_SPECIES = 128  # their numbers are written as i8
 NOTHING = np.zeros(0, np.float32)
+FLOW = LEDGER.index(next(iter(FLOWS)))  # the place of the first flow in the ledger; "lost" follows the last
 
 
 class Recorder(System):
@@ -68,6 +69,7 @@ class Recorder(System):
         self.means = ("energy_mean", "happiness_mean", *(("depth_mean",) if world.space.volume else ()))
         self._means = np.zeros((block, s), np.dtype([(name, np.float32) for name in self.means]))
         self._ledger = np.zeros((block, s), ISLAND_LEDGER_ROW if island else LEDGER_ROW)
+        self._sums = self._ledger.view(np.float64).reshape(block, s, -1)  # the same, by LEDGER
         self._died = np.zeros((block, s, 256), np.int32)
         self._stock, self._totals = np.zeros(s), np.zeros(5)
         for name, i in self.place.items():
@@ -126,15 +128,12 @@ class Recorder(System):
         s = self.place.get(table.name)
         if s is None:
             return
-        one = dead(table, rows, self.world.tick, self.world.dt)
+        one = dead(table, rows, self.world.tick, self.world.dt, self._died[self._at, s])
         self._counts["deaths"][self._at, s] += rows.size
-        self._died[self._at, s] += np.bincount(one.cause, minlength=256)
         if Metabolism in table:
-            page = self._ledger[self._at, s]
             # between ticks their flows are in the ledger already
-            for name, flow in zip(FLOWS, one.flows, strict=True) if self.world.ticking else ():
-                page[name] += flow
-            page["lost"] += one.held
+            first = 0 if self.world.ticking else len(FLOWS)
+            self._sums[self._at, s, FLOW + first : FLOW + len(FLOWS) + 1] += one.sums[first:]
         if self.keeps:
             self._events["deaths"].append((*self._when(s, rows.size), one.uid, one.x, one.y, one.z,
                                            one.energy, one.cause, one.killer, one.age))
