@@ -74,7 +74,7 @@ def bear(world: Any) -> None:
                 world.next_uid += parents.size
                 if given is not None:
                     registry.bear(request, table, int(rows[0]))
-                if second is None:
+                if second is None and world.on_birth:
                     second = np.zeros(parents.shape, parents.dtype)
                 for listen in world.on_birth:
                     listen(table, rows, parents, second)
