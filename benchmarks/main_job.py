@@ -32,8 +32,8 @@ TRIED = {
         "dropped; a tick of predator-prey calls about 80 kernels with about 15 arrays each, so that calls "
         "without any would save less than 4 % of it",
     "tried: a table as a dict of its components, without slots":
-        "dropped; an attribute of a dict is read in three times the time, wolf-sheep at 20² took 1.18 times as "
-        "long; with slots the calls of Python are saved and nothing is lost",
+        "dropped; an attribute of a dict is read in three times the time, wolf-sheep at 20² took 1.18 times "
+        "as long; with slots the calls of Python are saved and nothing is lost",
     "tried: seekers one by one along 16 targets each, where few of them meet many targets":
         "dropped; .8 of the time of that kernel for 600 deer among 5,200 tufts, 1 for 900; the same bits",
     "tried: comparisons in the place of divisions where a block of seekers spans the torus":

@@ -13,10 +13,12 @@ class Noted(dict[K, V]):
     """A dict of which every change raises `Noted.changes`, one number for all such dicts of the process.
 
     The tables of a world and the components of a table are such dicts, so that who has looked at them all
-    sees by one number whether that still holds. Reading costs what it does in any dict.
+    sees by one number whether that still holds. Reading costs what it does in any dict. `follow` is called
+    after each change.
     """
 
     changes = 0
+    follow: Callable[[], Any] | None = None
 
 
 def _noting(name: str) -> Callable[..., Any]:
@@ -24,7 +26,10 @@ def _noting(name: str) -> Callable[..., Any]:
 
     def method(self: Noted[Any, Any], *arguments: Any, **named: Any) -> Any:
         Noted.changes += 1
-        return change(self, *arguments, **named)
+        result = change(self, *arguments, **named)
+        if self.follow is not None:
+            self.follow()
+        return result
 
     method.__name__, method.__doc__ = name, change.__doc__
     return method

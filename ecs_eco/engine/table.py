@@ -1,7 +1,10 @@
 """A table holds all entities of one kind: an array per component field, rows stable for life, an alive mask.
 """
 
-from collections.abc import Iterable, Mapping
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NoReturn
 
 import numpy as np
@@ -51,8 +54,9 @@ class Table(dict[type, Any]):
         self.entity_uid = np.zeros(capacity, np.uint64)  # uid that this number belongs to
         self.renewed = False  # whether rows or columns are others than those of esper's handles
         self.registry: Any = None  # esper's entities, which are stale when rows change their owners
-        self.columns: dict[type[Any], Columns] = Noted()
-        self.derived: dict[type[Any], Columns] = Noted()
+        self.columns: Noted[type[Any], Columns] = Noted()
+        self.derived: Noted[type[Any], Columns] = Noted()
+        self.columns.follow = self.derived.follow = _following(weakref.ref(self))
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
         self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
@@ -106,19 +110,6 @@ class Table(dict[type, Any]):
         for field, value in values.items():
             setattr(columns, field, _column(component.fields[field][0], value, self.capacity, self.rows()))
         self.columns[component] = columns
-        super().__setitem__(component, columns)
-        self.renew_handles()
-
-    def derive(self, component: type[Any], columns: Columns) -> None:
-        """Have a component that is made of other things when somebody looks, and never saved."""
-        self.derived[component] = columns
-        super().__setitem__(component, columns)
-
-    def drop_component(self, component: type[Any]) -> None:
-        """Take a component away again, where it is there."""
-        self.columns.pop(component, None)
-        self.defaults.pop(component, None)
-        self.pop(component, None)
         self.renew_handles()
 
     def renew_handles(self) -> None:
@@ -269,6 +260,16 @@ class Table(dict[type, Any]):
         own = sum(getattr(self, a).nbytes
                   for a in ("alive", "uid", "born", "cause", "killer", "entity", "entity_uid"))
         return own + sum(a.nbytes for c in self.columns.values() for a in vars(c).values())
+
+
+def _following(table: Callable[[], Table | None]) -> Callable[[], None]:
+    """Return what lets a table be the dict of its columns and what is derived, as they are now."""
+    def follow() -> None:
+        if (it := table()) is not None:
+            dict.clear(it)
+            dict.update(it, it.columns | it.derived)
+
+    return follow
 
 
 def _column(kind: Any, value: np.ndarray, capacity: int, living: np.ndarray) -> Any:

@@ -206,7 +206,7 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
         senses = senses_of(species, dims, world.substances, world.config.function, world.config.bearers)
         table.species.nerves = Nerves(species.channels(dims), senses, species.groups(), species.neutral,
                                       species.automatic, species.readings(dims), species.ranges())
-        table.derive(Sensor, Readings(table))
+        table.derived[Sensor] = Readings(table)
     if species.locomotion is not None and table.species.nerves is not None:
         table.add_component(Velocity)
     if species.carries:

@@ -109,7 +109,9 @@ def learning(world: SpatialWorld, table: Table) -> None:
 
 def _experience(table: Table, wanted: bool) -> None:
     """Add the columns that individual learning needs, beside the policies; or remove them."""
-    table.drop_component(Experience)
+    table.columns.pop(Experience, None)
+    table.defaults.pop(Experience, None)
+    table.renew_handles()
     if not wanted:
         return
     table.add_component(Experience)
