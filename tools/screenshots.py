@@ -125,6 +125,7 @@ def page_of(browser: Any, shot: Shot, address: str) -> Any:
     """The page of a world, at its tick, standing still."""
     context = browser.new_context(viewport=SIZE, color_scheme="dark" if shot.dark else "light")
     context.set_default_timeout(600_000)
+    context.add_init_script("""localStorage.setItem("ecs-eco-hints", '["select", "pause", "why"]')""")
     page = context.new_page()
     try:
         page.goto(address)

@@ -46,7 +46,7 @@ def describe(world: World, species: list[str], objects: list[str],
     """Return the part of hello that follows from the world: names, sizes, kinds, ground, day."""
     return {
         "world": world.name, "title": getattr(world.config, "title", "") or world.name, "dt": world.dt,
-        "seed": world.seed,
+        "about": getattr(world.config, "description", ""), "seed": world.seed,
         "size": list(world.space.size), "edges": world.space.edges, "day": day(world), "usual_speed": 10.0,
         "species": [_kind(world, name, list(genes.get(name, ()))) for name in species],
         "objects": [_kind(world, name, []) | {"inanimate": True} for name in objects],

@@ -38,6 +38,8 @@ export interface Hello {
   mode: "live" | "replay";
   world: string;
   title: string;
+  about?: string; // its description, paragraphs parted by empty lines
+  seed?: number;
   dt: number;
   tick: number;
   first: number;

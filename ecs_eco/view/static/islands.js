@@ -3,6 +3,7 @@
 import { safe } from "./colours.js";
 import { Connection } from "./connection.js";
 import { $, announce, h, number, s } from "./dom.js";
+import { PAUSE, PLAY } from "./icons.js";
 import { door, notice } from "./overlay.js";
 import { splitter } from "./splitter.js";
 import { isDark, onTheme, recallTheme, switchTheme } from "./theme.js";
@@ -16,8 +17,6 @@ const BEND = 0.13; // of ways, as a share of their length
 const WIDTHS = [1.2, 9]; // of ways with the fewest and with the most migrants
 const PACE = 60; // [ms] from point to point when time is played
 const SPARK = [64, 18];
-const PLAY = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M4.5 2.5v11l9-5.5z"/></svg>';
-const PAUSE = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M3.5 2.5h3v11h-3zM9.5 2.5h3v11h-3z"/></svg>';
 
 const connection = new Connection();
 /** @type {Islands | null} */

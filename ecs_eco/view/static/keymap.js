@@ -6,7 +6,7 @@ import { switchTheme } from "./theme.js";
 /**
  * @param {{page: () => {stage: import("./stage.js").Stage, act: import("./act.js").Act | null} | null, play: () => void, step: (ticks: number) => void, back: () => void,
  *   speed: (slot: number) => void, look: (preset: "top" | "side" | "follow") => void, next: (by: number) => void, select: (uid: number | null) => void,
- *   open: (name: "charts" | "why" | "organism" | "act") => void, colour: () => void}} calls
+ *   open: (name: "charts" | "world" | "why" | "organism" | "act") => void, colour: () => void}} calls
  */
 export function keymap(calls) {
   const { page } = calls;
@@ -27,6 +27,7 @@ export function keymap(calls) {
     { keys: ["Escape"], shown: "Esc", about: "deselect; stop placing", does: () => (page()?.act?.aiming ? page()?.act?.aim(false) : calls.select(null)) },
     { keys: ["c"], shown: "C", about: "next colouring", does: calls.colour },
     { keys: ["g"], shown: "G", about: "charts", does: () => calls.open("charts") },
+    { keys: ["b"], shown: "B", about: "about this world, and who eats whom", does: () => calls.open("world") },
     { keys: ["w"], shown: "W", about: "what happened, and why", does: () => calls.open("why") },
     { keys: ["o"], shown: "O", about: "the organism", does: () => calls.open("organism") },
     { keys: ["a"], shown: "A", about: "act", does: () => page()?.act && calls.open("act") },

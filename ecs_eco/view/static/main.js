@@ -6,6 +6,7 @@ import { Connection } from "./connection.js";
 import { count } from "./counters.js";
 import { cameFrom, taken } from "./credential.js";
 import { $, announce, h, number } from "./dom.js";
+import { BACK, PAUSE, PLAY, STEP } from "./icons.js";
 import { help, listen } from "./keys.js";
 import { keymap } from "./keymap.js";
 import { legend } from "./legend.js";
@@ -17,16 +18,12 @@ import { Story } from "./story.js";
 import { splitter } from "./splitter.js";
 import { onTheme, recallTheme, switchTheme } from "./theme.js";
 import { Timeline } from "./timeline.js";
+import { hints, world } from "./world.js";
 
-/** @typedef {import("./protocol.js").Hello} Hello */
-/** @typedef {import("./protocol.js").State} State */
+/** @typedef {import("./protocol.js").Hello} Hello @typedef {import("./protocol.js").State} State */
 
 const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, null]; // ticks a second; the last: as fast as it runs
 const NORMAL = 10; // ticks a second that count as 1×
-const PLAY = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M4.5 2.5v11l9-5.5z"/></svg>';
-const PAUSE = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M3.5 2.5h3v11h-3zM9.5 2.5h3v11h-3z"/></svg>';
-const BACK = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M13 2.5v11L6 8zM5 2.5H2.5v11H5z"/></svg>';
-const STEP = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M3 2.5v11L10 8zM11 2.5h2.5v11H11z"/></svg>';
 
 const connection = new Connection();
 /** @type {{stage: Stage, charts: Charts, panel: Panel, timeline: Timeline, story: Story, act: Act | null, hello: Hello} | null} */
@@ -145,6 +142,7 @@ function paint(dark) {
   });
   page.charts.rebuild();
   page.panel.redraw();
+  world(page.hello, charts.colourOf);
 }
 
 /** @param {State} now */
@@ -190,6 +188,7 @@ function speed(slot) {
 function play() {
   if (state?.done && page?.hello.mode === "replay") connection.send({ kind: "seek", tick: page.hello.first });
   connection.send({ kind: state?.playing ? "pause" : "play" });
+  did("pause");
 }
 
 /** @param {number} ticks */
@@ -213,6 +212,7 @@ function select(uid) {
   connection.send({ kind: "select", uid });
   eyes();
   if (uid !== null) {
+    did("select");
     open("organism");
     announce(`Selected number ${uid}`);
   } else if (page.stage.eye.preset === "follow") look("side");
@@ -279,8 +279,8 @@ function jump(entry) {
   }
 }
 
-/** @typedef {"charts" | "why" | "organism" | "act"} PanelName */
-const PANELS = /** @type {const} */ (["charts", "why", "organism", "act"]);
+/** @typedef {"charts" | "world" | "why" | "organism" | "act"} PanelName */
+const PANELS = /** @type {const} */ (["charts", "world", "why", "organism", "act"]);
 
 /** @param {PanelName} name of a panel */
 function open(name) {
@@ -290,7 +290,7 @@ function open(name) {
     $(`tab-${other}`).tabIndex = other === name ? 0 : -1;
   }
   if (name !== "act") page?.act?.aim(false);
-  if (name === "why") page?.story.open();
+  if (name === "why") did("why"), page?.story.open();
 }
 
 let flashing = 0;
@@ -304,6 +304,7 @@ function flash(text, button) {
 
 // ---- buttons and keys
 
+const did = hints();
 recallTheme();
 splitter();
 onTheme(() => {});

@@ -88,7 +88,7 @@ export class Timeline {
 
   /** What happened, oldest first: interventions, and entries of the story. */
   happened() {
-    const told = this.entries.map(({ tick, text, species, kind }) => ({ tick, text, name: kind === "extinct" ? `${species} extinct` : `${species} ${kind}`, species }));
+    const told = this.entries.map(({ tick, text, species, kind }) => ({ tick, text, name: kind === "birth" ? `first young of ${species}` : `${species} ${kind}`, species }));
     const done = (this.marks.interventions ?? []).map(({ tick, text }) => ({ tick, text, name: text, species: "" }));
     return [...told, ...done].sort((a, b) => a.tick - b.tick);
   }

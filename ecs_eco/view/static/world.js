@@ -1,0 +1,110 @@
+// The first minute: what this world is, who eats whom, and hints that go away.
+
+import { $, h, number, s } from "./dom.js";
+import { kindsOf, sign } from "./marks.js";
+
+const [WIDE, ROW, GAP] = [360, 74, 30]; // of the food web, in its own units
+const KEPT = "ecs-eco-hints"; // in localStorage: the hints that are gone
+
+/** @type {Record<string, string>} */
+const HINTS = {
+  select: "Click an animal: what it senses, wants and decides stands in Organism.",
+  pause: "Space pauses. Drag the timeline below to go to another tick.",
+  why: "Why tells what happened, and of what they died.",
+};
+
+/**
+ * How far each species is from those that eat nobody: 0 for plants; who eats in a circle stands as high as the others say.
+ * @param {string[]} names
+ * @param {Record<string, string[]>} foods
+ */
+export function levels(names, foods) {
+  /** @type {Record<string, number>} */
+  const level = Object.fromEntries(names.map((name) => [name, 0]));
+  for (let round = 0; round < names.length; round++)
+    for (const name of names) {
+      const below = (foods[name] ?? []).filter((food) => food in level && food !== name).map((food) => level[food]);
+      level[name] = below.length ? Math.min(names.length - 1, 1 + Math.max(...below)) : 0;
+    }
+  return level;
+}
+
+/**
+ * The food web: an arrow goes from who is eaten to who eats.
+ * @param {import("./protocol.js").Hello} hello
+ * @param {(name: string) => string} colourOf
+ */
+function web(hello, colourOf) {
+  const foods = hello.foods ?? {}, eaten = Object.values(foods).flat();
+  const kinds = kindsOf(hello).filter(({ inanimate, name }) => !inanimate || eaten.includes(name));
+  const names = kinds.map(({ name }) => name);
+  const level = levels(names, foods);
+  const rows = [...new Set(Object.values(level))].sort((a, b) => b - a).map((height) => kinds.filter(({ name }) => level[name] === height));
+  const high = rows.length * ROW;
+  /** @type {Record<string, [number, number]>} */
+  const at = {};
+  rows.forEach((row, r) => row.forEach(({ name }, i) => (at[name] = [(WIDE * (i + 1)) / (row.length + 1), r * ROW + GAP])));
+  const meals = names.flatMap((eater) => (foods[eater] ?? []).filter((food) => food in at).map((food) => /** @type {[string, string]} */ ([food, eater])));
+  const words = meals.map(([food, eater]) => `${eater} eats ${food}`).join("; ");
+  const root = s("svg", { viewBox: `0 0 ${WIDE} ${high}`, class: "web", role: "img", "aria-label": `Who eats whom: ${words || "nobody eats anybody"}` });
+  for (const [food, eater] of meals) {
+    const [[x0, y0], [x1, y1]] = [at[food], at[eater]];
+    const own = food === eater;
+    const d = own ? `M${x1 + 16},${y1 - 6}c26,-18 26,30 2,18` : `M${x0},${y0 - 20}C${x0},${(y0 + y1) / 2} ${x1},${(y0 + y1) / 2} ${x1},${y1 + 26}`;
+    root.append(s("path", { d, class: "meal", "data-meal": `${food} ${eater}` }));
+    if (!own) root.append(s("path", { d: `M${x1},${y1 + 19}l-5,9h10z`, class: "meal-head" }));
+  }
+  for (const kind of kinds) {
+    const [x, y] = at[kind.name];
+    const mark = sign(kind, colourOf(kind.name));
+    for (const [name, value] of Object.entries({ x: x - 11, y: y - 19, width: 22, height: 22 })) mark.setAttribute(name, String(value));
+    root.append(mark, s("text", { x, y: y + 16, "text-anchor": "middle" }, kind.name));
+  }
+  return root;
+}
+
+/**
+ * Fills the tab "World".
+ * @param {import("./protocol.js").Hello} hello
+ * @param {(name: string) => string} colourOf
+ */
+export function world(hello, colourOf) {
+  const size = hello.size.map((side) => number(side)).join(" × ");
+  const facts = [["size", `${size} m, ${hello.edges === "torus" ? "without edges: who leaves comes in opposite" : "with walls"}`], ["a tick", `${number(hello.dt)} s`],
+    ["seed", String(hello.seed ?? "–")], ["species", hello.species.map(({ name }) => name).join(", ")]];
+  $("world").replaceChildren(h("h2", { text: hello.title || hello.world }),
+    ...(hello.about ?? "").split(/\n\s*\n/).filter(Boolean).map((text) => h("p", { class: "tale", text })),
+    h("dl", { class: "facts" }, ...facts.map(([name, text]) => h("div", { class: "wide" }, h("dt", { text: name }), h("dd", { class: "wraps", text })))),
+    h("h2", { text: "Who eats whom" }), web(hello, colourOf));
+}
+
+/** Hints that go away: when they are closed, or when what they say was done. @returns {(name: string) => void} to be called with what was done */
+export function hints() {
+  const root = $("hints");
+  const gone = new Set(recalled());
+  const go = (/** @type {string} */ name) => {
+    if (gone.has(name)) return;
+    gone.add(name);
+    try {
+      localStorage.setItem(KEPT, JSON.stringify([...gone]));
+    } catch {} // private windows may forbid it
+    draw();
+  };
+  const draw = () => {
+    const left = Object.entries(HINTS).filter(([name]) => !gone.has(name));
+    root.hidden = !left.length;
+    root.replaceChildren(...left.map(([name, text]) => h("li", { "data-hint": name }, text, h("button", { class: "mini", type: "button", text: "✕", "aria-label": `Close the hint: ${text}`, onclick: () => go(name) }))));
+  };
+  draw();
+  return go;
+}
+
+/** @returns {string[]} */
+function recalled() {
+  try {
+    const gone = JSON.parse(localStorage.getItem(KEPT) ?? "[]");
+    return Array.isArray(gone) ? gone : [];
+  } catch {
+    return [];
+  }
+}
