@@ -104,7 +104,13 @@ def replayed(page: Any) -> None:
         "slider => { slider.value = 420; slider.dispatchEvent(new Event('input')) }"
     )
     until(page, "ecs.tick === 420 && ecs.still")
-    select(page, "wolf")
+    for nth in range(40):
+        select(page, "wolf", nth)
+        until(page, "document.querySelector('#organism .who')?.textContent.includes(`#${ecs.selected}`)")
+        if not page.get_by_role("button", name="Fill in").count():
+            break
+        page.keyboard.press("Escape")
+        until(page, "ecs.selected === null")
     until(page, "ecs.still")
 
 
