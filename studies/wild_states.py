@@ -10,7 +10,8 @@ raises where it would leave an array.
 import os
 from typing import Any
 
-os.environ["NUMBA_BOUNDSCHECK"] = "1"  # before any kernel is compiled; also in the processes of --workers
+if __name__ == "__main__":
+    os.environ["NUMBA_BOUNDSCHECK"] = "1"  # before kernels are compiled; workers have it, too
 
 from studies.common import kernels, wild
 from studies.common.study import Study, verdict

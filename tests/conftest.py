@@ -1,6 +1,7 @@
 """Worlds that tests are made of; what puts organisms in place is ecs_eco.testing's."""
 
 import copy
+import os
 import signal
 
 import esper
@@ -203,6 +204,16 @@ def meadow():
         return World.from_config(merge(config, world or {}), **(options or {}))
 
     return build
+
+
+@pytest.fixture(autouse=True)
+def _leaves_the_environment_as_it_was():
+    """What a study sets as it is imported is not for the processes that later tests start."""
+    before = dict(os.environ)
+    yield
+    for name in os.environ.keys() - before.keys() - {"PYTEST_CURRENT_TEST"}:
+        del os.environ[name]
+    os.environ.update({name: value for name, value in before.items() if name != "PYTEST_CURRENT_TEST"})
 
 
 @pytest.fixture(autouse=True)

@@ -22,7 +22,7 @@ print(json.dumps(wild_states.run({"states": 36}, {"source": sys.argv[1], "seed":
 
 @pytest.mark.parametrize("world", ["herd", "menagerie"])
 def test_no_kernel_leaves_its_arrays_in_wild_states(world):
-    environment = {k: v for k, v in os.environ.items() if k != "ECS_ECO_DEBUG"}
+    environment = {k: v for k, v in os.environ.items() if k != "ECS_ECO_DEBUG"} | {"NUMBA_BOUNDSCHECK": "1"}
     done = subprocess.run([sys.executable, "-c", STATES, world], cwd=ROOT, env=environment,
                           capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]

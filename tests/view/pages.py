@@ -72,9 +72,9 @@ def scene(page):
     from matplotlib.image import imread
 
     box = page.locator("#canvas").bounding_box()
-    return imread(
-        io.BytesIO(page.screenshot(clip=box | {"x": box["x"] + 180, "width": box["width"] - 380}))
-    )[..., :3]
+    alone = "body * { visibility: hidden !important } #canvas { visibility: visible !important }"
+    clip = box | {"x": box["x"] + 180, "width": box["width"] - 380}
+    return imread(io.BytesIO(page.screenshot(clip=clip, style=alone)))[..., :3]
 
 
 def in_sight(page, kind):
