@@ -2,6 +2,7 @@
 
 import json
 import re
+from contextlib import contextmanager
 
 import pytest
 
@@ -61,10 +62,9 @@ def test_an_island_that_is_none_is_refused_with_the_nearest_name(tmp_path):
     assert "allowed: north, east, south; did you mean 'north'?" in page.got[1]["text"]
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    """The map of a run at tick 8, in a browser."""
-    islands = made(tmp_path_factory.mktemp("islands"))
+@contextmanager
+def opened(islands):
+    """The map of a run in a browser."""
     with served("watch", str(islands.folder)) as run, launched() as browser:
         context = browser.new_context(viewport={"width": 1200, "height": 760})
         context.set_default_timeout(180_000)
@@ -75,6 +75,13 @@ def page(tmp_path_factory):
         page.islands = islands
         yield page
         assert problems == []
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """The map of a run at tick 8, which no test lets go on."""
+    with opened(made(tmp_path_factory.mktemp("islands"))) as page:
+        yield page
 
 
 def numbers(page):
@@ -93,13 +100,13 @@ def browsed(test):
 @browsed
 def test_time_goes_back_and_forth_over_the_map(page):
     first = [20, 40, 5]
-    assert numbers(page) != first
     page.get_by_role("slider", name="Time").fill("0")
     until(page, "ecs.tick === 0")
     assert sum(numbers(page)) >= sum(first) - 5  # at the end of the first tick
     assert page.locator(".way-count").count() == 0
     page.get_by_role("slider", name="Time").fill("7")
     until(page, "ecs.tick === 7")
+    assert numbers(page) != first
     told = describe(page.islands.folder)
     counts = page.locator(".way-count").all_text_contents()
     assert sum(map(int, counts)) == sum(number for *_, number in told["moves"])
@@ -127,10 +134,11 @@ def test_a_click_opens_an_island_and_its_page_leads_back_to_the_map(page):
 
 
 @browsed
-def test_the_map_follows_a_run_to_its_next_barrier(page):
-    until(page, "ecs.tick === 7")
-    page.islands.run(until=12, report=False)
-    until(page, "ecs.tick === 11")
-    now = [state["n"]["newt"] for state in page.islands.manifest["islands"].values()]
-    assert numbers(page) == now
-    assert "done" in page.locator("#state").inner_text()
+def test_the_map_follows_a_run_to_its_next_barrier(tmp_path):
+    islands = made(tmp_path)
+    with opened(islands) as page:
+        until(page, "ecs.tick === 7")
+        islands.run(until=12, report=False)
+        until(page, "ecs.tick === 11")
+        assert numbers(page) == [state["n"]["newt"] for state in islands.manifest["islands"].values()]
+        assert "done" in page.locator("#state").inner_text()
