@@ -62,10 +62,16 @@ def test_an_island_that_is_none_is_refused_with_the_nearest_name(tmp_path):
     assert "allowed: north, east, south; did you mean 'north'?" in page.got[1]["text"]
 
 
+@pytest.fixture(scope="module")
+def browser():
+    with launched() as browser:
+        yield browser
+
+
 @contextmanager
-def opened(islands):
+def opened(browser, islands):
     """The map of a run in a browser."""
-    with served("watch", str(islands.folder)) as run, launched() as browser:
+    with served("watch", str(islands.folder)) as run:
         context = browser.new_context(viewport={"width": 1200, "height": 760})
         context.set_default_timeout(180_000)
         page, problems = context.new_page(), []
@@ -75,12 +81,13 @@ def opened(islands):
         page.islands = islands
         yield page
         assert problems == []
+        context.close()
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory):
+def page(browser, tmp_path_factory):
     """The map of a run at tick 8, which no test lets go on."""
-    with opened(made(tmp_path_factory.mktemp("islands"))) as page:
+    with opened(browser, made(tmp_path_factory.mktemp("islands"))) as page:
         yield page
 
 
@@ -134,9 +141,9 @@ def test_a_click_opens_an_island_and_its_page_leads_back_to_the_map(page):
 
 
 @browsed
-def test_the_map_follows_a_run_to_its_next_barrier(tmp_path):
+def test_the_map_follows_a_run_to_its_next_barrier(browser, tmp_path):
     islands = made(tmp_path)
-    with opened(islands) as page:
+    with opened(browser, islands) as page:
         until(page, "ecs.tick === 7")
         islands.run(until=12, report=False)
         until(page, "ecs.tick === 11")
