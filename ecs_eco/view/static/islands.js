@@ -16,7 +16,7 @@ const RADII = [20, 66]; // of an empty island and of the fullest
 const BEND = 0.13; // of ways, as a share of their length
 const WIDTHS = [1.2, 9]; // of ways with the fewest and with the most migrants
 const PACE = 60; // [ms] from point to point when time is played
-const SPARK = [64, 18];
+const SPARK = [46, 18];
 
 const connection = new Connection();
 /** @type {Islands | null} */
