@@ -33,7 +33,8 @@ class Slots(VectorEnv):
 
     def __init__(self, arena: Arena, n: int, render_mode: str | None = None) -> None:
         self.arena, self.num_envs, self.render_mode = arena, whole_number("n", n, 1), render_mode
-        self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": ["rgb_array"]}
+        self.autoreset_mode = AutoresetMode.SAME_STEP  # as TorchRL asks
+        self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": ["rgb_array"]}
         self.channels, self.options = arena.channels, arena.options
         self.single_observation_space, self.single_action_space = arena.observation_space, arena.action_space
         self.observation_space = batch_space(self.single_observation_space, n)
@@ -68,11 +69,13 @@ class Slots(VectorEnv):
         reward[ended], final[ended] = sensed.dead_reward[place], sensed.dead_x[place]
         truncated = here & self.arena.late
         final[truncated] = sensed.x[self._at[truncated]]
-        slots_ = np.flatnonzero(ended).tolist()
-        causes = {slot: sensed.dead_cause[i] for slot, i in zip(slots_, place.tolist(), strict=True)}
-        self.uid[ended | truncated] = 0
+        cause = np.full(n, "", object)
+        cause[ended] = np.asarray(sensed.dead_cause, object)[place]
+        over = ended | truncated
+        last = {"uid": self.uid.astype(np.int64), "mask": over, "cause": cause}
+        self.uid[over] = 0
         x = self._anew() if self.arena.late or not len(sensed.uid) else self._filled(sensed)
-        return x, reward, ended, truncated, self._infos(ended | truncated, final, causes)
+        return x, reward, ended, truncated, self._infos(over, final, last)
 
     def render(self) -> Any:
         """Return a picture of the world, u8[height, width, 3]; None without a `render_mode`."""
@@ -109,16 +112,17 @@ class Slots(VectorEnv):
         x[here] = sensed.x[self._at[here]]
         return x
 
-    def _infos(self, ended: np.ndarray | None = None, final: Any = None,
-               causes: dict[int, str] | None = None) -> dict[str, Any]:
-        infos: dict[str, Any] = {"mask": self.mask, "uid": self.uid.copy()}
-        if ended is not None and ended.any():
-            observations, infos_ = (np.full(self.num_envs, None, object) for _ in range(2))
-            for slot in np.flatnonzero(ended).tolist():
+    def _infos(self, over: np.ndarray | None = None, final: Any = None,
+               last: dict[str, np.ndarray] | None = None) -> dict[str, Any]:
+        """Return what is told beside a step, in Gymnasium's form: of the slots whose bodies' episodes are
+        `over` bool[n], the `final` observations f32[n, channels], and the `last` infos [n]."""
+        infos: dict[str, Any] = {"mask": self.mask, "uid": self.uid.astype(np.int64)}
+        if over is not None and last is not None and over.any():
+            observations = np.full(self.num_envs, None, object)
+            for slot in np.flatnonzero(over).tolist():
                 observations[slot] = final[slot]
-                infos_[slot] = {"cause": causes[slot]} if causes and slot in causes else {}
-            infos |= {"final_obs": observations, "_final_obs": ended, "final_info": infos_,
-                      "_final_info": ended}
+            told = last | {f"_{name}": over for name in last}
+            infos |= {"final_obs": observations, "_final_obs": over, "final_info": told, "_final_info": over}
         return infos
 
 

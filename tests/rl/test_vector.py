@@ -28,7 +28,8 @@ def test_each_slot_follows_one_body_until_it_dies():
         ended += dead.sum()
         for slot in np.flatnonzero(dead):
             assert infos["final_obs"][slot].shape == (4,)
-            assert infos["final_info"][slot]["cause"] in ("starved", "old age")
+            assert infos["final_info"]["cause"][slot] in ("starved", "old age")
+            assert infos["final_info"]["uid"][slot] == before[slot]
     assert ended > 5
 
 
