@@ -1,12 +1,14 @@
 """README's main job, `ecs-eco run predator-prey --seed 1`: 10,000 ticks, and what each asks of Python.
 
     python benchmarks/main_job.py [--before COMMIT] [--ticks 10000] [--pairs 3]
+    python benchmarks/main_job.py --train [--before COMMIT] [--ticks 3000] [--pairs 3]
     python benchmarks/main_job.py --calls
 
 Processes of this commit, and of another where one is given, run in turns, each a world of its own with its
 record on disk: the seconds of `World.run`, of the wall clock and of the processor, without the start of the
 process. `Python calls a tick` counts the functions of Python and the kernels that are called in ticks 1,001
 to 1,070, without what belongs to `run` itself. Both commits come to the same end, or it is an error.
+`--train` measures in the same way how long policies of predator-prey learn from random weights.
 `--calls` measures what it costs to call a kernel, by the number of its arrays.
 """
 
@@ -75,16 +77,29 @@ with tempfile.TemporaryDirectory() as folder:
         world.run(ticks - world.tick)
         print(json.dumps([time.perf_counter() - wall, time.process_time() - own, str(world), world.digest()]))
 """
+TRAINING = """
+import hashlib, json, sys, time
+from ecs_eco.experiments.pretraining import pretrain
+
+ticks, _ = json.loads(sys.argv[1])
+pretrain("predator-prey", 1, 130)  # reads the kernels
+wall, own = time.perf_counter(), time.process_time()
+learnt = pretrain("predator-prey", 1, ticks)["policies"]
+took = time.perf_counter() - wall, time.process_time() - own
+weights = [array.tobytes() for _, state in sorted(learnt.items()) for _, array in sorted(state.items())]
+print(json.dumps([*took, hashlib.sha256(b"".join(weights)).hexdigest()]))
+"""
 
 
-def pairs(places: dict[str, Path], ticks: int, n: int) -> list[dict[str, Any]]:
+def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict[str, Any]]:
     """Return a row for each place: seconds of n runs in turns, medians; raises where ends differ."""
     took: dict[str, list[list[float]]] = {name: [] for name in places}
     ends = {}
     for number in range(n):
         order = list(places) if number % 2 else list(reversed(places))
         for name in order:
-            wall, own, *ends[name] = before_after.call(places[name], JOB, [ticks, False])
+            wall, own, *ends[name] = before_after.call(places[name], TRAINING if train else JOB,
+                                                        [ticks, False])
             took[name].append([wall, own])
             print(name, round(wall, 2), round(own, 2), ends[name], flush=True)
     if len({str(end) for end in ends.values()}) > 1:
@@ -93,12 +108,13 @@ def pairs(places: dict[str, Path], ticks: int, n: int) -> list[dict[str, Any]]:
     rows = []
     for name, place in places.items():
         ratios = [own[1] / other[1] for own, other in zip(took[name], took[first], strict=True)]
-        calls, _ = before_after.call(place, JOB, [ticks, True])
         rows.append({"commit": name, "ticks": ticks, "pairs": n,
                      "wall [s]": statistics.median(t[0] for t in took[name]),
                      "processor [s]": statistics.median(t[1] for t in took[name]),
                      "times the first": statistics.median(ratios),
-                     "from": min(ratios), "to": max(ratios), "Python calls a tick": calls})
+                     "from": min(ratios), "to": max(ratios)})
+        if not train:
+            rows[-1]["Python calls a tick"], _ = before_after.call(place, JOB, [ticks, True])
     return rows
 
 
@@ -126,7 +142,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--calls", action="store_true", help="the cost of calling a kernel alone")
     parser.add_argument("--before", metavar="COMMIT")
-    parser.add_argument("--ticks", type=int, default=10_000)
+    parser.add_argument("--train", action="store_true", help="learning from random weights")
+    parser.add_argument("--ticks", type=int)
     parser.add_argument("--pairs", type=int, default=3)
     given = parser.parse_args()
     if given.calls:
@@ -141,8 +158,10 @@ def main() -> None:
             subprocess.run(["tar", "x", "-C", folder], input=files, check=True)
             places[given.before] = Path(folder)
         places["this"] = ROOT
-        rows = pairs(places, given.ticks, given.pairs)
-    _bench.save("main_job", "README's main job: predator-prey, recorded, one core", rows,
+        rows = pairs(places, given.ticks or (3000 if given.train else 10_000), given.pairs, given.train)
+    question = ("Policies of predator-prey from random weights, one core" if given.train
+                else "README's main job: predator-prey, recorded, one core")
+    _bench.save("main_job_training" if given.train else "main_job", question, rows,
                 {"load before": round(os.getloadavg()[0], 2)})
 
 
