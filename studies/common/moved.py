@@ -51,6 +51,44 @@ class Policies:
         return divergence(before, after, table.species.nerves.brain.groups)
 
 
+class Crowd:
+    """Up to `most` of the individual policies of each species of a world, as they are now: what the mean
+    chances of their options are is compared with those of as many later. That others are asked then moves
+    the mean a little, too."""
+
+    def __init__(self, world: Any, species: Sequence[str], most: int = 40) -> None:
+        self.world, self.species, self.most = world, tuple(species), most
+        self.modules = {name: self._some(name) for name in self.species}
+
+    def _some(self, name: str) -> list[Any]:
+        """Networks of as many, evenly by uid."""
+        table = self.world.tables[name]
+        rows = table.by_uid()
+        picked = rows[np.linspace(0, len(rows) - 1, min(self.most, len(rows))).astype(int)]
+        return [self.world.policy(name, int(uid)) for uid in table.uid[picked]]
+
+    def moved(self) -> dict[str, float | None]:
+        """Return by species KL(then ‖ now) [nats] of mean chances on what those that live sense now."""
+        return {name: self._moved(name) for name in self.species}
+
+    def _moved(self, name: str) -> float | None:
+        import torch
+
+        from ecs_eco.components import Sensor
+
+        table = self.world.tables[name]
+        if not table.n:
+            return None
+        seen, groups = table[Sensor].readings[table.by_uid()], table.species.nerves.individuals.groups
+        seen = torch.from_numpy(seen[np.isfinite(seen).all(1)])
+        means = []
+        with torch.no_grad():
+            for networks in (self.modules[name], self._some(name)):
+                chances = [np.exp(log_chances(net(seen)[0].numpy(), groups)) for net in networks]
+                means.append(np.log(np.mean(chances, axis=0)))
+        return divergence(means[0], means[1], groups)
+
+
 def rates(moved: Mapping[str, float | None], ticks: int) -> dict[str, float | None]:
     """Return the same by 1,000 ticks."""
     return {name: None if nats is None else 1000 * nats / max(1, ticks) for name, nats in moved.items()}

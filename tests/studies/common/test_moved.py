@@ -5,7 +5,7 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.config import load
-from studies.common.moved import Policies, divergence, rates
+from studies.common.moved import Crowd, Policies, divergence, rates
 
 FEW = {"species.grass.count": 60, "species.deer.count": 20, "species.wolf.count": 4,
        "space.size": [50.0, 50.0], "species.deer.ppo.horizon": 8,
@@ -32,3 +32,13 @@ def test_a_policy_that_learns_moves_and_one_that_does_not_stays(learn):
     assert set(moved) == {"deer", "wolf"}
     assert (moved["deer"] > 1e-6) == learn
     assert rates({"deer": 0.5, "wolf": None}, 2000) == {"deer": 0.25, "wolf": None}
+
+
+@pytest.mark.parametrize("learn", [False, True])
+def test_what_individuals_do_on_average_moves_where_they_learn(learn):
+    alone = {"species.deer.policy.kind": "individual", "species.deer.policy.inherit": "learned"}
+    world = World.from_config(load("predator-prey", FEW | alone), seed=1, learn=learn, record=False)
+    before = Crowd(world, ["deer"], most=10)
+    world.run(20)
+    moved = before.moved()["deer"]
+    assert moved > 1e-6 if learn else moved == pytest.approx(0, abs=1e-9)

@@ -1,0 +1,108 @@
+"""Draw learning at full rate in life, from studies/results/full_rate.json: docs/img/full_rate.svg.
+
+Above: wolves over time, a line for each run, by who learns. Below: what a wolf catches in the arena with
+policies of the beginning and of the end put together; and how far the policies of deer and of wolves moved.
+"""
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ecs_eco.analysis.palette import GREY, SAFE
+from studies.common.seed_grid import BLOCK
+from studies.full_rate import CONFIG, LEARNERS, PAIRS, caught, pace
+
+ROOT = Path(__file__).parent.parent
+LIVED, DIED = SAFE[6][0], SAFE[2][0]
+ARMS = {"neither": "nobody learns", "deer": "deer learn", "wolves": "wolves learn", "both": "both learn",
+        "individual": "both, a brain for each", "regime": "both, other numbers for wolves"}
+
+
+def draw(record: dict[str, Any], path: Path) -> None:
+    """Write the figure of a result."""
+    plt.rcParams["svg.hashsalt"] = "ecs-eco"
+    of = {arm: [c["result"] for c in record["cases"] if c["case"]["arm"] == arm] for arm in ARMS}
+    drawn = [c["result"] for c in record["cases"] if c["case"]["arm"] == "search"]
+    figure = plt.figure(figsize=(12, 6.4), layout="constrained")
+    grid = figure.add_gridspec(2, 12)
+    first: Any = None
+    for k, (arm, results) in enumerate(of.items()):
+        ax = figure.add_subplot(grid[0, 2 * k : 2 * k + 2], sharey=first)
+        first = first or ax
+        over_time(ax, results, ARMS[arm])
+        ax.tick_params(labelleft=k == 0)
+    first.set_ylabel("wolves")
+    arena(figure.add_subplot(grid[1, :6]), [r for r in of["both"] if "arena" in r])
+    moves(figure.add_subplot(grid[1, 6:]), of, drawn)
+    figure.savefig(path, metadata={"Date": None})
+
+
+def over_time(ax: Any, results: list[dict[str, Any]], title: str) -> None:
+    """Wolves of each run; red, of runs in which they died out."""
+    for r in results:
+        n = [float(v) for v in r["series"]["wolf"].split()]
+        t = BLOCK * (np.arange(len(n)) + 0.5)
+        ax.plot(t / 1000, n, color=LIVED if r["persisted"] else DIED, lw=0.8, alpha=0.7)
+    kept = sum(r["persisted"] for r in results)
+    ax.set(xlim=(0, CONFIG["ticks"] / 1000), ylim=(0, None), xlabel="1,000 ticks")
+    ax.set_title(f"{title}:\n{kept} of {len(results)} persist", loc="left", fontsize=9)
+
+
+def arena(ax: Any, results: list[dict[str, Any]]) -> None:
+    """What a wolf catches with each pair of policies: a line for each training seed, and the mean."""
+    names = [*PAIRS, "answer"]
+    values = np.array([[caught(name)(r) for name in names] for r in results])
+    ax.plot(values.T, "o-", color=GREY, ms=3, lw=0.8)
+    ax.plot(values.mean(0), "_", color="black", ms=26, mew=2)
+    ax.set_xticks(range(len(names)), [*(p.replace(", ", ",\n") for p in PAIRS),
+                                      "last deer, wolves\nlearn on against them"], fontsize=8)
+    ax.set(ylim=(0, None), ylabel="deer caught by a wolf in 100 ticks")
+    ax.set_title("the arena, numbers held constant: a line a training seed, bars their means", loc="left",
+                 fontsize=9)
+
+
+def moves(ax: Any, of: dict[str, list[dict[str, Any]]], drawn: list[dict[str, Any]]) -> None:
+    """How far both policies moved in each run in which both learn."""
+    for marker, label, results in (
+        ("s", "shipped numbers", of["both"]), ("^", "a brain for each", of["individual"]),
+        ("o", "other numbers for wolves", of["regime"]), ("x", "drawn from the ranges", drawn),
+    ):  # fmt: skip
+        for persisted, colour in ((True, LIVED), (False, DIED)):
+            at = [[pace(r, s) for s in LEARNERS] for r in results if r["persisted"] == persisted]
+            if at:
+                ax.plot(*np.array(at).T, marker, color=colour, ms=5, alpha=0.8, mfc="none",
+                        label=f"{label}, wolves {'live' if persisted else 'die out'}")
+    for line in (ax.axhline, ax.axvline):
+        line(CONFIG["nats"], color=GREY, lw=1)
+    ax.set(xscale="log", yscale="log", xlabel="deer: nats in 1,000 ticks",
+           ylabel="wolves: nats in 1,000 ticks")
+    ax.legend(fontsize=7)
+    ax.set_title("how far policies move; grey: .05", loc="left", fontsize=9)
+
+
+def main() -> None:
+    """Read the result and draw."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
+    parser.add_argument("--results", type=Path, default=ROOT / "studies" / "results" / "full_rate.json")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "img" / "full_rate.svg")
+    parser.add_argument("--short", action="store_true", help="for CI: draw into a temporary folder")
+    asked = parser.parse_args()
+    if asked.short:
+        asked.out = Path(tempfile.mkdtemp(prefix="ecs-eco-figure-")) / asked.out.name
+        if not asked.results.is_file():
+            print(f"{asked.results}: the study was not run yet")
+            return
+    draw(json.loads(asked.results.read_text(encoding="utf-8")), asked.out)
+    print(asked.out)
+
+
+if __name__ == "__main__":
+    main()
