@@ -1,0 +1,63 @@
+"""How hunters and hunted move by the distance of the nearest of the others: who runs, and which way."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+EDGES = np.arange(0.0, 13.0)  # [m]
+COLUMNS = ("n", "run", "toward, running", "toward")  # counts, and sums of cosines
+
+
+class Pursuit:
+    """Counts by bins of the distance between EDGES, for deer (nearest wolf) and wolves (nearest deer)."""
+
+    def __init__(self, world: Any) -> None:
+        self.world = world
+        self.counts = {name: np.zeros((len(EDGES) - 1, len(COLUMNS))) for name in ("deer", "wolf")}
+        self.walk = {name: world.config.species[name].locomotion.speed["walk"] for name in self.counts}
+
+    def look(self) -> None:
+        """Count all that live now."""
+        for name, other in (("deer", "wolf"), ("wolf", "deer")):
+            if self.world.tables[name].n and self.world.tables[other].n:
+                distance, cosine, speed = nearest(self.world, name, other)
+                runs, at = speed > 1.05 * self.walk[name], np.digitize(distance, EDGES) - 1
+                for i, values in enumerate((np.ones(len(at)), runs, runs * cosine, cosine)):
+                    self.counts[name][:, i] += np.bincount(at, values, len(EDGES))[: len(EDGES) - 1]
+
+    def as_lists(self) -> dict[str, list[list[float]]]:
+        """Return the counts for JSON."""
+        return {name: counts.round(3).tolist() for name, counts in self.counts.items()}
+
+
+def nearest(world: Any, name: str, other: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return of each animal the distance of the nearest of the others f64[n] [m], the cosine of the angle
+    between its heading and the way to that, and its speed [m/s]."""
+    from scipy.spatial import KDTree
+
+    from ecs_eco.components import Position, Velocity
+
+    size = np.array(world.config.space.size[:2], float)
+    places = {}
+    for species in (name, other):
+        table = world.tables[species]
+        rows, p = table.by_uid(), table[Position]
+        places[species] = np.stack([p.x[rows], p.y[rows]], 1).astype(float) % size
+    table = world.tables[name]
+    rows = table.by_uid()
+    distance, which = KDTree(places[other], boxsize=size).query(places[name])
+    way = places[other][which] - places[name]
+    way -= size * np.round(way / size)
+    heading = table[Position].heading[rows].astype(float)
+    cosine = (np.cos(heading) * way[:, 0] + np.sin(heading) * way[:, 1]) / np.maximum(distance, 1e-9)
+    return distance, cosine, table[Velocity].speed[rows].astype(float)
+
+
+def share(counts: list[list[float]], column: str, low: float, high: float) -> float:
+    """Return a sum over the animals at distances from `low` to `high` [m], of all of them; of those that run,
+    for "toward, running". NaN where there are none."""
+    c = np.array(counts)[(EDGES[:-1] >= low) & (EDGES[1:] <= high)].sum(0)
+    of = c[COLUMNS.index("run" if column == "toward, running" else "n")]
+    return float(c[COLUMNS.index(column)] / of) if of else float("nan")

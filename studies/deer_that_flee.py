@@ -1,0 +1,249 @@
+"""Where does it pay a deer to run from a wolf, do deer learn to run there, and what becomes of the cycles?
+
+An approach by a wolf is scripted: it sees a deer 5 m away and runs at it, the deer walks or runs away from
+it as soon as it sees it. What running gains is mapped over its cost, the deer's range of sight and the speed
+of wolves. Then policies are trained, as the world does it, in the world as it is shipped and in one where
+running pays. A third arm puts deer that learnt where running is dear into the second world, with its
+wolves: the same numbers, and deer that walk. What is asked is in registered/deer_that_flee.toml. Worlds
+have half the area of the shipped one, in training, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from studies.common.policies import trained, without_policies
+from studies.common.pursuit import Pursuit, share
+from studies.common.registration import registration
+from studies.common.seed_grid import both_peaks, record
+from studies.common.selection import pooled
+from studies.common.study import Study, verdict
+
+REGISTERED = registration("deer_that_flee")
+Entries = list[dict[str, Any]]
+DEER, WOLF = "species.deer.", "species.wolf."
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Run the approaches of a seed, or one world of an arm."""
+    return scripted(config, case["seed"]) if case["arm"] == "approaches" else lived(config, case)
+
+
+def scripted(config: dict[str, Any], seed: int) -> dict[str, Any]:
+    """Return survival and happiness after an approach by way and place of the grid, and in both worlds."""
+    from studies.common.hunts import approaches
+
+    of = config["approaches"]
+
+    def both(changes: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+        return {way: approaches(changes, f"{way}_away", seed, of["side"], of["ticks"])
+                for way in ("walk", "run")}
+
+    grid = [{"cost": cost, "sight": sight, "speed": speed,
+             **both({f"{DEER}locomotion.cost.run": cost, f"{DEER}sensors.3.radius": sight,
+                     f"{WOLF}locomotion.speed.run": speed})}
+            for cost in of["cost"] for sight in of["sight"] for speed in of["speed"]]
+    return {"grid": grid, "worlds": {name: both(config["worlds"][name]) for name in config["worlds"]}}
+
+
+def world(config: Mapping[str, Any], name: str) -> Any:
+    """Return the world of a name, half as large, in training, too."""
+    from ecs_eco.config import load
+
+    content = without_policies(load("predator-prey", {**config["small"], **config["worlds"][name]}))
+    content["training"]["set"] |= config["small training"]
+    return load(content)
+
+
+def lived(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
+    """Let trained policies live in the world of an arm; return what became of it, and who ran when."""
+    from ecs_eco import World
+
+    arm = REGISTERED.arms[case["arm"]]
+    learnt = {of: str(trained(world(config, arm[of]), case["training"], config["training ticks"]))
+              for of in ("deer", "wolf")}
+    living = world(config, arm["world"])
+    made = World.from_config(living, seed=case["seed"], policies=learnt, learn=False)
+    pursuit, (first, last, every) = Pursuit(made), config["looks"]
+    while made.tick < config["ticks"] and made.tables["deer"].n and made.tables["wolf"].n:
+        near = first <= made.tick < last
+        made.run(min(every if near else 100, config["ticks"] - made.tick))
+        if near:
+            pursuit.look()
+    kept = record(made, living)
+    n = np.array([[float(v) for v in kept["series"][name].split()] for name in ("deer", "wolf")])
+    swing = np.log10(n[:, n.shape[1] // 10 :] + 1).std(1)
+    return {"persisted": kept["persisted"], "lived": kept["lived"], "extinct": kept["extinct"],
+            "cycled": bool(kept["persisted"] and both_peaks(kept)), "period": kept["cycles"]["period"],
+            "lag": kept["cycles"]["lags"].get("deer→wolf", {}).get("share"),
+            "swing": dict(zip(("deer", "wolf"), swing, strict=True)),
+            "numbers": {k: v["mean"] for k, v in kept["numbers"].items()}, "deaths": kept["deaths"],
+            "pursuit": pursuit.as_lists(), "series": kept["series"]}
+
+
+# --- statistics -------------------------------------------------------------------------------------------
+
+
+def gain(place: Mapping[str, Any], what: str = "happiness") -> float:
+    """Return what running gains over walking in an approach."""
+    return float(place["run"][what] - place["walk"][what])
+
+
+def running(entries: Entries, arm: str, who: str, low: float, high: float, column: str = "run"
+            ) -> dict[int, float]:
+    """Return by training seed the share that runs at distances from `low` to `high` [m], of all world
+    seeds; or the mean of another column of studies.common.pursuit."""
+    out = {}
+    for seed, results in by_training(entries, arm).items():
+        counts = np.sum([r["pursuit"][who] for r in results], axis=0)
+        out[seed] = share(counts.tolist(), column, low, high)
+    return out
+
+
+def mean_of(entries: Entries, arm: str, what: str) -> dict[int, float]:
+    """Return by training seed the mean over its runs that persist of a species' swing, or over those that
+    also cycle of log2 of the period; training seeds without are left out."""
+    out = {}
+    for seed, results in by_training(entries, arm).items():
+        values = ([np.log2(r["period"]) for r in results if r["cycled"]] if what == "period"
+                  else [r["swing"][what] for r in results if r["persisted"]])
+        if values:
+            out[seed] = float(np.mean(values))
+    return out
+
+
+def persisting(entries: Entries, arm: str, what: str = "persisted") -> dict[int, float]:
+    """Return by training seed the share of runs that persist, or that persist and cycle."""
+    return {seed: float(np.mean([r[what] for r in results]))
+            for seed, results in by_training(entries, arm).items()}
+
+
+def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[float]:
+    """Return the mean difference over training seeds that both have, and its 95 % interval (t)."""
+    both = [one[k] - other[k] for k in one if k in other and np.isfinite(one[k] - other[k])]
+    return interval(both)
+
+
+def interval(values: list[float]) -> list[float]:
+    """Return a mean and its 95 % interval (t); NaN where there are fewer than two."""
+    if len(values) < 2:
+        return [float(np.mean(values)) if values else float("nan"), float("nan"), float("nan")]
+    estimate = pooled(values)
+    return [estimate.mean, *estimate.interval95]
+
+
+def by_training(entries: Entries, arm: str) -> dict[int, list[dict[str, Any]]]:
+    """Return the results of an arm by training seed."""
+    out: dict[int, list[dict[str, Any]]] = {}
+    for e in entries:
+        if e["case"]["arm"] == arm:
+            out.setdefault(e["case"]["training"], []).append(e["result"])
+    return out
+
+
+# --- conclusions ------------------------------------------------------------------------------------------
+
+
+def summarise(entries: Entries) -> dict[str, Any]:
+    """Decide what was registered; a line for each arm, and the map of what running gains."""
+    made = [e["result"] for e in entries if e["case"]["arm"] == "approaches"]
+    if {e["case"]["arm"] for e in entries} < {"approaches", *REGISTERED.arms}:  # the short form
+        return {"verdicts": [verdict("cases that ran", len(entries), "reported", True)]}
+    lines = [*of_approaches(made), *of_learning(entries), *of_cycles(entries)]
+    head = ["cost of running [1/s]", "sight of deer [m]", "speed of wolves [m/s]", "lives: walks", "runs",
+            "happiness: what running gains"]
+    rows = []
+    for places in zip(*(m["grid"] for m in made), strict=True):
+        first = places[0]
+        rows.append([first["cost"], first["sight"], first["speed"],
+                     *(float(np.mean([p[way]["survival"] for p in places])) for way in ("walk", "run")),
+                     float(np.mean([gain(p) for p in places]))])
+    return {"verdicts": lines, "table": {"head": head, "rows": rows}, "notes": notes(entries)}
+
+
+def of_approaches(made: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Lines on approaches."""
+    fleeing, shipped = ([gain(m["worlds"][name]) for m in made] for name in ("fleeing", "shipped"))
+    pays = interval(fleeing)
+    more = interval([a - b for a, b in zip(fleeing, shipped, strict=True)])
+    close = [p for m in made for p in m["grid"] if p["sight"] == 3.0 and p["speed"] == 1.3]
+    most = max(map(gain, close))
+    lives = [float(np.mean([m["worlds"][name][way]["survival"] for m in made]))
+             for name in ("shipped", "fleeing") for way in ("walk", "run")]
+    return [REGISTERED.verdict("pays", pays, pays[1] > 0), REGISTERED.verdict("more", more, more[1] > 0),
+            REGISTERED.verdict("too late", most, most < 0),
+            verdict("share that lives through an approach: shipped, walks and runs; fleeing, walks and runs",
+                    ", ".join(f"{x:.2f}" for x in lives), "reported", True)]
+
+
+def of_learning(entries: Entries) -> list[dict[str, Any]]:
+    """Lines on who runs when."""
+    learnt = difference(running(entries, "fleeing", "deer", 0, 3), running(entries, "shipped", "deer", 0, 3))
+    cue = difference(running(entries, "fleeing", "deer", 0, 3), running(entries, "fleeing", "deer", 8, 12))
+    toward = running(entries, "fleeing", "deer", 0, 3, "toward, running")
+    away = interval([-v for v in toward.values()])
+    hunt = difference(running(entries, "fleeing", "wolf", 0, 3), running(entries, "shipped", "wolf", 0, 3))
+    return [REGISTERED.verdict(name, value, bool(value[1] > margin)) for name, value, margin in
+            (("learnt", learnt, 0.1), ("cue", cue, 0.1), ("away", away, 0.3), ("pursuit", hunt, 0.0))]
+
+
+def of_cycles(entries: Entries) -> list[dict[str, Any]]:
+    """Lines on persistence, periods and swings."""
+    kept = float(np.mean(list(persisting(entries, "fleeing").values())))
+    lines = [REGISTERED.verdict("persists", kept, kept >= 0.8)]
+    for name, arm, what in (("period", "shipped", "period"), ("swing-deer", "shipped", "deer"),
+                            ("swing-wolf", "shipped", "wolf"), ("flight-period", "walkers", "period"),
+                            ("flight-swing", "walkers", "deer")):
+        gap = difference(mean_of(entries, "fleeing", what), mean_of(entries, arm, what))
+        met = gap[2] < 0 or (gap[1] > 0 and name != "flight-swing")
+        lines.append(REGISTERED.verdict(name, gap, bool(met)))
+    lasts = difference(persisting(entries, "fleeing"), persisting(entries, "walkers"))
+    return [*lines, REGISTERED.verdict("flight-persists", lasts, lasts[1] > 0)]
+
+
+def notes(entries: Entries) -> str:
+    """Return a sentence for each arm."""
+    out = []
+    for arm in REGISTERED.arms:
+        results = [r for of in by_training(entries, arm).values() for r in of]
+        kept = [r for r in results if r["persisted"]]
+        periods = [r["period"] for r in kept if r["period"]]
+        gone = [r["extinct"] for r in results if r["extinct"]]
+        deer, far, wolves = (np.nanmean(list(running(entries, arm, *of).values()))
+                             for of in (("deer", 0, 3), ("deer", 8, 12), ("wolf", 0, 3)))
+        out.append(f"{arm}: {len(kept)} of {len(results)} runs persist, {sum(r['cycled'] for r in results)} "
+                   f"with peaks of deer and wolves; median period "
+                   f"{np.median(periods) if periods else float('nan'):.0f} ticks; first to die out: "
+                   f"{', '.join(f'{s} {gone.count(s)}' for s in dict.fromkeys(gone)) or 'nobody'}; deer that "
+                   f"run within 3 m of a wolf {deer:.0%}, 8 to 12 m away {far:.0%}; wolves that run within "
+                   f"3 m of a deer {wolves:.0%}.")
+    return "\n\n".join(out)
+
+
+CONTENT = REGISTERED.content
+HALF = {"space.size": [170.0, 170.0], "species.grass.count": 2150, "species.deer.count": 350,
+        "species.wolf.count": 125}
+SEEDS = CONTENT["seeds"]
+STUDY = Study(
+    name="deer_that_flee", claim=CONTENT["claim"], registered=REGISTERED,
+    config={"small": HALF, "small training": CONTENT["training"], "worlds": CONTENT["worlds"],
+            "ticks": CONTENT["ticks"], "training ticks": None, "looks": CONTENT["looks"],
+            "approaches": CONTENT["approaches"]},
+    cases=[*({"arm": "approaches", "seed": seed} for seed in SEEDS["approaches"]),
+           *({"arm": arm, "training": training, "seed": seed} for seed in SEEDS["world"]
+             for training in SEEDS["training"] for arm in REGISTERED.arms)],
+    run=run, summarise=summarise,
+    short_cases=[{"arm": "approaches", "seed": 1}, {"arm": "walkers", "training": 1, "seed": 1}],
+    short_config={"ticks": 60, "training ticks": 8, "looks": [20, 60, 20],
+                  "small": {"space.size": [100.0, 100.0], "species.grass.count": 740,
+                            "species.deer.count": 120, "species.wolf.count": 40},
+                  "small training": {"space.size": [60.0, 60.0], "species.grass.count": 200,
+                                     "species.deer.count": 40, "species.wolf.count": 12},
+                  "approaches": {"side": 4, "ticks": 20, "cost": [0.008], "sight": [6.0], "speed": [1.2]}},
+)  # fmt: skip
+
+if __name__ == "__main__":
+    STUDY.main()
