@@ -10,6 +10,7 @@ import numpy as np
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position, Shape
 from ecs_eco.nervous.thoughts import Minds, minds, thinkers
 from ecs_eco.space.bodies import extents
+from ecs_eco.view.eyes import reach_of
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
@@ -57,7 +58,9 @@ def state_of(world: World, uid: int, lives: Known | None = None) -> dict[str, An
             raise
         return nothing_of(out)
     out |= {"species": table.name, "alive": True, "born": int(table.born[row]), "died": None}
-    return out | body(world, table, row) | {"genome": genome(table, row), "nerves": nerves(table, row)}
+    reach = reach_of(world, table, row)
+    return (out | body(world, table, row) | {"genome": genome(table, row), "nerves": nerves(table, row)}
+            | ({"reach": reach} if reach else {}))
 
 
 def nothing_of(out: dict[str, Any]) -> dict[str, Any]:

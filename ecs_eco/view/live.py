@@ -13,6 +13,8 @@ from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.hooks import listening
 from ecs_eco.view.account import REMEMBERED, of_world
+from ecs_eco.view.fates import Fate, Fates
+from ecs_eco.view.fields import map_of
 from ecs_eco.view.frames import Encoder, extent, grade
 from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.rewind import Ring
@@ -42,7 +44,7 @@ class Live:
         self.species, self.objects = kinds_of(world)
         self.names = [*self.species, *self.objects]
         self.pedigree, self.tally = PedigreeLog(world), Tally(world, self.species)
-        self.ring = Ring(world, self.tally)
+        self.ring, self._fates = Ring(world, self.tally), Fates(world, self.species)
         self._told = -1, 0  # how far the story has been told
         if world.recorder is not None:
             world.recorder.remembered = REMEMBERED
@@ -149,6 +151,14 @@ class Live:
             self._encoder.add(p.x[:high], p.y[:high], p.z[:high], p.heading[:high],
                               self._value(table, colour)[:high], table.uid[:high], table.alive[:high])
         return self._encoder.bytes()
+
+    def fates(self, after: int) -> list[Fate]:
+        """Return the deaths of animals after a tick."""
+        return self._fates.since(after)
+
+    def field(self, name: str) -> Message:
+        """Return the map of a field."""
+        return map_of(self.world, name)
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
         """Return low and high of a colour, by kind."""

@@ -17,6 +17,7 @@ from typing import Any, Protocol
 
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view.messages import refusal, short, text
+from ecs_eco.view.shown import View, beside
 from ecs_eco.view.source import Message, Source
 
 USUAL = 10.0  # ticks a second that are called 1×
@@ -33,19 +34,6 @@ class Page(Protocol):
 
     def send(self, messages: list[str | bytes]) -> None:
         """Queue messages; returns at once."""
-
-
-class View:
-    """What one page shows, and what it has been sent."""
-
-    def __init__(self) -> None:
-        self.colour, self.selected = "species", None  # type: str, int | None
-        self.awaits: int | None = None  # the frame that it has not acknowledged yet
-        self.seen: tuple[Any, ...] | None = None  # what its last frame showed
-        self.frame_at = self.panel_at = -math.inf
-        self.series = -1  # last tick of the series that it has
-        self.panel: tuple[Any, ...] | None = None  # what its last panel showed
-        self.news, self.sent_tick = True, -1  # whether the state is to be sent; the tick that was sent last
 
 
 class Player:
@@ -169,7 +157,7 @@ class Player:
             if view.awaits is None:
                 self._timed("frame", partial(self._show, view, out, now))
                 new = min(new, view.frame_at + self._period())
-                if view.awaits is None and not self._whole(view):
+                if view.awaits is None and not view.whole(tick):
                     same = min(same, max(now, min(view.frame_at, view.panel_at) + FASTEST_FRAMES))
             # after the frame: a new colour's range follows from it
             if due or (shown or ("", ""))[1] != (view.seen or ("", ""))[1]:
@@ -195,12 +183,6 @@ class Player:
                                 if spent > usual else 0.5 * (spent + usual))
         return self._cost[part]
 
-    def _whole(self, view: View) -> bool:
-        """Whether a page has all of this tick."""
-        tick = self.source.tick
-        return (view.seen == (tick, view.colour)
-                and (view.selected is None or view.panel == (tick, view.selected)))
-
     def _show(self, view: View, out: list[str | bytes], now: float) -> bool:
         """Make what a page lacks: increments of the series, the panel of the selected organism, the frame.
 
@@ -221,6 +203,7 @@ class Player:
             _, view.awaits, frame = self._made[view.colour]
             view.seen, view.frame_at = (tick, view.colour), now
             out.append(frame)
+        beside(self.source, view, now, out)
         return len(out) > n
 
     def _panel(self, view: View, out: list[str | bytes], now: float) -> None:
@@ -295,7 +278,7 @@ class Player:
         self._sampled, self._sample_at, self._ticked = -1, -math.inf, (time.monotonic(), tick)
         self._next = time.monotonic()
         for view in self._views.values():
-            view.series, view.seen, view.panel = min(view.series, tick - 1), None, None
+            view.back(tick)
 
     def _refresh_all(self) -> None:
         for view in self._views.values():
@@ -334,6 +317,9 @@ class Player:
             raise ValueError(f"select: uid = {short(uid)}; allowed: the uid of an organism, or null")
         view.selected, view.panel, view.panel_at = uid, None, -math.inf
 
+    def _field(self, view: View, request: Message) -> None:
+        view.lay(self.source, request)
+
     def _colour(self, view: View, request: Message) -> None:
         by, known = request.get("by"), self._colours
         if by not in known:
@@ -345,6 +331,6 @@ class Player:
 
 REQUESTS: dict[str, Callable[[Player, View, Message], None]] = {
     "ack": Player._ack, "play": Player._play, "pause": Player._play, "step": Player._step,
-    "speed": Player._speed, "select": Player._select, "colour": Player._colour,
+    "speed": Player._speed, "select": Player._select, "colour": Player._colour, "field": Player._field,
 }  # fmt: skip
 

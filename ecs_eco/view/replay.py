@@ -11,6 +11,9 @@ import numpy as np
 
 from ecs_eco.analysis.style import own_colors
 from ecs_eco.view.account import of_run
+from ecs_eco.view.eyes import eyes_of
+from ecs_eco.view.fates import Fate, recorded
+from ecs_eco.view.fields import map_of
 from ecs_eco.view.frames import Encoder, extent, grade
 from ecs_eco.view.gene_values import GeneValues
 from ecs_eco.view.interpolate import Organisms
@@ -102,11 +105,13 @@ class Replay:
                 kind["learns"] = (policy["kind"] != "none"
                                   and bool(policy["learn"] if learn is None else learn))
                 kind["color"] = colors.get(kind["name"], kind["color"])
-            return message | {"objects": sized(message["objects"], r.poses, OBJECT_UID)}
+            fields = [name for name in message["fields"] if name not in r.scene.fields]  # unrecorded
+            return message | {"objects": sized(message["objects"], r.poses, OBJECT_UID), "fields": fields}
         kinds = [{"name": n, "color": colors.get(n, "#888888"),
                   **size_in(config["species"][n]["body"]),
                   "moves": bool(config["species"][n].get("locomotion")),
-                  "sessile": not config["species"][n].get("locomotion"), "genes": [], "learns": False}
+                  "sessile": not config["species"][n].get("locomotion"), "genes": [], "learns": False,
+                  "sees": eyes_of(config["species"][n].get("sensors"))}
                  for n in r.species]  # fmt: skip
         things = [{"name": n, "color": config["objects"][n].get("color", "#888888"),
                    **size_in(config["objects"][n]["body"]),
@@ -199,6 +204,16 @@ class Replay:
                               np.arange(first, first + len(places), dtype=np.uint64))
             first += len(places)
         return self._encoder.bytes()
+
+    def fates(self, after: int) -> list[Fate]:
+        """Return the deaths of animals after a tick."""
+        moving = {kind["name"] for kind in self.hello()["species"] if kind["moves"]}
+        return recorded(self.recording, moving, after, self._tick)
+
+    def field(self, name: str) -> Message:
+        """Return the map of what is not recorded, but follows from time and place."""
+        self.recording.scene.tick = self._tick
+        return map_of(self.recording.scene, name)
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
         """Return low and high of a colour, by kind."""

@@ -16,6 +16,8 @@ from ecs_eco.config.models.body import Body
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.region import Region
 from ecs_eco.space.sun import Sun, sine_of_elevation
+from ecs_eco.view.eyes import eyes_of
+from ecs_eco.view.fields import names_of
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
@@ -50,7 +52,7 @@ def describe(world: World, species: list[str], objects: list[str],
         "size": list(world.space.size), "edges": world.space.edges, "day": day(world), "usual_speed": 10.0,
         "species": [_kind(world, name, list(genes.get(name, ()))) for name in species],
         "objects": [_kind(world, name, []) | {"inanimate": True} for name in objects],
-        "terrain": ground(world),
+        "terrain": ground(world), "fields": names_of(world),
     }  # fmt: skip
 
 
@@ -61,7 +63,12 @@ def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
             "moves": moves, "sessile": not moves, "solid": bool(table.species.solid), "genes": genes,
             "learns": bool(nerves is not None and nerves.learning)}  # fmt: skip
     config = None if world.config is None else {**world.config.objects, **world.config.species}.get(name)
-    return kind if config is None else kind | shape_of(config.body) | sizes_of(table)
+    if table.species.opaque is False:
+        kind["opaque"] = False
+    if config is None:
+        return kind
+    sees = eyes_of([sensor.model_dump() for sensor in getattr(config, "sensors", ())])
+    return kind | shape_of(config.body) | sizes_of(table) | ({"sees": sees} if sees else {})
 
 
 def shape_of(body: Any) -> dict[str, Any]:

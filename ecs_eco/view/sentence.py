@@ -51,10 +51,12 @@ def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: S
             if name.endswith("_near") and v > SEEN}
     if not near:
         return ""
+    who = {target: next((name for name in (*enemies, *foods) if target.endswith(f"_{name}")), target)
+           for target in near}  # what rays of a sensor "far" hit is called "far_deer"
     lines = []
-    for target in sorted(near, key=lambda t: (t not in enemies, -near[t]))[:2]:
-        word = " (an enemy)" if target in enemies else " (food)" if target in foods else ""
-        lines.append(f"{target}{word} {_where(value, target)}")
+    for target in sorted(near, key=lambda t: (who[t] not in enemies, -near[t]))[:2]:
+        word = " (an enemy)" if who[target] in enemies else " (food)" if who[target] in foods else ""
+        lines.append(f"{who[target]}{word} {_where(value, target)}")
     return "sees " + " and ".join(lines)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 Message = dict[str, Any]
@@ -48,6 +48,13 @@ class Source(Protocol):
 
     def frame(self, number: int, colour: str) -> bytes:
         """Return the binary message of this tick: all organisms, coloured by one of `colours` of hello."""
+
+    def fates(self, after: int) -> Sequence[Sequence[float]]:
+        """Return the deaths of animals after a tick, of the last five ticks at the most: tick, number of the
+        species, uid, place [m], uid of the killer or 0."""
+
+    def field(self, name: str) -> Message:
+        """Return the map of one of `fields` of hello: {"kind": "field", …}."""
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
         """Return the values that 1 and 255 stand for in the last frame of this colour,

@@ -42,6 +42,7 @@ class Numbers:
 
     def __init__(self, last=None):
         self.tick, self.last, self.made, self.asked, self.ranges = 0, last, 0, [], {}
+        self.died = ()
 
     @property
     def done(self):
@@ -69,6 +70,13 @@ class Numbers:
         self.made += 1
         self.ranges[colour] = {"deer": (0.0, 9.0)}  # known once somebody has looked
         return json.dumps([number, self.tick, colour]).encode()
+
+    def fates(self, after):
+        return [(tick, 0, tick, 1.0, 2.0, 0.0, 0)
+                for tick in range(max(0, after), self.tick) if tick in self.died]
+
+    def field(self, name):
+        return {"kind": "field", "name": name, "tick": self.tick}
 
     def sample(self):
         pass

@@ -40,3 +40,10 @@ def test_the_dead_are_told_by_their_cause():
 
 def test_plants_and_those_without_energy_have_a_sentence_too():
     assert sentence(DEER | {"species": "grass", "age": None, "energy": None}) == "Grass."
+
+
+def test_what_rays_hit_has_the_name_of_its_kind():
+    nerves = {"sensors": sees(far_deer_near=0.5, far_deer_forward=1.0,
+                              far_wall_near=0.1, far_wall_forward=1.0), "actions": []}
+    said = sentence(DEER | {"species": "wolf", "nerves": nerves}, ["deer"], [])
+    assert "sees deer (food) ahead and far_wall ahead" in said

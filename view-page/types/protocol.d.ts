@@ -8,12 +8,30 @@ export interface Kind {
   sessile?: boolean;
   inanimate?: boolean;
   hunts?: boolean; // eats what moves; worked out by the page
+  build?: string; // its silhouette, as its diet and where it lives say; worked out by the page
+  variant?: number; // among those of the same
+  opaque?: boolean; // false: hides nothing that is behind it
+  sees?: SeeingEye[]; // what reaches further than its body
   solid?: boolean;
   learns?: boolean;
   genes?: string[];
   shape?: "capsule" | "box"; // absent: a sphere
   size?: number[]; // of a capsule or box: length, width, height [m]
   sizes?: Record<string, number[]>; // of single objects, by uid, where they differ
+}
+
+/** A sensor that reaches further than the body. */
+export interface SeeingEye {
+  number: number; // among the sensors of the species
+  name: string;
+  kind: "nearest" | "rays" | "approach" | "property";
+  targets: string[];
+  reach: number; // [m]
+  fov: number; // [rad]
+  count?: number; // of rays
+  angle?: number; // of the middle ray, from the heading [rad]
+  each?: boolean; // whether each ray reports
+  kin?: string;
 }
 
 export interface Landmark {
@@ -55,6 +73,26 @@ export interface Hello {
   rewinds?: boolean; // whether a living world can go back in time
   foods?: Record<string, string[]>; // what each species eats and gains by
   snapshot_every?: number | null;
+  fields?: string[]; // that may be laid over the scene
+}
+
+/** Deaths of animals: tick, number of the species, uid, x, y, z [m], uid of the killer or 0. */
+export interface Fates {
+  kind: "fates";
+  list: number[][];
+}
+
+/** A field as a map: bytes in base64, 0 to 255 from low to high, row by row from the south (of water, from the bottom). */
+export interface FieldMessage {
+  kind: "field";
+  name: string;
+  tick: number;
+  unit: string;
+  nx: number;
+  ny: number;
+  low: number;
+  high: number;
+  values: string;
 }
 
 export interface State {
@@ -203,6 +241,7 @@ export interface Organism {
   nerves: Nerves | null;
   trace: { tick: number[]; happiness?: (number | null)[]; energy?: (number | null)[] } | null;
   detail: "full" | "snapshot" | "record";
+  reach?: Record<string, number>; // how far its sensors reach [m], by number, where that is not the species'
   note?: string | null;
   sentence?: string;
 }
@@ -253,7 +292,7 @@ export interface OpenedIsland {
   address: string;
 }
 
-export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | Params | StoryMessage | Why;
+export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | Params | StoryMessage | Why | Fates | FieldMessage;
 
 /** What tests may read of the page, as `window.ecs`; see docs/how-to/watching.md. */
 export interface Counters {
@@ -276,6 +315,7 @@ export interface Counters {
   place(uid: number): number[] | null;
   screen(uid: number): { x: number; y: number } | null;
   corners(): [number, number][];
+  over: { seen: number; rays: number; drawn: number; marks: Record<string, number> };
 }
 
 declare global {

@@ -1,17 +1,28 @@
-// The shapes of bodies. Who hunts what moves is a dart, other animals are eggs, their noses ahead (+x), in radii of the body; capsules and boxes are a box,
-// −1 or 1 along each axis, whose corners the shader moves outwards along `facing` by the rounding.
+// The shapes of bodies: each kind of animal has a silhouette by what it eats, where it lives and how it compares with its like. Ahead is +x, in radii of
+// the body. Capsules and boxes are a box, −1 or 1 along each axis, whose corners the shader moves outwards along `facing` by the rounding.
 
-const NOSE = [1.75, 0, 0];
-const TAIL = [-0.65, 0, 0.05];
-const LEFT = [-1.15, 0.95, -0.1];
-const RIGHT = [-1.15, -0.95, -0.1];
-const BACK = [-0.35, 0, 0.75];
-const BELLY = [-0.35, 0, -0.55];
+/** @typedef {number[]} Corner x, y (left) and z (up) */
+/** @typedef {{girth: number[][], flat?: number, fins?: Corner[][]}} Build half of the width along the length, from the tail to the nose; height for width; triangles */
 
-const FACETS = [
-  [NOSE, LEFT, BACK], [NOSE, BACK, RIGHT], [BACK, LEFT, TAIL], [BACK, TAIL, RIGHT],
-  [NOSE, BELLY, LEFT], [NOSE, RIGHT, BELLY], [BELLY, TAIL, LEFT], [BELLY, RIGHT, TAIL],
-];
+const both = (/** @type {Corner[][]} */ fins) => fins.flatMap((fin) => [fin, fin.map(([x, y, z]) => [x, -y, z])]);
+
+/** @type {Record<string, Build>} */
+const BUILDS = {
+  // on land: who hunts is slender, with a wide chest, ears and a tail; who grazes is plump, with antlers; who lives on the dead has wings
+  hunter: { girth: [[-1.3, 0.1], [-0.8, 0.34], [0.2, 0.5], [0.8, 0.3], [1.15, 0.36], [2.1, 0]],
+    fins: [[[-1.2, 0.2, 0.1], [-1.2, -0.2, 0.1], [-2.3, 0, 0.5]], ...both([[[0.75, 0.15, 0.3], [0.95, 0.62, 0.7], [1.2, 0.2, 0.3]], [[0.75, 0.3, -0.1], [-0.1, 0.4, -0.1], [-0.35, 1.15, -0.4]], [[-0.4, 0.3, -0.1], [-1.0, 0.3, -0.1], [-1.5, 0.95, -0.4]]])] },
+  grazer: { girth: [[-1.2, 0], [-0.95, 0.68], [-0.1, 0.92], [0.6, 0.62], [0.95, 0.3], [1.25, 0.34], [1.6, 0]], flat: 0.8,
+    fins: both([[[1.0, 0.16, 0.35], [0.95, 0.4, 0.4], [1.55, 1.05, 0.95]], [[1.2, 0.5, 0.6], [1.3, 0.75, 0.75], [0.75, 1.15, 0.9]]]) },
+  scavenger: { girth: [[-0.9, 0.1], [-0.3, 0.34], [0.4, 0.34], [0.9, 0.2], [1.4, 0]],
+    fins: [...both([[[0.55, 0.2, 0.25], [-0.45, 0.2, 0.25], [-0.55, 1.95, 0.45]]]), [[-0.7, 0, 0.1], [-1.6, 0.5, 0.1], [-1.6, -0.5, 0.1]]] },
+  // in water: fish with an upright tail; small grazers with long antennae
+  "hunter water": { girth: [[-1.25, 0.1], [-0.6, 0.42], [0.35, 0.55], [1.1, 0.34], [1.8, 0]], flat: 1.25,
+    fins: [[[-1.1, 0, 0], [-2.1, 0, 0.85], [-1.75, 0, 0]], [[-1.1, 0, 0], [-2.1, 0, -0.85], [-1.75, 0, 0]], [[0.4, 0, 0.6], [-0.5, 0, 1.15], [-0.5, 0, 0.5]], ...both([[[0.5, 0.4, -0.1], [-0.2, 1.0, -0.25], [-0.1, 0.4, -0.1]]])] },
+  "grazer water": { girth: [[-1.15, 0.1], [-0.6, 0.34], [0.1, 0.74], [0.75, 0.6], [1.15, 0]], flat: 0.85,
+    fins: both([[[0.95, 0.12, 0.1], [0.7, 0.3, 0.1], [-0.35, 1.75, 0.35]], [[-1.1, 0, 0], [-1.25, 0.06, 0], [-1.85, 0.5, 0]]]) },
+  "scavenger water": { girth: [[-1.1, 0.3], [-0.5, 0.85], [0.3, 0.9], [0.9, 0.5], [1.2, 0]], flat: 0.5,
+    fins: both([[[0.8, 0.5, 0.1], [1.1, 0.9, 0.1], [1.6, 0.55, 0.1]], [[0.0, 0.8, 0], [-0.4, 1.35, -0.3], [-0.3, 0.7, 0]]]) },
+};
 
 /** Corners and normals of some facets, three of each. @param {number[][][]} facets */
 function faceted(facets) {
@@ -30,27 +41,40 @@ function faceted(facets) {
   return { corners, normals };
 }
 
-/** A hunter: a dart with swept wings. */
-export const dart = () => faceted(FACETS);
-
-/** Half of the width of an egg along its length, from the tail to the nose. */
-const GIRTH = [[-1.05, 0], [-0.8, 0.62], [-0.1, 0.82], [0.65, 0.5], [1.35, 0]];
 const AROUND = 6;
 
-/** Who hunts nobody: an egg, its thin end ahead. */
-export function egg() {
+/** How the like of a kind are told apart: the second is longer, the third broader, and so on. */
+const VARIANTS = [[1, 1], [1.25, 0.78], [0.82, 1.18], [1.4, 0.62]];
+
+/**
+ * The silhouette of a kind.
+ * @param {string} build
+ * @param {number} variant among its like
+ */
+export function animal(build, variant = 0) {
+  const { girth, flat = 0.75, fins = [] } = BUILDS[build] ?? BUILDS.grazer;
+  const [long, wide] = VARIANTS[variant % VARIANTS.length];
   const at = (/** @type {number} */ i, /** @type {number} */ k) => {
     const angle = (2 * Math.PI * k) / AROUND;
-    const [x, r] = GIRTH[i];
-    return [x, r * Math.cos(angle), 0.75 * r * Math.sin(angle)];
+    const [x, r] = girth[i];
+    return [x, r * Math.cos(angle), flat * r * Math.sin(angle)];
   };
-  const facets = [];
-  for (let i = 0; i + 1 < GIRTH.length; i++)
+  const facets = [...fins];
+  for (let i = 0; i + 1 < girth.length; i++)
     for (let k = 0; k < AROUND; k++) {
-      if (GIRTH[i][1]) facets.push([at(i, k), at(i + 1, k), at(i, k + 1)]);
-      if (GIRTH[i + 1][1]) facets.push([at(i, k + 1), at(i + 1, k), at(i + 1, k + 1)]);
+      if (girth[i][1]) facets.push([at(i, k), at(i + 1, k), at(i, k + 1)]);
+      if (girth[i + 1][1]) facets.push([at(i, k + 1), at(i + 1, k), at(i + 1, k + 1)]);
     }
-  return faceted(facets);
+  return faceted(facets.map((facet) => facet.map(([x, y, z]) => [long * x, wide * y, wide * z])));
+}
+
+/** The outline of the same from above, as polygons of x and y: for signs. @param {string} build @param {number} variant */
+export function outline(build, variant = 0) {
+  const { girth, fins = [] } = BUILDS[build] ?? BUILDS.grazer;
+  const [long, wide] = VARIANTS[variant % VARIANTS.length];
+  const body = [...girth, ...girth.toReversed().map(([x, r]) => [x, -r])];
+  const upright = (/** @type {Corner[]} */ fin) => fin.every(([, y]) => y === 0); // seen from above it is a line: drawn as if it lay
+  return [body, ...fins.map((fin) => fin.map(([x, y, z]) => [x, upright(fin) ? 0.8 * z : y]))].map((polygon) => polygon.map(([x, y]) => [long * x, wide * y]));
 }
 
 /** Corners and normals of a box, three of each a facet. */

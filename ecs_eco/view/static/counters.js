@@ -38,6 +38,11 @@ export function count(of) {
       const box = $("canvas").getBoundingClientRect();
       return at ? { x: at.x + box.left, y: at.y + box.top } : null;
     },
+    get over() {
+      const over = stage()?.over;
+      const marks = Object.fromEntries(["birth", "death", "kill"].map((kind) => [kind, over?.marks.filter((mark) => mark.kind === kind).length ?? 0]));
+      return { ...(over?.drew ?? { seen: 0, rays: 0, drawn: 0 }), marks };
+    },
     corners() {
       const box = $("canvas").getBoundingClientRect();
       return (stage()?.corners() ?? []).map(({ x, y }) => [x + box.left, y + box.top]);

@@ -4,7 +4,7 @@ import {
   BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBuffer,
   InterleavedBufferAttribute, Mesh, Points, ShaderMaterial,
 } from "./vendor.js";
-import { box, capsule, dart, egg } from "./body.js";
+import { animal, box, capsule } from "./body.js";
 import { WORDS, rowOf, uidOf } from "./frame.js";
 import { match, still } from "./match.js";
 import { BODY_FRAGMENT, BODY_VERTEX, POINT_FRAGMENT, POINT_VERTEX, SOLID_VERTEX } from "./shaders.js";
@@ -41,6 +41,7 @@ export class Layer {
       rim: { value: 0 }, // of a copy behind, dark, that is so much larger
       nearer: { value: kind.hunts ? 2e-5 : 1e-5 }, // hunters are drawn over others
       pointed: { value: kind.moves ? 1 : 0 },
+      grows: { value: kind.sessile && !kind.inanimate && !shared.size.value.z ? 1 : 0 },
       lying: { value: kind.inanimate && !kind.solid && !shared.size.value.z ? 1 : 0 },
     };
     const uniforms = { ...shared, ...this.own };
@@ -126,7 +127,7 @@ export class Layer {
       geometry.setAttribute(name, new InterleavedBufferAttribute(buffers[k], 4, 0));
     }
     if (darts) {
-      const { corners, normals } = this.kind.shape === "box" ? box() : this.kind.shape ? capsule() : this.kind.hunts ? dart() : egg();
+      const { corners, normals } = this.kind.shape === "box" ? box() : this.kind.shape ? capsule() : animal(this.kind.build ?? "grazer", this.kind.variant);
       if (this.kind.shape) {
         const forms = new InstancedInterleavedBuffer(new Float32Array(4 * this.room), 4);
         geometry.setAttribute("form", new InterleavedBufferAttribute(forms, 4, 0));

@@ -17,6 +17,7 @@ const STEADY = 0.05; // change over the sparkline below which a number is steady
 export function legend(stage, calls) {
   const show = (/** @type {number} */ k, /** @type {boolean} */ on) => {
     stage.layers[k].show(on);
+    stage.meadow.draw(true);
     stage.dirty = true;
     rows[k].toggle.setAttribute("aria-pressed", String(on));
     calls.onshow(stage.kinds[k].name, on);
@@ -28,12 +29,25 @@ export function legend(stage, calls) {
   const rows = stage.kinds.map((kind, k) => row(stage, k, () => show(k, !stage.layers[k].shown), () => solo(k), () => calls.find(kind.name)));
   const box = h("input", { type: "checkbox", checked: calls.own, onchange: () => calls.onown(box.checked) });
   const note = h("label", { class: "legend-note", title: "Else a palette that colour-blind people tell apart" }, box, "colours of the world file");
-  $("legend").replaceChildren(...rows.map(({ root }) => root), note);
+  $("legend").replaceChildren(...rows.map(({ root }) => root), ...marks(stage), note);
   const count = () => rows.forEach((one, k) => write(one.count, number(stage.layers[k].block.n)));
   const look = () => rows.forEach((one, k) => !stage.kinds[k].inanimate && tell(one, calls.brief(stage.kinds[k].name), stage.layers[k].block.n));
   count();
   look();
   return { count, look };
+}
+
+/** What the marks in the scene mean; a click hides them. @param {Stage} stage */
+function marks(stage) {
+  if (!stage.kinds.some(({ moves }) => moves)) return [];
+  const cross = (/** @type {string} */ colour, /** @type {number} */ r) => s("path", { d: `M${8 - r} ${8 - r}L${8 + r} ${8 + r}M${8 - r} ${8 + r}L${8 + r} ${8 - r}`, stroke: colour, "stroke-width": r / 2 - 0.2, fill: "none" });
+  const one = (/** @type {string} */ text, /** @type {SVGElement} */ shape) => h("span", {}, s("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, shape), text);
+  const button = h("button", { class: "legend-marks", type: "button", "aria-pressed": String(stage.over.shown), title: "Marks of animals that were born or died in the last five ticks: show or hide", onclick: () => {
+    stage.over.shown = !stage.over.shown;
+    button.setAttribute("aria-pressed", String(stage.over.shown));
+    stage.dirty = true;
+  } }, one("born", s("circle", { cx: 8, cy: 8, r: 5.5, fill: "none", stroke: "currentColor", "stroke-width": 2 })), one("died", cross("currentColor", 4.5)), one("eaten", cross("var(--minus)", 6)));
+  return [button];
 }
 
 /**

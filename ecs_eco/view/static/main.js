@@ -11,8 +11,10 @@ import { help, listen } from "./keys.js";
 import { keymap } from "./keymap.js";
 import { legend } from "./legend.js";
 import * as overlay from "./overlay.js";
+import { fields } from "./fields.js";
 import { Panel } from "./panel.js";
 import { point } from "./pointer.js";
+import { showSpeed, speedAt } from "./speed.js";
 import { Stage } from "./stage.js";
 import { Story } from "./story.js";
 import { splitter } from "./splitter.js";
@@ -21,9 +23,6 @@ import { Timeline } from "./timeline.js";
 import { hints, world } from "./world.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello @typedef {import("./protocol.js").State} State */
-
-const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, null]; // ticks a second; the last: as fast as it runs
-const NORMAL = 10; // ticks a second that count as 1×
 
 const connection = new Connection();
 /** @type {{stage: Stage, charts: Charts, panel: Panel, timeline: Timeline, story: Story, act: Act | null, hello: Hello} | null} */
@@ -34,6 +33,8 @@ let own = false; // whether kinds have the colours of the world file
 let by = "species";
 /** @type {ReturnType<typeof legend> | null} */
 let kinds = null;
+/** @type {ReturnType<typeof fields> | null} */
+let field = null;
 
 // ---- what the server says
 
@@ -41,6 +42,7 @@ connection.on("hello", (hello) => {
   if (page) { // after a reconnection the world may be another one: begin anew
     if (JSON.stringify([page.hello.world, page.hello.size, page.hello.species]) !== JSON.stringify([hello.world, hello.size, hello.species])) return location.reload();
     page.stage.jump = true;
+    field?.again();
     if (by !== "species") connection.send({ kind: "colour", by });
     if (page.stage.selected !== null) connection.send({ kind: "select", uid: page.stage.selected });
     return;
@@ -61,10 +63,14 @@ connection.on("marks", (marks) => {
 });
 connection.on("story", ({ entries }) => [page?.story.add(entries), page?.timeline.tell(entries)]);
 connection.on("why", (why) => page?.story.show(why));
+connection.on("fates", ({ list }) => page?.stage.over.fates(list));
+connection.on("field", (message) => field?.take(message));
 connection.on("params", ({ list }) => page?.act?.offer(list));
 connection.on("organism", (organism) => {
   if (organism.uid !== page?.stage.selected) return;
   page.panel.show(organism);
+  page.stage.over.organism = organism;
+  page.stage.dirty = true;
   eyes();
 });
 connection.on("said", (said) => {
@@ -120,6 +126,7 @@ function begin(hello) {
     charts.at(stage.tick);
     story.at(stage.tick);
   };
+  field = fields(stage, (name) => connection.send({ kind: "field", name }));
   stage.onlight = () => overlay.sky(stage);
   onTheme((dark) => paint(dark));
   $("colour").replaceChildren(...hello.colours.map((name) => h("option", { value: name, text: name.replace("gene:", "gene ") })));
@@ -158,10 +165,7 @@ function show(now) {
   $("back").disabled = now.tick <= (page?.hello.first ?? 0) || (page?.hello.mode === "live" && !page.hello.rewinds);
   $("play").disabled = over;
   $("rate").textContent = over ? "done" : now.done ? "the end" : now.playing ? `${number(now.rate, 2)} ticks/s` : "paused";
-  const slot = SPEEDS.indexOf(now.speed);
-  const nearest = slot >= 0 ? slot : SPEEDS.findIndex((speed) => speed === null || speed >= (now.speed ?? Infinity));
-  if (document.activeElement !== $("speed") || slot >= 0) $("speed").value = nearest;
-  tellSpeed(now.speed);
+  showSpeed(now.speed);
   if (page) overlay.ramp(by, now.scales);
   page?.charts.figures.at();
   if (over) overlay.notice("The run has ended.");
@@ -169,20 +173,8 @@ function show(now) {
 
 // ---- what people do
 
-/** @param {number | null} speed */
-function tellSpeed(speed) {
-  const text = speed === null ? "as fast as it runs" : `${number(speed / NORMAL)}× · ${number(speed)} ticks/s`;
-  $("speedText").textContent = text;
-  $("speed").setAttribute("aria-valuetext", text);
-}
-
 /** @param {number} slot */
-function speed(slot) {
-  const value = SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, slot))];
-  $("speed").value = SPEEDS.indexOf(value);
-  tellSpeed(value);
-  connection.send({ kind: "speed", value });
-}
+const speed = (slot) => connection.send({ kind: "speed", value: speedAt(slot) });
 
 /** Plays or pauses; at the end of a recorded run plays it again from its beginning. */
 function play() {

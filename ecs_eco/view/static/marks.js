@@ -1,5 +1,6 @@
-// The signs of kinds: a dart for who hunts, an egg for who moves, a disc for who grows, a square for things; and lines of charts.
+// The signs of kinds: the silhouette of an animal, a disc for who grows, a square for things; and lines of charts.
 
+import { outline } from "./body.js";
 import { s } from "./dom.js";
 
 /**
@@ -7,23 +8,32 @@ import { s } from "./dom.js";
  * @param {string} colour
  */
 export function sign(kind, colour) {
-  const shape = kind.inanimate
-    ? s("rect", { x: 4, y: 4, width: 8, height: 8, rx: 1.5, fill: colour })
+  const shapes = kind.inanimate
+    ? [s("rect", { x: 4, y: 4, width: 8, height: 8, rx: 1.5, fill: colour })]
     : kind.moves
-      ? s("path", { d: kind.hunts ? "M14.5 8 3 3.2 5.8 8 3 12.8z" : "M14 8C11.5 4.6 8.6 3.6 6 3.6 3.4 3.6 2 5.6 2 8s1.4 4.4 4 4.4c2.6 0 5.5-1 8-4.4z", fill: colour })
-      : s("circle", { cx: 8, cy: 8, r: 4.6, fill: colour });
-  return s("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, shape);
+      ? outline(kind.build ?? "grazer", kind.variant).map((polygon) => s("polygon", { points: polygon.map(([x, y]) => `${(8 + 3.6 * x).toFixed(1)},${(8 - 3.6 * y).toFixed(1)}`).join(" "), fill: colour }))
+      : [s("circle", { cx: 8, cy: 8, r: 4.6, fill: colour })];
+  return s("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, ...shapes);
 }
 
 /**
- * Species and things in order, with who of them hunts: eats what moves.
+ * Species and things in order, with who of them hunts (eats what moves), and their silhouettes.
  * @param {import("./protocol.js").Hello} hello
  * @returns {import("./protocol.js").Kind[]}
  */
-export function kindsOf({ species, objects, foods }) {
+export function kindsOf({ species, objects, foods, size }) {
   const moving = new Set(species.filter(({ moves }) => moves).map(({ name }) => name));
+  const living = new Set(species.map(({ name }) => name));
   const hunts = (/** @type {string} */ name) => Boolean(foods?.[name]?.some((food) => moving.has(food)));
-  return [...species.map((kind) => ({ ...kind, hunts: hunts(kind.name) })), ...(objects ?? []).map((kind) => ({ ...kind, inanimate: true }))];
+  const dead = (/** @type {string} */ name) => Boolean(foods?.[name]?.length && foods[name].every((food) => !living.has(food)));
+  /** @type {Record<string, number>} */
+  const like = {};
+  const animals = species.map((kind) => {
+    const build = `${hunts(kind.name) ? "hunter" : dead(kind.name) ? "scavenger" : "grazer"}${(size?.length ?? 2) > 2 ? " water" : ""}`;
+    if (kind.moves) like[build] = (like[build] ?? -1) + 1;
+    return { ...kind, hunts: hunts(kind.name), build, variant: like[build] ?? 0 };
+  });
+  return [...animals, ...(objects ?? []).map((kind) => ({ ...kind, inanimate: true }))];
 }
 
 /** Dashes tell lines apart where colours do not. */

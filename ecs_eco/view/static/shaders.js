@@ -67,6 +67,10 @@ varying float vPixels;
 varying vec3 vUp;         // where up is on the screen, and the cosine of how steeply it is looked at
 uniform float pointed;    // 1 where the heading shows
 uniform float lying;      // 1 for what lies flat on the ground
+uniform float grows;      // 1 for plants on land: near, they are tufts
+varying float vGrows;
+varying float vTuft;      // 0 a point from afar … 1 a tuft
+varying float vWay;       // chance of its own, by place
 
 void main() {
   vec3 at = place();
@@ -74,6 +78,10 @@ void main() {
   vec4 seen = modelViewMatrix * vec4(at, 1.0);
   gl_Position = projectionMatrix * seen;
   float pixels = max(radius * lens / -seen.z, least) * grown() * (1.0 + 0.45 * pointed);
+  vGrows = grows;
+  vTuft = grows * smoothstep(3.5, 6.0, pixels);
+  vWay = fract(sin(dot(now.xy, vec2(0.0129898, 0.078233))) * 43758.5453);
+  pixels *= 1.0 + 0.7 * vTuft;
   gl_PointSize = 2.0 * pixels;
   vPixels = pixels;
   vec3 up = (modelViewMatrix * vec4(0.0, 0.0, 1.0, 0.0)).xyz;
@@ -88,6 +96,20 @@ varying vec3 vColour;
 varying vec2 vAhead;
 varying float vPixels;
 varying vec3 vUp;
+varying float vTuft;
+varying float vGrows;
+varying float vWay;
+
+// How much blades of grass cover: from the root at the bottom they bend to both sides.
+float blades(vec2 q) {
+  float h = 0.5 * (q.y + 1.0), cover = 0.0;
+  for (int i = 0; i < 5; i++) {
+    float side = (float(i) - 2.0) / 2.0 + 0.3 * (vWay - 0.5), tall = 1.0 - 0.32 * abs(side) - 0.2 * fract(vWay * (7.0 + float(i)));
+    float wide = 0.13 * (1.0 - h / tall), off = abs(q.x - side * (0.16 + 0.75 * h * h));
+    if (h < tall) cover = max(cover, 1.0 - smoothstep(wide, wide + 1.4 / vPixels, off));
+  }
+  return cover;
+}
 
 void main() {
   vec2 q = vec2(2.0 * gl_PointCoord.x - 1.0, 1.0 - 2.0 * gl_PointCoord.y);
@@ -100,7 +122,12 @@ void main() {
     edge = min(round, tip);
   }
   float blur = 1.2 / max(vPixels, 1.2), cover = 1.0 - smoothstep(1.0 - blur, 1.0, edge);
+  if (vGrows > 0.5) cover = mix(0.75 * cover, blades(q), vTuft); // from afar the ground is green, too
   if (cover < 0.1) discard;
+  if (vTuft > 0.5) {
+    gl_FragColor = vec4(vColour * (0.72 + 0.2 * (q.y + 1.0)), cover);
+    return;
+  }
   float rim = smoothstep(1.0 - 2.6 / max(vPixels, 4.0), 1.0, edge);
   vec3 lit = vColour * (1.06 - 0.16 * length(q - vec2(-0.25, 0.3)));
   gl_FragColor = vec4(mix(lit, vColour * 0.66, 0.6 * rim), cover);
@@ -119,13 +146,20 @@ void main() {
   vec3 at = place();
   vec4 centre = viewMatrix * vec4(at, 1.0);
   float scale = max(radius, least * -centre.z / lens) * grown();
-  vec3 form = rim > 0.0 ? vec3(corner.xy * (1.0 + rim / max(0.3, length(corner.xy))), 0.1 * corner.z) : corner; // the rim is flat
+  bool sea = size.z > 0.0;  // there the rim stands behind the body, on land it lies flat below it
+  vec3 form = rim <= 0.0 ? corner : sea ? corner * (1.0 + rim / max(0.3, length(corner)))
+    : vec3(corner.xy * (1.0 + rim / max(0.3, length(corner.xy))), 0.1 * corner.z);
   float h = heading(), c = cos(h), s = sin(h);
   mat3 turn = mat3(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
   vec3 light = turn * facing;
   float lit = 0.66 + 0.24 * dot(light, sun) + 0.16 * light.z;
   vColour = rim > 0.0 ? edge * mix(0.75, 1.0, day) : colour(at.z) * clamp(lit, 0.88, 1.06);
-  gl_Position = projectionMatrix * viewMatrix * vec4(at + turn * form * scale, 1.0);
+  vec4 seen = viewMatrix * vec4(at + turn * form * scale, 1.0);
+  gl_Position = projectionMatrix * seen;
+  if (rim > 0.0 && sea) {
+    vec4 behind = projectionMatrix * (seen - vec4(0.0, 0.0, 2.5 * scale, 0.0));
+    gl_Position.z = behind.z / behind.w * gl_Position.w;
+  }
   gl_Position.z -= nearer * gl_Position.w;
 }`;
 

@@ -1,8 +1,7 @@
 // The scene: takes frames, draws them smoothly one after the other, and tells who is where on the screen.
 
 import {
-  AmbientLight, ColorManagement, BufferAttribute, BufferGeometry, DirectionalLight, DynamicDrawUsage, Group, LineBasicMaterial,
-  LineSegments, LinearSRGBColorSpace, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+  AmbientLight, ColorManagement, DirectionalLight, Group, LinearSRGBColorSpace, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from "./vendor.js";
 import { legible, rampOf, rampTexture, rgb, safe } from "./colours.js";
 import { Eye } from "./eye.js";
@@ -10,10 +9,12 @@ import { WORDS, decode } from "./frame.js";
 import { Ground, Relief } from "./ground.js";
 import { Layer } from "./layer.js";
 import { kindsOf } from "./marks.js";
+import { FieldMap, Meadow } from "./meadow.js";
+import { Over } from "./over.js";
+import { Trail } from "./trail.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello */
 
-const TRAIL = 240; // points of the track of the selected organism
 const JUMP = 200; // [ticks] between frames beyond which nothing is drawn as motion
 
 ColorManagement.enabled = false; // colours are shown as they are written
@@ -68,7 +69,10 @@ export class Stage {
     this.dark = false;
     /** @type {number | null} */
     this.selected = null;
-    this.trail = this.track();
+    this.trail = new Trail(this);
+    this.over = new Over(this);
+    this.meadow = new Meadow(this);
+    this.field = new FieldMap(this);
     this.dirty = true;
     this.onrender = () => {};
     this.onlight = () => {};
@@ -94,6 +98,9 @@ export class Stage {
     this.jump = false;
     this.tick = frame.tick;
     this.frames++;
+    if (!same) this.over.take(frame.tick, jump);
+    this.meadow.draw(jump);
+    this.field.frame();
     if (Math.abs(frame.light - this.light) > 0.002 || Math.abs(frame.elevation - this.elevation) > 0.002) this.shine(frame.light, frame.elevation);
     this.dirty = true;
     this.decodeMs += (performance.now() - start - this.decodeMs) * (this.frames < 10 ? 1 : 0.1);
@@ -139,12 +146,14 @@ export class Stage {
     this.colours = own ? this.kinds.map((kind) => legible(kind.color, dark)) : safe(this.kinds, dark);
     this.layers.forEach((layer, k) => (layer.own.plain.value = rgb(this.colours[k]).map((part) => part / 255)));
     this.shine(this.light, this.elevation);
+    this.meadow.draw(true);
   }
 
   /** What organisms are coloured by. @param {string} by */
   colourBy(by) {
     this.shared.ramp.value = this.ramps[rampOf(by)];
     for (const layer of this.layers) layer.own.byValue.value = by === "species" || layer.kind.inanimate ? 0 : 1;
+    this.meadow.draw(true);
     this.dirty = true;
   }
 
@@ -180,11 +189,12 @@ export class Stage {
     if (Math.abs(crowd - (this.crowd ?? 0)) > 0.2 * crowd) this.resize();
     const place = this.selected === null ? null : this.place(this.selected);
     this.eye.follow(place);
-    this.step(place);
+    this.trail.step(place);
     const start = performance.now();
     this.renderer.render(this.scene, this.eye.camera);
     this.renderMs += (performance.now() - start - this.renderMs) * (this.renders < 10 ? 1 : 0.1);
     this.renders++;
+    this.over.draw();
     this.onrender();
   }
 
@@ -196,35 +206,8 @@ export class Stage {
   /** @param {number | null} uid */
   select(uid) {
     this.selected = uid;
-    this.trail.count = 0;
-    this.trail.last = null;
-    this.trail.drawn.geometry.setDrawRange(0, 0);
+    this.trail.clear();
     this.dirty = true;
-  }
-
-  track() {
-    const geometry = new BufferGeometry();
-    const attribute = new BufferAttribute(new Float32Array(TRAIL * 6), 3).setUsage(DynamicDrawUsage);
-    geometry.setAttribute("position", attribute);
-    const drawn = new LineSegments(geometry, new LineBasicMaterial({ color: "#8aa0ab", transparent: true, opacity: 0.8 }));
-    drawn.frustumCulled = false;
-    this.scene.add(drawn);
-    return { drawn, attribute, count: 0, last: /** @type {Vector3 | null} */ (null), frame: 0 };
-  }
-
-  /** Draws the track on. @param {Vector3 | null} place */
-  step(place) {
-    const { trail } = this;
-    if (!place || trail.frame === this.frames) return;
-    trail.frame = this.frames;
-    const last = trail.last;
-    trail.last = place.clone();
-    if (!last || last.distanceTo(place) > 0.2 * Math.min(this.hello.size[0], this.hello.size[1])) return;
-    const slot = trail.count++ % TRAIL;
-    trail.attribute.setXYZ(2 * slot, last.x, last.y, last.z);
-    trail.attribute.setXYZ(2 * slot + 1, place.x, place.y, place.z);
-    trail.attribute.needsUpdate = true;
-    trail.drawn.geometry.setDrawRange(0, 2 * Math.min(trail.count, TRAIL));
   }
 
   /**

@@ -1,0 +1,194 @@
+// Where much grows, or where food is: a map laid over the ground, made of the places of a frame; and maps that the server sends.
+
+import { BufferAttribute, DataTexture, LinearFilter, Mesh, MeshBasicMaterial, NoColorSpace, PlaneGeometry, RGBAFormat, UnsignedByteType } from "./vendor.js";
+import { rampColour, rgb } from "./colours.js";
+import { WORDS } from "./frame.js";
+
+/** @typedef {import("./stage.js").Stage} Stage */
+/** @typedef {{nx: number, ny: number, cells: Float32Array}} Cells */
+
+const ALONG = 72; // cells along the longer side
+const PACE = 250; // [ms] from one picture to the next
+const THICK = 0.34; // opacity where most grows
+
+/**
+ * How many of some layers are in each cell of the ground, of a volume in each cell of its side; smoothed.
+ * @param {Stage} stage
+ * @param {import("./layer.js").Layer[]} layers
+ * @returns {Cells}
+ */
+export function density(stage, layers) {
+  const { size, edges } = stage.hello;
+  const up = size.length > 2 ? 2 : 1;
+  const longest = Math.max(size[0], size[up]);
+  const nx = Math.max(4, Math.round((ALONG * size[0]) / longest)), ny = Math.max(4, Math.round((ALONG * size[up]) / longest));
+  let cells = new Float32Array(nx * ny);
+  for (const { block } of layers) {
+    const { words, n } = block;
+    for (let row = 0; row < n; row++) cells[(((words[WORDS * row + up] * ny) / 65536) | 0) * nx + (((words[WORDS * row] * nx) / 65536) | 0)]++;
+  }
+  for (let pass = 0; pass < 2; pass++) cells = smooth(cells, nx, ny, edges === "torus");
+  return { nx, ny, cells };
+}
+
+/** @param {Float32Array} cells @param {number} nx @param {number} ny @param {boolean} torus */
+function smooth(cells, nx, ny, torus) {
+  const out = new Float32Array(cells.length);
+  const near = (/** @type {number} */ at, /** @type {number} */ n) => (torus ? (at + n) % n : Math.min(n - 1, Math.max(0, at)));
+  for (let y = 0; y < ny; y++)
+    for (let x = 0; x < nx; x++) {
+      const [w, e, s, n] = [near(x - 1, nx), near(x + 1, nx), near(y - 1, ny) * nx, near(y + 1, ny) * nx];
+      const here = y * nx;
+      out[here + x] = (4 * cells[here + x] + 2 * (cells[here + w] + cells[here + e] + cells[s + x] + cells[n + x]) + cells[s + w] + cells[s + e] + cells[n + w] + cells[n + e]) / 16;
+    }
+  return out;
+}
+
+/** A picture that lies on the ground, or stands at the back of the water. */
+class Sheet {
+  /** @param {Stage} stage @param {number} lift above the ground, in steps */
+  constructor(stage, lift) {
+    this.stage = stage;
+    this.material = new MeshBasicMaterial({ transparent: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -lift, polygonOffsetUnits: -lift });
+    this.mesh = new Mesh(this.form(), this.material);
+    this.mesh.renderOrder = lift;
+    this.mesh.visible = false;
+    stage.scene.add(this.mesh);
+    /** @type {DataTexture | null} */
+    this.texture = null;
+  }
+
+  form() {
+    const { size } = this.stage.hello;
+    const { relief } = this.stage;
+    if (size.length > 2) {
+      const wall = new PlaneGeometry(size[0], size[2]).rotateX(Math.PI / 2);
+      return wall.translate(size[0] / 2, 0.999 * size[1], size[2] / 2);
+    }
+    const parts = relief.nx ? [Math.min(160, relief.nx), Math.min(160, relief.ny)] : [1, 1];
+    const ground = new PlaneGeometry(size[0], size[1], parts[0], parts[1]).translate(size[0] / 2, size[1] / 2, 0);
+    const at = /** @type {BufferAttribute} */ (ground.getAttribute("position"));
+    for (let k = 0; k < at.count; k++) at.setZ(k, relief.at(at.getX(k), at.getY(k)) + (relief.nx ? 0.0015 * Math.max(size[0], size[1]) : 0));
+    return ground;
+  }
+
+  /** @param {Uint8Array} pixels red, green, blue and opacity, from the south-west @param {number} nx @param {number} ny */
+  paint(pixels, nx, ny) {
+    if (this.texture?.image.width !== nx || this.texture.image.height !== ny) {
+      this.texture?.dispose();
+      this.texture = new DataTexture(pixels, nx, ny, RGBAFormat, UnsignedByteType, undefined, undefined, undefined, LinearFilter, LinearFilter);
+      this.texture.colorSpace = NoColorSpace;
+      this.material.map = this.texture;
+      this.material.needsUpdate = true;
+    } else this.texture.image.data = pixels;
+    this.texture.needsUpdate = true;
+    this.mesh.visible = true;
+    this.stage.dirty = true;
+  }
+}
+
+/** The ground is greener where more grows: from afar a meadow is an area, not points. */
+export class Meadow {
+  /** @param {Stage} stage */
+  constructor(stage) {
+    this.stage = stage;
+    this.plants = stage.layers.filter(({ kind }) => kind.sessile && !kind.inanimate);
+    this.sheet = stage.hello.size.length > 2 || !this.plants.length ? null : new Sheet(stage, 1);
+    this.at = -Infinity;
+  }
+
+  /** @param {boolean} [now] at once */
+  draw(now = false) {
+    const time = performance.now();
+    if (!this.sheet || (!now && time - this.at < PACE)) return;
+    this.at = time;
+    const { stage } = this;
+    const shown = this.plants.filter((layer) => layer.shown && layer.block.n && layer.own.byValue.value === 0);
+    this.sheet.mesh.visible = shown.length > 0 && !stage.field?.name;
+    if (!this.sheet.mesh.visible) return;
+    const maps = shown.map((layer) => ({ ...density(stage, [layer]), colour: rgb(stage.colours[stage.layers.indexOf(layer)]), radius: layer.own.radius.value }));
+    const { nx, ny } = maps[0];
+    const cell = (stage.hello.size[0] / nx) * (stage.hello.size[1] / ny);
+    const pixels = new Uint8Array(4 * nx * ny);
+    const most = maps.map(({ cells }) => cells.reduce((a, b) => Math.max(a, b), 0));
+    for (let c = 0; c < nx * ny; c++) {
+      let [r, g, b, sum, cover] = [0, 0, 0, 0, 0];
+      maps.forEach(({ cells, colour, radius }, m) => {
+        const share = Math.min(1, cells[c] / Math.max(most[m], (0.04 * cell) / (radius * radius + 0.02)));
+        [r, g, b] = [r + colour[0] * share, g + colour[1] * share, b + colour[2] * share];
+        [sum, cover] = [sum + share, Math.max(cover, share)];
+      });
+      if (sum) pixels.set([r / sum, g / sum, b / sum, 255 * THICK * Math.sqrt(cover)], 4 * c);
+    }
+    this.sheet.paint(pixels, nx, ny);
+  }
+}
+
+/** A field that was asked for: a smell, light, food; values from low to high have the colours of a ramp. */
+export class FieldMap {
+  /** @param {Stage} stage */
+  constructor(stage) {
+    this.stage = stage;
+    this.sheet = new Sheet(stage, 2);
+    this.name = "";
+    /** @type {import("./protocol.js").FieldMessage | null} */
+    this.message = null;
+    this.at = -Infinity;
+  }
+
+  /** @param {string} name "" for none @param {string[]} foods kinds whose density it is, none of a field of the server's */
+  choose(name, foods) {
+    this.name = name;
+    this.message = null;
+    this.foods = this.stage.layers.filter(({ kind }) => foods.includes(kind.name));
+    this.sheet.mesh.visible = false;
+    this.stage.dirty = true;
+    this.at = -Infinity;
+    this.stage.meadow.draw(true);
+    this.frame();
+  }
+
+  /** After a frame: where the food is now. */
+  frame() {
+    if (!this.foods?.length || performance.now() - this.at < PACE) return;
+    this.at = performance.now();
+    const { nx, ny, cells } = density(this.stage, this.foods);
+    const most = cells.reduce((a, b) => Math.max(a, b), 0);
+    this.paint(Uint8Array.from(cells, (value) => Math.round((255 * value) / (most || 1))), nx, ny);
+  }
+
+  /** @param {import("./protocol.js").FieldMessage} message */
+  take(message) {
+    if (message.name !== this.name) return false;
+    this.message = message;
+    const values = Uint8Array.from(atob(message.values), (letter) => letter.charCodeAt(0));
+    this.paint(values, message.nx, message.ny);
+    return true;
+  }
+
+  /** @param {Uint8Array} values @param {number} nx @param {number} ny */
+  paint(values, nx, ny) {
+    const wide = Math.max(2, nx); // one column of depths is as wide as the water
+    const pixels = new Uint8Array(4 * wide * ny);
+    for (let c = 0; c < wide * ny; c++) {
+      const value = nx === 1 ? values[Math.floor(c / wide)] : values[c];
+      pixels.set([...rampColour("sequential", value / 255), 110 + 0.5 * value], 4 * c);
+    }
+    this.sheet.paint(pixels, wide, ny);
+  }
+
+  /** Heights [m] at which the light has fallen to a half, a tenth, a hundredth. @returns {[number, string][]} */
+  levels() {
+    const { message } = this;
+    if (this.name !== "light" || !message || message.nx !== 1) return [];
+    const values = Uint8Array.from(atob(message.values), (letter) => letter.charCodeAt(0));
+    const light = Array.from(values, (value) => message.low + ((message.high - message.low) * value) / 255);
+    const surface = light[light.length - 1];
+    const found = [];
+    for (const share of [0.5, 0.1, 0.01]) {
+      const row = light.findIndex((value) => value >= share * surface);
+      if (surface > 0 && row > 0) found.push(/** @type {[number, string]} */ ([((row + 0.5) / light.length) * this.stage.hello.size[2], `${100 * share} % of the light`]));
+    }
+    return found;
+  }
+}

@@ -1,0 +1,182 @@
+// What the selected organism sees: how far, in which directions, and whom; rays end at the first body in their way.
+
+import { Vector3 } from "./vendor.js";
+import { WORDS } from "./frame.js";
+import { css } from "./theme.js";
+
+/** @typedef {import("./over.js").Over} Over */
+/** @typedef {import("./stage.js").Stage} Stage */
+/** @typedef {import("./layer.js").Layer} Layer */
+/** @typedef {{layer: Layer, row: number}} Found */
+
+const PARTS = 64; // of a circle
+
+/** Where an organism heads [rad]. @param {Stage} stage @param {Found} found */
+export function heading(stage, { layer, row }) {
+  const from = layer.before[4 * row + 3] & 255;
+  const turn = (((layer.now[WORDS * row + 3] & 255) - from + 384) & 255) - 128;
+  return ((from + turn * stage.shared.alpha.value) * 2 * Math.PI) / 256;
+}
+
+/** From one place to another, around a torus the short way [m]. @param {Stage} stage @param {Vector3} from @param {Vector3} to */
+export function way(stage, from, to) {
+  const d = to.clone().sub(from);
+  if (stage.hello.edges === "torus") {
+    const [x, y] = stage.hello.size;
+    d.x -= x * Math.round(d.x / x);
+    d.y -= y * Math.round(d.y / y);
+  }
+  if (stage.hello.size.length < 3) d.z = 0; // distances are those on the map
+  return d;
+}
+
+/**
+ * The nearest of a kind that is within reach and in view.
+ * @param {Stage} stage @param {Found} me @param {Layer} layer @param {{reach: number, fov: number}} eye @param {number} angle
+ */
+export function nearest(stage, me, layer, { reach, fov }, angle) {
+  const at = stage.spot(me.layer, me.row, new Vector3());
+  const place = new Vector3();
+  let best = null, least = reach;
+  for (let row = 0; row < layer.block.n; row++) {
+    if (layer === me.layer && row === me.row) continue;
+    const d = way(stage, at, stage.spot(layer, row, place));
+    const far = d.length();
+    if (far > least || (fov < 6.28 && Math.abs(bearing(d, angle)) > fov / 2)) continue;
+    least = far;
+    best = { row, d };
+  }
+  return best;
+}
+
+/** Angle of a direction from the heading, −π … π. @param {Vector3} d @param {number} angle */
+const bearing = (d, angle) => {
+  const turn = Math.atan2(d.y, d.x) - angle;
+  return Math.atan2(Math.sin(turn), Math.cos(turn));
+};
+
+/** Whether its own readings deny that it sees one, as where something is in between. @param {import("./protocol.js").Organism | null} organism @param {string} name */
+function denied(organism, name) {
+  const known = organism?.nerves?.sensors.filter((sensor) => sensor.name === `${name}_near` || (sensor.name.startsWith(`${name}_`) && /_\d+$/.test(sensor.name))) ?? [];
+  return known.length > 0 && known.every(({ value }) => !value);
+}
+
+/**
+ * Draws it; says how many it sees, and how many rays there are.
+ * @param {Over} over
+ * @param {Found} me
+ * @param {import("./protocol.js").Organism | null} organism
+ */
+export function sight(over, me, organism) {
+  const { stage } = over;
+  const at = stage.spot(me.layer, me.row, new Vector3());
+  const angle = heading(stage, me);
+  const own = organism?.uid === stage.selected ? organism : null;
+  const eyes = (me.layer.kind.sees ?? []).map((eye) => ({ ...eye, reach: own?.reach?.[String(eye.number)] ?? eye.reach }));
+  /** @type {Map<string, typeof eyes>} circles of the same reach are one */
+  const rings = new Map();
+  for (const eye of eyes) {
+    const key = [eye.reach, eye.kind === "rays" ? "rays" : eye.fov].join();
+    rings.set(key, [...(rings.get(key) ?? []), eye]);
+  }
+  over.pen.textAlign = "center";
+  over.pen.textBaseline = "alphabetic";
+  for (const same of rings.values()) if (same[0].kind !== "rays") ring(over, at, angle, same);
+  let seen = 0, rays = 0;
+  for (const eye of eyes) {
+    if (eye.kind === "rays") {
+      const [n, hits] = fan(over, me, at, angle, /** @type {any} */ (eye), own);
+      rays += n;
+      seen += hits;
+    } else if (eye.kind === "nearest" && !eye.kin && !denied(own, eye.name)) {
+      for (const target of eye.targets) seen += look(over, me, at, angle, eye, target);
+    }
+  }
+  over.pen.textAlign = "left";
+  return { seen, rays };
+}
+
+/** Where something is on the screen, on the ground of land. @param {Stage} stage @param {Vector3} place */
+function seenAt(stage, place) {
+  if (stage.hello.size.length < 3) place.z = stage.relief.at(place.x, place.y);
+  return stage.project(place);
+}
+
+/** A circle or a sector, with the names of what is seen within. @param {Over} over @param {Vector3} at @param {number} angle @param {import("./protocol.js").SeeingEye[]} eyes */
+function ring(over, at, angle, eyes) {
+  const { stage } = over;
+  const { reach, fov } = eyes[0];
+  const whole = fov > 6.28;
+  const points = Array.from({ length: PARTS + 1 }, (_, i) => {
+    const a = angle - fov / 2 + (fov * i) / PARTS;
+    return seenAt(stage, new Vector3(at.x + reach * Math.cos(a), at.y + reach * Math.sin(a), at.z));
+  });
+  const centre = stage.project(at);
+  over.line(whole ? points : [centre, ...points, centre], css("--accent"), 1.4, [5, 4], 0.9);
+  const top = points.reduce((best, point) => (point && point.y < (best?.y ?? Infinity) ? point : best), null);
+  const names = [...new Set(eyes.flatMap(({ targets }) => targets))];
+  if (top && centre && centre.y - top.y > 24) over.words(`sees ${names.join(", ")}: ${Number(reach.toPrecision(2))} m`, top.x, top.y - 5, css("--accent"));
+}
+
+/** A line to the nearest of a kind. @param {Over} over @param {Found} me @param {Vector3} at @param {number} angle @param {import("./protocol.js").SeeingEye} eye @param {string} target */
+function look(over, me, at, angle, eye, target) {
+  const { stage } = over;
+  const k = stage.kinds.findIndex(({ name }) => name === target);
+  const found = k < 0 ? null : nearest(stage, me, stage.layers[k], eye, angle);
+  if (!found) return 0;
+  const there = at.clone().add(found.d);
+  const [from, to] = [stage.project(at), seenAt(stage, there)];
+  if (!from || !to) return 1;
+  over.line([from, to], stage.colours[k], 2.2);
+  over.line(Array.from({ length: 17 }, (_, i) => ({ x: to.x + 6 * Math.cos((i * Math.PI) / 8), y: to.y + 6 * Math.sin((i * Math.PI) / 8) })), stage.colours[k], 2);
+  if (Math.hypot(from.x - to.x, from.y - to.y) > 34) over.words(target, to.x, to.y - 10);
+  return 1;
+}
+
+/**
+ * Rays, each as far as the first body; those that hit a target have its colour.
+ * @param {Over} over @param {Found} me @param {Vector3} at @param {number} angle
+ * @param {import("./protocol.js").SeeingEye & {count: number, angle: number}} eye @param {import("./protocol.js").Organism | null} organism
+ */
+function fan(over, me, at, angle, eye, organism) {
+  const { stage } = over;
+  const { count, fov, reach } = eye;
+  const around = bodies(stage, me, at, reach, eye.targets);
+  const step = (fov > 6.28 ? fov : (fov * count) / Math.max(count - 1, 1)) / count;
+  const dark = denied(organism, eye.name) && !eye.targets.some((target) => !denied(organism, `${eye.name}_${target}`));
+  let hits = 0;
+  for (let i = 0; i < count; i++) {
+    const a = angle + eye.angle + (i - (count - 1) / 2) * step;
+    const [ux, uy] = [Math.cos(a), Math.sin(a)];
+    let far = reach, hit = -1;
+    for (const { d, radius, k } of around) {
+      const along = d.x * ux + d.y * uy;
+      const across2 = d.lengthSq() - along * along;
+      if (along <= 0 || across2 > radius * radius) continue;
+      const distance = Math.max(0, along - Math.sqrt(radius * radius - across2));
+      if (distance < far) [far, hit] = [distance, k];
+    }
+    const target = hit >= 0 && eye.targets.includes(stage.kinds[hit].name) && !dark;
+    hits += Number(target);
+    const ends = [0, 0.25, 0.5, 0.75, 1].map((share) => seenAt(stage, new Vector3(at.x + share * far * ux, at.y + share * far * uy, at.z)));
+    over.line(ends, target ? stage.colours[hit] : css("--accent"), target ? 2.2 : 1, [], target ? 1 : 0.45);
+  }
+  return [count, hits];
+}
+
+/** Bodies that may stop rays: targets, and others that are opaque. @param {Stage} stage @param {Found} me @param {Vector3} at @param {number} reach @param {string[]} targets */
+function bodies(stage, me, at, reach, targets) {
+  const place = new Vector3();
+  /** @type {{d: Vector3, radius: number, k: number}[]} */
+  const found = [];
+  stage.layers.forEach((layer, k) => {
+    if (layer.kind.opaque === false && !targets.includes(layer.kind.name)) return;
+    const radius = layer.kind.radius;
+    for (let row = 0; row < layer.block.n; row++) {
+      if (layer === me.layer && row === me.row) continue;
+      const d = way(stage, at, stage.spot(layer, row, place));
+      if (Math.abs(d.x) <= reach + radius && Math.abs(d.y) <= reach + radius && d.length() <= reach + radius) found.push({ d, radius, k });
+    }
+  });
+  return found;
+}

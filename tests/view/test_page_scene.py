@@ -1,0 +1,143 @@
+"""The scene: what the selected organism sees, marks of births and deaths, fields, meadows, silhouettes."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ecs_eco.testing.browser import until
+from tests.view.pages import IN_A_BROWSER, pause, scene, select
+
+pytestmark = IN_A_BROWSER
+SIDE = 60.0  # of the park [m]
+FAKE = """() => ({hello: {size: [100, 100], edges: 'torus'}, shared: {alpha: {value: 1}},
+  spot: (layer, row, at) => at.set(...layer.places[row], 0)})"""
+
+
+def within(page, uid, kind, reach):
+    """Whether the nearest of a kind is within reach [m]."""
+    x, y, _ = page.evaluate(f"ecs.place({uid})")
+    others = f"ecs.uids('{kind}', 1000).filter(uid => uid !== {uid})"
+    places = page.evaluate(f"{others}.map(uid => ecs.place(uid))")
+    ways = np.array(places)[:, :2] - (x, y)
+    return bool(np.hypot(*(ways - SIDE * np.round(ways / SIDE)).T).min() < reach)
+
+
+def test_whom_the_selected_one_sees_has_a_line_to_it(page):
+    pause(page)
+    uid = select(page, "wolf")  # sees deer up to 5 m, where no other is in between, and wolves up to 12 m
+    until(page, "ecs.still && ecs.messages.organism > 0")
+    certain = within(page, uid, "wolf", 11)
+    possible = within(page, uid, "wolf", 12.5) + within(page, uid, "deer", 5.5)
+    assert certain <= page.evaluate("ecs.over.seen") <= possible
+    page.keyboard.press("Escape")
+    until(page, "ecs.over.seen === 0")
+
+
+def test_the_nearest_is_found_around_a_torus_and_within_the_field_of_view(page):
+    find = f"""async (fov, heading) => {{
+      const [{{nearest}}, fake] = [await import('/sight.js'), ({FAKE})()];
+      const me = {{layer: {{places: [[2, 50]], block: {{n: 1}}}}, row: 0}};
+      const others = {{places: [[96, 50], [12, 50], [2, 58]], block: {{n: 3}}}};
+      const found = nearest(fake, me, others, {{reach: 9, fov}}, heading);
+      return found && [found.row, found.d.x, found.d.y];
+    }}"""
+    look = f"([fov, heading]) => ({find})(fov, heading)"
+    assert page.evaluate(look, [2 * math.pi, 0]) == [0, -6, 0]  # the short way, over the edge
+    assert page.evaluate(look, [2.0, math.pi / 2]) == [2, 0, 8]  # ahead
+    assert page.evaluate(look, [1.0, 0]) is None  # 10 m ahead is beyond its reach
+
+
+def test_births_and_deaths_are_marked_and_the_marks_go(page):
+    page.locator("#tab-act").click()
+    page.get_by_label("Kind to cull").select_option("deer")
+    page.get_by_role("button", name="Cull").click()
+    until(page, "ecs.acts > 0")
+    page.locator("#canvas").focus()
+    page.keyboard.press("Period")
+    until(page, "ecs.over.marks.death > 0 && ecs.still")
+    assert page.evaluate("ecs.over.drawn") > 0
+    key = page.locator(".legend-marks")
+    assert key.inner_text().split() == ["born", "died", "eaten"]
+    key.click()
+    until(page, "ecs.over.drawn === 0")
+    key.click()
+    until(page, "ecs.over.drawn > 0")
+    page.locator("#canvas").focus()
+    page.keyboard.press("Shift+Period")
+    until(page, "ecs.over.marks.death === 0")
+
+
+def test_a_field_lies_over_the_ground_and_food_does_too(page):
+    pause(page)
+    page.locator("[data-eye=top]").click()
+    until(page, "ecs.still")
+    bare = scene(page)
+    names = page.locator("#field option").all_inner_texts()
+    assert names == ["none", "grass smell", "deer smell", "wolf smell", "food of deer", "food of wolf"]
+    seen = {}
+    for name in ("wolf_smell", "food of deer"):
+        before = page.evaluate("ecs.messages.field ?? 0")
+        page.locator("#field").select_option(name)
+        page.locator("#fieldRamp i").wait_for()
+        until(page, "ecs.still")
+        assert page.evaluate("ecs.messages.field ?? 0") == before + (name == "wolf_smell")
+        seen[name] = scene(page)
+        assert np.abs(seen[name] - bare).mean() > 0.05
+    assert np.abs(seen["wolf_smell"] - seen["food of deer"]).mean() > 0.01
+    page.locator("#field").select_option("")
+    assert not page.locator("#fieldRamp").is_visible()
+    until(page, "ecs.still")
+    assert np.abs(scene(page) - bare).mean() < 0.01
+
+
+def test_the_ground_is_greener_where_grass_grows(page):
+    pause(page)
+    page.locator("[data-eye=top]").click()
+    until(page, "ecs.still")
+    grass = page.get_by_role("button", name="grass").first
+
+    def ground():
+        until(page, "ecs.still")
+        return np.median(scene(page)[200:-200, 100:-100].reshape(-1, 3), axis=0)  # most of it is ground
+
+    grown = ground()
+    grass.click()
+    bare = ground()
+    grass.click()
+    r, g, _ = bare - grown
+    assert r > g + 0.01  # grass takes away more of the red than of the green
+    assert r > 0.02
+
+
+def test_silhouettes_follow_diet_and_place_and_tell_the_like_apart(page):
+    made = page.evaluate("""async () => {
+      const {kindsOf} = await import('/marks.js');
+      const animals = ['cow', 'hare', 'lynx', 'kite'].map((name) => ({name, color: '#123456', moves: true}));
+      const foods = {cow: ['grass'], hare: ['grass'], lynx: ['hare'], kite: ['carcass']};
+      const species = [{name: 'grass', sessile: true}, ...animals], objects = [{name: 'carcass'}];
+      const found = (size) => kindsOf({size, foods, species, objects}).filter(({moves}) => moves);
+      return [[9, 9], [9, 9, 9]].map((size) => found(size).map(({build, variant}) => [build, variant]));
+    }""")
+    land, water = made
+    assert land == [["grazer", 0], ["grazer", 1], ["hunter", 0], ["scavenger", 0]]
+    assert [build for build, _ in water] == [f"{build} water" for build, _ in land]
+    forms = page.evaluate("""async (kinds) => {
+      const {animal, outline} = await import('/body.js');
+      return kinds.map((kind) => [[...animal(...kind).corners].join(), JSON.stringify(outline(...kind))]);
+    }""", land + water)
+    assert len({corners for corners, _ in forms}) == len({sign for _, sign in forms}) == 8
+    assert page.locator("#legend .legend-row svg:first-child polygon").count() >= 4
+
+
+def test_heights_of_light_are_those_where_it_has_fallen(page):
+    levels = page.evaluate("""async () => {
+      const {FieldMap} = await import('/meadow.js');
+      const bytes = Array.from({length: 64}, (_, row) => Math.round(255 * Math.exp(-(63 - row) / 10)));
+      const message = {nx: 1, ny: 64, low: 0, high: 1, values: btoa(String.fromCharCode(...bytes))};
+      const map = {name: 'light', message, stage: {hello: {size: [1, 1, 64]}}};
+      return FieldMap.prototype.levels.call(map);
+    }""")
+    assert [words.split()[0] for _, words in levels] == ["50", "10", "1"]
+    for (height, _), share in zip(levels, (0.5, 0.1, 0.01), strict=True):
+        assert height == pytest.approx(63.5 + 10 * math.log(share), abs=2.0)
