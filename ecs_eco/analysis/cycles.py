@@ -14,7 +14,6 @@ from itertools import permutations
 from typing import Any
 
 import numpy as np
-from scipy.special import bdtr, ndtri, stdtrit  # scipy.stats would take a second to load
 
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.spectrum import (
@@ -171,6 +170,8 @@ def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed:
     The interval is that of the phase in a circular block bootstrap with blocks of three periods, widened by
     Student's t for the few blocks there are; it covers about 90 % at 10 to 20 periods.
     """
+    from scipy.special import ndtri, stdtrit  # takes a while to load; scipy.stats a second
+
     (a, factor), (b, _) = thin(a, LAG_SAMPLES), thin(b, LAG_SAMPLES)
     period = period / factor
     za, zb = waves(a, period), waves(b, period)
@@ -196,6 +197,8 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
     The interval is the narrowest with at least `level` of coverage, or the range where there are too few
     seeds for that; `coverage` is the actual one: the range of six seeds has .97.
     """
+    from scipy.special import bdtr
+
     x = np.asarray(lags, float)
     if not len(x):
         return {"n": 0, "median": np.nan, "low": np.nan, "high": np.nan, "coverage": 0.0}

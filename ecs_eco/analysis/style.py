@@ -43,6 +43,8 @@ STYLE: dict[Any, Any] = {
     "text.parse_math": False,  # a $ in a name or cause given by the world's author is a $
 }
 
+_bare = False  # whether matplotlib's settings are its defaults, by `as_delivered`
+
 
 def panels(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
     """An empty figure [inches] with rows × columns of axes."""
@@ -60,14 +62,22 @@ def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
 
     A `matplotlibrc` in the working folder, which may have come with a downloaded world, could have all texts
     set by TeX. A character that the font lacks, in a name or a title, is drawn as a box, without a warning.
+    Within `as_delivered({})` the defaults, which take a while to set, are not set again.
     """
+    global _bare
     import matplotlib
 
+    before = _bare
     with matplotlib.rc_context(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from", UserWarning)
-        matplotlib.rcdefaults()
+        if not before:
+            matplotlib.rcdefaults()
         matplotlib.rcParams.update(chosen)
-        yield
+        _bare = not chosen
+        try:
+            yield
+        finally:
+            _bare = before
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
@@ -92,8 +102,17 @@ def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
     more: dict[str, Any] = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}}
     # some texts are only made here
     with files.writing(path) as beside, as_delivered({"text.parse_math": False}):
+        _lay_out(figure, dpi)
         figure.savefig(beside, dpi=dpi, facecolor="white", format="png", **more)
     return Path(path)
+
+
+def _lay_out(figure: Figure, dpi: int) -> None:
+    """Do alone what matplotlib would draw the whole figure for once more."""
+    if (engine := figure.get_layout_engine()) is not None:
+        figure.set_dpi(dpi)
+        engine.execute(figure)
+        figure.set_layout_engine(None)
 
 
 def save_svg(figure: Figure, path: Path | str) -> Path:

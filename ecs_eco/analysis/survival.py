@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 
 if TYPE_CHECKING:
     from scipy.stats import CensoredData
@@ -111,6 +110,8 @@ def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
 
     An effective n need not be whole.
     """
+    from scipy.special import ndtri
+
     if not 0 <= successes <= n:
         raise ValueError(f"successes must lie in 0 … {n}, got {successes}")
     if n == 0:
@@ -154,6 +155,8 @@ def bootstrap_difference(
     normal, with Welch's degrees of freedom (Hesterberg 2015). Its ends are NaN where a group has fewer than 2
     members. `statistic` must take `axis`.
     """
+    from scipy.special import ndtri, stdtrit
+
     x, y = np.asarray(a, float), np.asarray(b, float)
     if paired and x.shape != y.shape:
         raise ValueError(f"paired samples must be equally long, got {len(x)} and {len(y)}")

@@ -18,6 +18,7 @@ from ecs_eco.analysis.report.against import of_run
 from ecs_eco.analysis.report.pictures import draw
 from ecs_eco.analysis.report.recorded import ages_at_death
 from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.analysis.style import as_delivered
 from ecs_eco.engine.errors import ConfigError
 
 
@@ -31,7 +32,12 @@ def write_report(run_dir: Path | str, out: Path | str | None = None, against: Pa
     memory. ConfigError for an outside series that cannot be used, FileNotFoundError where the folder holds
     no run, RecordingError where a file of it is damaged.
     """
-    run = Path(run_dir)
+    with as_delivered({}):
+        return _written(Path(run_dir), out, against, match)
+
+
+def _written(run: Path, out: Path | str | None, against: Path | str | None,
+             match: Mapping[str, str] | None) -> Path:
     place = run if out is None else Path(out)
     series = load_series(run)
     outside = (of_run(run, series) if against is None
