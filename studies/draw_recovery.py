@@ -23,6 +23,7 @@ from studies.recovery import CHANCE, CONFIG, RATE, plan_of, posterior, split, wi
 
 ROOT = Path(__file__).parent.parent
 POSTERIOR, MISSED = SAFE[6][0], SAFE[2][0]
+TICKS = {CHANCE: [0.1, 0.2, 0.3, 0.5], RATE: [0.01, 0.02, 0.03]}
 NAMES = {CHANCE: "chance that a lynx catches", RATE: "rate at which lynx breed [1/s]"}
 
 
@@ -44,6 +45,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
         ax.fill_between(x, density(kept.at[:, k], kept.shares, np.array(at)), color=POSTERIOR, alpha=0.35)
         ax.axhline(1, color=GREY, lw=1)
         ax.set(xscale="log", xlim=(p.low, p.high), ylim=(0, None), yticks=[], xlabel=NAMES[p.name])
+        ticked(ax.xaxis, p.name)
         ax.set_title("posterior of the pelts; grey: its range", loc="left", fontsize=9)
     beside(axes[1, 2], pelts)
     figure.savefig(path, metadata={"Date": None})
@@ -59,7 +61,15 @@ def intervals(ax: Any, found: list[dict[str, Any]], truths: list[dict[str, float
     ax.plot(ends, ends, color=GREY, lw=1)
     ax.set(xscale="log", yscale="log", xlim=ends, ylim=ends, xlabel=f"true {NAMES[name]}",
            ylabel="posterior, 90 %")
+    for axis in (ax.xaxis, ax.yaxis):
+        ticked(axis, name)
     ax.set_title("ten worlds whose numbers are known", loc="left", fontsize=9)
+
+
+def ticked(axis: Any, name: str) -> None:
+    """Name a few numbers on an axis."""
+    axis.set_ticks(TICKS[name], [f"{t:g}" for t in TICKS[name]])
+    axis.set_minor_formatter("")
 
 
 def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
@@ -69,6 +79,8 @@ def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
         ax.plot([v[CHANCE] for v in of], [v[RATE] for v in of], "o" if lived else "x", color=colour, ms=3,
                 label=f"{label} ({len(of)})")
     ax.set(xscale="log", yscale="log", xlabel=NAMES[CHANCE], ylabel=NAMES[RATE])
+    ticked(ax.xaxis, CHANCE)
+    ticked(ax.yaxis, RATE)
     ax.legend(fontsize=8)
     ax.set_title("candidates", loc="left", fontsize=9)
 
