@@ -6,6 +6,7 @@
 import argparse
 import json
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,8 @@ ROOT = Path(__file__).parents[1]
 BENCHMARKS = ROOT / "benchmarks"
 PAGE, README = ROOT / "docs" / "benchmarks.md", ROOT / "README.md"
 MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
-ORDER = ("animals", "animals_threads", "animals_pairs", "breakdown", "main_job", "animals_learning", "plants",
+ORDER = ("animals", "animals_threads", "animals_pairs", "animals_pairs_million", "breakdown", "main_job",
+         "main_job_training", "main_job_calls", "animals_learning", "peers", "plants",
          "memory", "startup", "checkpoints", "checkpoints_cost", "bands", "bands_model", "portable",
          "sweep_overhead", "sweep_overhead_ray", "firm_ground", "doors", "ppo", "individual_ppo",
          "births", "variable_births", "genomes", "viewer_cost", "viewer_frames", "page",
@@ -60,9 +62,56 @@ def script(name: str) -> str:
     return max((p.stem for p in BENCHMARKS.glob("*.py") if name.startswith(p.stem)), key=len)
 
 
+def number_of(goal: dict[str, Any], result: dict[str, Any], where: str, column: str) -> float | None:
+    """Return a number that a goal is about: of the row `where`, in its column; None where there is none."""
+    if "item" in goal:
+        return float(result[goal["item"]]["s"][{"row_before": "before", "row": "after"}[where]])
+    if column not in goal or (where not in goal and where != "row"):
+        return None
+    wanted = goal.get(where, {})
+    row = next(r for r in result["rows"] if wanted.items() <= r.items())
+    value = float(row[goal[column]])
+    per = goal.get("per")
+    return 1e3 / value if per == "steps" else 1e9 / (value * row["animals"]) if per == "ticks" else value
+
+
+def goals(folder: Path) -> str:
+    """Return the table of what was aimed at, and what came of it."""
+    rows = []
+    for goal in tomllib.loads((BENCHMARKS / "goals.toml").read_text())["goal"]:
+        path = folder / f"{goal['result']}.json"
+        if not path.is_file():
+            continue
+        result = json.loads(path.read_text())
+        now = number_of(goal, result, "row", "now")
+        if "before" in goal:
+            before = number_of(goal, result, "row", "before")
+        else:
+            before = number_of(goal, result, "row_before", "now")
+        assert now is not None
+        if goal.get("ratio") and before:
+            now, before = now / before, None
+        met = now >= goal["least"] if "least" in goal else now <= goal["most"]
+        aim = f"≥ {goal['least']:,}" if "least" in goal else f"≤ {goal['most']:,}"
+        rows.append({"work": goal["work"], "aim": f"{aim} {goal['unit']}",
+                     "before": "–" if before is None else show(before), "now": now,
+                     "now / before": "–" if before is None else show(now / before),
+                     "met": met, "what is left": "" if met else goal.get("why", ""),
+                     "result": goal["result"]})
+    return table(rows)
+
+
+GOALS = """## What was aimed at
+
+From `benchmarks/goals.toml`. Before and now are from the same run on the same machine, and not from a quiet \
+one: now over before is what to
+trust. What was tried and dropped stands below the tables.
+"""
+
+
 def page(results: dict[str, dict[str, Any]]) -> str:
     """Return the page with every result."""
-    parts = [HEAD]
+    parts = [HEAD, f"{GOALS}\n{goals(BENCHMARKS / 'results')}\n"]
     for name, r in results.items():
         m = r["machine"]
         where = (f"{m['processor']}, {m['cores']} cores, load {m['load']}; "

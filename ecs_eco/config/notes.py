@@ -50,7 +50,8 @@ def _from_mother(way: Bearing) -> float:
 def _on_decisions(species: Species) -> Iterator[str]:
     groups = species.groups()
     free = [f"{group}.{action}" for group, actions in groups.items() for action in actions
-            if not {action, f"{group}.{action}"} & set(species.automatic)]
+            if not {action, f"{group}.{action}"} & set(species.automatic)
+            and species.neutral.get(group) != action]
     if free and species.reflex is None and species.policy.kind == "none":
         yield (f".actions: nothing decides on {', '.join(free)}: give it a reflex or a policy, "
                "or name under automatic what it always does")

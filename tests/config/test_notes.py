@@ -71,6 +71,8 @@ PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "
 
 @pytest.mark.parametrize(("species", "note"), [
     (WALKS, "species.hermit.actions: nothing decides on speed.still, speed.walk: give it a reflex or"),
+    (WALKS | {"neutral": {"speed": "still"}}, "species.hermit.actions: nothing decides on speed.walk: give"),
+    (WALKS | {"actions": {"speed": ["walk"]}, "neutral": {"speed": "walk"}}, ""),
     (WALKS | THINKS, ""),
     (WALKS | {"reflex": {"formulas": {"walk": "1"}}}, ""),
     (WALKS | THINKS | {"reflex": {"formulas": {"still": "1.0"}}},
