@@ -6,11 +6,14 @@ are no gain where they cost more than they do, or where their cores have other w
 
 from __future__ import annotations
 
+import threading
 import time
+import weakref
 from collections import deque
-from collections.abc import Callable, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
+
+from ecs_eco.engine.helpers import Helper
 
 PARALLEL_FROM = 3000  # fewer organisms than this do not repay a second thread; 0: all work is divided
 SAMPLES = 5  # ticks of each way, of which the median counts: in some, kernels are compiled
@@ -46,17 +49,19 @@ class Workers:
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
-        self.pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
+        self.helpers = [Helper() for _ in range(threads - 1)]
+        self._taken = threading.Lock()  # held by the thread that divides work
         self.all_busy = False  # whether all threads are busy in `together`: its pieces are not split further
         # which part of 0…n this process does, while it shares work with others (ecs_eco.bands)
         self.own: Callable[[int], tuple[int, int]] | None = None
         self.alone = False  # whether the world's own thread does all work of this tick
         self.pace = Pace()
         self._divided = False  # whether some work of this tick could be divided
+        self._end = weakref.finalize(self, _end, self.helpers)
 
     def tick(self, process: Callable[[], Any], organisms: Callable[[], int]) -> None:
         """Let a tick pass in the way that took less time lately."""
-        if self.pool is None or PARALLEL_FROM <= 0:
+        if not self.helpers or PARALLEL_FROM <= 0:
             process()
             return
         self.alone, self._divided, begin = not self.pace.divide(), False, time.perf_counter()
@@ -69,51 +74,80 @@ class Workers:
 
     def _worth(self, items: int) -> bool:
         """Return whether work with this many items is to be divided."""
-        if self.pool is None or self.all_busy or items < PARALLEL_FROM:
+        if not self.helpers or self.all_busy or items < PARALLEL_FROM:
             return False
         self._divided = True
-        return not self.alone
+        return not self.alone and self._taken.acquire(blocking=False)
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
         """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
         where `work` items are worth it."""
-        if self.pool is None and self.own is None:
+        if not self.helpers and self.own is None:
             kernel(0, n, *arguments)
             return
         start, stop = (0, n) if self.own is None else self.own(n)
-        pool = self.pool
-        if pool is None or not self._worth(n if work is None else work):
+        if not self._worth(n if work is None else work):
             kernel(start, stop, *arguments)
             return
         bounds = [start + (stop - start) * i // self.threads for i in range(self.threads + 1)]
-        others = [pool.submit(kernel, a, b, *arguments) for a, b in zip(bounds[1:], bounds[2:], strict=False)]
-        _here_and(others, lambda: kernel(start, bounds[1], *arguments))
+        first, *others = zip(bounds, bounds[1:], strict=False)
+        self._share([(kernel, *part, *arguments) for part in others], kernel, *first, *arguments)
 
     def together(self, tables: Iterable[Any], *work: Callable[[], Any]) -> None:
         """Do independent pieces of work, on all threads where there are many organisms in the tables;
         they must not share what they write."""
-        pool = self.pool
-        if pool is None or self.all_busy or not work or not self._worth(sum(t.n for t in tables)):
+        if not self.helpers or self.all_busy or not work or not self._worth(sum(t.n for t in tables)):
             for piece in work:
                 piece()
             return
+        pieces = iter(work)  # whoever is ready takes the next
+
+        def take() -> None:
+            for piece in pieces:
+                piece()
+
         self.all_busy = True
         try:
-            _here_and([pool.submit(piece) for piece in work[1:]], work[0])
+            self._share([(take,)] * min(len(self.helpers), len(work) - 1), take)
         finally:
             self.all_busy = False
 
+    def _share(self, jobs: Sequence[tuple[Any, ...]], work: Callable[..., Any], *arguments: Any) -> None:
+        """Let helpers do the jobs, functions with their arguments, and this thread its own work; wait for
+        all, and raise what one of them raised."""
+        busy, errors = [], []
+        try:
+            for helper, job in zip(self.helpers, jobs, strict=False):
+                helper.start(*job)
+                busy.append(helper)
+            work(*arguments)
+        finally:  # after an error, too, no thread still works on the world
+            for helper in busy:
+                errors += _end_of(helper)
+            self._taken.release()
+        if errors:
+            raise errors[0]
+
     def end(self) -> None:
-        """Let the other threads end, once nobody divides work between them any more: `split` may be held by
-        those that do not hold the world."""
-        self.pool = None
+        """Let the other threads end: from now on this one does all work."""
+        helpers, self.helpers = self.helpers, []
+        _end(helpers)
 
 
-def _here_and(others: list[Future[Any]], work: Callable[[], Any]) -> None:
-    """Do the work of this thread and wait for the others; raise what one of them raised."""
-    try:
-        work()
-    finally:
-        wait(others)  # after an error no thread still works on the world
-    for part in others:
-        part.result()
+def _end_of(helper: Helper) -> list[BaseException]:
+    """Wait until a helper has done its work; return what was raised meanwhile."""
+    errors: list[BaseException] = []
+    while True:
+        try:
+            helper.finish()
+        except KeyboardInterrupt as error:  # this thread was interrupted, and the helper is still at work
+            errors.append(error)
+        except BaseException as error:
+            return [*errors, error]
+        else:
+            return errors
+
+
+def _end(helpers: Iterable[Helper]) -> None:
+    for helper in helpers:
+        helper.end()
