@@ -4,9 +4,11 @@
 """
 
 import argparse
+import statistics
 import sys
 import time
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 import _bench
 
 _bench.pin_threads()
+
+import numpy as np
 
 from ecs_eco import World
 
@@ -45,6 +49,44 @@ def timed(world: World) -> Counter[str]:
     return spent
 
 
+def networks_alone(n: int = 20_000, repeats: int = 9) -> str:
+    """Return how many times as fast two threads of nothing but networks are, each with half of the animals:
+    what the machine's processors can gain."""
+    import threading
+
+    from ecs_eco.learning import Brain
+    from ecs_eco.learning.inference import infer
+
+    brain, rng = Brain(24, (3, 3)), np.random.default_rng(0)
+    widths, starts, at = np.array([24, 64, 64, 7]), [], 0
+    for a, b in pairwise(widths.tolist()):
+        starts += [at, at + a * b]
+        at += a * b + b
+    seen, logits, values = (rng.standard_normal((24, n), dtype=np.float32), np.empty((n, 6), np.float32),
+                            np.empty(n, np.float32))
+
+    def think(first: int, last: int) -> None:
+        for _ in range(20):
+            infer(first, last, seen, brain.weights[:at], widths, np.array(starts), logits, values)
+
+    def both() -> None:
+        other = threading.Thread(target=think, args=(0, n // 2))
+        other.start()
+        think(n // 2, n)
+        other.join()
+
+    ratios = []
+    for turn in range(repeats + 1):
+        took = []
+        for work in (lambda: think(0, n), both):
+            start = time.perf_counter()
+            work()
+            took.append(time.perf_counter() - start)
+        if turn:  # kernels are compiled in the first
+            ratios.append(took[0] / took[1])
+    return f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
+
+
 def main() -> None:
     """Profile each size with one and two threads in turn."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
@@ -64,7 +106,8 @@ def main() -> None:
     names = sorted({n for c in columns.values() for n in c},
                    key=lambda n: -next(iter(columns.values())).get(n, 0.0))
     _bench.save("breakdown", "Where the time of a tick goes [ns per animal]",
-                [{"part": n, **{c: round(v.get(n, 0.0), 1) for c, v in columns.items()}} for n in names])
+                [{"part": n, **{c: round(v.get(n, 0.0), 1) for c, v in columns.items()}} for n in names],
+                {"two threads of networks alone, times one": networks_alone()})
 
 
 if __name__ == "__main__":
