@@ -15,7 +15,8 @@ from typing import Any
 
 from ecs_eco.engine.helpers import Helper
 
-PARALLEL_FROM = 3000  # fewer organisms than this do not repay a second thread; 0: all work is divided
+PARALLEL_FROM = 3000  # organisms of some 30 ns each: fewer do not repay a second thread; 0: all is divided
+EASE = 10  # pieces of Python take turns: so many times as many organisms repay a second thread
 SAMPLES = 5  # ticks of each way, of which the median counts: in some, kernels are compiled
 AGAIN = 32  # ticks after which the way that took longer is tried again
 
@@ -96,7 +97,7 @@ class Workers:
     def together(self, tables: Iterable[Any], *work: Callable[[], Any]) -> None:
         """Do independent pieces of work, on all threads where there are many organisms in the tables;
         they must not share what they write."""
-        if not self.helpers or self.all_busy or not work or not self._worth(sum(t.n for t in tables)):
+        if not self.helpers or self.all_busy or not work or not self._worth(sum(t.n for t in tables) // EASE):
             for piece in work:
                 piece()
             return

@@ -124,7 +124,7 @@ class Brain:
             if split is None:
                 infer(0, n, x, self.weights, widths, starts, out, values)
             else:
-                split(infer, n, x, self.weights, widths, starts, out, values)
+                split(infer, n, x, self.weights, widths, starts, out, values, work=n * self.size // 800)
         return logits, values
 
     def recall(self, observations: np.ndarray, memory: np.ndarray,

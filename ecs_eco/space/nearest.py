@@ -32,7 +32,7 @@ def nearest(seekers: Index, targets: Index, radius: float, target: np.ndarray, d
     if split is None:
         seek(0, ny * nz, *arguments)
     else:
-        split(kernel or seek, ny * nz, *arguments, *more, work=seekers.n)
+        split(kernel or seek, ny * nz, *arguments, *more, work=2 * seekers.n)
 
 
 @njit

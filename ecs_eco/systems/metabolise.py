@@ -45,7 +45,8 @@ class Metabolise(System):
             relative = table[Body].mass[: table.high] / np.float32(standard)
             scale = power(relative, np.float32(0.75)).astype(np.float32)
         world.split(burn, table.high, table.alive, scale, cost, cost is not STILL, basal,
-                    np.float32(world.dt), LEAST_ENERGY[table.species.torpor], m.energy, m.digesting, m.burnt)
+                    np.float32(world.dt), LEAST_ENERGY[table.species.torpor], m.energy, m.digesting, m.burnt,
+                    work=table.high // 5)
 
 
 @njit

@@ -63,7 +63,7 @@ def own(property: str, scale: float, substances: list[str], number: int = 0,
             value = value.copy()
             value[seekers.rows] = world.surroundings(
                 "pressure", *place_of(table, seekers, number, at, world.space))
-        world.split(_own, seekers.n, value, seekers.rows, factor, out.T, column)
+        world.split(_own, seekers.n, value, seekers.rows, factor, out.T, column, work=seekers.n // 30)
 
     return sense
 

@@ -36,10 +36,10 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
         half = of_sensor(table, seekers, number, scale=shared)[0] if table.species.traits else shared
         if space.volume:
             world.split(_sniff_volume, seekers.n, f.value, f.inverse, x, y, z, *body, high,
-                        half, space.lengths, space.torus, out.T, column)
+                        half, space.lengths, space.torus, out.T, column, work=seekers.n // 5)
         else:
             world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, x, y, *body, half,
-                        space.torus, out.T, column)
+                        space.torus, out.T, column, work=seekers.n // 10)
 
     return sense
 
