@@ -22,6 +22,7 @@ from numba.extending import intrinsic
 from ecs_eco.engine.jit import njit
 
 LOOKS = 5000  # at a counter, of some 40 ns each
+PATIENCE = 5.0  # [s] for a thread that is to end
 X86 = platform.machine().lower() in ("x86_64", "amd64", "i386", "i686")
 _insert: Any = get_or_insert_function  # numba's are not annotated
 
@@ -104,10 +105,12 @@ class Helper:
             raise error
 
     def end(self) -> None:
-        """Let the thread end."""
-        if self._thread is not None:
+        """Let the thread end, and wait until it has: at the end of a process it must not be at work."""
+        thread, self._thread = self._thread, None
+        if thread is not None:
             self._ask(None, ())
-            self._thread = None
+            if thread is not threading.current_thread():
+                thread.join(PATIENCE)
 
     def _ask(self, work: Callable[..., Any] | None, arguments: tuple[Any, ...]) -> None:
         self._work, self._arguments = work, arguments
