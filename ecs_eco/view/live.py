@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,9 @@ import numpy as np
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.hooks import listening
+from ecs_eco.view import listed, listing
 from ecs_eco.view.account import REMEMBERED, of_world
+from ecs_eco.view.families import Families, asked, logged
 from ecs_eco.view.fates import Fate, Fates
 from ecs_eco.view.fields import map_of
 from ecs_eco.view.frames import Encoder, extent, grade
@@ -45,11 +48,12 @@ class Live:
         self.names = [*self.species, *self.objects]
         self.pedigree, self.tally = PedigreeLog(world), Tally(world, self.species)
         self.ring, self._fates = Ring(world, self.tally), Fates(world, self.species)
+        self.families = Families(lambda: logged(self.pedigree))
         self._told = -1, 0  # how far the story has been told
         if world.recorder is not None:
             world.recorder.remembered = REMEMBERED
         self._encoder = Encoder(world.space.size, len(self.names))
-        self._genes = {name: coloured_genes(world.tables[name]) for name in self.species}
+        self.genes = {name: coloured_genes(world.tables[name]) for name in self.species}
         self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
         self._values: dict[str, np.ndarray] = {}
         self._curves = Curves()
@@ -93,11 +97,11 @@ class Live:
 
     def hello(self) -> Message:
         """Return what a page needs to know of the world."""
-        genes = dict.fromkeys(f"gene:{gene}" for names in self._genes.values() for gene in names)
-        scene = describe(self.world, self.species, self.objects, self._genes)
+        genes = dict.fromkeys(f"gene:{gene}" for names in self.genes.values() for gene in names)
+        scene = describe(self.world, self.species, self.objects, self.genes)
         return {"kind": "hello", "mode": "live", "first": 0, "last": self.last, "tick": self.tick,
                 "acts": True, "rewinds": self.ring.used and not self.ring.why, "foods": self.tally.foods,
-                "colours": ["species", "energy", "happiness", "age", *genes], **scene}  # fmt: skip
+                "colours": ["species", "energy", "happiness", "age", "family", *genes], **scene}  # fmt: skip
 
     def greeting(self) -> list[Message]:
         """Return the interventions and the story so far."""
@@ -170,7 +174,12 @@ class Live:
         value = self._values.get(table.name)
         if value is None or value.size < table.capacity:
             value = self._values[table.name] = np.zeros(table.capacity, np.uint8)
-        column, low, high = self._column(table, colour)
+        if colour == "family" or asked(colour):
+            rows, of = table.rows(), asked(colour)
+            uid = table.uid[rows]
+            value[rows] = self.families.kin(of, uid) if of else self.families.values(table.name, uid)
+            return value
+        column, low, high = self.column(table, colour)
         if column is None:
             value[:] = 0
             return value
@@ -181,7 +190,7 @@ class Live:
         grade(alive, column[: table.high], np.float32(low), np.float32(high), value)
         return value
 
-    def _column(self, table: Table, colour: str) -> tuple[Any, float | None, float | None]:
+    def column(self, table: Table, colour: str) -> tuple[Any, float | None, float | None]:
         """Return the values behind a colour: a column or None,
         and their range as far as it is known beforehand."""
         if colour == "energy" and Metabolism in table:
@@ -192,7 +201,7 @@ class Live:
             return table[Nervous].happiness, None, None
         if colour == "age" and Biology in table:
             return table[Biology].age, 0.0, None
-        code = (self._genes.get(table.name, {}).get(colour.removeprefix("gene:"))
+        code = (self.genes.get(table.name, {}).get(colour.removeprefix("gene:"))
                 if colour.startswith("gene:") else None)
         if code is None:
             return None, None, None
@@ -228,8 +237,8 @@ class Live:
             rows = table.rows()
             if self.tick and Nervous in table and table.species.nerves.happiness is not None:
                 point["happiness", name] = float(table[Nervous].happiness[rows].mean(dtype=np.float64))
-            if self._genes[name]:
-                decoded = table.species.heredity.layout.decode(table[Genome].loci[rows], self._genes[name])
+            if self.genes[name]:
+                decoded = table.species.heredity.layout.decode(table[Genome].loci[rows], self.genes[name])
                 for gene, values in decoded.items():
                     point["genes", f"{name}.{gene}"] = float(values.mean(dtype=np.float64))
         for name, said in self._reports().items():
@@ -290,6 +299,8 @@ class Live:
             return [self._seek(request.get("tick"))]
         if kind == "why":
             return [of_world(self.world, self.pedigree)]
+        if kind in ("table", "scatter"):
+            return [getattr(listing, kind)(partial(listed.living, self), self.species, request)]
         if kind == "params":
             from ecs_eco.view.params import parameters
 
@@ -304,6 +315,7 @@ class Live:
             raise ValueError(f"seek: tick = {str(tick)[:60]}; allowed: a tick up to {self.tick}")
         tick = self.ring.back(round(tick))
         self.pedigree.go_back(tick, int(self.world.next_uid))
+        self.families = Families(lambda: logged(self.pedigree))
         self._curves.cut(tick)
         for trace in self._traces.values():
             while trace and trace[-1][0] >= tick:

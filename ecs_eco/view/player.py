@@ -16,6 +16,7 @@ from functools import partial
 from typing import Any, Protocol
 
 from ecs_eco.engine.errors import nearest
+from ecs_eco.view.families import asked
 from ecs_eco.view.messages import refusal, short, text
 from ecs_eco.view.shown import View, beside
 from ecs_eco.view.source import Message, Source
@@ -26,7 +27,7 @@ BUSY_FRAMES = 0.08  # [s] of a world that runs as fast as it can: motion in betw
 PATIENCE = 0.25  # [s] from state to state, and longest wait
 SHARE = 0.03  # share of the time that frames, charts and panels may take from a running world
 SPEEDS = (0.01, 100_000.0)
-ELSEWHERE = ("act", "params", "seek", "fill", "why")  # what the source answers
+ELSEWHERE = ("act", "params", "seek", "fill", "why", "table", "scatter")  # what the source answers
 
 
 class Page(Protocol):
@@ -322,10 +323,10 @@ class Player:
 
     def _colour(self, view: View, request: Message) -> None:
         by, known = request.get("by"), self._colours
-        if by not in known:
+        if by not in known and asked(by) is None:
             raise ValueError(f"colour: by = {short(by)}; allowed: {', '.join(known)}; "
                              f"did you mean {nearest(by, known)!r}?")
-        view.colour = by
+        view.colour = str(by)
         view.news = True
 
 

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ecs_eco.analysis.style import own_colors
+from ecs_eco.view import families, listed, listing
 from ecs_eco.view.account import of_run
 from ecs_eco.view.eyes import eyes_of
+from ecs_eco.view.families import Families, asked
 from ecs_eco.view.fates import Fate, recorded
 from ecs_eco.view.fields import map_of
 from ecs_eco.view.frames import Encoder, extent, grade
@@ -41,15 +44,20 @@ class Replay:
         self.stretches: list[Stretch] = []
         self.lives = Lives(r, self.stretches)
         self._tick = r.first
-        self._genes = GeneValues(r)
+        self.genes = GeneValues(r)
         self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
         self._encoder = Encoder(r.size, len(r.species) + len(r.objects))
         self._rerun = Rerun(r.path, r.manifest, r.last)
         self._land = r.land(r.first)
         self._foods, self._past = foods_of(r.manifest.get("config")), Told(r)
+        self.families = Families(lambda: self._births)
         self._hello: Message | None = None
         self._curves: Message | None = None
         self.frame(0, "happiness")  # compiles kernels before anybody waits
+
+    @cached_property
+    def _births(self) -> families.Lives:
+        return families.recorded(self.recording)
 
     @property
     def tick(self) -> int:
@@ -75,11 +83,12 @@ class Replay:
         """Return what a page needs to know of the run."""
         if self._hello is None:
             r = self.recording
-            genes = dict.fromkeys(f"gene:{gene}" for names in self._genes.codes.values() for gene in names)
+            genes = dict.fromkeys(f"gene:{gene}" for names in self.genes.codes.values() for gene in names)
             self._hello = {"kind": "hello", "mode": "replay", "first": r.first, "last": r.last, "acts": False,
                            "foods": self._foods,
                            "snapshot_every": r.every,
-                           "colours": ["species", "energy", "happiness", "age", *genes], "note": self.note(),
+                           "colours": ["species", "energy", "happiness", "age", "family", *genes],
+                           "note": self.note(),
                            **self._scene()}  # fmt: skip
         return self._hello | {"tick": self._tick}
 
@@ -98,7 +107,7 @@ class Replay:
         colors, config = own_colors(r.manifest.get("colors")), r.manifest["config"]
         if r.scene is not None:
             message = describe(r.scene, r.species, list(r.objects),
-                               {name: dict.fromkeys(g) for name, g in self._genes.codes.items()})
+                               {name: dict.fromkeys(g) for name, g in self.genes.codes.items()})
             learn = r.manifest.get("learn")
             for kind in message["species"]:
                 policy = config["species"][kind["name"]]["policy"]
@@ -221,8 +230,12 @@ class Replay:
                 for (c, name), (low, high) in self._ranges.items() if c == colour}
 
     def _value(self, name: str, organisms: Organisms, colour: str) -> np.ndarray:
-        out = np.zeros(organisms.uid.size, np.uint8)
-        column, low, high = self._column(name, organisms, colour)
+        out, of = np.zeros(organisms.uid.size, np.uint8), asked(colour)
+        if of is not None:
+            return self.families.kin(of, organisms.uid)
+        if colour == "family":
+            return self.families.values(name, organisms.uid)
+        column, low, high = self.column(name, organisms, colour)
         if column is None:
             return out
         alive = np.ones(column.size, np.bool_)
@@ -235,7 +248,7 @@ class Replay:
         grade(alive, column, np.float32(low), np.float32(high), out)
         return out
 
-    def _column(self, name: str, organisms: Organisms, colour: str) -> tuple[Any, float | None, float | None]:
+    def column(self, name: str, organisms: Organisms, colour: str) -> tuple[Any, float | None, float | None]:
         """Return the values behind a colour: f32[n] or None,
         and their range as far as it is known beforehand."""
         species = self.recording.manifest["config"]["species"][name]
@@ -248,11 +261,11 @@ class Replay:
                 ((self._tick - self.recording.born(organisms.uid)) * self.recording.dt).astype(np.float32),
                 0.0, None
             )
-        code = (self._genes.codes.get(name, {}).get(colour.removeprefix("gene:"))
+        code = (self.genes.codes.get(name, {}).get(colour.removeprefix("gene:"))
                 if colour.startswith("gene:") else None)
         if code is None:
             return None, None, None
-        return self._genes.expressed(name, organisms.uid, code.name), float(code.low), float(code.high)
+        return self.genes.expressed(name, organisms.uid, code.name), float(code.low), float(code.high)
 
     # --- curves ---------------------------------------------------------------------------------------------
 
@@ -274,7 +287,7 @@ class Replay:
         out["happiness"] = {name: [float(f"{v:.5g}") if n else None for v, n in zip(
             r.curves["happiness"][name], r.curves["n"][name], strict=True)] for name in feels}
         out |= self._past.rates(tick)
-        out["genes"] = self._genes.means(tick) if self._genes.codes and r.births.rows <= GENOMES else {}
+        out["genes"] = self.genes.means(tick) if self.genes.codes and r.births.rows <= GENOMES else {}
         if self.hello()["day"] is not None:
             out["light"] = [round(self.sky(t)[0], 4) for t in tick.tolist()]
         return out
@@ -298,6 +311,8 @@ class Replay:
             return self._seek(request.get("tick"))
         if kind == "fill":
             return self._fill(request.get("uid"))
+        if kind in ("table", "scatter"):
+            return [getattr(listing, kind)(partial(listed.recorded, self), self.recording.species, request)]
         if kind == "why":
             return [of_run(self.recording.path, self._tick)]
         if kind == "params":

@@ -16,7 +16,8 @@ class View:
     """What one page shows, and what it has been sent."""
 
     def __init__(self) -> None:
-        self.colour, self.selected = "species", None  # type: str, int | None
+        self.colour = "species"
+        self.selected: int | None = None
         self.awaits: int | None = None  # the frame that it has not acknowledged yet
         self.seen: tuple[Any, ...] | None = None  # what its last frame showed
         self.frame_at = self.panel_at = self.field_at = -math.inf

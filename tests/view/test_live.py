@@ -38,7 +38,7 @@ def test_hello_says_who_lives_where():
     assert hello["size"] == [240.0, 240.0]
     assert [s["name"] for s in hello["species"]] == ["grass", "deer", "wolf"]
     assert [s["moves"] for s in hello["species"]] == [False, True, True]
-    assert hello["colours"] == ["species", "energy", "happiness", "age"]
+    assert hello["colours"] == ["species", "energy", "happiness", "age", "family"]
     assert hello["terrain"] is None
     json.dumps(hello, allow_nan=False)
     assert live.counts() == {"grass": 300, "deer": 60, "wolf": 12}
@@ -123,7 +123,7 @@ def test_genes_have_colours_and_curves():
     live = Live(world)
     genes = [c for c in live.hello()["colours"] if c.startswith("gene:")]
     assert genes
-    name, code = next((n, next(iter(codes.values()))) for n, codes in live._genes.items() if codes)
+    name, code = next((n, next(iter(codes.values()))) for n, codes in live.genes.items() if codes)
     live.frame(1, f"gene:{code.name}")
     assert live.scales(f"gene:{code.name}")[name] == pytest.approx((code.low, code.high))
     live.sample()

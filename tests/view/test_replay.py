@@ -89,7 +89,7 @@ def test_curves_are_those_of_the_recorder(plain):
     genes = series["genes"]["ram.pace"]
     crowd = plain.recording.organisms(30, "ram")
     plain.handle({"kind": "seek", "tick": 30})
-    paces = plain._genes.expressed("ram", crowd.uid, "pace")
+    paces = plain.genes.expressed("ram", crowd.uid, "pace")
     assert genes[30] == pytest.approx(float(paces.mean()), rel=1e-4)
 
 

@@ -82,6 +82,28 @@ export interface Fates {
   list: number[][];
 }
 
+/** Organisms of a species, sorted and filtered: at most a hundred rows from one on. */
+export interface TableMessage {
+  kind: "table";
+  species: string;
+  sort: string;
+  down: boolean;
+  where: string;
+  from: number;
+  n: number; // of the species
+  found: number; // for which `where` holds
+  columns: Record<string, (number | null)[]>;
+}
+
+/** Two values of organisms, by species. */
+export interface ScatterMessage {
+  kind: "scatter";
+  x: string;
+  y: string;
+  names: string[]; // of values that there are
+  points: Record<string, { x: number[]; y: number[]; uid: number[] }>;
+}
+
 /** A field as a map: bytes in base64, 0 to 255 from low to high, row by row from the south (of water, from the bottom). */
 export interface FieldMessage {
   kind: "field";
@@ -292,7 +314,7 @@ export interface OpenedIsland {
   address: string;
 }
 
-export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | Params | StoryMessage | Why | Fates | FieldMessage;
+export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | Params | StoryMessage | Why | Fates | FieldMessage | TableMessage | ScatterMessage;
 
 /** What tests may read of the page, as `window.ecs`; see docs/how-to/watching.md. */
 export interface Counters {

@@ -74,12 +74,15 @@ export function legible(hex, dark) {
 /**
  * The ramp for what organisms are coloured by.
  * @param {string} by
- * @returns {"sequential" | "diverging"}
+ * @returns {"sequential" | "diverging" | "families" | "kin"}
  */
-export const rampOf = (by) => (by === "happiness" ? "diverging" : "sequential");
+export const rampOf = (by) => (by === "happiness" ? "diverging" : by === "family" ? "families" : by.startsWith("kin:") ? "kin" : "sequential");
 
-/** @param {keyof typeof RAMPS} name */
-export const gradient = (name) => `linear-gradient(90deg, ${RAMPS[name].join(", ")})`;
+/** @param {ReturnType<typeof rampOf>} name */
+export const gradient = (name) => {
+  const stops = name === "families" ? FAMILIES.map((hex, i) => `${hex} ${(100 * i) / 12}% ${(100 * (i + 1)) / 12}%`) : name === "kin" ? [DESCENDANT, DESCENDANT] : RAMPS[name];
+  return `linear-gradient(90deg, ${stops.join(", ")})`;
+};
 
 /**
  * A colour of a ramp.
@@ -93,10 +96,17 @@ export function rampColour(name, share) {
   return stops[i].map((part, k) => part + (stops[i + 1][k] - part) * (level - i));
 }
 
-/** The colours of all 256 values, for the shader. @param {keyof typeof RAMPS} name */
+/** Colours of the twelve largest families (Tol 2021, "light" and "vibrant"): they tell neighbours apart, and need no order. */
+export const FAMILIES = ["#ee7733", "#0077bb", "#33bbee", "#ee3377", "#009988", "#aa4499", "#999933", "#cc3311", "#7d73c9", "#ddaa33", "#44aa66", "#a0765b"];
+const DESCENDANT = "#ee3377";
+
+/** The colour of a value, 0 … 255. @param {ReturnType<typeof rampOf>} name @param {number} value */
+const colourAt = (name, value) => (name === "families" ? rgb(FAMILIES[Math.min(11, Math.floor((value - 0.5) / 21))] ?? GREY) : name === "kin" ? rgb(DESCENDANT) : rampColour(name, value / 255));
+
+/** The colours of all 256 values, for the shader. @param {ReturnType<typeof rampOf>} name */
 export function rampTexture(name) {
   const data = new Uint8Array(256 * 4);
-  for (let value = 0; value < 256; value++) data.set([...rampColour(name, value / 255).map(Math.round), 255], 4 * value);
+  for (let value = 0; value < 256; value++) data.set([...colourAt(name, value).map(Math.round), 255], 4 * value);
   const texture = new DataTexture(data, 256, 1, RGBAFormat, UnsignedByteType, undefined, undefined, undefined, LinearFilter, LinearFilter);
   texture.colorSpace = NoColorSpace;
   texture.needsUpdate = true;

@@ -9,7 +9,10 @@ export function taken() {
   const code = words.get("code");
   const port = Number(words.get("map")); // of the map of islands that led here
   if (code !== null && Number.isInteger(port) && port > 0 && port < 65536) keepMap(port);
-  if (code !== null) history.replaceState(history.state, "", location.pathname);
+  words.delete("code");
+  words.delete("map");
+  const rest = [...words].map(([name, value]) => `${name}=${value}`).join("&"); // what a link asks for
+  if (code !== null) history.replaceState(history.state, "", location.pathname + (rest && `#${rest}`));
   return code;
 }
 

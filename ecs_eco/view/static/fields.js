@@ -33,6 +33,11 @@ export function fields(stage, ask) {
   };
   choice.onchange = choose;
   return {
+    choose: (/** @type {string} */ name) => {
+      if (!names.includes(name)) return;
+      choice.value = name;
+      choose();
+    },
     again: () => choice.value && choose(),
     take: (/** @type {import("./protocol.js").FieldMessage} */ message) => {
       if (!stage.field.take(message)) return;

@@ -6,7 +6,7 @@ import { switchTheme } from "./theme.js";
 /**
  * @param {{page: () => {stage: import("./stage.js").Stage, act: import("./act.js").Act | null} | null, play: () => void, step: (ticks: number) => void, back: () => void,
  *   speed: (slot: number) => void, look: (preset: "top" | "side" | "follow") => void, next: (by: number) => void, select: (uid: number | null) => void,
- *   open: (name: "charts" | "world" | "why" | "organism" | "act") => void, colour: () => void}} calls
+ *   open: (name: import("./tabs.js").PanelName) => void, share: () => void, colour: () => void}} calls
  */
 export function keymap(calls) {
   const { page } = calls;
@@ -30,6 +30,8 @@ export function keymap(calls) {
     { keys: ["b"], shown: "B", about: "about this world, and who eats whom", does: () => calls.open("world") },
     { keys: ["w"], shown: "W", about: "what happened, and why", does: () => calls.open("why") },
     { keys: ["o"], shown: "O", about: "the organism", does: () => calls.open("organism") },
+    { keys: ["l"], shown: "L", about: "all organisms, as a table", does: () => calls.open("all") },
+    { keys: ["k"], shown: "K", about: "copy a link to what is shown", does: calls.share },
     { keys: ["a"], shown: "A", about: "act", does: () => page()?.act && calls.open("act") },
     { keys: ["t"], shown: "T", about: "dark or light", does: switchTheme },
     { keys: ["ArrowLeft"], shown: "← → ↑ ↓", about: "move; with shift, turn and tilt", does: (event) => (event.shiftKey ? eye()?.nudge(0, 0, -0.12) : eye()?.nudge(-0.06, 0)) },

@@ -1,6 +1,7 @@
 // The page: ties the connection to scene, charts, timeline and panels.
 
 import { Act } from "./act.js";
+import { All } from "./all.js";
 import { Charts } from "./charts.js";
 import { Connection } from "./connection.js";
 import { count } from "./counters.js";
@@ -10,14 +11,17 @@ import { BACK, PAUSE, PLAY, STEP } from "./icons.js";
 import { help, listen } from "./keys.js";
 import { keymap } from "./keymap.js";
 import { legend } from "./legend.js";
+import { copy, lookFrom, read, shown, written } from "./link.js";
 import * as overlay from "./overlay.js";
 import { fields } from "./fields.js";
 import { Panel } from "./panel.js";
+import { anyOf, beside } from "./next.js";
 import { point } from "./pointer.js";
 import { showSpeed, speedAt } from "./speed.js";
 import { Stage } from "./stage.js";
 import { Story } from "./story.js";
 import { splitter } from "./splitter.js";
+import { PANELS, listenTabs, openPanel, opened } from "./tabs.js";
 import { onTheme, recallTheme, switchTheme } from "./theme.js";
 import { Timeline } from "./timeline.js";
 import { hints, world } from "./world.js";
@@ -25,7 +29,7 @@ import { hints, world } from "./world.js";
 /** @typedef {import("./protocol.js").Hello} Hello @typedef {import("./protocol.js").State} State */
 
 const connection = new Connection();
-/** @type {{stage: Stage, charts: Charts, panel: Panel, timeline: Timeline, story: Story, act: Act | null, hello: Hello} | null} */
+/** @type {{stage: Stage, charts: Charts, panel: Panel, timeline: Timeline, story: Story, all: All, act: Act | null, hello: Hello} | null} */
 let page = null;
 /** @type {State | null} */
 let state = null;
@@ -35,6 +39,8 @@ let by = "species";
 let kinds = null;
 /** @type {ReturnType<typeof fields> | null} */
 let field = null;
+/** What the address asks for, until the world has said where it is. */
+let wanted = read(location.hash);
 
 // ---- what the server says
 
@@ -65,6 +71,7 @@ connection.on("story", ({ entries }) => [page?.story.add(entries), page?.timelin
 connection.on("why", (why) => page?.story.show(why));
 connection.on("fates", ({ list }) => page?.stage.over.fates(list));
 connection.on("field", (message) => field?.take(message));
+connection.on("table", (table) => page?.all.show(table));
 connection.on("params", ({ list }) => page?.act?.offer(list));
 connection.on("organism", (organism) => {
   if (organism.uid !== page?.stage.selected) return;
@@ -77,20 +84,12 @@ connection.on("said", (said) => {
   page?.act?.note(said);
   if (said.field === "select") page?.panel.refuse(said.text);
   if (said.field === "why") page?.story.refuse();
+  if (said.field === "table") page?.all.refuse(said.text);
   announce(said.text);
   if (said.field !== "select" && $("act").hidden) flash(said.text);
 });
 connection.onframe = (buffer) => (page ? page.stage.take(buffer) : 0);
-connection.onlink = (link) => {
-  const words = { connecting: "connecting", open: "connected", lost: "reconnecting", ended: "ended", refused: "not let in" };
-  $("link").dataset.link = link;
-  $("link").textContent = words[link];
-  $("link").title = words[link];
-  if (link === "ended") overlay.notice(connection.done || connection.greeted ? "The run has ended." : "No run answers here.", { text: "Try again", does: () => connection.again() });
-  else if (link === "refused") overlay.door(connection.greeted ? "The run was started again, and does not know this page." : "This page is not let in: an address works once, and for ten minutes.");
-  else if (link === "lost") overlay.notice("The connection is lost; trying again …");
-  else overlay.notice(null);
-};
+connection.onlink = (link) => overlay.linked(link, connection);
 
 /** @param {Hello} hello */
 function begin(hello) {
@@ -103,8 +102,8 @@ function begin(hello) {
   const stage = new Stage($("canvas"), hello);
   const colourOf = (/** @type {string} */ name) => stage.colours[stage.kinds.findIndex((kind) => kind.name === name)] ?? "#888888";
   const charts = new Charts(hello, colourOf, (tick) => connection.send({ kind: "seek", tick }),
-    { layers: () => stage.layers, scales: () => state?.scales ?? {}, by: () => by, colours: hello.colours, colour });
-  const panel = new Panel(hello, { select, fill: (uid) => connection.send({ kind: "fill", uid }), follow: () => look("follow"), colourOf });
+    { layers: () => stage.layers, scales: () => state?.scales ?? {}, by: () => by, colours: hello.colours.filter((name) => name !== "family"), colour });
+  const panel = new Panel(hello, { select, fill: (uid) => connection.send({ kind: "fill", uid }), follow: () => look("follow"), track: (uid) => colour(`kin:${uid}`), colourOf });
   const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }), charts.lanes());
   const story = new Story(hello, { jump, colourOf, ask: () => connection.send({ kind: "why" }), tell: (entry) =>
     flash(`${entry.text}.`, { text: "Why?", does: () => open("why") }) });
@@ -115,7 +114,8 @@ function begin(hello) {
     selected: () => (panel.organism?.alive ? panel.organism : null),
   }) : null;
   $("tab-act").hidden = !act;
-  page = { stage, charts, panel, timeline, story, act, hello };
+  const all = new All(hello, { ask: (request) => connection.send({ kind: "table", ...request }), select });
+  page = { stage, charts, panel, timeline, story, all, act, hello };
   stage.eye.cover = overlay.covered;
   stage.onrender = () => {
     overlay.follow(stage);
@@ -125,6 +125,8 @@ function begin(hello) {
     timeline.at(stage.tick);
     charts.at(stage.tick);
     story.at(stage.tick);
+    all.time(stage.tick);
+    overlay.descendants(stage, by);
   };
   field = fields(stage, (name) => connection.send({ kind: "field", name }));
   stage.onlight = () => overlay.sky(stage);
@@ -169,6 +171,9 @@ function show(now) {
   if (page) overlay.ramp(by, now.scales);
   page?.charts.figures.at();
   if (over) overlay.notice("The run has ended.");
+  const asked = wanted;
+  wanted = null;
+  if (asked) apply(asked);
 }
 
 // ---- what people do
@@ -201,6 +206,7 @@ function select(uid) {
   page.stage.select(uid);
   page.panel.expect(uid);
   page.act?.selected(uid !== null);
+  page.all.selected = uid;
   connection.send({ kind: "select", uid });
   eyes();
   if (uid !== null) {
@@ -210,26 +216,18 @@ function select(uid) {
   } else if (page.stage.eye.preset === "follow") look("side");
 }
 
-/**
- * Selects the next or the one before, animals first.
- * @param {number} by
- */
-function next(by) {
-  if (!page) return;
-  const { stage } = page;
-  const layers = stage.layers.filter((layer) => layer.kind.moves && layer.shown && layer.block.n);
-  const layer = (stage.selected !== null && stage.find(stage.selected)?.layer) || layers[0] || stage.layers.find(({ block }) => block.n);
-  if (!layer) return;
-  const row = stage.selected === null ? (by > 0 ? -1 : 0) : layer.row(stage.selected);
-  select(layer.uid((row + by + layer.block.n) % layer.block.n));
-}
+/** Selects the next or the one before, animals first. @param {number} by */
+const next = (by) => selectFound(page && beside(page.stage, by));
 
 /** Selects one of a kind, and goes there. @param {string} name */
 function find(name) {
-  const layer = page?.stage.layers.find(({ kind, block }) => kind.name === name && block.n);
-  if (!layer) return;
-  select(layer.uid((layer.row(page?.stage.selected ?? 0) + 1) % layer.block.n));
-  look("follow");
+  if (selectFound(page && anyOf(page.stage, name))) look("follow");
+}
+
+/** @param {number | null} uid */
+function selectFound(uid) {
+  if (uid !== null) select(uid);
+  return uid !== null;
 }
 
 /** @param {"top" | "side" | "follow"} preset @param {boolean} [fly] */
@@ -255,6 +253,8 @@ function eyes() {
 /** @param {string} name of a colouring */
 function colour(name) {
   by = name;
+  const tracked = $("colour").querySelector("[value^='kin:']") ?? (name.startsWith("kin:") ? $("colour").appendChild(h("option")) : null);
+  if (name.startsWith("kin:")) Object.assign(tracked, { value: name, textContent: `descendants of #${name.slice(4)}` });
   $("colour").value = name;
   page?.stage.colourBy(name);
   page?.charts.figures.draw();
@@ -271,19 +271,32 @@ function jump(entry) {
   }
 }
 
-/** @typedef {"charts" | "world" | "why" | "organism" | "act"} PanelName */
-const PANELS = /** @type {const} */ (["charts", "world", "why", "organism", "act"]);
-
-/** @param {PanelName} name of a panel */
+/** @param {import("./tabs.js").PanelName} name of a panel */
 function open(name) {
-  for (const other of PANELS) {
-    $(other).hidden = other !== name;
-    $(`tab-${other}`).setAttribute("aria-selected", String(other === name));
-    $(`tab-${other}`).tabIndex = other === name ? 0 : -1;
-  }
+  openPanel(name);
   if (name !== "act") page?.act?.aim(false);
   if (name === "why") did("why"), page?.story.open();
+  if (name === "all") page?.all.again();
 }
+
+/** Shows what a link asks for. @param {import("./link.js").Sight} sight */
+function apply({ tick, eye, uid, tab, colour: by, field: name }) {
+  if (!page || !state) return;
+  const { hello, stage } = page;
+  if (tick !== undefined && (hello.mode === "replay" || (hello.rewinds && tick < state.tick))) {
+    connection.send({ kind: "pause" });
+    connection.send({ kind: "seek", tick });
+  } else if (tick !== undefined && tick > state.tick) flash(`This world has not come to tick ${number(tick)} yet.`);
+  if (by && (hello.colours.includes(by) || by.startsWith("kin:"))) colour(by);
+  if (uid !== undefined) select(uid);
+  const panel = PANELS.find((one) => one === tab && !$(`tab-${one}`).hidden);
+  if (panel) open(panel);
+  if (eye) lookFrom(stage, eye);
+  if (name) field?.choose(name);
+}
+
+/** A link to what is shown now. */
+const share = () => page && copy(written(shown(page.stage, opened(), by))).then((words) => flash(`${words}.`));
 
 let flashing = 0;
 
@@ -312,18 +325,11 @@ $("colour").addEventListener("change", () => colour($("colour").value));
 for (const button of document.querySelectorAll("[data-eye]")) {
   button.addEventListener("click", () => look(/** @type {"top"} */ (/** @type {HTMLElement} */ (button).dataset.eye)));
 }
-for (const name of PANELS) $(`tab-${name}`).addEventListener("click", () => open(name));
-$("side").querySelector("[role=tablist]").addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
-  if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
-  const tabs = /** @type {HTMLElement[]} */ ([...document.querySelectorAll("[role=tab]:not([hidden])")]);
-  const at = tabs.findIndex((tab) => tab.getAttribute("aria-selected") === "true");
-  const tab = tabs[(at + (event.key === "ArrowRight" ? 1 : tabs.length - 1)) % tabs.length];
-  tab.click();
-  tab.focus();
-});
+listenTabs(open);
+$("share").addEventListener("click", share);
 
 const keys = keymap({
-  page: () => page, play, step, back, speed, look, next, select, open,
+  page: () => page, play, step, back, speed, look, next, select, open, share,
   colour: () => {
     const all = page?.hello.colours ?? ["species"];
     colour(all[(all.indexOf(by) + 1) % all.length]);
@@ -338,5 +344,7 @@ count({ page: () => page, state: () => state, connection });
 window.addEventListener("hashchange", () => { // somebody put another address into this tab
   if (connection.socket === null) connection.again();
   else taken(); // it is in already
+  const asked = read(location.hash);
+  if (asked && state) apply(asked);
 });
 connection.open();

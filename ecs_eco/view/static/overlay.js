@@ -2,6 +2,7 @@
 
 import { $, h, number, s } from "./dom.js";
 import { gradient, rampOf } from "./colours.js";
+import { WORDS } from "./frame.js";
 import { round } from "./ground.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
@@ -19,9 +20,22 @@ export function ramp(by, scales) {
   const key = JSON.stringify([by, found]);
   if (root.dataset.key === key) return;
   root.dataset.key = key;
-  root.replaceChildren(by.replace("gene:", "gene "), h("i", { style: `background:${gradient(rampOf(by))}` }), ...found.map(([name, [low, high]]) =>
+  const words = by === "family" ? "family: the twelve largest of each species, from one founder each" : by.replace("gene:", "gene ").replace("kin:", "descendants of #");
+  root.replaceChildren(words, h("i", { style: `background:${gradient(rampOf(by))}` }), ...found.map(([name, [low, high]]) =>
     h("div", {}, h("span", { text: number(low) }), h("em", { text: name }), h("span", { text: number(high) }))));
-  if (!found.length) root.append(h("div", {}, h("span", { text: "low" }), h("span", { text: "high" })));
+  if (!found.length && rampOf(by) === "sequential") root.append(h("div", {}, h("span", { text: "low" }), h("span", { text: "high" })));
+}
+
+/** How many descendants there are, where organisms are coloured by that. @param {Stage} stage @param {string} by */
+export function descendants(stage, by) {
+  if (!by.startsWith("kin:")) return;
+  const alive = stage.layers.reduce((sum, { block, kind }) => {
+    if (!kind.inanimate) for (let row = 0; row < block.n; row++) sum += Number(block.words[WORDS * row + 3] >> 8 === 255);
+    return sum;
+  }, 0);
+  const words = `descendants of #${by.slice(4)}: ${number(alive)} alive`;
+  const first = $("ramp").firstChild;
+  if (first && first.textContent !== words) first.textContent = words;
 }
 
 /**
@@ -93,6 +107,18 @@ export function notice(text, button) {
   const root = $("notice");
   root.hidden = text === null;
   root.replaceChildren(text ?? "", ...(button ? [h("button", { type: "button", text: button.text, onclick: button.does })] : []));
+}
+
+/** How the page is linked to its server now. @param {"connecting" | "open" | "lost" | "ended" | "refused"} link @param {import("./connection.js").Connection} connection */
+export function linked(link, connection) {
+  const words = { connecting: "connecting", open: "connected", lost: "reconnecting", ended: "ended", refused: "not let in" };
+  $("link").dataset.link = link;
+  $("link").textContent = words[link];
+  $("link").title = words[link];
+  if (link === "ended") notice(connection.done || connection.greeted ? "The run has ended." : "No run answers here.", { text: "Try again", does: () => connection.again() });
+  else if (link === "refused") door(connection.greeted ? "The run was started again, and does not know this page." : "This page is not let in: an address works once, and for ten minutes.");
+  else if (link === "lost") notice("The connection is lost; trying again …");
+  else notice(null);
 }
 
 /**

@@ -14,7 +14,7 @@ const KIN = 12; // shown before "and more"
 export class Panel {
   /**
    * @param {import("./protocol.js").Hello} hello
-   * @param {{select: (uid: number | null) => void, fill: (uid: number) => void, follow: () => void, colourOf: (name: string) => string}} calls
+   * @param {{select: (uid: number | null) => void, fill: (uid: number) => void, follow: () => void, track: (uid: number) => void, colourOf: (name: string) => string}} calls
    */
   constructor(hello, calls) {
     this.hello = hello;
@@ -157,7 +157,8 @@ export class Panel {
     const key = `${organism.parents}/${organism.children}`;
     if (!this.kinAt || this.kinAt.dataset.key === key) return;
     this.kinAt.dataset.key = key;
-    this.kinAt.replaceChildren(this.family("parents", organism.parents), this.family("children", organism.children));
+    const track = h("button", { class: "plain", type: "button", text: "track descendants", title: "Colour all that descend from it", onclick: () => this.calls.track(organism.uid) });
+    this.kinAt.replaceChildren(this.family("parents", organism.parents), this.family("children", organism.children), track);
   }
 
   /** @param {string} title @param {number[]} uids */

@@ -40,7 +40,7 @@ export class Stage {
     const group = new Group();
     this.scene.add(this.ground.group, this.sun, this.sky, group);
     const torus = hello.edges === "torus" ? 1 : 0;
-    this.ramps = { sequential: rampTexture("sequential"), diverging: rampTexture("diverging") };
+    this.ramps = { sequential: rampTexture("sequential"), diverging: rampTexture("diverging"), families: rampTexture("families"), kin: rampTexture("kin") };
     this.shared = {
       size: { value: new Vector3(hello.size[0], hello.size[1], hello.size[2] ?? 0) },
       wrap: { value: new Vector3(torus, torus, 0) },

@@ -1,0 +1,110 @@
+"""Families: from which founder each organism descends, and who descends from one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from ecs_eco.view.pedigree import PedigreeLog
+    from ecs_eco.view.recording import Recording
+
+Lives = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Uids ascending and the uids of both parents, 0 for none: u64[n] each."""
+SLOTS = 12  # families of a species that have a colour of their own
+KIN = "kin:"  # before a uid: the colour of its descendants
+LARGEST = 500_000  # births of a recorded run beyond which families are not worked out
+
+
+def logged(log: PedigreeLog) -> Lives:
+    """Return the lives of a living world."""
+    log._settle()
+    return log._columns["uid"][: log.n], log._columns["parent"][: log.n], log._columns["second"][: log.n]
+
+
+def recorded(recording: Recording) -> Lives:
+    """Return the lives of a recorded run; none of one with too many."""
+    parts = ([] if recording.births.rows > LARGEST
+             else list(recording.births.each(("uid", "parent", "parent2"))))
+    columns = [np.concatenate([part[name].astype(np.uint64) for part in parts] or [np.zeros(0, np.uint64)])
+               for name in ("uid", "parent", "parent2")]
+    order = np.argsort(columns[0], kind="stable")
+    return columns[0][order], columns[1][order], columns[2][order]
+
+
+def asked(colour: object) -> int | None:
+    """Return whose descendants a colour shows; None for another colour."""
+    digits = colour[len(KIN):] if isinstance(colour, str) and colour.startswith(KIN) else ""
+    return int(digits) if digits.isascii() and digits.isdigit() and 0 < int(digits) < 2**63 else None
+
+
+class Families:
+    """Founders and descendants, from lives that grow; families are followed along the first parent."""
+
+    def __init__(self, lives: Callable[[], Lives]) -> None:
+        self._lives = lives
+        self._uid = self._root = np.zeros(0, np.uint64)
+        self._slots: dict[str, dict[int, int]] = {}
+        self._found: dict[int, tuple[int, np.ndarray]] = {}  # by uid: lives looked at, descendants
+
+    def roots(self, uid: np.ndarray) -> np.ndarray:
+        """Return the founder of each: u64[n]; of one whose parents are not known, itself."""
+        self._grow()
+        row = np.minimum(np.searchsorted(self._uid, uid), max(self._uid.size - 1, 0))
+        return np.where(self._uid[row] == uid, self._root[row], uid) if self._uid.size else uid
+
+    def values(self, name: str, uid: np.ndarray) -> np.ndarray:
+        """Return the value of each of a species for the colour "family", u8[n]: the largest families have
+        one each, and keep it; 0 for all others."""
+        founders, family, size = np.unique(self.roots(uid), return_inverse=True, return_counts=True)
+        there = set(founders.tolist())
+        slots = {root: slot for root, slot in self._slots.get(name, {}).items() if root in there}
+        free = [slot for slot in range(SLOTS) if slot not in slots.values()]
+        for i in np.argsort(-size, kind="stable").tolist():
+            if not free or size[i] < 2:
+                break
+            if int(founders[i]) not in slots:
+                slots[int(founders[i])] = free.pop(0)
+        self._slots[name] = slots
+        value = np.array([1 + 21 * (slots[root] + 0.5) if root in slots else 0 for root in founders.tolist()],
+                         np.uint8)
+        out: np.ndarray = value[family] if founders.size else np.zeros(0, np.uint8)
+        return out
+
+    def descendants(self, of: int) -> np.ndarray:
+        """Return one and all that descend from it, by either parent: uids u64[n], ascending."""
+        uid, first, second = self._lives()
+        begin, found = self._found.get(of, (0, np.array([of], np.uint64)))
+        begin = begin if begin <= uid.size else 0
+        while begin < uid.size:
+            rows = np.isin(first[begin:], found) | np.isin(second[begin:], found)
+            grown = np.union1d(found, uid[begin:][rows])
+            if grown.size == found.size:
+                break
+            found = grown
+        self._found = {of: (uid.size, found)}
+        return found
+
+    def kin(self, of: int, uid: np.ndarray) -> np.ndarray:
+        """Return the value of each for the colour of somebody's descendants: 255 for them, 0 for others."""
+        return np.where(np.isin(uid, self.descendants(of)), 255, 0).astype(np.uint8)
+
+    def _grow(self) -> None:
+        """Find the founders of those that were born since the last call."""
+        uid, parent, _ = self._lives()
+        known = int(np.searchsorted(uid, self._uid[-1], side="right")) if self._uid.size else 0
+        if known == uid.size == self._uid.size:
+            return
+        root = uid.astype(np.uint64)
+        if known:
+            root[:known] = self._root[np.searchsorted(self._uid, uid[:known])]
+        row = np.minimum(np.searchsorted(uid, parent[known:]), max(uid.size - 1, 0))
+        hit = (parent[known:] > 0) & (uid[row] == parent[known:]) if uid.size else np.zeros(0, bool)
+        while True:  # each pass goes one generation on
+            now = np.where(hit, root[row], root[known:])
+            if (now == root[known:]).all():
+                break
+            root[known:] = now
+        self._uid, self._root = uid.copy(), root

@@ -1,0 +1,95 @@
+"""Organisms as a table, sorted and filtered, and as points of two of their values."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.engine.errors import nearest
+from ecs_eco.view.messages import short
+from ecs_eco.view.source import Message
+
+ROWS, POINTS = 100, 500  # of a table; of each species
+TERM = re.compile(r"\s*([\w:.#]+)\s*(<=|>=|!=|=|<|>)\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*", re.IGNORECASE)
+HOLDS: dict[str, Callable[[Any, float], np.ndarray]] = {
+    "<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "=": np.equal,
+    "!=": np.not_equal}  # fmt: skip
+Columns = dict[str, np.ndarray]
+
+
+def table(of: Callable[[str], Columns], species: Sequence[str], request: Message) -> Message:
+    """Return the message "table": rows of a species that fit `where`, in the order of a column; raises
+    ValueError for what is not known."""
+    name = one_of("species", request.get("species"), species)
+    columns = of(name)
+    sort = one_of("sort", request.get("sort", "uid"), list(columns))
+    rows = kept(columns, request.get("where") or "")
+    order = rows[np.argsort(columns[sort][rows], kind="stable")]
+    unknown = np.isnan(columns[sort][order].astype(np.float64))
+    order = order[~unknown][::-1] if request.get("down") else order[~unknown]
+    order = np.concatenate([order, rows[np.isnan(columns[sort][rows].astype(np.float64))]])
+    first = request.get("from", 0)
+    if isinstance(first, bool) or not isinstance(first, int) or first < 0:
+        raise ValueError(f"table: from = {short(first)}; allowed: a whole number from 0 on")
+    shown = order[first : first + ROWS]
+    return {"kind": "table", "species": name, "sort": sort, "down": bool(request.get("down")),
+            "from": first, "n": int(columns["uid"].size), "found": int(order.size),
+            "where": request.get("where") or "",
+            "columns": {key: _plain(column[shown]) for key, column in columns.items()}}  # fmt: skip
+
+
+def scatter(of: Callable[[str], Columns], species: Sequence[str], request: Message) -> Message:
+    """Return the message "scatter": two values of each species that has both, of at most `POINTS` organisms
+    at equal distances in the order of uids."""
+    points: dict[str, Any] = {}
+    names: dict[str, None] = {}
+    for name in species:
+        columns = of(name)
+        names |= dict.fromkeys(columns)
+        x, y = (columns.get(str(request.get(axis))) for axis in "xy")
+        if x is None or y is None:
+            continue
+        there = np.flatnonzero(np.isfinite(x.astype(np.float64)) & np.isfinite(y.astype(np.float64)))
+        there = there[:: max(1, -(-there.size // POINTS))]
+        if there.size:
+            points[name] = {key: _plain(column[there])
+                            for key, column in {"x": x, "y": y, "uid": columns["uid"]}.items()}
+    for axis in "xy":
+        one_of(axis, request.get(axis), list(names))
+    return {"kind": "scatter", "x": request["x"], "y": request["y"], "points": points,
+            "names": [name for name in names if name != "uid"]}
+
+
+def one_of(field: str, value: Any, known: Sequence[str]) -> str:
+    """Return a value that is known; raises ValueError for another."""
+    if value not in known:
+        raise ValueError(f"{field} = {short(value)}; allowed: {', '.join(known)}; "
+                         f"did you mean {nearest(value, known)!r}?")
+    return str(value)
+
+
+def kept(columns: Columns, where: Any) -> np.ndarray:
+    """Return the rows i64[k] for which all comparisons hold: "energy < 0.3, age > 100"."""
+    keep = np.ones(columns["uid"].size, np.bool_)
+    for term in re.split(r",|\band\b|&", where) if isinstance(where, str) and where.strip() else []:
+        match = TERM.fullmatch(term)
+        if match is None:
+            raise ValueError(f"where = {short(term.strip())}; allowed: comparisons such as "
+                             "energy < 0.3, age > 100")
+        column = columns[one_of("where", match[1], list(columns))]
+        try:
+            value = float(match[3])
+        except ValueError:
+            raise ValueError(f"where = {short(term.strip())}: {match[3]!r} is no number") from None
+        keep &= HOLDS[match[2]](column, value)
+    return np.flatnonzero(keep)
+
+
+def _plain(column: np.ndarray) -> list[float | int | None]:
+    """Return a column for JSON: whole numbers as they are, others short, None for what is not known."""
+    if column.dtype.kind in "iu":
+        return [int(value) for value in column]
+    return [float(f"{value:.5g}") if np.isfinite(value) else None for value in column.tolist()]

@@ -1,0 +1,57 @@
+// A link that holds tick, camera, selection, panel, colour and field: behind the # of the address, which no server sees.
+
+import { Vector3 } from "./vendor.js";
+import { $, announce } from "./dom.js";
+
+/** @typedef {{tick?: number, eye?: number[], uid?: number, tab?: string, colour?: string, field?: string}} Sight */
+
+/** What an address asks for; null where it asks for nothing. @param {string} hash @returns {Sight | null} */
+export function read(hash) {
+  const words = new URLSearchParams(hash.slice(1));
+  /** @type {Sight} */
+  const found = {};
+  for (const name of /** @type {const} */ (["tick", "uid"])) {
+    const value = Number(words.get(name) ?? NaN);
+    if (Number.isSafeInteger(value) && value >= 0) found[name] = value;
+  }
+  const eye = (words.get("eye") ?? "").split(",").map(Number);
+  if ([6, 8].includes(eye.length) && eye.every(Number.isFinite)) found.eye = eye;
+  for (const name of /** @type {const} */ (["tab", "colour", "field"])) {
+    const value = words.get(name);
+    if (value) found[name] = value;
+  }
+  return Object.keys(found).length ? found : null;
+}
+
+/** The address of what is shown. @param {Sight} sight */
+export function written(sight) {
+  const words = Object.entries(sight).filter(([, value]) => value !== undefined && value !== "").map(([name, value]) => `${name}=${Array.isArray(value) ? value.map((part) => Number(part.toPrecision(5))) : encodeURIComponent(value)}`);
+  return `${location.origin}${location.pathname}#${words.join("&")}`;
+}
+
+/** What is shown now. @param {import("./stage.js").Stage} stage @param {string} tab @param {string} by what organisms are coloured by @returns {Sight} */
+export function shown({ tick, selected, eye }, tab, by) {
+  const place = [...eye.camera.position.toArray(), ...eye.controls.target.toArray(), ...eye.shift];
+  return { tick, eye: place, uid: selected ?? undefined, tab, colour: by === "species" ? undefined : by, field: $("field").value };
+}
+
+/** Looks from there. @param {import("./stage.js").Stage} stage @param {number[]} eye */
+export function lookFrom(stage, eye) {
+  stage.eye.move([eye[6] ?? 0, eye[7] ?? 0]);
+  stage.eye.put([new Vector3(...eye.slice(0, 3)), new Vector3(...eye.slice(3, 6))]);
+  stage.eye.touched = true; // a resize leaves it
+  stage.dirty = true;
+}
+
+/** Puts the address into the address bar and the clipboard. @param {string} address */
+export async function copy(address) {
+  history.replaceState(history.state, "", address);
+  let words = "The link is in the address bar";
+  try {
+    await navigator.clipboard.writeText(address);
+    words = "The link is copied, and stands in the address bar";
+  } catch {} // it may be forbidden
+  announce(words);
+  $("share").title = `${words}. It holds tick, camera, selection, panel, colour and field`;
+  return words;
+}
