@@ -286,7 +286,7 @@ class Replay:
         feels = [name for name in r.species if r.manifest["config"]["species"][name].get("happiness")]
         out["happiness"] = {name: [float(f"{v:.5g}") if n else None for v, n in zip(
             r.curves["happiness"][name], r.curves["n"][name], strict=True)] for name in feels}
-        out |= self._past.rates(tick)
+        out |= self._past.rates(tick) | {"energy": self._past.energy(tick)}
         out["genes"] = self.genes.means(tick) if self.genes.codes and r.births.rows <= GENOMES else {}
         if self.hello()["day"] is not None:
             out["light"] = [round(self.sky(t)[0], 4) for t in tick.tolist()]

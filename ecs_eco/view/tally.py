@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.components import Metabolism
 from ecs_eco.view.story import Story, foods_of
 
 if TYPE_CHECKING:
@@ -56,6 +57,14 @@ class Tally:
             over = max(0, self.world.tick - 1)  # as in the records: the last tick that is over
             self.story.note(over, np.array(n, np.int64), self.births, self.deaths, self.bred)
 
+    def _energy(self, name: str, table: Table) -> dict[tuple[str, ...], float]:
+        """Return what the living of a species took in and burnt in the last tick [energy]."""
+        if Metabolism not in table or not table.n:
+            return {}
+        m, rows = table[Metabolism], table.rows()
+        return {("energy", name, "taken in"): float(m.taken[rows].sum(dtype=np.float64)),
+                ("energy", name, "burnt"): float(m.burnt[rows].sum(dtype=np.float64))}
+
     def mark(self) -> dict[str, Any]:
         """Return what has been counted and told so far."""
         return {name: copy(getattr(self, name)) for name in KEPT} | {"story": self.story.mark()}
@@ -78,6 +87,7 @@ class Tally:
             point["births", name] = round(float(self.births[s] - before[1][s]) / span, 4)
             died = self.deaths[s] - before[2][s]
             point["deaths", name] = round(float(died.sum()) / span, 4)
+            point |= self._energy(name, self._tables[s])
             for cause in np.flatnonzero(self.deaths[s]).tolist():
                 point["causes", name, self.world.causes[cause - 1]] = round(float(died[cause]) / span, 4)
         return point

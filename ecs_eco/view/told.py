@@ -13,6 +13,7 @@ from ecs_eco.view.story import Story, foods_of
 LONGEST = 60_000_000  # values of the series beyond which neither is told
 STEPS = 100_000  # ticks that a story looks at
 DIED = "died: "
+FLOWS = {"taken_in": "taken in", "burnt": "burnt"}  # columns of the ledger
 
 
 class Told:
@@ -72,6 +73,21 @@ class Told:
             out["causes"][name] = {cause: _listed(rate[:, k]) for k, cause in enumerate(self.causes)
                                    if deaths[-1, s, k]}
         return out
+
+
+    def energy(self, ticks: np.ndarray) -> dict[str, Any]:
+        """Return what each species took in and burnt at these ticks [energy], by species; {} of a run that
+        is too long."""
+        r = self._recording
+        if self._sums is None:
+            return {}
+        flows = np.zeros((2, r.last + 1 - r.first, len(r.species)))
+        for c in r.series.each(("tick", "species", *FLOWS)):
+            flows[:, c["tick"] - r.first, c["species"]] = [c[name] for name in FLOWS]
+        at = ticks - r.first
+        return {name: {words: [float(f"{v:.5g}") for v in flows[k, at, s]]
+                       for k, words in enumerate(FLOWS.values())}
+                for s, name in enumerate(r.species) if flows[:, :, s].any()}
 
 
 def _listed(values: np.ndarray) -> list[float | None]:

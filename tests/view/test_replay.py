@@ -70,7 +70,7 @@ def test_all_messages_are_json_and_say_what_was_recorded(plain):
     assert [k["name"] for k in hello["species"]] == ["moss", "ram", "lynx"]
     # carcasses come and go: they are not recorded
     assert [k["name"] for k in hello["objects"]] == ["boulder", "cone", "cairn"]
-    assert hello["colours"] == ["species", "energy", "happiness", "age", "gene:pace"]
+    assert hello["colours"] == ["species", "energy", "happiness", "age", "family", "gene:pace"]
     assert "every 6 ticks" in hello["note"]
     assert hello["terrain"]["lakes"][0]["radius"] == 4.0
     assert [k["learns"] for k in hello["species"]] == [False, True, False]
@@ -93,7 +93,7 @@ def test_curves_are_those_of_the_recorder(plain):
     assert genes[30] == pytest.approx(float(paces.mean()), rel=1e-4)
 
 
-@pytest.mark.parametrize("colour", ["species", "energy", "happiness", "age", "gene:pace"])
+@pytest.mark.parametrize("colour", ["species", "energy", "happiness", "age", "family", "gene:pace"])
 def test_a_frame_holds_all_who_live_then(plain, colour):
     for tick in (0, 17, 47):
         plain.handle({"kind": "seek", "tick": tick})
