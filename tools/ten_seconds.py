@@ -17,7 +17,7 @@ from tools.screenshots import advance, still
 
 IMAGES = Path(__file__).parents[1] / "docs" / "img" / "ten_seconds"
 SIZE = {"width": 1400, "height": 800}
-PANELS = 700  # [px] of the panels: charts stay beside the others
+PANELS = 710  # [px] of the panels: charts stay beside the others
 SHADES = 255
 LONGEST = 4000  # ticks until somebody is extinct
 

@@ -238,3 +238,18 @@ def test_real_land_stands_on_its_lowest_ground_and_is_painted_as_on_maps(tmp_pat
     red, _, blue = colours[15, 0].tolist()
     assert blue > red  # the sea
     assert colours[15, 20].min() > 150
+
+
+def test_curves_say_what_each_species_took_in_and_burnt_in_the_last_tick():
+    world = small()
+    live = Live(world)
+    world.run(4)
+    live.sample()
+    world.run(1)
+    live.sample()
+    deer = world.tables["deer"]
+    series = live.series(-1)
+    burnt = float(deer[Metabolism].burnt[deer.rows()].sum(dtype=np.float64))
+    assert series["energy"]["deer"]["burnt"][-1] == pytest.approx(burnt, rel=1e-4)
+    assert burnt > 0
+    assert "grass" in series["energy"]

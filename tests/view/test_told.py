@@ -29,6 +29,17 @@ def test_births_and_deaths_a_tick_account_for_the_numbers(folder):
         assert (by_cause == deaths).all()
 
 
+def test_energy_taken_in_and_burnt_is_that_of_the_series(folder):
+    replay = Replay(folder)
+    energy, ticks = replay.series(-1)["energy"], replay.series(-1)["tick"]
+    columns = replay.recording.series.between(0, 19, ("tick", "species", "taken_in", "burnt"))
+    deer = columns["species"] == replay.recording.species.index("deer")
+    assert columns["tick"][deer].tolist() == ticks
+    assert energy["deer"]["burnt"] == pytest.approx(columns["burnt"][deer].tolist(), rel=1e-4)
+    assert energy["deer"]["taken in"] == pytest.approx(columns["taken_in"][deer].tolist(), rel=1e-4)
+    assert max(energy["deer"]["burnt"]) > 0
+
+
 def test_the_story_of_a_record_has_its_extinction_and_its_account(folder):
     replay = Replay(folder)
     (story,) = [message for message in replay.greeting() if message["kind"] == "story"]

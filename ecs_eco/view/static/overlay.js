@@ -50,7 +50,7 @@ export function follow(stage) {
   if (at) {
     ring.style.transform = `translate(${at.x.toFixed(1)}px, ${at.y.toFixed(1)}px)`;
     tag.style.transform = `translate(${(at.x + 17).toFixed(1)}px, ${(at.y - 11).toFixed(1)}px)`;
-    const text = `#${stage.selected}`;
+    const text = `${stage.find(/** @type {number} */ (stage.selected))?.layer.kind.name ?? ""} #${stage.selected}`;
     if (tag.textContent !== text) tag.textContent = text;
   }
   const perMetre = stage.scale();
