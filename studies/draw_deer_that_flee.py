@@ -35,7 +35,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
     axes = rows[2].subplots(1, 3, sharey=True)
     for axis, arm in zip(axes, REGISTERED.arms, strict=True):
         numbers(axis, result, arm)
-    axes[0].set_ylabel("deer")
+    axes[0].set(ylabel="deer", ylim=(0, 1.05 * max(line.get_ydata().max() for a in axes for line in a.lines)))
     with mpl.rc_context({"svg.hashsalt": "ecs-eco", "svg.fonttype": "none"}):
         figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
     return path
@@ -94,7 +94,7 @@ def numbers(axis: Any, result: dict[str, Any], arm: str) -> None:
         if e["case"]["arm"] == arm and e["case"]["seed"] == world:
             n = np.array([float(v) for v in e["result"]["series"]["deer"].split()])
             axis.plot(np.arange(len(n)) * BLOCK, n, color=COLOURS[arm], lw=0.9, alpha=0.8)
-    axis.set(title=SAYS[arm], xlabel="tick [s]", xlim=(0, result["config"]["ticks"]), ylim=(0, None))
+    axis.set(title=SAYS[arm], xlabel="tick [s]", xlim=(0, result["config"]["ticks"]))
     axis.title.set_fontsize(10)
     axis.spines[["top", "right"]].set_visible(False)
 
