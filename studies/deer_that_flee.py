@@ -152,7 +152,7 @@ def summarise(entries: Entries) -> dict[str, Any]:
     made = [e["result"] for e in entries if e["case"]["arm"] == "approaches"]
     if {e["case"]["arm"] for e in entries} < {"approaches", *REGISTERED.arms}:  # the short form
         return {"verdicts": [verdict("cases that ran", len(entries), "reported", True)]}
-    lines = [*of_approaches(made), *of_learning(entries), *of_cycles(entries)]
+    lines = [*of_approaches(made), *of_learning(entries), *of_cycles(entries), *looked_at(entries)]
     head = ["cost of running [1/s]", "sight of deer [m]", "speed of wolves [m/s]", "lives: walks", "runs",
             "happiness: what running gains"]
     rows = []
@@ -202,6 +202,19 @@ def of_cycles(entries: Entries) -> list[dict[str, Any]]:
         lines.append(REGISTERED.verdict(name, gap, bool(met)))
     lasts = difference(persisting(entries, "fleeing"), persisting(entries, "walkers"))
     return [*lines, REGISTERED.verdict("flight-persists", lasts, lasts[1] > 0)]
+
+
+def looked_at(entries: Entries) -> list[dict[str, Any]]:
+    """Lines that were added after a look, since worlds of walkers die out."""
+    by = {arm: by_training(entries, arm) for arm in REGISTERED.arms}
+    lasted, swings = ({arm: {seed: float(np.mean(list(map(value, results))))
+                             for seed, results in of.items()} for arm, of in by.items()}
+                      for value in (lambda r: np.log10(r["lived"]), lambda r: r["swing"]["deer"]))
+    lines = [("log10 of ticks until somebody dies out or the run ends: fleeing less walkers",
+              difference(lasted["fleeing"], lasted["walkers"]))]
+    lines += [(f"swing of deer as long as all live, whatever becomes of them: fleeing less {arm}",
+               difference(swings["fleeing"], swings[arm])) for arm in ("walkers", "shipped")]
+    return [verdict(f"explored: {words}", value, "reported", True) for words, value in lines]
 
 
 def notes(entries: Entries) -> str:

@@ -26,7 +26,7 @@ def counts(near, far):
 
 def life(arm, training, near, far=0.1, swing=0.2, persisted=True):
     pursuit = {"deer": counts(near, far), "wolf": counts(near, far)}
-    result = {"persisted": persisted, "cycled": persisted, "period": 1024.0, "extinct": None,
+    result = {"persisted": persisted, "cycled": persisted, "period": 1024.0, "extinct": None, "lived": 8000,
               "swing": {"deer": swing, "wolf": swing}, "pursuit": pursuit}
     return {"case": {"arm": arm, "training": training, "seed": 1}, "result": result}
 
