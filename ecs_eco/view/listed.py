@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 from ecs_eco.components import Position
-
-if TYPE_CHECKING:
-    from ecs_eco.view.listing import Columns
-    from ecs_eco.view.live import Live
-    from ecs_eco.view.replay import Replay
+from ecs_eco.view.listing import Columns
 
 STATES = ("energy", "happiness", "age")
 
 
-def living(live: Live, name: str) -> Columns:
-    """Return the columns of a species of a living world, in the order of uids."""
+def living(live: Any, name: str) -> Columns:
+    """Return the columns of a species of a `Live` world, in the order of uids."""
     table = live.world.tables[name]
     rows, p = table.by_uid(), table[Position]
     uid = table.uid[rows]
@@ -24,11 +20,12 @@ def living(live: Live, name: str) -> Columns:
         column = live.column(table, key)[0]
         if column is not None:
             out[key] = column[rows]
-    return out | {axis: getattr(p, axis)[rows] for axis in ("xyz" if live.world.space.volume else "xy")}
+    places: Columns = {axis: getattr(p, axis)[rows] for axis in ("xyz" if live.world.space.volume else "xy")}
+    return out | places
 
 
-def recorded(replay: Replay, name: str) -> Columns:
-    """Return the columns of a species at the tick of a recorded run, in the order of uids."""
+def recorded(replay: Any, name: str) -> Columns:
+    """Return the columns of a species at the tick of a `Replay`, in the order of uids."""
     r, organisms = replay.recording, replay.organisms(name)
     uid = organisms.uid
     out = {"uid": uid, "born": r.born(uid), "family": replay.families.roots(uid)}
@@ -36,4 +33,5 @@ def recorded(replay: Replay, name: str) -> Columns:
         column = replay.column(name, organisms, key)[0]
         if column is not None:
             out[key] = column
-    return out | {axis: getattr(organisms, axis) for axis in "xyz"[: len(r.size)]}
+    places: Columns = {axis: getattr(organisms, axis) for axis in "xyz"[: len(r.size)]}
+    return out | places
