@@ -15,7 +15,8 @@ RESULTS = Path(__file__).parent / "results"
 
 def pin_threads() -> None:
     """Give every library one thread; call before numpy is imported."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS",
+                 "POLARS_MAX_THREADS"):
         os.environ[name] = "1"
 
 

@@ -1,7 +1,8 @@
 """Grazers that look for their nearest neighbour, move, eat and breed, in other frameworks, in ecs-eco, and as
 a bare loop: organism-steps per second, in one run on one machine.
 
-    python benchmarks/peers.py [--sizes 1000 10000 100000] [--peers ecs_eco mesa …] [--rounds 3] [--short]
+    python benchmarks/peers.py [--sizes 1000 10000 100000] [--peers ecs-eco Mesa …] [--rounds 3] [--short]
+    python benchmarks/peers.py --others PYTHON --frames PYTHON   # interpreters that have the frameworks
 
 Every peer writes the task in its own idiom (`peers_grazing.py`, `peers_others.py`); those that cannot express
 it run a task of their own, named in the table, as a hint of what a tick costs there. Each is a process of one
@@ -29,6 +30,7 @@ PEERS = {  # module, function, whether the task is the common one
     "bare loop": ("peers_grazing", "bare", True),
     "ecs-eco": ("peers_grazing", "ecs_eco", True),
     "Mesa": ("peers_others", "mesa", True),
+    "mesa-frames": ("peers_frames", "mesa_frames", True),
     "AgentPy": ("peers_others", "agentpy", True),
     "MAgent2 battle, dicts": ("peers_others", "magent2", False),
     "MAgent2 battle, arrays": ("peers_others", "magent2_arrays", False),
@@ -128,6 +130,9 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--others", default=sys.executable, metavar="PYTHON",
                         help="interpreter that has the other frameworks")
+    parser.add_argument("--frames", default=sys.executable, metavar="PYTHON",
+                        help="interpreter that has mesa-frames, which wants an older numpy")
+    parser.add_argument("--name", default="peers", help="of result and figure")
     parser.add_argument("--short", action="store_true", help="print only")
     parser.add_argument("--one", nargs=3, metavar=("PEER", "N", "SEED"), help=argparse.SUPPRESS)
     asked = parser.parse_args()
@@ -139,15 +144,16 @@ def main() -> None:
         for seed in range(1, asked.rounds + 1):
             for peer in asked.peers:
                 if not (rounds := found.setdefault((peer, n), [])) or "why" not in rounds[0]:
-                    with_it = asked.others if PEERS[peer][0] == "peers_others" else sys.executable
+                    with_it = {"peers_others": asked.others, "peers_frames": asked.frames}.get(
+                        PEERS[peer][0], sys.executable)
                     rounds.append(apart(peer, n, seed, with_it))
                     print(peer, n, rounds[-1], file=sys.stderr, flush=True)
     rows = rows_of(found)
     if asked.short:
         print(json.dumps(rows, indent=1))
         return
-    _bench.save("peers", "Grazers that look, move, eat and breed, in other frameworks, one core", rows)
-    figure(rows, ROOT / "docs" / "img" / "peers.svg")
+    _bench.save(asked.name, "Grazers that look, move, eat and breed, in other frameworks, one core", rows)
+    figure(rows, ROOT / "docs" / "img" / f"{asked.name}.svg")
 
 
 if __name__ == "__main__":
