@@ -15,7 +15,8 @@ BENCHMARKS = ROOT / "benchmarks"
 PAGE, README = ROOT / "docs" / "benchmarks.md", ROOT / "README.md"
 MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
 ORDER = ("animals", "animals_threads", "animals_pairs", "animals_pairs_million", "breakdown", "main_job",
-         "main_job_training", "main_job_calls", "animals_learning", "peers", "plants",
+         "main_job_training", "main_job_calls", "animals_learning", "peers",
+         "peers_frames", "plants",
          "memory", "startup", "checkpoints", "checkpoints_cost", "bands", "bands_model", "portable",
          "sweep_overhead", "sweep_overhead_ray", "firm_ground", "doors", "ppo", "individual_ppo",
          "births", "variable_births", "genomes", "viewer_cost", "viewer_frames", "page",
@@ -117,9 +118,11 @@ def page(results: dict[str, dict[str, Any]]) -> str:
         where = (f"{m['processor']}, {m['cores']} cores, load {m['load']}; "
                  f"commit {(m['commit'] or 'unknown')[:12]}; " + ", ".join(
                      f"{k} {v}" for k, v in m["versions"].items()))
+        drawn = PAGE.parent / "img" / f"{name}.svg"
+        shown = f"\n![{r['question']}](img/{drawn.name})\n" if drawn.is_file() else ""
         notes = "".join(f"\n- {k}: {show(v)}" for k, v in r["notes"].items())
         parts.append(f"## {r['question']}\n\n`python benchmarks/{script(name)}.py` ({name})\n\n"
-                     f"{table(r['rows'])}\n{notes}\n\n{where}.\n")
+                     f"{table(r['rows'])}\n{shown}{notes}\n\n{where}.\n")
     return "\n".join(parts)
 
 
