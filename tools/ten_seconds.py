@@ -113,6 +113,8 @@ def take(browser: Any, moment: Moment) -> bytes:
         page.locator(f"#tab-{moment.panel}").click()
         page.mouse.move(0, 0)
         page.evaluate("document.activeElement.blur()")
+        if moment.panel == "why":
+            until(page, "ecs.messages.why > 0", 600)
         page.wait_for_timeout(1500)
         until(page, "ecs.still")
         png = page.screenshot()

@@ -125,6 +125,36 @@ def test_the_page_has_the_colours_of_pictures_and_reports(page, kinds, dark):
 
 def test_hunters_grazers_and_plants_have_signs_of_their_own(page):
     signs = page.locator(".legend-row > svg:first-child").evaluate_all(
-        "all => all.map(svg => svg.firstChild.tagName + (svg.firstChild.getAttribute('d') ?? ''))")
+        "all => all.map(svg => svg.firstChild.tagName + (svg.firstChild.getAttribute('points') ?? ''))")
     assert len(set(signs)) == 3
     assert signs[0] == "circle"
+
+
+def shown(page, name):
+    """Show a chart that is hidden at first."""
+    button = page.locator("#charts .tools .toggle", has_text=name)
+    if button.get_attribute("aria-pressed") == "false":
+        button.click()
+
+
+def test_energy_taken_in_and_burnt_is_a_chart(curves):
+    shown(curves, "Energy")
+    chart = curves.locator("#charts .chart", has=curves.locator("h2", has_text="Energy"))
+    keys = chart.locator(".key").all_inner_texts()
+    names = ["deer: taken in", "deer: burnt", "wolf: taken in", "wolf: burnt"]
+    assert len(keys) == len(names)
+    assert all(key.strip().startswith(name) for key, name in zip(keys, names, strict=True))
+
+
+def test_two_values_of_organisms_are_points_and_a_click_selects_one(curves):
+    page = curves
+    shown(page, "Organisms")
+    page.get_by_label("Value upwards").select_option("x")
+    place = "#charts svg[aria-label^='x against age'] g[data-kind=deer]"
+    until(page, f'document.querySelector("{place} circle")')
+    points = page.locator(place)
+    assert int(points.get_attribute("data-n")) == page.evaluate("ecs.counts.deer")
+    first = points.locator("circle").first
+    uid = int(first.get_attribute("data-uid"))
+    first.dispatch_event("click")
+    until(page, f"ecs.selected === {uid}")

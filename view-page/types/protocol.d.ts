@@ -138,6 +138,7 @@ export interface Series {
   /** By reporter, then by species, or "" for a number of the world. */
   reports?: Record<string, Record<string, (number | null)[]>>;
   light?: (number | null)[];
+  energy?: Record<string, Record<string, (number | null)[]>>; // taken in and burnt in a tick, by species
   births?: Record<string, (number | null)[]>; // a tick
   deaths?: Record<string, (number | null)[]>;
   causes?: Record<string, Record<string, (number | null)[]>>; // deaths a tick, by species and cause

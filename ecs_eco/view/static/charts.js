@@ -25,6 +25,7 @@ const CHARTS = [
   { key: "genes", title: "Genes", unit: "mean" },
   { key: "causes", title: "Deaths", unit: "a tick, by cause" },
   { key: "births", title: "Births", unit: "a tick" },
+  { key: "energy", title: "Energy", unit: "a tick, taken in and burnt" },
 ];
 
 const REPORT = "report "; // before the names of reporters, each of which has a chart of its own
@@ -52,7 +53,7 @@ export class Charts {
     this.light = [];
     this.charts = [...CHARTS];
     /** @type {Record<string, Record<string, Line>>} */
-    this.lines = { n: {}, happiness: {}, genes: {}, causes: {}, births: {} };
+    this.lines = { n: {}, happiness: {}, genes: {}, causes: {}, births: {}, energy: {} };
     /** @type {Set<string>} */
     this.hidden = new Set(recalled());
     /** @type {Set<string>} kinds that the legend hides */
@@ -95,10 +96,10 @@ export class Charts {
     this.ticks.push(...series.tick);
     append(this.light, series.light, length, series.tick.length);
     /** @type {Record<string, Record<string, Line> | undefined>} */
-    const given = { n: series.n, happiness: series.happiness, genes: series.genes, births: series.births, causes: flat(series.causes ?? {}) };
+    const given = { n: series.n, happiness: series.happiness, genes: series.genes, births: series.births, causes: flat(series.causes ?? {}), energy: flat(series.energy ?? {}) };
     for (const [name, lines] of Object.entries(series.reports ?? {})) {
       given[REPORT + name] = lines;
-      if (!(REPORT + name in this.lines)) this.charts.splice(-2, 0, { key: REPORT + name, title: name, unit: "" });
+      if (!(REPORT + name in this.lines)) this.charts.splice(-3, 0, { key: REPORT + name, title: name, unit: "" });
       this.lines[REPORT + name] ??= {};
     }
     for (const key of Object.keys(this.lines)) {
@@ -239,7 +240,7 @@ export class Charts {
 
   /** Lines with something to show. @param {string} key */
   names(key) {
-    const plants = key === "causes" ? this.plants : []; // theirs would hide all others
+    const plants = key === "causes" || key === "energy" ? this.plants : []; // theirs would hide all others
     return Object.keys(this.lines[key]).filter((name) => !plants.includes(name.split(": ")[0]) && !this.away.has(name.split(/[.:]/)[0])).filter((name) => key === "n" || this.lines[key][name].some((value) => value !== null));
   }
 
@@ -266,7 +267,7 @@ export class Charts {
   build({ key, title, unit }, names, lowest) {
     const hues = genes(isDark());
     const colours = names.map((name, i) => (key === "genes" ? hues[i % hues.length] : name ? this.colourOf(name.split(": ")[0]) : css("--ink")));
-    const dashes = names.map((_, i) => (key === "genes" ? DASHES[Math.floor(i / hues.length) % DASHES.length] : DASHES[i % 3]));
+    const dashes = names.map((_, i) => (key === "genes" ? DASHES[Math.floor(i / hues.length) % DASHES.length] : DASHES[i % (key === "energy" ? 2 : 3)]));
     /** @type {Map<string, HTMLElement>} */
     const values = new Map();
     const head = h("div", { class: "chart-head" }, h("h2", { text: title }), unit && h("span", { class: "unit", text: unit }));

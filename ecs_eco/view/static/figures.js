@@ -2,12 +2,13 @@
 
 import { h, number, s } from "./dom.js";
 import { WORDS } from "./frame.js";
+import { Scatter } from "./scatter.js";
 import { css } from "./theme.js";
 
 /** @typedef {import("./charts.js").Charts} Charts */
-/** @typedef {{layers: () => import("./layer.js").Layer[], scales: () => Record<string, [number, number]>, by: () => string, colours: string[], colour: (name: string) => void}} Scene what the scene shows now */
+/** @typedef {{layers: () => import("./layer.js").Layer[], scales: () => Record<string, [number, number]>, by: () => string, colours: string[], colour: (name: string) => void, ask: (x: string, y: string) => void, select: (uid: number) => void}} Scene what the scene shows now */
 
-export const FIGURES = [{ key: "plane", title: "Phase plane" }, { key: "spread", title: "Distribution" }];
+export const FIGURES = [{ key: "plane", title: "Phase plane" }, { key: "spread", title: "Distribution" }, { key: "scatter", title: "Organisms" }];
 
 const KEPT = "ecs-eco-plane"; // in localStorage: the two species of the phase plane
 const [WIDE, HIGH] = [360, 250]; // of a figure, in its own units
@@ -28,12 +29,14 @@ export class Figures {
     const moving = charts.hello.species.filter(({ moves }) => moves).map(({ name }) => name);
     /** @type {string[]} */
     this.pair = recalled(this.names) ?? [...moving, ...this.names.filter((name) => !moving.includes(name))].slice(0, 2);
+    this.scatter = new Scatter({ ask: scene.ask, select: scene.select, colourOf: (name) => charts.colourOf(name), shown: (name) => !charts.away.has(name) });
     this.root = h("div");
     this.waiting = 0;
   }
 
   /** Whether a world has what a figure needs. @param {string} key */
   has(key) {
+    if (key === "scatter") return this.names.length > 0;
     return key === "plane" ? this.names.length > 1 : this.scene.colours.length > 1;
   }
 
@@ -46,7 +49,12 @@ export class Figures {
     this.root.replaceChildren();
     /** @type {HTMLElement | null} */
     this.plane = this.spread = null;
+    this.scatter.place = null;
     for (const key of this.shown()) {
+      if (key === "scatter") {
+        this.root.append(this.scatter.frame());
+        continue;
+      }
       const place = h("div", { class: "figure" });
       if (key === "plane") {
         this.plane = place;
@@ -69,6 +77,7 @@ export class Figures {
 
   /** After new points, or another tick: at once, then at a pace. */
   at() {
+    this.scatter.time(this.charts.tick);
     if (this.waiting || !(this.plane || this.spread)) return;
     this.draw();
     this.waiting = setTimeout(() => {

@@ -39,8 +39,7 @@ let by = "species";
 let kinds = null;
 /** @type {ReturnType<typeof fields> | null} */
 let field = null;
-/** What the address asks for, until the world has said where it is. */
-let wanted = read(location.hash);
+let wanted = read(location.hash); // what the address asks for, until the world has said where it is
 
 // ---- what the server says
 
@@ -71,6 +70,7 @@ connection.on("story", ({ entries }) => [page?.story.add(entries), page?.timelin
 connection.on("why", (why) => page?.story.show(why));
 connection.on("fates", ({ list }) => page?.stage.over.fates(list));
 connection.on("field", (message) => field?.take(message));
+connection.on("scatter", (scatter) => page?.charts.figures.scatter.show(scatter));
 connection.on("table", (table) => page?.all.show(table));
 connection.on("params", ({ list }) => page?.act?.offer(list));
 connection.on("organism", (organism) => {
@@ -85,6 +85,7 @@ connection.on("said", (said) => {
   if (said.field === "select") page?.panel.refuse(said.text);
   if (said.field === "why") page?.story.refuse();
   if (said.field === "table") page?.all.refuse(said.text);
+  if (said.field === "scatter") return page?.charts.figures.scatter.refuse();
   announce(said.text);
   if (said.field !== "select" && $("act").hidden) flash(said.text);
 });
@@ -102,7 +103,7 @@ function begin(hello) {
   const stage = new Stage($("canvas"), hello);
   const colourOf = (/** @type {string} */ name) => stage.colours[stage.kinds.findIndex((kind) => kind.name === name)] ?? "#888888";
   const charts = new Charts(hello, colourOf, (tick) => connection.send({ kind: "seek", tick }),
-    { layers: () => stage.layers, scales: () => state?.scales ?? {}, by: () => by, colours: hello.colours.filter((name) => name !== "family"), colour });
+    { layers: () => stage.layers, scales: () => state?.scales ?? {}, by: () => by, colours: hello.colours.filter((name) => name !== "family"), colour, select, ask: (x, y) => connection.send({ kind: "scatter", x, y }) });
   const panel = new Panel(hello, { select, fill: (uid) => connection.send({ kind: "fill", uid }), follow: () => look("follow"), track: (uid) => colour(`kin:${uid}`), colourOf });
   const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }), charts.lanes());
   const story = new Story(hello, { jump, colourOf, ask: () => connection.send({ kind: "why" }), tell: (entry) =>
@@ -171,9 +172,8 @@ function show(now) {
   if (page) overlay.ramp(by, now.scales);
   page?.charts.figures.at();
   if (over) overlay.notice("The run has ended.");
-  const asked = wanted;
+  if (wanted) apply(wanted);
   wanted = null;
-  if (asked) apply(asked);
 }
 
 // ---- what people do

@@ -60,7 +60,7 @@ export function append(line, values, length, n) {
 /** Deaths by species and cause as one line each. @param {Record<string, Record<string, Line>>} causes */
 export const flat = (causes) => Object.fromEntries(Object.entries(causes).flatMap(([species, lines]) => Object.entries(lines).map(([cause, line]) => [`${species}: ${cause}`, line])));
 
-const RARE = ["births", "plane", "spread"]; // that are hidden until somebody chooses them
+const RARE = ["births", "plane", "spread", "energy", "scatter"]; // that are hidden until somebody chooses them
 
 /** The charts that were hidden, in this browser. @returns {string[]} */
 export function recalled() {
