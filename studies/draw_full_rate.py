@@ -15,6 +15,7 @@ import matplotlib as mpl
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.ticker import FixedLocator, NullLocator
 
 from ecs_eco.analysis.palette import GREY, SAFE
 from studies.common.seed_grid import BLOCK
@@ -23,7 +24,7 @@ from studies.full_rate import CONFIG, LEARNERS, PAIRS, caught, pace
 ROOT = Path(__file__).parent.parent
 LIVED, DIED = SAFE[6][0], SAFE[2][0]
 ARMS = {"neither": "nobody learns", "deer": "deer learn", "wolves": "wolves learn", "both": "both learn",
-        "individual": "both, a brain for each", "regime": "both, other numbers for wolves"}
+        "individual": "both, a brain for each", "regime": "both, other wolves"}
 
 
 def draw(record: dict[str, Any], path: Path) -> None:
@@ -31,17 +32,15 @@ def draw(record: dict[str, Any], path: Path) -> None:
     plt.rcParams["svg.hashsalt"] = "ecs-eco"
     of = {arm: [c["result"] for c in record["cases"] if c["case"]["arm"] == arm] for arm in ARMS}
     drawn = [c["result"] for c in record["cases"] if c["case"]["arm"] == "search"]
-    figure = plt.figure(figsize=(12, 6.4), layout="constrained")
-    grid = figure.add_gridspec(2, 12)
-    first: Any = None
-    for k, (arm, results) in enumerate(of.items()):
-        ax = figure.add_subplot(grid[0, 2 * k : 2 * k + 2], sharey=first)
-        first = first or ax
+    figure = plt.figure(figsize=(12, 6.6), layout="constrained")
+    halves: Any = figure.subfigures(2, 1)
+    axes = halves[0].subplots(1, len(ARMS), sharey=True)
+    for ax, (arm, results) in zip(axes, of.items(), strict=True):
         over_time(ax, results, ARMS[arm])
-        ax.tick_params(labelleft=k == 0)
-    first.set_ylabel("wolves")
-    arena(figure.add_subplot(grid[1, :6]), [r for r in of["both"] if "arena" in r])
-    moves(figure.add_subplot(grid[1, 6:]), of, drawn)
+    axes[0].set(ylim=(0, None), ylabel="wolves")
+    left, right = halves[1].subplots(1, 2)
+    arena(left, [r for r in of["both"] if "arena" in r])
+    moves(right, of, drawn)
     figure.savefig(path, metadata={"Date": None})
 
 
@@ -52,7 +51,7 @@ def over_time(ax: Any, results: list[dict[str, Any]], title: str) -> None:
         t = BLOCK * (np.arange(len(n)) + 0.5)
         ax.plot(t / 1000, n, color=LIVED if r["persisted"] else DIED, lw=0.8, alpha=0.7)
     kept = sum(r["persisted"] for r in results)
-    ax.set(xlim=(0, CONFIG["ticks"] / 1000), ylim=(0, None), xlabel="1,000 ticks")
+    ax.set(xlim=(0, CONFIG["ticks"] / 1000), xlabel="1,000 ticks")
     ax.set_title(f"{title}:\n{kept} of {len(results)} persist", loc="left", fontsize=9)
 
 
@@ -63,17 +62,18 @@ def arena(ax: Any, results: list[dict[str, Any]]) -> None:
     ax.plot(values.T, "o-", color=GREY, ms=3, lw=0.8)
     ax.plot(values.mean(0), "_", color="black", ms=26, mew=2)
     ax.set_xticks(range(len(names)), [*(p.replace(", ", ",\n") for p in PAIRS),
-                                      "last deer, wolves\nlearn on against them"], fontsize=8)
+                                      "last deer,\nwolves learn on"], fontsize=8)
     ax.set(ylim=(0, None), ylabel="deer caught by a wolf in 100 ticks")
-    ax.set_title("the arena, numbers held constant: a line a training seed, bars their means", loc="left",
+    ax.set_title("the arena: a line a training seed, bars their means", loc="left",
                  fontsize=9)
 
 
 def moves(ax: Any, of: dict[str, list[dict[str, Any]]], drawn: list[dict[str, Any]]) -> None:
     """How far both policies moved in each run in which both learn."""
+    ax.set(xscale="log", yscale="log")
     for marker, label, results in (
         ("s", "shipped numbers", of["both"]), ("^", "a brain for each", of["individual"]),
-        ("o", "other numbers for wolves", of["regime"]), ("x", "drawn from the ranges", drawn),
+        ("o", "other wolves", of["regime"]), ("x", "drawn from the ranges", drawn),
     ):  # fmt: skip
         for persisted, colour in ((True, LIVED), (False, DIED)):
             at = [[pace(r, s) for s in LEARNERS] for r in results if r["persisted"] == persisted]
@@ -82,9 +82,12 @@ def moves(ax: Any, of: dict[str, list[dict[str, Any]]], drawn: list[dict[str, An
                         label=f"{label}, wolves {'live' if persisted else 'die out'}")
     for line in (ax.axhline, ax.axvline):
         line(CONFIG["nats"], color=GREY, lw=1)
-    ax.set(xscale="log", yscale="log", xlabel="deer: nats in 1,000 ticks",
-           ylabel="wolves: nats in 1,000 ticks")
-    ax.legend(fontsize=7)
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(FixedLocator([0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1]))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_locator(NullLocator())
+    ax.set(xlabel="deer: nats in 1,000 ticks", ylabel="wolves: nats in 1,000 ticks")
+    ax.legend(fontsize=7, loc="center left", bbox_to_anchor=(1, 0.5))
     ax.set_title("how far policies move; grey: .05", loc="left", fontsize=9)
 
 
