@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
     from ecs_eco.view.tally import Tally
 
-MEMORY = 256e6  # [bytes] of checkpoints; beyond that the oldest goes
+MEMORY = 96e6  # [bytes] of checkpoints; beyond that the oldest goes
 SHARE = 1 / 120  # of the time that the world takes, for making checkpoints
+APART = 0.1  # [s] of that time between two at least: what lies between is lived again as soon
 
 
 class Point(NamedTuple):
@@ -61,7 +62,7 @@ class Ring:
         if self.why or (self.points and self.points[-1].tick >= self.world.tick):
             return
         begin = time.thread_time()
-        if self.points and begin - self._since < self._cost / SHARE:
+        if self.points and begin - self._since < max(APART, self._cost / SHARE):
             return
         try:
             self._keep()
