@@ -36,10 +36,13 @@ class Fates:
             places = np.stack((p.x[rows], p.y[rows], p.z[rows]), 1)
             self._deaths.append((self.world.tick, number, table.uid[rows], places, table.killer[rows]))
 
+    def go_back(self, tick: int) -> None:
+        """Forget the deaths of a tick and of later ones."""
+        while self._deaths and self._deaths[-1][0] >= tick:
+            self._deaths.pop()
+
     def since(self, tick: int) -> list[Fate]:
         """Return the deaths after a tick, of the last five ticks at the most."""
-        while self._deaths and self._deaths[-1][0] >= self.world.tick:
-            self._deaths.pop()  # the world went back
         found: list[Fate] = []
         for when, number, uids, places, killers in reversed(self._deaths):
             if when < max(tick, self.world.tick - TICKS) or len(found) >= MOST:

@@ -48,6 +48,7 @@ class Live:
         self.names = [*self.species, *self.objects]
         self.pedigree, self.tally = PedigreeLog(world), Tally(world, self.species)
         self.ring, self._fates = Ring(world, self.tally), Fates(world, self.species)
+        self.ring.loaded = self._forget
         self.families = Families(lambda: logged(self.pedigree))
         self._told = -1, 0  # how far the story has been told
         if world.recorder is not None:
@@ -314,7 +315,6 @@ class Live:
         if isinstance(tick, bool) or not isinstance(tick, int | float) or not math.isfinite(tick):
             raise ValueError(f"seek: tick = {str(tick)[:60]}; allowed: a tick up to {self.tick}")
         tick = self.ring.back(round(tick))
-        self.pedigree.go_back(tick, int(self.world.next_uid))
         self.families = Families(lambda: logged(self.pedigree))
         self._curves.cut(tick)
         for trace in self._traces.values():
@@ -322,6 +322,11 @@ class Live:
                 trace.pop()
         text = f"Back at tick {tick:,}. It goes on as it did, unless you change something"
         return {"kind": "said", "level": "info", "field": "seek", "text": text}
+
+    def _forget(self) -> None:
+        """Forget who was born and died since a checkpoint: they are noted again as it is lived again."""
+        self.pedigree.go_back(self.world.tick, int(self.world.next_uid))
+        self._fates.go_back(self.world.tick)
 
     def _act(self, request: Any) -> Message:
         from ecs_eco.config.models.interventions import describe as words

@@ -13,7 +13,7 @@ from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.record import rewinding
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from ecs_eco.ecosystem import World
     from ecs_eco.view.tally import Tally
@@ -48,6 +48,7 @@ class Ring:
         self.used = False  # whether checkpoints are made
         self.busy = False  # whether the world lives again what it has lived already
         self.why = ""
+        self.loaded: Callable[[], Any] = lambda: None  # called when a checkpoint has been loaded
         self._cost, self._since = 0.0, time.thread_time()
         if world.recorder is not None and not rewinding.can_go_back(world.recorder):
             self.why = "this run is recorded, and its records stand"
@@ -122,3 +123,4 @@ class Ring:
             world.reconfigure(point.config)
         frozen.load(world, json.loads(json.dumps(point.meta)), point.arrays, f"tick {point.tick}")
         self.tally.go_back(point.tally)
+        self.loaded()

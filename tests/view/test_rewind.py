@@ -76,6 +76,23 @@ def test_what_was_is_again_and_its_future_too(live, act):
     assert state(live) == then
 
 
+def test_who_is_born_again_is_one_child(live):
+    lived(live, 60)
+    then = state(live)
+    told = live.fates(-1)
+    live.handle({"kind": "seek", "tick": 52})  # from the checkpoint of tick 50
+    assert all(fate[0] < 52 for fate in live.fates(-1))
+    live.handle({"kind": "seek", "tick": 51})
+    lived(live, 60)
+    assert live.fates(-1) == told
+    live.handle({"kind": "seek", "tick": 59})
+    lived(live, 60)
+    assert state(live)[4] == then[4]
+    kin = live.pedigree
+    kin._settle()
+    assert (np.diff(kin._columns["uid"][: kin.n].astype(np.int64)) > 0).all()
+
+
 def test_a_world_that_is_changed_goes_another_way(live):
     lived(live, 30)
     first = live.world.digest()
