@@ -11,9 +11,10 @@ import time
 import weakref
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ecs_eco.engine.helpers import Helper
+if TYPE_CHECKING:
+    from ecs_eco.engine.helpers import Helper
 
 PARALLEL_FROM = 3000  # organisms of some 30 ns each: fewer do not repay a second thread; 0: all is divided
 EASE = 10  # pieces of Python take turns: so many times as many organisms repay a second thread
@@ -50,7 +51,7 @@ class Workers:
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
-        self.helpers = [Helper() for _ in range(threads - 1)]
+        self.helpers = _helpers(threads - 1)
         self._taken = threading.Lock()  # held by the thread that divides work
         self.all_busy = False  # whether all threads are busy in `together`: its pieces are not split further
         # which part of 0…n this process does, while it shares work with others (ecs_eco.bands)
@@ -133,6 +134,14 @@ class Workers:
         """Let the other threads end: from now on this one does all work."""
         helpers, self.helpers = self.helpers, []
         _end(helpers)
+
+
+def _helpers(n: int) -> list[Helper]:
+    if not n:
+        return []
+    from ecs_eco.engine.helpers import Helper
+
+    return [Helper() for _ in range(n)]
 
 
 def _end_of(helper: Helper) -> list[BaseException]:

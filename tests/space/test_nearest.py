@@ -95,7 +95,7 @@ def test_parts_find_what_the_whole_finds():
     nearest(index, index, 4.0, *whole)
 
     def split(kernel, n, *arguments, work):
-        assert work == 400
+        assert work == 800  # two for each that seeks
         for first in range(0, n, 3):
             kernel(first, min(first + 3, n), *arguments)
 

@@ -9,14 +9,20 @@ from tests.view.pages import IN_A_BROWSER, pause, play, select
 pytestmark = IN_A_BROWSER
 KEYS = "[...document.querySelectorAll('#charts .chart:first-child .key')].map(key => key.textContent).join()"
 
+TOGGLES = "[...document.querySelectorAll('#charts .tools .toggle')]"
+
 
 @pytest.fixture
 def curves(page):
-    """The page, standing still, once curves have a few points."""
+    """The page, standing still, once curves have a few points; the charts that are shown are those of before
+    afterwards."""
     play(page)
     until(page, "ecs.tick > 5 && document.querySelectorAll('.spark polyline[points]').length >= 3")
     pause(page)
-    return page
+    shown = page.evaluate(f"{TOGGLES}.map(one => one.ariaPressed)")
+    yield page
+    page.evaluate(f"shown => {TOGGLES}.forEach((one, i) => one.ariaPressed === shown[i] || one.click())",
+                  shown)
 
 
 def test_the_legend_has_a_line_a_trend_and_births_and_deaths_of_each_species(curves):
