@@ -14,6 +14,7 @@ def double(x):
     return 2 * x
 
 
+TREBLE = """
 @njit
 def treble(x):
     return 3 * x
@@ -22,6 +23,7 @@ def treble(x):
 @njit
 def treble_of(x):
     return treble(x)
+"""
 
 
 @njit
@@ -38,6 +40,9 @@ def fail(x):
 
 
 def test_a_kernel_that_a_kernel_calls_is_compiled_for_it_alone_and_for_python_when_python_calls():
+    room = {"njit": njit}
+    exec(TREBLE, room)  # without a file: what another process has compiled is not found on disk
+    treble, treble_of = room["treble"], room["treble_of"]
     assert treble_of(4.0) == 12
     assert isinstance(treble, Kernel)
     assert isinstance(treble.inner, Inner)
