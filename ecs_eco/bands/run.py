@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
 
 GRACE = 5.0  # [s] that another process leaves process 0 to say what is wrong: most faults are those of all
+HEARD = 1.0  # [s] that mpiexec is given to pass on what a process has said before it ends all of them
 PLAIN = ConfigError, CheckpointError, RecordingError, FloatingPointError, OSError  # that need no traceback
 
 
@@ -87,6 +88,7 @@ def _end_all(error: BaseException, comm: Any) -> None:
     text = (str(error) if isinstance(error, PLAIN)
             else "".join(traceback.format_exception(error)))
     print(f"process {comm.Get_rank()} of {comm.Get_size()}: {text}", file=sys.stderr, flush=True)
+    time.sleep(HEARD)
     code = 2 if isinstance(error, ConfigError) else 1
     comm.Abort(code)
     os._exit(code)  # some libraries return before they have ended the process
