@@ -11,16 +11,6 @@ from ecs_eco.rl import slots, vec_env
 from tests.rl.worlds import PASTURE
 
 
-@pytest.fixture(autouse=True)
-def _one_thread():
-    import torch
-
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
-
-
 def test_its_ppo_trains_on_slots():
     model = stable_baselines3.PPO("MlpPolicy", vec_env(slots(PASTURE, "deer", 5)), n_steps=16, batch_size=40,
                                   n_epochs=1, seed=1, device="cpu")

@@ -24,14 +24,6 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 STEPS = 300
 
 
-@pytest.fixture(autouse=True)
-def _one_thread():
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
-
-
 def test_a_rollout_is_what_slots_give_with_the_last_observation_of_the_dead():
     env = GymWrapper(slots(PASTURE, "deer", 4))
     env.set_seed(1)
