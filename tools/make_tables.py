@@ -139,8 +139,8 @@ def summary(results: dict[str, dict[str, Any]]) -> str:
         ("plants", "{plants:,} plants that grow and spread: {M plant-steps/s:.0f} M plant-steps/s"),
     ):
         if name in results:
-            what, figures = zip(*(pattern.format(**row).split(": ") for row in results[name]["rows"]),
-                                strict=True)
+            said = [pattern.format(**row).replace(" 1 threads", " 1 thread") for row in results[name]["rows"]]
+            what, figures = zip(*(line.split(": ") for line in said), strict=True)
             lines += [f"| {w} | {f} |" for w, f in zip(what, figures, strict=True)]
     return "\n".join(
         [*lines, "", "All tables, with machine, load and versions: [docs/benchmarks.md](docs/benchmarks.md)."]
