@@ -3,18 +3,22 @@
     mpiexec is called by it: python benchmarks/bands.py [--animals 20000] [--processes 1 2] [--short]
 
 Strong scaling: the same savanna in 1, 2, … processes. Weak: as many animals in each process as in the one.
-All run in turns, and the best turn counts, for others may use the machine; processes that wait keep a core
-busy, so that with other work on it the times of exchanges mean nothing. Work is counted in processor time,
-which they disturb less: that which bands share, and that which every process does alike (the rest); so
+Both with whole worlds, which every process holds (`--bands`), and with divided state (`--divided`). All run
+in turns, and the best turn counts, for others may use the machine; processes that wait keep a core busy, so
+that with other work on it times on the clock and those of exchanges mean nothing. Work is counted in
+processor time, which they disturb less: that which bands share, and that which every process does alike; so
 exchanges and waiting are left out of both. All processes must come to the same digest, that of one process.
 
-The model: t(N, P) = N (shared / P + alike) + calls · latency · log2 P + N · bytes · (1 − 1/P) / bandwidth,
-the costs per animal from the runs of one process, latency and bandwidth from messages between two. Beside
-it is the cost of true bands, which would hold their own part of the world alone: N (shared + alike) / P,
-and the halo: who is within the widest sense of an edge goes to the neighbour, before sensing and after
-moving. The halo of a band of the savanna is packed and sent here, and what its animals sense with it alone
-is compared with what they sense in the whole world. A band is at least as high as the widest sense, which
-bounds P.
+What the halo of a band costs is measured in the divided savanna itself, for several numbers of organisms in a
+band: ghosts that came, their bytes, and the processor time of packing them, bringing them to life and letting
+them go.
+
+The model of whole worlds: t(N, P) = N (shared / P + alike) + calls · latency · log2 P + N · bytes · (1 − 1/P)
+/ bandwidth. That of divided state: t(N, P) = N shared / P + told(N) + halo(ghosts) + calls · latency · log2 P
++ bytes of the halo / bandwidth, where ghosts and their bytes grow with the width of the map alone; told is
+the work that all do for births and the sites of plants, wherever they are. Both are straight lines through
+what was measured for several sizes. Costs per animal of what is shared are from the runs of one process,
+latency and bandwidth from messages between two.
 """
 
 import argparse
@@ -32,11 +36,10 @@ sys.path.insert(0, str(Path(__file__).parent))
 import _bench
 
 _bench.pin_threads()
-WIDEST = 12.0  # [m] of the savanna's senses
-GHOST = 28  # bytes of a ghost that is sensed: x, y, z, heading, radius, uid
+SIZES = 1250, 2500, 5000, 10_000, 20_000  # animals in a band, to measure its halo
 
 
-def work(animals: int, ticks: int, learn: bool) -> dict[str, Any]:
+def work(animals: int, ticks: int, learn: bool, state: bool) -> dict[str, Any]:
     """Let a savanna pass some ticks in all processes that there are; return what process 0 spent."""
     from mpi4py import MPI
 
@@ -46,28 +49,37 @@ def work(animals: int, ticks: int, learn: bool) -> dict[str, Any]:
     comm = MPI.COMM_WORLD
     world = World.from_config(_bench.savanna(animals), seed=1, policies="untrained", training=True,
                               learn=learn, record=False)
-    bands = divide(world, comm)
-    shared, spun = [0.0], [0.0]
-    clock(world, bands, shared, spun)
+    bands = divide(world, comm, state=state)
+    spent = {"alike" if state else "shared": 0.0, "halo": 0.0, "spun": 0.0}
+    (clock_divided if state else clock)(world, bands, spent)
     world.run(65 if learn else 3)
     best: dict[str, Any] = {}
     for _ in range(3):
-        bands.traffic.__init__()  # type: ignore[misc]
-        shared[0] = spun[0] = 0.0
+        before, ghosts, said = bands.traffic.copy(), getattr(bands, "copied", 0), dict.fromkeys(spent, 0.0)
+        spent.update(said)
         start, cpu = time.perf_counter(), time.process_time()
         world.run(ticks)
-        spent, cpu = time.perf_counter() - start, time.process_time() - cpu - spun[0]
+        seconds, cpu = time.perf_counter() - start, time.process_time() - cpu - spent["spun"]
         if not best or cpu < best["cpu"]:
-            best = {"seconds": spent, "cpu": cpu, "shared": shared[0], "exchange": bands.traffic.seconds,
-                    "calls": bands.traffic.calls / ticks, "bytes": bands.traffic.received / ticks}
-    shares = comm.allgather(best["shared"])
-    same = len(set(comm.allgather(world.digest()))) == 1
+            traffic = bands.traffic
+            shared = cpu - spent["alike"] - spent["halo"] if state else spent["shared"]
+            best = {"seconds": seconds, "cpu": cpu, "shared": shared, "halo": spent["halo"],
+                    "exchange": traffic.seconds - before.seconds,
+                    "calls": (traffic.calls - before.calls) / ticks,
+                    "bytes": (traffic.received - before.received) / ticks,
+                    "ghosts": (getattr(bands, "copied", 0) - ghosts) / ticks}
+    shares, digest = comm.allgather(best["shared"]), world.digest()
+    same = len(set(comm.allgather(digest))) == 1
+    held = sum(table.n for table in world.tables.values())
     n = sum(world.tables[name].n for name in ("grazer", "hunter"))
-    return best | {"animals": n, "same": same, "digest": world.digest()[:16], "ticks": ticks,
+    if state:
+        best["least"] = bands.edges.least * float(world.space.lengths[1]) / bands.edges.ny
+    return best | {"animals": comm.allreduce(n) if state else n, "held": held, "same": same,
+                   "digest": digest[:16], "ticks": ticks, "width": float(world.space.lengths[0]),
                    "balance": max(shares) / statistics.mean(shares)}
 
 
-def clock(world: Any, bands: Any, shared: list[float], spun: list[float]) -> None:
+def clock(world: Any, bands: Any, spent: dict[str, float]) -> None:
     """Add up the seconds of processor time of the work that bands share (sensing, networks, food, fields and
     gradients), and of exchanges and waiting for them."""
     from ecs_eco.systems.decide import Decide
@@ -78,19 +90,38 @@ def clock(world: Any, bands: Any, shared: list[float], spun: list[float]) -> Non
 
     for system in world.systems:
         if isinstance(system, Sense | Feed | Diffuse | Decide | Learn):
-            timed(system, "process", shared, spun)
-    for name in ("_complete", "share"):
-        timed(bands, name, spun, [0.0])
+            timed(system, "process", spent, "shared")
+    for name in ("_complete", "share", "agree"):
+        timed(bands, name, spent, "spun")
 
 
-def timed(thing: Any, name: str, spent: list[float], without: list[float]) -> None:
-    """Let a method add its processor time to `spent`, but for what is added to `without` meanwhile."""
+def clock_divided(world: Any, bands: Any, spent: dict[str, float]) -> None:
+    """Add up the seconds of processor time of what all processes do alike, of ghosts and of those who change
+    their process, and of exchanges and waiting for them; all else is done by each for its part."""
+    from ecs_eco.systems.respawn import Respawn
+    from ecs_eco.systems.spread import Spread
+
+    for system in world.systems:
+        if isinstance(system, Respawn | Spread):
+            timed(system, "process", spent, "alike")
+    timed(world, "flush_births", spent, "alike")
+    for name in ("copy", "migrate", "forget"):
+        timed(bands, name, spent, "halo")
+    for thing, names in ((bands.wire, ("swap", "everyone", "any", "total")), (bands.talk, ("say",)),
+                         (bands.common_bands, ("_complete", "share"))):
+        for name in names:
+            timed(thing, name, spent, "spun")
+
+
+def timed(thing: Any, name: str, spent: dict[str, float], word: str) -> None:
+    """Let a method add its processor time under a word, but for what other words get meanwhile."""
     inner = getattr(thing, name)
 
-    def method(*arguments: Any) -> None:
-        start, before = time.process_time(), without[0]
-        inner(*arguments)
-        spent[0] += time.process_time() - start - (without[0] - before)
+    def method(*arguments: Any) -> Any:
+        start, before = time.process_time(), sum(spent.values())
+        out = inner(*arguments)
+        spent[word] += time.process_time() - start - (sum(spent.values()) - before)
+        return out
 
     setattr(thing, name, method)
 
@@ -113,66 +144,6 @@ def messages() -> dict[str, float]:
     return {"latency": times[64], "bandwidth": 8_000_000 * (comm.size - 1) / times[8_000_000]}
 
 
-def halo(animals: int) -> dict[str, Any]:
-    """Send the ghosts of a band between two processes; return how many they are, their bytes and seconds."""
-    import numpy as np
-    from mpi4py import MPI
-
-    from ecs_eco import World
-    from ecs_eco.components import Body, Position
-
-    comm, world = MPI.COMM_WORLD, World.from_config(_bench.savanna(animals), seed=1, policies="untrained",
-                                                    record=False)
-    world.flush()
-    edge = world.space.lengths[1] / 2
-    seconds, sizes = [], []
-    for _ in range(20):
-        start = time.perf_counter()
-        strips = []
-        for table in world.tables.values():
-            p, high = table[Position], table.high
-            below = edge - p.y[:high]
-            rows = np.flatnonzero(table.alive[:high] & (below > 0) & (below < WIDEST))
-            strips += [np.ascontiguousarray(column[rows]).view(np.uint8)
-                       for column in (p.x, p.y, p.z, p.heading, table[Body].radius, table.uid)]
-        packed = np.concatenate(strips)
-        counts = comm.allgather(len(packed))
-        incoming, other = np.empty(max(counts), np.uint8), comm.size - 1 - comm.rank
-        comm.Sendrecv(packed, other, 0, incoming, other, 0)
-        seconds.append(time.perf_counter() - start)
-        sizes.append(len(packed))
-    n = sum(t.n for t in world.tables.values())
-    return {"organisms": n, "metres": float(world.space.lengths[0]), "ghosts": sizes[0] / GHOST,
-            "bytes": sizes[0], "seconds": min(seconds), "same": senses_with_ghosts(world)}
-
-
-def senses_with_ghosts(world: Any) -> bool:
-    """Return whether the animals of a band sense the same bits when all beyond its ghosts are gone."""
-    import numpy as np
-
-    from ecs_eco.components import Position
-    from ecs_eco.systems.sense import Sense
-
-    sense = next(s for s in world.systems if isinstance(s, Sense))
-    low, high = world.space.lengths[1] * 0.25, world.space.lengths[1] * 0.5
-    seen = []
-    for gone in (False, True):
-        for table in world.tables.values():
-            if gone:
-                y = table[Position].y
-                table.alive &= (y >= low - WIDEST) & (y < high + WIDEST)
-            table.version += 1
-        for name in ("grazer", "hunter"):
-            table = world.tables[name]
-            sense.update(table, world)
-            nerves = table.species.nerves
-            y = table[Position].y[nerves.rows]
-            own = (y >= low) & (y < high)
-            order = np.argsort(table.uid[nerves.rows[own]])
-            seen.append(nerves.x[own][order].tobytes())
-    return seen[:2] == seen[2:]
-
-
 def launch(n: int, *arguments: str) -> dict[str, Any]:
     """Run this file in n processes; return what process 0 says."""
     mpiexec = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or "mpiexec"
@@ -184,39 +155,69 @@ def launch(n: int, *arguments: str) -> dict[str, Any]:
     return result
 
 
-def row(kind: str, n: int, learn: bool, animals: int, ticks: int, turns: int) -> dict[str, Any]:
-    """Return the best of some turns of one measurement."""
-    results = [launch(n, "work", str(animals), str(ticks), str(int(learn))) for _ in range(turns)]
+def row(kind: str, n: int, learn: bool, state: bool, animals: int, ticks: int) -> dict[str, Any]:
+    """Return one measurement of one turn."""
+    return launch(n, "work", str(animals), str(ticks), str(int(learn)), str(int(state))) | {
+        "kind": kind, "processes": n, "learn": learn, "state": state}
+
+
+def best_row(results: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the row of a table of the best of some turns of one measurement."""
     best = min(results, key=lambda r: r["cpu"]) | {"seconds": min(r["seconds"] for r in results)}
     ns = 1e9 / best["ticks"] / best["animals"]
-    alike = best["cpu"] - best["shared"]
-    return {"scaling": kind, "learning": "yes" if learn else "no", "processes": n, "animals": best["animals"],
-            "ms per tick": best["seconds"] / best["ticks"] * 1e3,
-            "shared, ns per animal": best["shared"] * ns,
-            "alike, ns per animal": alike * ns, "exchange, ns per animal": best["exchange"] * ns,
+    alike = best["cpu"] - best["shared"] - best["halo"]
+    return {"scaling": best["kind"], "learning": "yes" if best["learn"] else "no",
+            "state": "divided" if best["state"] else "whole", "processes": best["processes"],
+            "animals": best["animals"], "ms per tick": best["seconds"] / best["ticks"] * 1e3,
+            "shared, ns per animal": best["shared"] * ns, "alike, ns per animal": alike * ns,
+            "halo, ns per animal": best["halo"] * ns, "exchange, ns per animal": best["exchange"] * ns,
             "exchanges per tick": best["calls"], "bytes per animal and tick": best["bytes"] / best["animals"],
-            "slowest share / mean": best["balance"],
+            "organisms held": best["held"], "slowest share / mean": best["balance"],
             "digest": best["digest"] if best["same"] else "DIFFERENT"}
 
 
-def predicted(one: dict[str, Any], two: dict[str, Any], wire: dict[str, float], strip: dict[str, Any],
-              processes: int) -> dict[str, Any]:
-    """Return the model's speed-up of a world of the size of `one` over P processes, as it is (whole worlds)
-    and with true bands, on the wire that was measured."""
-    n, p = one["animals"], processes
+def halo_row(results: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return what the halo of a band of a savanna in two processes costs."""
+    best = min(results, key=lambda r: r["halo"])
+    return {"organisms in a band": best["held"], "width of the map [m]": best["width"],
+            "animals": best["animals"], "least height of a band [m]": best["least"],
+            "ghosts per tick": best["ghosts"],
+            "bytes received per tick": best["bytes"],
+            "processor time of the halo per tick [ms]": best["halo"] / best["ticks"] * 1e3,
+            "of what all are told [ms]": (best["cpu"] - best["shared"] - best["halo"]) / best["ticks"] * 1e3,
+            "of all [ms]": best["cpu"] / best["ticks"] * 1e3}
+
+
+def line(halos: list[dict[str, Any]], x: str, y: str) -> tuple[float, float]:
+    """Return beginning and slope of a straight line through some columns, the former at least 0."""
+    if len(halos) == 1:
+        return 0.0, halos[0][y] / halos[0][x]
+    slope, start = statistics.linear_regression([h[x] for h in halos], [h[y] for h in halos])
+    return max(start, 0.0), max(slope, 0.0)
+
+
+def predicted(rows: dict[str, dict[str, Any]], wire: dict[str, float], halos: list[dict[str, Any]], n: int,
+              p: int) -> dict[str, Any]:
+    """Return the model's speed-up of a savanna of n animals in p processes, on the wire that was measured."""
+    one, two, divided = rows["one"], rows["whole"], rows["divided"]
     shared, alike = one["shared, ns per animal"] * 1e-9, one["alike, ns per animal"] * 1e-9
     each = two["bytes per animal and tick"] * 2  # of all, of which 1 − 1/P comes from others
-    now = (n * (shared / p + alike) + two["exchanges per tick"] * wire["latency"] * max(1, math.log2(p))
+    calls = math.ceil(math.log2(p)) * wire["latency"]
+    now = (n * (shared / p + alike) + two["exchanges per tick"] * calls
            + n * each * (1 - 1 / p) / wire["bandwidth"])
     side = math.sqrt(n / 0.045)  # [m]
-    edge = strip["ghosts"] / strip["metres"] * side  # ghosts at one edge of a band
-    send = 4 * (edge * strip["seconds"] / strip["ghosts"] + wire["latency"])  # two edges, twice a tick
-    true = n * (shared + alike) / p + send
-    whole = n * (shared + alike)
+    ghosts, size = (halos[-1][name] / halos[-1]["width of the map [m]"] * side
+                    for name in ("ghosts per tick", "bytes received per tick"))
+    first, each_ghost = line(halos, "ghosts per tick", "processor time of the halo per tick [ms]")
+    begin, told = line(halos, "animals", "of what all are told [ms]")
+    own = shared + alike - told * 1e-3
+    parts = (n * own / p + (begin + n * told + first + ghosts * each_ghost) * 1e-3
+             + divided["exchanges per tick"] * calls + size / wire["bandwidth"])
+    whole, least = n * (shared + alike), halos[-1]["least height of a band [m]"]
     return {"animals": n, "processes": p, "whole worlds: speed-up": whole / now,
-            "true bands: speed-up": whole / true if side / p >= WIDEST else "bands too low",
+            "divided state: speed-up": whole / parts if side / p >= least else "bands too low",
             "bytes received per process and tick, whole worlds": n * each * (1 - 1 / p),
-            "bytes of ghosts per band and tick": 4 * edge * GHOST, "height of a band [m]": side / p}
+            "bytes received per process and tick, divided": size, "height of a band [m]": side / p}
 
 
 def main() -> None:
@@ -232,30 +233,37 @@ def main() -> None:
         part(*options.part)
         return
     animals, turns = (1500, 1) if options.short else (options.animals, options.turns)
-    rows = []
-    for learn in (False, True):
-        ticks = (64 if learn else 20) if not options.short else 4
-        for kind in ("strong", "weak"):
-            rows += [row(kind, n, learn, animals * (n if kind == "weak" else 1), ticks, turns)
-                     for n in options.processes if kind == "strong" or n > 1]
-    wire, strip = launch(2, "messages"), launch(2, "halo", str(animals))
-    conclude(rows, wire, strip, options.short)
+    cases: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for _ in range(turns):
+        for learn in (False, True):
+            ticks = (64 if learn else 20) if not options.short else 4
+            for kind, state in (("strong", False), ("strong", True), ("weak", False), ("weak", True)):
+                for n in options.processes if kind == "strong" else options.processes[1:]:
+                    many = animals * (n if kind == "weak" else 1)
+                    done = row(kind, n, learn, state, many, ticks)
+                    cases.setdefault((kind, n, learn, state), []).append(done)
+    halos = [halo_row([launch(2, "work", str(2 * n), "20", "0", "1") for _ in range(turns)])
+             for n in (SIZES[:1] if options.short else SIZES)]
+    wires = [launch(2, "messages") for _ in range(1 if options.short else 8)]  # others disturbed the rest
+    wire = {"latency": min(w["latency"] for w in wires), "bandwidth": max(w["bandwidth"] for w in wires)}
+    conclude({case: best_row(results) for case, results in cases.items()}, wire, halos, options.short)
 
 
-def conclude(rows: list[dict[str, Any]], wire: dict[str, float], strip: dict[str, Any], short: bool) -> None:
+def conclude(cases: dict[tuple[Any, ...], dict[str, Any]], wire: dict[str, float],
+             halos: list[dict[str, Any]], short: bool) -> None:
     """Print the rows and what the model says; write both unless it is short."""
-    one, two = rows[0], next(r for r in rows if r["processes"] == 2)
     notes = {"latency of an exchange between two processes [s]": wire["latency"],
-             "bandwidth between two processes [bytes/s]": wire["bandwidth"],
-             "ghosts at an edge": strip["ghosts"], "bytes of them": strip["bytes"],
-             "seconds to pack and send them": strip["seconds"],
-             "with ghosts alone a band senses the same bits": strip["same"]}
-    model = [predicted(one | {"animals": n}, two, wire, strip, p)
-             for n in (one["animals"], 10_000_000) for p in (2, 4, 16, 1000)]
+             "bandwidth between two processes [bytes/s]": wire["bandwidth"]}
+    rows = {"one": cases["strong", 1, False, False], "whole": cases["strong", 2, False, False],
+            "divided": cases["strong", 2, False, True]}
+    model = [predicted(rows, wire, halos, n, p)
+             for n in (rows["one"]["animals"], 10_000_000) for p in (2, 4, 16, 1000)]
     if short:
-        print(json.dumps({"rows": rows, "notes": notes, "model": model}, indent=1))
+        print(json.dumps({"rows": list(cases.values()), "notes": notes, "halos": halos, "model": model},
+                         indent=1))
         return
-    _bench.save("bands", "One world over several processes", rows, notes)
+    _bench.save("bands", "One world over several processes", list(cases.values()), notes)
+    _bench.save("bands_halo", "What the halo of a band costs", halos)
     _bench.save("bands_model", "What a model says of one world over many processes", model)
 
 
@@ -264,8 +272,8 @@ def part(what: str, *arguments: str) -> None:
     from mpi4py import MPI
 
     numbers = [int(a) for a in arguments]
-    result = {"work": lambda: work(numbers[0], numbers[1], bool(numbers[2])), "messages": messages,
-              "halo": lambda: halo(numbers[0])}[what]()
+    result = (work(numbers[0], numbers[1], bool(numbers[2]), bool(numbers[3])) if what == "work"
+              else messages())
     if MPI.COMM_WORLD.rank == 0:
         print(json.dumps(result))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +14,6 @@ from ecs_eco.engine.bands import OneBand
 from ecs_eco.engine.errors import ConfigError, Problem
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
     from ecs_eco.space.world import SpatialWorld
 
 LEAST = 64  # organisms: fewer are the work of every process, for an exchange takes as long
@@ -28,6 +27,10 @@ class Traffic:
     calls: int = 0
     received: int = 0
     seconds: float = 0.0
+
+    def copy(self) -> Traffic:
+        """Return what it is now."""
+        return replace(self)
 
 
 class Bands(OneBand):
@@ -165,26 +168,3 @@ def mpi() -> Any:
                                    "pip install 'ecs-eco[mpi]', then: mpiexec -n 4 ecs-eco run WORLD --bands",
                                    "", "--bands")]) from None
     return MPI
-
-
-def divide(world: World, comm: Any = None, least: int = LEAST) -> Bands:
-    """Let this process share the work of a world with those of an MPI communicator (None: all there are).
-
-    Each of them must have built the same world, from the same configuration and seed, and let the same ticks
-    pass: `digest()` is then the same in all of them, and that of one process. Species of fewer than `least`
-    organisms are the work of every process. Raises RuntimeError for worlds that differ.
-    """
-    comm = mpi().COMM_WORLD if comm is None else comm
-    bands = Bands(world, comm, least)
-    if len(digests := set(comm.allgather(world.digest()))) > 1:
-        raise RuntimeError(f"world {world.name!r}: {comm.Get_size()} processes have {len(digests)} different "
-                           f"worlds ({', '.join(sorted(d[:200] for d in digests))}); build the same one in "
-                           "each: configuration, seed, policies, learn")
-    world.bands = bands
-
-    def stop_together() -> None:
-        if bands.agree():
-            world.stopping = True
-
-    world.before_tick.append(stop_together)
-    return bands

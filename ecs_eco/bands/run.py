@@ -9,7 +9,8 @@ import traceback
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from ecs_eco.bands.bands import Bands, divide, mpi
+from ecs_eco.bands.bands import mpi
+from ecs_eco.bands.begin import divide
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.runs.signals import stopping
 
@@ -22,30 +23,31 @@ PLAIN = ConfigError, CheckpointError, RecordingError, FloatingPointError, OSErro
 
 
 def together(lead: Callable[[Callable[[Any], None]], Any], build: Callable[[], World], ticks: int | None,
-             comm: Any = None) -> tuple[Any, Bands] | None:
+             comm: Any = None, *, state: bool = False) -> tuple[Any, Any] | None:
     """Let the processes of an MPI communicator (None: all there are) share the work of one run.
 
     In process 0, `lead(prepare)` runs a world to tick `ticks` (None: as many as its file says) and calls
     `prepare(world)` before the first, as `runs.run.run_to_folder` does; in the others `build()` returns the
-    same world. Returns what `lead` does and the bands; None in the others. An error in one process ends all,
-    with exit code 1, or 2 for a wrong file; so does the RuntimeError of processes that came to different
-    worlds.
+    same world, of which each holds a part alone with `state`. Returns what `lead` does and the bands; None in
+    the others. An error in one process ends all, with exit code 1, or 2 for a wrong file; so does the
+    RuntimeError of processes that came to different worlds, where each holds a whole one.
     """
     comm = mpi().COMM_WORLD if comm is None else comm
     led: list[World] = []
 
     def prepare(world: World) -> None:
         led.append(world)
-        divide(world, comm)
+        divide(world, comm, state=state)
 
     try:
         if comm.Get_rank():
-            _follow(_built(build, comm), ticks, comm)
+            _follow(_built(build, comm), ticks, comm, state)
             return None
         result = lead(prepare)
         return result, _agreed(led[0], comm)
     except BaseException as error:
         if led and led[0].stopped and led[0].underway is None:
+            _end_of(led[0])
             raise  # a run that was told to stop
         _end_all(error, comm)
         raise
@@ -61,21 +63,34 @@ def _built(build: Callable[[], World], comm: Any) -> World:
         raise
 
 
-def _follow(world: World, ticks: int | None, comm: Any) -> None:
-    divide(world, comm)
+def _follow(world: World, ticks: int | None, comm: Any, state: bool) -> None:
+    divide(world, comm, state=state)
     with stopping(world):
         world.run((ticks or world.config.ticks) - world.tick)
-    _agreed(world, comm)
+    if state:
+        bands: Any = world.bands
+        bands.talk.serve()
+    else:
+        _agreed(world, comm)
 
 
-def _agreed(world: World, comm: Any) -> Bands:
+def _end_of(world: World) -> None:
+    """Tell the others that it is the end, where they wait for it."""
+    bands: Any = world.bands
+    if bands.divided:
+        bands.talk.end()
+
+
+def _agreed(world: World, comm: Any) -> Any:
     """Return the bands of a world; RuntimeError if not all processes came to the same one."""
+    _end_of(world)
+    if world.bands.divided:
+        return world.bands
     digests = [] if world.stopped else comm.allgather(world.digest())  # a stop leaves no time for it
     if len(set(digests)) > 1:
         raise RuntimeError(f"world {world.name!r}: the processes came to different worlds by tick "
                            f"{world.tick}: {', '.join(d[:12] for d in digests)}; a system or sensor of this "
                            "world gives different results in different processes")
-    assert isinstance(world.bands, Bands)
     return world.bands
 
 

@@ -57,11 +57,14 @@ MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], A
 def save(world: SpatialWorld, path: str | Path) -> Path:
     """Write a checkpoint of a world between two ticks, completely or not at all. Returns its path.
 
-    Raises RuntimeError within a tick, CheckpointError for something that could not be restored,
-    OSError where nothing can be written.
+    Of a world whose state is divided between processes (`ecs_eco.bands`) process 0 writes the whole. Raises
+    RuntimeError within a tick, CheckpointError for something that could not be restored, OSError where
+    nothing can be written.
     """
     path = Path(path)
-    write(path, *frozen.freeze(world))
+    meta, arrays = frozen.freeze(world)
+    if meta:
+        write(path, meta, arrays)
     return path
 
 

@@ -29,15 +29,31 @@ OWN = ("uid", "born", "cause", "killer")  # columns of a table that belong to no
 
 def freeze(world: SpatialWorld, recording: bool = True) -> tuple[dict[str, Any], Arrays]:
     """Return all that decides a world's future: meta for JSON, and arrays by name; where its recording stands
-    too, unless that is left out. Raises RuntimeError within a tick."""
+    too, unless that is left out; nothing where another process has it all. Raises RuntimeError within a tick.
+    """
+    require_whole(world, "save")
+    recorder = world.recorder if recording else None
+    if recorder is not None:
+        recorder.flush()
+    if (whole := world.bands.undivided(world)) is None:
+        return {}, {}
+    meta, arrays = parts_of(whole)
+    if recorder is not None:
+        meta["recorder"] = recorder.names
+        put(arrays, "recorder", recorder.state())
+    return meta, arrays
+
+
+def parts_of(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
+    """Return all that decides the future of what this process holds of a world: as `freeze`."""
     from ecs_eco.record.folder import versions
 
-    require_whole(world, "save")
     arrays: Arrays = {}
     meta: dict[str, Any] = {
         "versions": versions(), "target": portable.target(), "name": world.name,
         "clock": {"tick": world.tick, "seed": world.seed, "dt": world.dt, "next_uid": world.next_uid},
         "config": None if world.config is None else world.config.resolved(),
+        "viewer": None if world.config is None else world.config.viewer.model_dump(mode="json"),
         "folder": None if world.config is None else str(world.config.folder.absolute()),
         "options": world.origin, "reproduction": world.reproduction, "ambient": world.ambient,
         "causes": world.causes, "environment": sorted(world.environment), "instances": _instances(world),
@@ -58,10 +74,6 @@ def freeze(world: SpatialWorld, recording: bool = True) -> tuple[dict[str, Any],
     if (land := getattr(world.config, "_land", None)) is not None:
         meta["land"] = land.sha256
     meta["code"] = noted(sources(world.config, (name.partition(":")[0] for _, name in meta["plain"])))
-    if world.recorder is not None and recording:
-        world.recorder.flush()
-        meta["recorder"] = world.recorder.names
-        put(arrays, "recorder", world.recorder.state())
     return meta, arrays
 
 
@@ -93,7 +105,7 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
                               "hand it in again: World.restore(path, systems=[…])")  # fmt: skip
     try:
         if config is None:
-            data = dict(meta["config"])
+            data = dict(meta["config"]) | {"viewer": meta.get("viewer") or {}}
             data["systems"] = [handed.get(name, name) if isinstance(name, str) else name
                                for name in data["systems"]]
             loaded = WorldConfig.model_validate(data)

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.engine.jit import njit
+
 BLOCK = 256  # rows of one block
 
 
@@ -50,15 +52,12 @@ class Blocked:
         in the order given."""
         if not rows.size:
             return
-        first, last = int(rows.min()) // BLOCK, int(rows.max()) // BLOCK
-        if first == last:
-            yield first, rows - first * BLOCK if first else rows, np.arange(rows.size)
-            return
-        block = rows // BLOCK
-        for b in range(first, last + 1):
-            places = (block == b).nonzero()[0]
-            if places.size:
-                yield b, rows[places] - b * BLOCK, places
+        inside, places = np.empty((2, rows.size), np.int64)
+        start = 0
+        for block, end in enumerate(_sort_out(rows, inside, places).tolist()):
+            if end > start:
+                yield block, inside[start:end], places[start:end]
+                start = end
 
     def __getitem__(self, rows: Any) -> Any:
         if isinstance(rows, int | np.integer):
@@ -95,3 +94,19 @@ class Blocked:
         if rows.size and not 0 <= rows.min() <= rows.max() < self.capacity:
             raise IndexError(f"rows up to {rows.max()} of a column of {self.capacity}")
         return rows
+
+
+@njit
+def _sort_out(rows, inside, places):
+    """Write the rows within their blocks and their places in `rows` i64[n], block by block; return where each
+    block ends in these: i64[blocks]."""
+    ends = np.zeros(rows.max() // BLOCK + 1, np.int64)
+    for row in rows:
+        ends[row // BLOCK] += 1
+    ends = np.cumsum(ends)
+    at = ends.copy()
+    for place in range(rows.size - 1, -1, -1):
+        block = rows[place] // BLOCK
+        at[block] -= 1
+        inside[at[block]], places[at[block]] = rows[place] - block * BLOCK, place
+    return ends

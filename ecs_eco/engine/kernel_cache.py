@@ -115,6 +115,7 @@ class Folder:
     def __init__(self, path: Path) -> None:
         self.path, self._usable, self._full = path, None if os.name == "posix" else True, False
         self.shared = False  # whether another process compiles for it now: what one does, the other leaves
+        self.compiled = 0  # kernels that this process has compiled
 
     def usable(self) -> bool:
         """Return whether files may be read from it."""
@@ -199,6 +200,7 @@ class KernelCache(NullCache):
         That is one with constants in its machine code, or of a module that no other process can import, as
         that of a script which runpy.run_path has run.
         """
+        self.folder.compiled += 1
         if (not self.folder.writable() or data.library.has_dynamic_globals
             or data.fndesc.modname not in sys.modules
             or any(not lifted.can_cache for lifted in data.lifted)):

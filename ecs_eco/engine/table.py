@@ -179,27 +179,32 @@ class Table(dict[type, Any]):
                 raise ValueError(f"{where} has the shape {shape}; allowed is {wanted}")
         self.births.append((parents, second, dict(values)))
 
-    def occupy(self, k: int, first_uid: int, tick: int, values: Values) -> np.ndarray:
-        """Bring `k` entities to life in the lowest free rows, with uids from `first_uid` on;
-        return their rows."""
+    def occupy(self, k: int, first_uid: int, tick: int, values: Values, whole: bool = True) -> np.ndarray:
+        """Bring `k` entities to life in the lowest free rows, with uids from `first_uid` on; return their
+        rows. Where they are not `whole`, fields of which there are no values keep what was in those rows."""
         if self.n + k > self.capacity:
             self.reserve(self.n + k)
         rows = np.empty(k, np.int64)
         self.high = _occupy(rows, self.alive, self.uid, self.born, first_uid, tick, self.high)
-        for component, columns in self.columns.items():
-            arrays = vars(columns)
-            for field, default in self.defaults[component].items():
-                arrays[field][rows] = values.get((component, field), default)
         self.n += k
         self.version += 1
         if self.registry is not None:
             self.registry.stale = True
+        if not whole:
+            for (component, field), array in values.items():
+                getattr(self.columns[component], field)[rows] = array
+            return rows
+        for component, columns in self.columns.items():
+            arrays = vars(columns)
+            for field, default in self.defaults[component].items():
+                arrays[field][rows] = values.get((component, field), default)
         return rows
 
-    def settle(self, uid: np.ndarray, born: np.ndarray, values: Values) -> np.ndarray:
+    def settle(self, uid: np.ndarray, born: np.ndarray, values: Values, whole: bool = True) -> np.ndarray:
         """Bring entities that come from elsewhere to life in the lowest free rows, with their uids u64[k] and
-        ticks of birth i64[k]; return their rows."""
-        rows = self.occupy(uid.size, 0, 0, values)
+        ticks of birth i64[k]; return their rows. Where they are not `whole`, fields of which there are no
+        values are those of who was there before: nobody may read them."""
+        rows = self.occupy(uid.size, 0, 0, values, whole)
         self.uid[rows], self.born[rows] = uid, born
         return rows
 

@@ -94,6 +94,8 @@ class Species:
     torpor: bool = False
     """Whether those without energy are torpid; else their energy falls below 0."""
     diet: list[Diet] = field(default_factory=list)
+    eaten: dict[str, float] = field(default_factory=dict)
+    """Food → what all of them gained by eating it in the last tick [energy]."""
     lethal: list[Lethal] = field(default_factory=list)
     """Properties and the interval in which it can live."""
     carries: list[Carry] = field(default_factory=list)

@@ -28,7 +28,7 @@ def forget(world: World) -> None:
 def repeat_requests(world: World, manifest: dict[str, Any]) -> None:
     """Request again what the manifest notes for the next tick, except what is pending already,
     from a checkpoint."""
-    for request in _without([request for tick, request in manifest.get("asked", []) if tick == world.tick],
+    for request in without([request for tick, request in manifest.get("asked", []) if tick == world.tick],
                             waiting(world)):
         world.intervene({key: value for key, value in request.items() if key != "at"})
 
@@ -43,13 +43,13 @@ class RequestLog:
         """Repeat requests of the manifest that are not pending, and note the new ones."""
         repeat_requests(self.world, self.manifest)
         known = self.manifest.get("asked", [])
-        new = _without(waiting(self.world), [request for tick, request in known if tick == self.world.tick])
+        new = without(waiting(self.world), [request for tick, request in known if tick == self.world.tick])
         if new:
             self.manifest["asked"] = [*known, *([self.world.tick, request] for request in new)]
             self.note()
 
 
-def _without(some: list[Any], others: list[Any]) -> list[Any]:
+def without(some: list[Any], others: list[Any]) -> list[Any]:
     """Return `some` without `others`, each of which removes one."""
     remaining, out = list(others), []
     for x in some:

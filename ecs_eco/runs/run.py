@@ -141,7 +141,7 @@ def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None
     start, path = time.perf_counter(), Path(path)
     manifest = _with_id(path, read_manifest(path))
     with begun(out) as claim:
-        world = _world_at(path, manifest, from_tick, threads, complain, trust)
+        world = world_at(path, manifest, from_tick, threads, complain, trust)
         forget(world)
         if changes:
             from ecs_eco.config.loading import changed
@@ -165,9 +165,9 @@ def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None
         return go_on(world, folder, manifest, until, progress, report, start)
 
 
-def _world_at(path: Path, manifest: dict[str, Any], tick: int | None, threads: int,
+def world_at(path: Path, manifest: dict[str, Any], tick: int | None, threads: int,
               complain: Callable[[str], None], trust: bool) -> Any:
-    """Return the world of a recorded run at a tick, at its last checkpoint where that is None."""
+    """Return the world of a recorded run at a tick, at its last checkpoint where that is None, unrecorded."""
     from ecs_eco.ecosystem import World
 
     file = checkpoint.latest(path / "checkpoints", before=tick, complain=complain,
@@ -280,7 +280,7 @@ def go_on(world: World, folder: Folder, manifest: dict[str, Any], until: int, pr
     requests = RequestLog(world, manifest, lambda: keep_manifest(folder, manifest))
     start = time.perf_counter()
     try:
-        with stopping(world), listening(world.before_tick, requests.look):
+        with stopping(world) as pass_on, listening(world.before_tick, requests.look):
             while world.tick < until and not world.stopped:
                 goal = min(until, (world.tick // every + 1) * every if every else until,
                            first + 1 if world.tick == first else until)
@@ -300,6 +300,7 @@ def go_on(world: World, folder: Folder, manifest: dict[str, Any], until: int, pr
         _close(world, folder, manifest, finished=whole and world.tick >= until, last=whole)
     if not manifest["finished"]:
         raise Stopped(world.tick, path)
+    pass_on()
     if report:
         from ecs_eco.analysis.report import write_report
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 NO_DECISION = np.zeros((1, 1), np.uint8)
 UNDEFENDED = np.zeros(0, np.float32)
 NOTHING = np.zeros(0, np.float32)
+NOBODY = np.zeros(0, np.int64)
 
 
 class Feed(System):
@@ -59,12 +60,12 @@ class Feed(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species eat, one kind of food after the other."""
         for number, food in enumerate(table.species.diet):
-            self.eat(table, world.tables[food.eats], food, number, world)
+            table.species.eaten[food.eats] = self.eat(table, world.tables[food.eats], food, number, world)
 
-    def eat(self, table: Table, prey: Any, food: Any, number: int, world: SpatialWorld) -> None:
-        """Let all of `table` that want to eat take from `prey`."""
+    def eat(self, table: Table, prey: Any, food: Any, number: int, world: SpatialWorld) -> float:
+        """Let all of `table` that want to eat take from `prey`; return what they gained by it [energy]."""
         if not table.n or not prey.n:
-            return
+            return 0.0
         eaters, foods = world.index(table), world.index(prey)
         b, m, nerves = table[Body], table[Metabolism], table.species.nerves
         reach, chance, ceiling, gain, efficiency, store, digestion = self.meal(table, food, number, world.dt)
@@ -88,17 +89,23 @@ class Feed(System):
         best.fill(-1)
         toughness, poison = defences(world, prey)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
-        ingest(target, distance2, eaters.rows, eaters.uid, foods.rows, radius, food_radius,
-               reach, decision, column, chance, ceiling, gain, efficiency, held, store, digestion, world.key,
-               random.FEED + (number << 8), toughness, poison, world.codes[f"eaten by {table.name}"],
-               world.codes[f"poisoned by {food.eats}"] if food.deadly else 0,
-               LEAST_ENERGY[table.species.torpor], table.cause, table.killer, table.uid, best, m.energy,
-               m.digesting, m.taken, prey.cause, prey.killer, prey.uid)
+        own = before = NOBODY
+        if world.bands.divided:  # what ghosts gain is theirs
+            own = eaters.rows[world.bands.entries(eaters)]
+            before = m.energy[own].astype(np.float64)
+        gained: float = ingest(
+            target, distance2, eaters.rows, eaters.uid, foods.rows, radius, food_radius, reach, decision,
+            column, chance, ceiling, gain, efficiency, held, store, digestion, world.key,
+            random.FEED + (number << 8), toughness, poison, world.codes[f"eaten by {table.name}"],
+            world.codes[f"poisoned by {food.eats}"] if food.deadly else 0, LEAST_ENERGY[table.species.torpor],
+            table.cause, table.killer, table.uid, best, m.energy, m.digesting, m.taken, prey.cause,
+            prey.killer, prey.uid)
         if Matter in table:
             eaten = np.flatnonzero(best >= 0)
             share = own_value(table, f"diet.{food.eats}.assimilation",
                               1.0 if food.assimilation is None else food.assimilation)
             swallow(world, table, eaters.rows[best[eaten]], prey, foods.rows[eaten], share)
+        return float((m.energy[own] - before).sum()) if world.bands.divided else gained
 
     def meal(self, table: Table, food: Any, number: int, dt: float) -> tuple[Any, ...]:
         """Return what `meal` does, found anew only where it is another, or where it is each one's own."""
@@ -166,7 +173,7 @@ def ingest(target, distance2, rows, uid, food_rows, radius, food_radius, reach, 
            until, gain, efficiency, held, ceiling, digestion, key, purpose, toughness, poison, cause, deadly,
            least, eater_cause, eater_killer, uids, best, energy, digesting,
            taken, food_cause, food_killer, food_uids):
-    """Resolve the proposals of all eaters, in canonical order, and apply them."""
+    """Resolve the proposals of all eaters, in canonical order, and apply them; return what all gained."""
     for i in range(target.size):
         j, row = target[i], rows[i]
         if (j < 0 or eater_cause[row] or food_cause[food_rows[j]] or digesting[row] > 0
@@ -184,6 +191,7 @@ def ingest(target, distance2, rows, uid, food_rows, radius, food_radius, reach, 
         if (other < 0 or distance2[i] < distance2[other]
             or (distance2[i] == distance2[other] and uid[i] < uid[other])):
             best[j] = i
+    gained = 0.0
     for j in range(best.size):
         i = best[j]
         if i < 0:
@@ -197,9 +205,11 @@ def ingest(target, distance2, rows, uid, food_rows, radius, food_radius, reach, 
         after = min(before + worth, max(before, of_row(ceiling, row)))  # bad food has a negative gain
         energy[row] = max(after, min(before, least))
         taken[row] += energy[row] - before
+        gained += np.float64(energy[row]) - np.float64(before)
         digesting[row] = of_row(digestion, row)
         food_cause[food] = cause
         food_killer[food] = uids[row]
         if deadly:
             eater_cause[row] = deadly
             eater_killer[row] = food_uids[food]
+    return gained

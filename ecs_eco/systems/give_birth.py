@@ -38,9 +38,9 @@ class GiveBirth(System):
         m, g = table[Metabolism], table[Gestation]
         own, _, _, energy_given, _, _ = life_history(table, way)
         mothers, number = np.empty(table.high, np.int64), np.empty(table.high, np.int64)
-        n = at_term(table.alive[: table.high], g.carrying, g.due, world.tick, m.energy, g.energy, own,
-                    energy_given, mothers, number)
-        if n == 0:
+        n = at_term(world.bands.living(table)[: table.high], g.carrying, g.due, world.tick, m.energy,
+                    g.energy, own, energy_given, mothers, number)
+        if n == 0 and not world.bands.divided:
             return
         order = np.argsort(table.uid[mothers[:n]])
         mothers, number = mothers[order], number[order]

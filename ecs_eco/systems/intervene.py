@@ -75,7 +75,7 @@ class Intervene(System):
     def add(self, world: SpatialWorld, order: Any) -> None:
         """Ask for newcomers."""
         table = world.table(order.species)
-        count = room(table, order.count)
+        count = room(table, world, order.count)
         if count == 0:
             return
         # future uids: no draw has used them yet

@@ -16,7 +16,7 @@ from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
-from ecs_eco.lifecycle.births import life_history, ticks, whole
+from ecs_eco.lifecycle.births import life_history, rows_of, ticks, whole
 from ecs_eco.lifecycle.torpor import awake
 from ecs_eco.space.bodies import bound, solids
 from ecs_eco.space.shapes import touching
@@ -58,7 +58,7 @@ class Mate(System):
         n_chooses, n_sires = ready(awake(table)[: table.high], table.cause, b.sex, b.age, m.energy,
                                    g.carrying, g.rest, world.tick, own,
                                    age_min, energy_min, litter, decision, column, WILLING[way.consent], can)
-        if n_chooses == 0 or n_sires == 0:
+        if (n_chooses == 0 or n_sires == 0) and not world.bands.divided:
             return
         i, space, radius = world.index(table), world.space, table[Body].radius
         rule = select_mate(table)
@@ -68,13 +68,17 @@ class Mate(System):
                                           "reproduction.father_share": np.float32(way.father_share)})
         furthest = highest(reach, table.alive) if isinstance(reach, np.ndarray) else way.reach
         form = solids(world, [table.name]).form if Shape in table else SPHERES
-        widest = 2 * (float(radius[: table.high].max()) if form is SPHERES else bound(table)) + furthest
+        largest = float(radius[: table.high].max(initial=0)) if form is SPHERES else bound(table)
+        widest = 2 * largest + furthest
         partner, distance2 = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
-        with world.bands.over(i, partner, distance2):
+        with world.bands.own(i, partner, distance2):
             world.split(propose, i.n, i.rows, i.x, i.y, i.z, i.uid, i.start, can, radius, reach,
                         space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus, form,
                         space.volume, decision, column, WILLING[way.consent], m.energy, b.age, own,
                         energy_given, litter, choice, share, world.key, partner, distance2)
+        if world.bands.divided:
+            self.conceive(table, world, way, agreed(table, world, i, partner, distance2))
+            return
         choosers = np.flatnonzero(partner >= 0)
         if choosers.size == 0:
             return
@@ -127,6 +131,22 @@ class Mate(System):
         if Genome in table:
             mothers, fathers = pairs[conceived].T
             g.sperm[mothers] = table[Genome].loci[fathers]
+
+
+def agreed(table: Table, world: SpatialWorld, i: Any, partner: np.ndarray,
+           distance2: np.ndarray) -> np.ndarray:
+    """Return the pairs that mate, where each process knows whom its own organisms choose: rows i64[n, 2] of
+    those whom this one holds, ghosts among them."""
+    here = world.bands.entries(i)
+    mine = here.start + np.flatnonzero(partner[here] >= 0)
+    uid, chosen, far = world.bands.everyone(i.uid[mine], i.uid[partner[mine]], distance2[mine])
+    who, entry = np.unique(np.concatenate([uid, chosen]), return_inverse=True)
+    choosers, of = entry[: uid.size], np.full(who.size, -1)
+    of[choosers] = entry[uid.size :]
+    pairs = np.empty((uid.size, 2), np.int64)
+    n = pair(choosers[np.lexsort((uid, far))], of, np.arange(who.size), np.zeros(who.size, np.bool_), pairs)
+    rows = rows_of(table, who)[pairs[:n]] if n else pairs[:0]
+    return np.ascontiguousarray(rows[(rows >= 0).all(axis=1)])
 
 
 def action(table: Table) -> tuple[int, np.ndarray]:

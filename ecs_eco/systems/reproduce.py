@@ -50,9 +50,10 @@ class Reproduce(System):
         parents, number = np.empty(table.high, np.int64), np.empty(table.high, np.int64)
         rate = own_value(table, "reproduction.rate", way.rate) if table.species.traits else way.rate
         chance = chance_of(rate, world.dt)
-        n = ready(table.alive[: table.high], m.energy, b.age, b.fertility, table.uid, own, energy_min,
-                  age_min, energy_given, litter, chance, world.key, parents, number)
-        if n == 0:
+        living = world.bands.living(table) if world.bands.divided else table.alive
+        n = ready(living[: table.high], m.energy, b.age, b.fertility, table.uid, own,
+                  energy_min, age_min, energy_given, litter, chance, world.key, parents, number)
+        if n == 0 and not world.bands.divided:
             return
         order = table.uid[parents[:n]].argsort()
         parents, number = parents[order], number[order]
@@ -67,7 +68,7 @@ class Reproduce(System):
         and one more by chance for the rest."""
         wanted = way.immigration * world.dt
         chance = float(random.draw(world.key, np.uint64(table.place), random.BIRTH + (2 << 8)))
-        if count := room(table, int(wanted + chance)):
+        if count := room(table, world, int(wanted + chance)):
             # future uids: no draw has used them yet
             identity = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
             values = newcomers(table, world, table.species.config, identity)

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ecs_eco.components import Nervous, Position, Sensor
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.organs import blind
 from ecs_eco.nervous.sensors.sense import NOTHING_SENSED, Seekers
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -45,17 +45,22 @@ class Sense(System):
             self._shares[table.name] = asked, *shared_out(nerves.senses, world.threads, world.bands.size == 1)
         _, shares, undivided = self._shares[table.name]
 
-        if len(shares) == 1 and world.bands.size == 1:
+        if len(shares) == 1 and world.bands.size == 1 and not world.bands.divided:
             undivided = shares[0]
         else:
-            with world.bands.over(seekers.index, out):
+            with world.bands.own(seekers.index, out):
                 world.together(*[partial(read, share, world, table, seekers, out) for share in shares])
         for sense, first in undivided:
             sense(world, table, seekers, out, first)
         if table.species.traits:
             blind(table, seekers.rows, out)
+        uid = seekers.index.uid
+        if world.bands.divided:
+            here = world.bands.entries(seekers.index)
+            nerves.rows, uid = seekers.rows[here], uid[here]
+            nerves.x = np.ascontiguousarray(out.T[:, here]).T
         if Sensor in table:
-            nerves.sensed = seekers.index.uid.copy(), out
+            nerves.sensed = uid.copy(), nerves.x
 
 
 def read(share: Share, world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray) -> None:

@@ -57,7 +57,10 @@ class Spread(System):
         if taken is None or taken.shape != (ny, nx):
             taken = table.species.sites = np.empty((ny, nx), np.int64)
         inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
-        stands(table.alive[: table.high], p.x, p.y, inverse, taken)
+        if world.bands.divided:
+            taken = world.bands.sites(table, taken)
+        else:
+            stands(table.alive[: table.high], p.x, p.y, inverse, taken)
         site, parent = np.empty(taken.size, np.int64), np.empty(taken.size, np.int64)
         reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
         own: Any = np.float32(way.rate)
@@ -67,14 +70,14 @@ class Spread(System):
         n = sprout(taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
                    space.torus, *rocks(world), fertility(world), inverse, vigour, world.key,
                    table.place << 20, site, parent)
-        n = room(table, n)
+        n = room(table, world, n)
         if n == 0:
             return
         site, parent = site[:n], parent[:n]
         x, y, z = np.zeros((3, n), np.float32)
-        parents = np.zeros(n, np.uint64)
-        scatter(site, parent, nx, inverse, space.lengths, table.uid, world.key, table.place << 20, x, y,
-                parents)
+        scatter(site, nx, inverse, space.lengths, world.key, table.place << 20, x, y)
+        parents = (np.maximum(parent, 0).astype(np.uint64) if world.bands.divided
+                   else np.where(parent < 0, np.uint64(0), table.uid[parent]))
         if world.terrain is not None:
             x, y = world.terrain.within_sites(x, y, *(((cells + 0.5) / inverse[axis]).astype(np.float32)
                                                       for axis, cells in enumerate((site % nx, site // nx))))
@@ -176,9 +179,8 @@ def sprout(taken, everywhere, rain_everywhere, reach, torus, ground, ground_inve
 
 
 @njit
-def scatter(site, parent, nx, inverse, lengths, uid, key, salt, x, y, parents):
-    """Write where on its site each seed sprouts, x and y f32[n] [m], and its parent's uid u64[n], 0 for seed
-    rain."""
+def scatter(site, nx, inverse, lengths, key, salt, x, y):
+    """Write where on its site each seed sprouts, x and y f32[n] [m]."""
     for i in range(site.size):
         s = site[i]
         u, v = (draw(key, s, random.SPREAD + salt + (3 << 8)), draw(key, s, random.SPREAD + salt + (4 << 8)))
@@ -186,4 +188,3 @@ def scatter(site, parent, nx, inverse, lengths, uid, key, salt, x, y, parents):
                    np.float64(np.nextafter(lengths[0], np.float32(0.0))))
         y[i] = min((np.float64(s // nx) + np.float64(v)) / np.float64(inverse[1]),
                    np.float64(np.nextafter(lengths[1], np.float32(0.0))))
-        parents[i] = uid[parent[i]] if parent[i] >= 0 else np.uint64(0)

@@ -74,7 +74,7 @@ class UseLand(System):
         count = int(use.rate * world.dt + float(random.draw(world.key, np.uint64(i), PLANTING)))
         if use.up_to is not None:
             count = min(count, max(0, use.up_to - self.there(world, use).size))
-        count = room(table, count)
+        count = room(table, world, count)
         if count == 0:
             return
         # future uids: no draw has used them yet

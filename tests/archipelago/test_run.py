@@ -74,15 +74,15 @@ def test_machines_of_a_cluster_compile_the_kernels_of_an_island_first(menagerie,
 
 
 def test_two_workers_one_of_them_killed_end_the_same(menagerie, tmp_path, whole):
-    archipelago = Archipelago.from_config(config(menagerie), out=tmp_path / "two", **OPTIONS)
-    pool, killed = Pool(2), []
+    archipelago, killed = Archipelago.from_config(config(menagerie), out=tmp_path / "two", **OPTIONS), []
 
     def kill(done, total):
         if done > total // 2 and not killed:
             killed.append(next(iter(pool._processes._processes)))
             os.kill(killed[0], signal.SIGKILL)
 
-    archipelago.run(on=pool, progress=kill, report=False)
+    with Pool(2) as pool:
+        archipelago.run(on=pool, progress=kill, report=False)
     assert killed
     assert archipelago.digest == whole.digest
 

@@ -1,8 +1,9 @@
 import json
 
+import pyarrow.parquet as pq
 import pytest
 
-from ecs_eco.runs.run import run_to_folder
+from ecs_eco.runs.run import resume, run_to_folder
 
 MAIN = "from ecs_eco.cli import main; main()"
 FEW = ["--set", "species.green.count=300", "--set", "species.goat.count=120", "--quiet", "--no-report"]
@@ -23,10 +24,10 @@ def lead(prepare):
     print("ended at", world.tick, flush=True)
 
 def build():
-    world = World.from_config("lamb", seed=MPI.COMM_WORLD.rank if sys.argv[1] == "other" else 1, record=False)
-    return world
+    seed = MPI.COMM_WORLD.rank if sys.argv[1] == "other" else 1
+    return World.from_config("innate", seed=seed, record=False)
 
-together(lead, build, 20)
+together(lead, build, 20, state=sys.argv[2] == "divided")
 """
 
 
@@ -42,11 +43,58 @@ def test_a_run_in_bands_leaves_the_folder_that_one_process_would_leave(mpirun, t
 
 
 @pytest.mark.slow
+def test_a_divided_run_leaves_the_records_of_one_process_and_goes_on_in_one(mpirun, tmp_path):
+    ended = mpirun(2, MAIN, "run", "reflexes", "--divided", "--ticks", "24", "--checkpoint-every", "10",
+                   "--out", "two", *FEW, "--set", "species.goat.ppo.horizon=8",
+                   "--set", "species.goat.reproduction.age_min=5.0")
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    assert "2 processes, each with its own part of the world" in ended.stdout
+    of_two = json.loads((tmp_path / "two" / "manifest.json").read_text())
+    of_one = run_to_folder({**of_two["config"]}, of_two["seed"], 24, tmp_path / "one", report=False,
+                           checkpoint_every=10)
+    assert of_two["finished"]
+    assert of_two["digest"] == of_one["digest"]
+    for kind in ("series", "births", "deaths", "snapshots", "actions", "learning"):
+        one, two = (pq.read_table(tmp_path / run / kind).to_pydict() for run in ("one", "two"))
+        assert one.keys() == two.keys()
+        assert len(one["tick"]) == len(two["tick"]) > 0
+        for column, values in one.items():  # sums of floats may differ in their last digits
+            near = kind in ("series", "learning") and isinstance(values[0], float)
+            assert two[column] == (pytest.approx(values, rel=1e-6, nan_ok=True) if near else values), column
+    (tmp_path / "two" / "checkpoints" / "tick-000000000024.safetensors").unlink()
+    assert resume(tmp_path / "two", report=False)["digest"] == of_one["digest"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["--bands", "--divided"])
+def test_a_run_is_resumed_by_another_number_of_processes(mpirun, tmp_path, how):
+    first = mpirun(2, MAIN, "run", "reflexes", how, "--ticks", "12", "--out", "many", *FEW,
+                   "--set", "species.goat.ppo.horizon=8")
+    assert first.returncode == 0, first.stdout + first.stderr
+    ended = mpirun(3, MAIN, "resume", "many", how, "--until", "24", "--quiet", "--no-report")
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    assert "3 processes" in ended.stdout
+    of_many = json.loads((tmp_path / "many" / "manifest.json").read_text())
+    of_one = run_to_folder({**of_many["config"]}, of_many["seed"], 24, tmp_path / "one", report=False)
+    assert (of_many["finished"], of_many["ticks"]) == (True, 24)
+    assert of_many["digest"] == of_one["digest"]
+
+
+@pytest.mark.slow
+def test_a_fork_begins_in_one_process(mpirun, tmp_path):
+    run_to_folder("innate", 1, 3, tmp_path / "run", report=False)
+    ended = mpirun(2, MAIN, "resume", "run", "--bands", "--from-tick", "2", "--out", "new", timeout=120)
+    assert ended.returncode == 2
+    assert "a fork begins in one process" in ended.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("state", ["whole", "divided"])
 @pytest.mark.parametrize(("case", "code", "text"), [
     ("error", 1, "ZeroDivisionError"), ("other", 1, "2 processes have 2 different worlds"),
     ("stop", 0, "ended at 4")])
-def test_what_ends_one_process_ends_all(mpirun, case, code, text):
-    ended = mpirun(2, FAULT, case, timeout=120)
+def test_what_ends_one_process_ends_all(mpirun, case, code, text, state):
+    ended = mpirun(2, FAULT, case, state, timeout=120)
     assert ended.returncode == code, ended.stdout + ended.stderr
     assert text in ended.stdout + ended.stderr
 

@@ -13,7 +13,7 @@ OF_WORLDS = ("engine", "components", "space", "genomes", "learning", "nervous", 
              "worlds")
 REPLACED = {*libm.ONE, *libm.TWO, "arcsin", "arccos", "arctan", "arctan2", "power"}
 ITS_OWN = {"libm.py", "substitutes.py", "elementary.py"}
-LEAST = {"hypot of births.py"}  # Python's own code, of three numbers: no library's
+LEAST = {"hypot of places.py"}  # Python's own code, of three numbers: no library's
 
 
 def calls(node, path):

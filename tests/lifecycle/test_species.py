@@ -28,11 +28,11 @@ def test_a_kind_made_by_hand_has_nothing_that_happens_to_it():
 def test_the_room_below_max_count_counts_the_living_and_those_that_wait_to_be_born(meadow):
     world = meadow(count=5, max_count=12, reproduction=ALONE)
     deer = world.tables["deer"]
-    assert room(deer, 30) == 7
+    assert room(deer, world, 30) == 7
     world.spawn("deer", n=3)
-    assert room(deer, 30) == 4
+    assert room(deer, world, 30) == 4
     world.spawn("deer", n=9)
-    assert room(deer, 30) == 0
+    assert room(deer, world, 30) == 0
 
 
 @pytest.mark.parametrize("numbers", [(10.0, 10.0, 3.0), (2.0, 4.0, 6.0, 12.0)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ecs_eco.components import Body, Matter, Metabolism, Parentage, Physical, Position, Shape
-from ecs_eco.lifecycle.births import find_places
+from ecs_eco.lifecycle.places import around, find_places
 from ecs_eco.systems import Collide, Decide, ExchangeHeat, Feed, LeaveRemains, Mate, Nurse, Sense
 from ecs_eco.testing import act, arrange, check_system
 from tests.systems.couples import FEMALE, MALE, WAY, mate
@@ -60,7 +60,8 @@ def test_nobody_is_born_within_a_building(meadow):
     deer = arrange(world, "deer", x=6.9, y=np.linspace(5, 15, 60))
     arrange(world, "house", heading=0)
     rows = deer.by_uid()
-    places = find_places(deer, world, rows, deer.uid[rows], world.config.species["deer"].reproduction)
+    way = around(deer, world.config.species["deer"].reproduction, rows)
+    places = find_places(deer, world, way, deer.uid[rows])
     free = places[places[:, 3] > 0]
     assert len(free) > 50
     within = (abs(free[:, 0] - 10) < 3.49) & (abs(free[:, 1] - 10) < 6.49)

@@ -260,3 +260,13 @@ def test_what_the_eaten_held_is_gained_to_a_share(meadow):
     _eat(world)
     assert _energy(world) == [0.625, 0.375, 1.0]
     assert deer[Metabolism].taken[deer.by_uid()].tolist() == [0.375, 0.125, 0.125]
+
+
+def test_what_all_of_them_gained_is_counted_by_food(meadow):
+    world = meadow(count=3, grass={"count": 3}, metabolism={"energy": 0.5, "energy_max": 1.0})
+    arrange(world, "deer", x=[2, 8, 14], y=5, energy=[0.5, 0.875, 0.5])
+    arrange(world, "grass", x=[2, 8, 18], y=5)
+    _eat(world)
+    assert world.tables["deer"].species.eaten == {"grass": 0.25 + 0.125}  # one is nearly full, one finds none
+    _eat(world)  # what was eaten is still there until the tick is over, but nobody eats it again
+    assert world.tables["deer"].species.eaten == {"grass": 0.0}

@@ -1,0 +1,41 @@
+"""The beginning of a world over many processes: all have built the same one, and share it from here on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ecs_eco.bands.bands import LEAST, Bands, mpi
+from ecs_eco.bands.divided import divided
+from ecs_eco.bands.widths import require_divisible
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+
+
+def divide(world: World, comm: Any = None, least: int = LEAST, *, state: bool = False) -> Any:
+    """Let this process share the work of a world with those of an MPI communicator (None: all there are).
+
+    Each of them must have built the same world, from the same configuration and seed, and let the same ticks
+    pass: `digest()` is then the same in all of them, and that of one process. Species of fewer than `least`
+    organisms are the work of every process. With `state` each process goes on with its own part of the world
+    alone (`ecs_eco.bands.divided`), else all hold the whole of it. Returns the bands. Raises RuntimeError for
+    worlds that differ, ConfigError for one whose state cannot be divided, or not into so many bands.
+    """
+    comm = mpi().COMM_WORLD if comm is None else comm
+    bands: Any = Bands(world, comm, least)
+    if state:
+        widths = require_divisible(world, bands.size)
+    if len(digests := set(comm.allgather(world.digest()))) > 1:
+        raise RuntimeError(f"world {world.name!r}: {comm.Get_size()} processes have {len(digests)} different "
+                           f"worlds ({', '.join(sorted(d[:200] for d in digests))}); build the same one in "
+                           "each: configuration, seed, policies, learn")
+    if state:
+        bands = divided(world, comm, widths)
+    world.bands = bands
+
+    def stop_together() -> None:
+        if bands.agree():
+            world.stopping = True
+
+    world.before_tick.append(stop_together)
+    return bands

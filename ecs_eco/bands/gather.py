@@ -1,0 +1,69 @@
+"""The whole world in process 0, of the parts that all processes hold."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.bands.fields import complete
+from ecs_eco.bands.rollout import last_of
+from ecs_eco.checkpoint import freeze as frozen
+from ecs_eco.learning.rollout import Rollout
+
+Arrays = dict[str, np.ndarray]
+
+
+def gather(bands: Any) -> Any:
+    """Return a world of its own with the organisms of all processes, in process 0; None in the others.
+
+    It is what one process would hold, but for the rows, which mean nothing: it has the same digest, and the
+    same future.
+    """
+    world = bands.world
+    complete(bands.fields, bands.wire)
+    logs = {name: rollout.gathered() for name, rollout in bands.rollouts.items()}
+    meta, arrays = frozen.parts_of(world)
+    own = {key: array for key, array in arrays.items() if _of_organisms(key)}
+    parts = bands.wire.comm.gather(own)
+    if parts is None:
+        return None
+    for name, table in world.tables.items():
+        prefix = f"table/{name}/"
+        keys = [key for key in own if key.startswith(prefix)]
+        order = np.argsort(np.concatenate([part[f"{prefix}uid"] for part in parts]))
+        for key in keys:
+            arrays[key] = np.concatenate([part[key] for part in parts])[order]
+        arrays[f"{prefix}row"] = np.arange(order.size)
+        meta["tables"][name]["capacity"] = max(table.capacity, order.size)
+        if name in logs:
+            lives, columns = logs[name]
+            _log(arrays, f"{prefix}trait/nerves/learner.rollout.", bands.rollouts[name], lives, columns,
+                 arrays[f"{prefix}uid"])
+    where = f"the whole of the world {world.name!r}"
+    meta = json.loads(json.dumps(meta))
+    whole = frozen.thaw(world.__class__, meta, world.threads, world.config, (), where)
+    frozen.load(whole, meta, {key: array.copy() for key, array in arrays.items()}, where)
+    return whole
+
+
+def _of_organisms(key: str) -> bool:
+    """Return whether an array of a frozen world has a row for each of the living of a table."""
+    parts = key.split("/")
+    return parts[0] == "table" and len(parts) == 3
+
+
+def _log(arrays: Arrays, prefix: str, mine: Rollout, lives: np.ndarray, columns: list[np.ndarray],
+         uid: np.ndarray) -> None:
+    """Put the rollout of all processes into a frozen world, in which organism uid[i] u64[n] has row i."""
+    at = np.minimum(np.searchsorted(uid, lives), max(uid.size - 1, 0))
+    living = uid[at] == lives if uid.size else np.zeros(lives.size, np.bool_)
+    rows = np.where(living, at, uid.size + np.cumsum(~living) - 1)  # a row of its own for each that is dead
+    whole = Rollout(columns[0].shape[1], columns[1].shape[1], mine.discount, columns[3].shape[1],
+                    columns[2].shape[1])
+    whole._hold(columns[:6])
+    whole.n, whole.ticks = len(columns[5]), mine.ticks
+    whole.steps["row"] = rows[whole.steps["row"]]
+    whole.last = last_of(whole.steps["row"], whole.ended, uid.size + int((~living).sum()))
+    arrays |= {prefix + name: array for name, array in whole.state().items()}

@@ -1,0 +1,166 @@
+"""The rollout of a shared policy in bands: each process logs its own, and all learn from all of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.learning.rollout import Rollout, _lives
+
+if TYPE_CHECKING:
+    from ecs_eco.bands.exchange import Wire
+    from ecs_eco.engine.table import Table
+
+DEAD = np.uint64(1 << 63)  # numbers of lives that are over begin here: no uid is as large
+
+
+class BandRollout(Rollout):
+    """The transitions of those in a band, with the uid of each and its place among those of all bands.
+
+    The record that is still open goes along where an organism goes to another process, so that its reward
+    finds it. `advantages` gathers the records of all in every process, in the order in which one would have
+    stored them; what is learnt from them is then work on what all hold.
+    """
+
+    table: Table
+    wire: Wire
+    total = 0  # records of all processes
+    stored = 0  # of this tick, by this process
+
+    @classmethod
+    def of(cls, table: Table, wire: Wire, holds: Any) -> BandRollout:
+        """Take the place of the rollout of a species that learns together; of what that has stored, keep what
+        is still open for organisms in rows that `holds(rows)` says, and in process 0 the rest."""
+        learner = table.species.nerves.learner
+        old: Rollout = learner.rollout
+        out = cls(old.observations.shape[1], old.choices.shape[1], old.discount, old.memory.shape[1],
+                  old.numbers.shape[1])
+        out.table, out.wire = table, wire
+        out._take_over(old, holds)
+        learner.rollout = out
+        return out
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._lives = np.empty(0, np.uint64)  # whose each record is: a uid, or a number for one that is dead
+        self._places = np.empty(0, np.int64)  # among the records of all processes; −1: it went elsewhere
+
+    def _columns(self) -> tuple[np.ndarray, ...]:
+        return (*super()._columns(), self._lives, self._places)
+
+    def _hold(self, columns: Iterable[np.ndarray]) -> None:
+        *known, self._lives, self._places = columns
+        super()._hold(known)
+
+    def _take_over(self, old: Rollout, holds: Any) -> None:
+        row = old.steps["row"]
+        order, follows = _lives(row, old.ended)
+        lives = np.empty(old.n, np.uint64)
+        lives[order] = DEAD + np.cumsum(np.append(True, ~follows)[: old.n]).astype(np.uint64)
+        owners = np.flatnonzero(old.last >= 0)  # rows with an open record
+        opened = old.last[owners]
+        for life, uid in zip(lives[opened], self.table.uid[owners], strict=True):
+            lives[lives == life] = uid
+        mine = np.full(old.n, self.wire.rank == 0)
+        mine[opened] = holds(owners)
+        self._hold([*(column[: old.n][mine] for column in old._columns()), lives[mine],
+                    np.flatnonzero(mine)])
+        self.n, self.ticks, self.total = int(mine.sum()), old.ticks, old.n
+        self.last = np.full(self.table.capacity, -1)
+        here = np.flatnonzero(mine[opened])
+        self.last[owners[here]] = (np.cumsum(mine) - 1)[opened[here]]
+
+    @property
+    def learns(self) -> bool:
+        """Whether the species learns now."""
+        return bool(self.table.species.nerves.learning)
+
+    def store(self, rows: np.ndarray, *arrays: Any) -> None:
+        """Append one tick; its places follow when all know how many each has stored: `close`."""
+        ticks, start = self.ticks, self.n
+        super().store(rows, *arrays)
+        self.ticks, self.stored = ticks, len(rows)
+        self._lives[start : self.n], self._places[start : self.n] = self.table.uid[rows], -1
+
+    def close(self, counts: np.ndarray) -> None:
+        """End a tick in which process k has stored counts[k] records."""
+        first = self.total + int(counts[: self.wire.rank].sum())
+        if self.stored:
+            self._places[self.n - self.stored : self.n] = first + np.arange(self.stored)
+        self.total += int(counts.sum())
+        self.ticks += int(counts.sum() > 0)
+        self.stored = 0
+
+    # --- organisms that go to another process ---------------------------------------------------------------
+
+    def take(self, rows: np.ndarray) -> np.ndarray:
+        """Return the open records of rows i64[k] as bytes u8[…], and forget them."""
+        self._cover(rows)
+        at = self.last[rows]
+        of = np.flatnonzero(at >= 0)
+        at = at[of]
+        pieces = [np.array([of.size]), of, *(column[at] for column in self._columns())]
+        self._places[at], self.last[rows] = -1, -1
+        return np.concatenate([np.ascontiguousarray(p).reshape(-1).view(np.uint8) for p in pieces])
+
+    def give(self, rows: np.ndarray, data: np.ndarray) -> np.ndarray:
+        """Take the open records of organisms that came to rows i64[k]; return what is left of the bytes."""
+        n, at = int(data[:8].copy().view(np.int64)[0]), 8
+
+        def read(dtype: Any, inner: tuple[int, ...] = ()) -> np.ndarray:
+            nonlocal at
+            size = n * np.dtype(dtype).itemsize * int(np.prod(inner))
+            at += size
+            return data[at - size : at].copy().view(dtype).reshape(n, *inner)
+
+        of, start, stop = read(np.int64), self.n, self.n + n
+        if stop > len(self._ended):
+            self._grow(stop)
+        self._cover(rows)
+        for column in self._columns():
+            column[start:stop] = read(column.dtype, column.shape[1:])
+        self._steps["row"][start:stop] = rows[of]
+        self.last[rows[of]] = np.arange(start, stop)
+        self.n = stop
+        return data[at:]
+
+    # --- learning -------------------------------------------------------------------------------------------
+
+    def advantages(self, rows: np.ndarray, values: np.ndarray, gae_lambda: float) -> None:
+        """Gather the records of all processes, and fill in their advantages; rows now alive in this one
+        expect values f32[n] of what comes."""
+        uid, later = self.wire.everyone(self.table.uid[rows], np.asarray(values, np.float32))
+        known, columns = self.gathered()
+        self._hold(columns)
+        self.n, self.last = len(self._ended), last_of(self._steps["row"], self._ended, known.size)
+        at = np.minimum(np.searchsorted(known, uid), max(known.size - 1, 0))
+        acted = known[at] == uid if known.size else np.zeros(uid.size, np.bool_)
+        super().advantages(at[acted], later[acted], gae_lambda)
+
+    def gathered(self) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Return whose the records of all processes are u64[k], and their columns, in the order in which one
+        process would have stored them: a record's row is a place in the former."""
+        kept = np.flatnonzero(self._places[: self.n] >= 0)
+        columns = self.wire.everyone(*(column[: self.n][kept] for column in self._columns()))
+        order = np.argsort(columns[-1])
+        sorted_ = [column[order] for column in columns]
+        known, row = np.unique(sorted_[-2], return_inverse=True)
+        sorted_[4]["row"] = row
+        return known, sorted_
+
+    def clear(self) -> None:
+        """Forget all transitions."""
+        self._hold([column[:0].copy() for column in self._columns()])
+        self.last = np.empty(0, np.int64)
+        self.n = self.ticks = self.total = self.stored = 0
+
+
+def last_of(row: np.ndarray, ended: np.ndarray, n: int) -> np.ndarray:
+    """Return the open record of each of n lives, −1 where it has ended: i64[n]."""
+    last = np.full(n, -1)
+    np.maximum.at(last, row, np.arange(len(row)))
+    acts = np.flatnonzero(last >= 0)
+    last[acts[ended[last[acts]]]] = -1
+    return last

@@ -1,0 +1,205 @@
+"""How far beyond its edges a band looks, by what happens in a tick; and what cannot be divided."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ecs_eco.bands.fields import halo_of
+from ecs_eco.components import Body, Growth, Position, Shape
+from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.genomes.choices import CHOICES
+from ecs_eco.systems import schedule as order
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+INSTEAD = "--bands without --divided, where each process holds all of it"
+SENSES = ("own", "nearest", "touch", "smell", "rays", "property", "light", "temperature", "pressure")
+SYSTEMS = ("Intervene", "ResetFlows", "Shade", "Grow", "Diffuse", "Sense", "Feel", "Learn",
+           "Decide", "Move", "Drift", "Collide", "Feed", "Mate", "Metabolise", "Age", "Perish",
+           "LeaveRemains", "Reproduce", "GiveBirth", "Spread", "Respawn", "Recorder")
+
+
+class Widths(NamedTuple):
+    """How far ghosts and rows of fields reach beyond the edges."""
+
+    sensing: float  # [m] ghosts before sensing: the widest sense, and what flows into the own rows of fields
+    acting: float  # [m] ghosts after moving: all whose fate may touch that of an own organism in this tick
+    halos: list[int]  # rows of each field
+    properties: bool  # whether some sense more of others than places and bodies
+
+    def rows(self, world: SpatialWorld) -> tuple[int, int]:
+        """Return both widths of ghosts in rows of cells."""
+        sensing, acting = (math.ceil(width * world.space.shape[1] / world.space.size[1] - 1e-6)
+                           for width in (self.sensing, self.acting))
+        return max(sensing, 1), max(acting, 1)
+
+
+def widths_of(world: SpatialWorld) -> Widths:
+    """Return how far a band of a world has to look.
+
+    Who eats whom is settled as far as nobody beyond the ghosts could have had a say: each diet, one after the
+    other, makes the outermost ghosts uncertain, as far as two reaches.
+    """
+    living = [t for t in world.tables.values() if Body in t]
+    largest = max((largest_of(t) for t in living), default=0.0)
+    noses = max((nose_of(t) for t in living), default=0.0)
+    sensed = max((reach + largest for t in living for reach in _reaches(t)), default=0.0)
+    touched = max((2 * largest + reach for t in living for reach in _touches(t)), default=0.0)
+    halos = [halo_of(field, world.dt, noses) for field in world.fields.values()]
+    flows = max(((field._plan(world.dt)[0] + 1) / float(field.inverse[1]) for field in world.fields.values()),
+                default=0.0)
+    acting = sum(2 * (largest_of(t) + largest_of(world.tables[food.eats]) + food.reach)
+                 for t in living for food in t.species.diet)
+    acting += sum(2 * largest_of(t) + way.reach for t, way in _ways(living) if way.kind == "sexual")
+    acting += max((max(way.spacing, 2 * largest) for _, way in _ways(living)
+                   if way.kind in ("sexual", "asexual", "simplified")), default=0.0)
+    properties = any(sensor.kind == "property" for t in living for sensor in _sensors(t))
+    return Widths(max(sensed, touched, flows), acting, halos, properties)
+
+
+def largest_of(table: Table) -> float:
+    """Return the radius of the largest body of a table [m], of those to come, too."""
+    radius = table[Body].radius[: table.high]
+    return max(float(table.species.radius or 0.0), float(radius.max(initial=0.0)))
+
+
+def nose_of(table: Table) -> float:
+    """Return how far from the middle of a body its furthest nose is [m]."""
+    return largest_of(table) * max((math.hypot(*sensor.at[:2]) for sensor in _sensors(table)
+                                    if sensor.kind == "smell"), default=0.0)
+
+
+def _sensors(table: Table) -> list[Any]:
+    return [] if table.species.config is None else list(getattr(table.species.config, "sensors", ()))
+
+
+def _reaches(table: Table) -> Iterator[float]:
+    for sensor in _sensors(table):
+        if (radius := getattr(sensor, "radius", None)) is not None:
+            at = getattr(sensor, "at", None) or [0.0]
+            yield float(radius) + largest_of(table) * math.hypot(*at[:2])
+
+
+def _touches(table: Table) -> Iterator[float]:
+    return (float(getattr(sensor, "reach", 0.0)) for sensor in _sensors(table) if sensor.kind == "touch")
+
+
+def _ways(tables: list[Table]) -> Iterator[tuple[Table, Any]]:
+    return ((t, t.species.reproduction) for t in tables if t.species.reproduction is not None)
+
+
+# --- what cannot be divided ---------------------------------------------------------------------------------
+
+
+def require_divisible(world: SpatialWorld, size: int) -> Widths:
+    """Return how far bands look; ConfigError that names all of a world whose state cannot be divided, or not
+    between so many processes."""
+    problems = [Problem(key, f"the state of {what} cannot be divided between processes", allowed=INSTEAD)
+                for key, what in (*_of_world(world), *_of_tables(world))]
+    if problems:
+        raise ConfigError(problems)
+    widths = widths_of(world)
+    require_height(world, size, least_height(world, widths), widths)
+    return widths
+
+
+def _of_world(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
+    if world.config is None:
+        yield (), "a world made by hand"
+        return
+    if world.space.volume:
+        yield ("space", "size"), "a volume"
+    for key in ("terrain", "water", "sun", "land"):
+        if getattr(world.config, key, None) is not None:
+            yield (key,), f"a world with {key}"
+    if world.config.interventions:
+        yield ("interventions",), "a world with interventions"
+    if world.config.archipelago is not None:
+        yield ("archipelago",), "an island"
+    if world.matter is not None or world.substances:
+        yield ("substances",), "a world with substances"
+    if world.reporters:
+        yield ("reporters",), "a world with reporters"
+    if world.environment:
+        yield ("environment",), "a world with functions of its surroundings"
+    shipped = {kind for systems in (*order.SCHEDULE.values(), *order.RESPAWNING.values()) for kind in systems}
+    for system in world.systems:
+        name = type(system).__name__
+        if name not in SYSTEMS or (type(system) not in shipped and name != "Recorder"):
+            yield ("systems",), f"a world with the system {name}"
+    if world.recorder is not None and world.recorder.details is not None:
+        yield ("record",), "a recording of single organisms"
+
+
+def _of_tables(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
+    for name, table in world.tables.items():
+        species, section = table.species, "objects" if table.species.is_object else "species"
+        for part, found in _of_table(table):
+            if found:
+                yield (section, name, *part.split(".")), f"{species_word(species)} {found}"
+
+
+def species_word(species: Any) -> str:
+    """Return what a table holds, for a message."""
+    return "objects" if species.is_object else "a species"
+
+
+def _of_table(table: Table) -> Iterator[tuple[str, str]]:
+    """Yield places and words, "" where there is nothing to say."""
+    s, config, nerves = table.species, table.species.config, table.species.nerves
+    yield "body", "without places" if Position not in table else ""
+    yield "body.shape", "of capsules or boxes" if Shape in table else ""
+    yield "body", "with solid bodies" if s.solid or s.pushed else ""
+    yield "remains", "whose dead become objects" if s.remains else ""
+    yield "reproduction.eggs", "that lays eggs" if s.eggs is not None or s.hatch is not None else ""
+    yield "emits", "that emits what its bodies are made of" if s.emissions else ""
+    way = s.reproduction
+    spreads = way is not None and way.kind == "spread"
+    yield "genome", "of plants with genes" if spreads and (s.heredity or Growth in table) else ""
+    far = s.own_ranges or s.own_places or any(key.endswith((".reach", ".radius", ".spacing"))
+                                              for key in s.traits)
+    yield "genome", "whose genes say how large it is, or how far it senses or reaches" if far else ""
+    if s.heredity is not None:
+        operators = s.heredity.operators
+        variable = s.heredity.layout is not None and s.heredity.layout.longest is not None
+        yield "genome", "with strings of variable length" if variable else ""
+        yield "genome", "whose genes are shuffled" if s.heredity.shuffled else ""
+        own = operators is not None and operators.choice not in range(len(CHOICES))
+        yield "genome", "with a choice of mates of its own" if own else ""
+    for sensor in _sensors(table):
+        yield "sensors", f"with a sensor of kind {sensor.kind!r}" if sensor.kind not in SENSES else ""
+        yield "sensors", "with a sensor of kin" if getattr(sensor, "kin", None) is not None else ""
+    if nerves is None or config is None:
+        return
+    yield "policy", "whose choices come from outside" if nerves.outside is not None else ""
+    learner, minds = nerves.learner, nerves.individuals
+    yield "policy.network", "with a memory" if (nerves.brain is not None and nerves.brain.memory) or (
+        minds is not None and minds.memory) else ""
+    network = nerves.brain if minds is None else minds
+    yield "policy.network", "with a network of its own" if network is not None and not network.by_row else ""
+    yield "policy", "that learns in several worlds" if learner is not None and not hasattr(
+        learner, "optimiser") else ""
+    own = config.reflex is not None and config.reflex.function
+    yield "reflex.function", "with a reflex network of its own" if own else ""
+    own = config.happiness is not None and config.happiness.function
+    yield "happiness.function", "with a happiness network of its own" if own else ""
+
+
+def require_height(world: SpatialWorld, size: int, least: int, widths: Widths) -> None:
+    """Raise ConfigError where bands of a world would be lower than ghosts reach."""
+    ny, side = world.space.shape[1], world.space.size[1] / world.space.shape[1]
+    if size > 1 and least * size > ny:
+        fault = (f"{size} bands would be {world.space.size[1] / size:g} m high, and ghosts reach "
+                 f"{least * side:g} m: {widths.sensing:g} m for sensing, {widths.acting:g} m for eating, "
+                 f"mating and births, in whole rows of cells of {side:g} m")
+        raise ConfigError([Problem(("space", "size"), fault, str(list(world.space.size)),
+                                   f"at most {max(1, ny // least)} processes; or {INSTEAD}")])
+
+
+def least_height(world: SpatialWorld, widths: Widths) -> int:
+    """Return how many rows of cells a band must have: ghosts come from the next band alone."""
+    return max(widths.rows(world))
