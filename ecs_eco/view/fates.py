@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ecs_eco.view.recording import Recording
 
 TICKS = 5  # that a mark stays
-MOST = 200  # marks in a message, the latest
+MOST = 100  # marks in a message, the latest
 Fate = tuple[int, int, int, float, float, float, int]
 """Tick, species (its number), uid, x, y, z [m], uid of the killer or 0."""
 
@@ -26,15 +26,15 @@ class Fates:
     def __init__(self, world: World, species: list[str]) -> None:
         self.world = world
         self._number = {name: i for i, name in enumerate(species) if Velocity in world.tables[name]}
-        self._deaths: deque[tuple[int, int, np.ndarray, np.ndarray, np.ndarray]] = deque(maxlen=256)
+        self._deaths: deque[tuple[int, int, *tuple[np.ndarray, ...]]] = deque(maxlen=256)
         world.on_death.append(self._has_died)
 
     def _has_died(self, table: Table, rows: np.ndarray) -> None:
         number = self._number.get(table.name)
         if number is not None:
             p, rows = table[Position], rows[:MOST]
-            places = np.stack((p.x[rows], p.y[rows], p.z[rows]), 1)
-            self._deaths.append((self.world.tick, number, table.uid[rows], places, table.killer[rows]))
+            self._deaths.append((self.world.tick, number, table.uid[rows], p.x[rows], p.y[rows], p.z[rows],
+                                 table.killer[rows]))
 
     def go_back(self, tick: int) -> None:
         """Forget the deaths of a tick and of later ones."""
@@ -44,11 +44,12 @@ class Fates:
     def since(self, tick: int) -> list[Fate]:
         """Return the deaths after a tick, of the last five ticks at the most."""
         found: list[Fate] = []
-        for when, number, uids, places, killers in reversed(self._deaths):
+        for when, number, uids, *places, killers in reversed(self._deaths):
             if when < max(tick, self.world.tick - TICKS) or len(found) >= MOST:
                 break
-            found += [(when, number, int(uid), x, y, z, int(killer)) for uid, (x, y, z), killer in
-                      zip(uids, places.astype(np.float64).round(2).tolist(), killers, strict=True)]
+            x, y, z = np.array(places, np.float64).round(2).tolist()
+            found += zip([when] * uids.size, [number] * uids.size, uids.tolist(), x, y, z, killers.tolist(),
+                         strict=True)
         return found[:MOST]
 
 

@@ -38,16 +38,22 @@ class Lives:
         """Return the message "organism" of a tick. KeyError for one that was never born.
 
         `detail` is "full" if its readings and decision are known, "snapshot" if its state is that of the
-        nearest snapshot, "record" if only birth and death are known; `note` explains it.
+        nearest snapshot, "record" if only birth and death are known; `note` explains it. Of a dead one: the
+        last state that is known, that of the tick `as_of`.
         """
         life = self.life(uid)
         out = life.message | {"alive": life.born <= tick and (life.died is None or tick < life.died)}
         out |= {"age": number(max(0, min(tick, tick if life.died is None else life.died) - life.born)
                               * self.recording.dt)}
+        if (died := self.died(uid, tick)) is not None:
+            return out | self._last(life, uid, died)
         detail = self._detail(life, uid, tick)
-        if detail is not None:
-            return out | detail
-        return out | self._nearest(life, tick, bool(out["alive"]))
+        return out | (self._nearest(life, tick, bool(out["alive"])) if detail is None else detail)
+
+    def died(self, uid: int, tick: int) -> int | None:
+        """Return the tick in which it died, None if it was not dead by the end of a tick."""
+        died = self.life(uid).died
+        return None if died is None or tick < died else died
 
     def life(self, uid: int) -> Life:
         """Return the facts of an organism's life."""
@@ -134,16 +140,42 @@ class Lives:
         trace = _trace(parts.between(tick - TRACED, tick, ("uid", "happiness", "energy")), uid, tick)
         return _full(row, trace, "")
 
+    def _last(self, life: Life, uid: int, died: int) -> dict[str, Any]:
+        """Return the last state of a dead one: of its last tick where there are details, else of the last
+        snapshot that it was in."""
+        for tick in (died, died - 1):  # what dies between ticks has none of the next one
+            if tick >= life.born and (detail := self._detail(life, uid, tick)) is not None:
+                note = f"As it was in its last tick, {tick:,}. {detail['note']}".rstrip()
+                return detail | {"as_of": tick, "note": note}
+        trace = self._trace(life, died)
+        fill = "“Fill in” runs its last ticks again."
+        if not life.seen["tick"].size:
+            return {"trace": trace, "detail": "record",
+                    "note": f"Nothing was recorded between its birth and its death. {fill}"}
+        row = {name: column[-1] for name, column in life.seen.items()}
+        as_of = int(row["tick"])
+        return _state(row, trace) | {"detail": "snapshot", "as_of": as_of, "note":
+                                     f"As of tick {as_of:,}, its last snapshot{self._without(life)}. {fill}"}
+
+    def _trace(self, life: Life, tick: int) -> dict[str, list[Any]]:
+        """Return what snapshots say of it up to a tick."""
+        so_far = life.seen["tick"] <= tick
+        trace = {n: [number(v) for v in life.seen[n][so_far]] for n in ("happiness", "energy")}
+        if not self.recording.manifest["config"]["species"][life.species].get("happiness"):
+            trace["happiness"] = [None] * len(trace["energy"])
+        return {"tick": [int(t) for t in life.seen["tick"][so_far]], **trace}
+
+    def _without(self, life: Life) -> str:
+        """Say what is in no snapshot."""
+        thinks = self.recording.manifest["config"]["species"][life.species].get("actions")
+        return ", without nerves" if thinks else ""
+
     def _nearest(self, life: Life, tick: int, alive: bool) -> dict[str, Any]:
         """Return the state in the nearest snapshot, or at birth."""
         seen, every = life.seen, self.recording.every
-        so_far = seen["tick"] <= tick
-        trace = {n: [number(v) for v in seen[n][so_far]] for n in ("happiness", "energy")}
-        if not self.recording.manifest["config"]["species"][life.species].get("happiness"):
-            trace["happiness"] = [None] * len(trace["energy"])
-        out: dict[str, Any] = {"trace": {"tick": [int(t) for t in seen["tick"][so_far]], **trace}}
+        out: dict[str, Any] = {"trace": self._trace(life, tick)}
         if not alive:
-            return out | {"detail": "record", "note": "Not born yet." if tick < life.born else ""}
+            return out | {"detail": "record", "note": "Not born yet."}
         fill = "“Fill in” runs the stretch around this tick again."
         near = int(np.argmin(np.abs(seen["tick"] - tick))) if seen["tick"].size else -1
         # nothing was recorded nearer to this tick than its birth
@@ -153,10 +185,8 @@ class Lives:
             return out | state | {"detail": "record", "note": f"As it was born, at tick {life.born}. {fill}"}
         row = {n: column[near] for n, column in seen.items()}
         when = "" if row["tick"] == tick else f"As of tick {int(row['tick'])}. "
-        nerves = (", without nerves"
-                  if self.recording.manifest["config"]["species"][life.species].get("actions") else "")
         return out | _state(row, out["trace"]) | {
-            "detail": "snapshot", "note": f"{when}Recorded every {every} ticks{nerves}. {fill}"
+            "detail": "snapshot", "note": f"{when}Recorded every {every} ticks{self._without(life)}. {fill}"
         }
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
+from ecs_eco.config.models.interventions import describe as in_words
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.hooks import listening
 from ecs_eco.view import listed, listing
@@ -19,13 +20,15 @@ from ecs_eco.view.families import Families, asked, logged
 from ecs_eco.view.fates import Fate, Fates
 from ecs_eco.view.fields import map_of
 from ecs_eco.view.frames import Encoder, extent, grade
+from ecs_eco.view.last_states import LastStates
 from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.rewind import Ring
-from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, sky, uses_of
+from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, sky, switches, uses_of
 from ecs_eco.view.sentence import sentence
 from ecs_eco.view.series import Curves
 from ecs_eco.view.source import Message
 from ecs_eco.view.tally import Tally
+from ecs_eco.view.tree import Logged, tree
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
@@ -55,10 +58,11 @@ class Live:
             world.recorder.remembered = REMEMBERED
         self._encoder = Encoder(world.space.size, len(self.names))
         self.genes = {name: coloured_genes(world.tables[name]) for name in self.species}
-        self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
+        self.ranges: dict[tuple[str, str], tuple[float, float]] = {}
         self._values: dict[str, np.ndarray] = {}
-        self._curves = Curves()
+        self.curves = Curves()
         self._traces: dict[int, deque[tuple[int, float | None, float | None]]] = {}
+        self.last_states = LastStates(world, self.pedigree, self._traces.keys())
         self._announced = len(world.intervened), uses_of(world)
         self.frame(0, "happiness")  # compiles kernels before anybody waits
 
@@ -101,7 +105,8 @@ class Live:
         genes = dict.fromkeys(f"gene:{gene}" for names in self.genes.values() for gene in names)
         scene = describe(self.world, self.species, self.objects, self.genes)
         return {"kind": "hello", "mode": "live", "first": 0, "last": self.last, "tick": self.tick,
-                "acts": True, "rewinds": self.ring.used and not self.ring.why, "foods": self.tally.foods,
+                "acts": True, "rewinds": self.ring.used and not self.ring.why,
+                "stays": self.ring.why, "foods": self.tally.foods,
                 "colours": ["species", "energy", "happiness", "age", "family", *genes], **scene}  # fmt: skip
 
     def greeting(self) -> list[Message]:
@@ -132,12 +137,10 @@ class Live:
         return [self._marks()]
 
     def _marks(self) -> Message:
-        from ecs_eco.config.models.interventions import describe as words
-
-        done = [{"tick": tick, "text": words(intervention)}
+        done = [{"tick": tick, "text": in_words(intervention)}
                 for tick, intervention in self.world.intervened[-1000:]]
         return {"kind": "marks", "births": None, "deaths": None, "interventions": done,
-                **drawn(land_of(self.world))}
+                "switches": switches(self.world, self.species), **drawn(land_of(self.world))}
 
     def counts(self) -> dict[str, int]:
         """Return the number of each kind."""
@@ -168,7 +171,7 @@ class Live:
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
         """Return low and high of a colour, by kind."""
         return {name: (float(f"{low:.5g}"), float(f"{high:.5g}"))
-                for (c, name), (low, high) in self._ranges.items() if c == colour}
+                for (c, name), (low, high) in self.ranges.items() if c == colour}
 
     def _value(self, table: Table, colour: str) -> np.ndarray:
         """Return the value of each row: u8[capacity]."""
@@ -187,7 +190,7 @@ class Live:
         alive = table.alive[: table.high]
         if low is None or high is None:
             low, high = self._range(table.name, colour, low, high, *extent(alive, column[: table.high]))
-        self._ranges[colour, table.name] = low, high
+        self.ranges[colour, table.name] = low, high
         grade(alive, column[: table.high], np.float32(low), np.float32(high), value)
         return value
 
@@ -218,8 +221,8 @@ class Live:
         """Return the range of a colour: wide enough for all now, and only slowly narrower,
         so that colours do not jump."""
         if not least <= most:
-            return self._ranges.get((colour, name), (0.0, 1.0))
-        before = self._ranges.get((colour, name), (least, most))
+            return self.ranges.get((colour, name), (0.0, 1.0))
+        before = self.ranges.get((colour, name), (least, most))
         low = min(least, before[0] + 0.02 * (least - before[0])) if low is None else low
         high = max(most, before[1] + 0.02 * (most - before[1])) if high is None else high
         return low, high
@@ -245,7 +248,7 @@ class Live:
         for name, said in self._reports().items():
             for species, value in (said if isinstance(said, dict) else {"": said}).items():
                 point["reports", name, species] = value
-        self._curves.add(self.tick, point | self.tally.rates())
+        self.curves.add(self.tick, point | self.tally.rates())
 
     def _reports(self) -> dict[str, float | dict[str, float]]:
         """Return what reporters said last; of a world that is not recorded, what they say now."""
@@ -256,19 +259,17 @@ class Live:
 
     def series(self, after: int) -> Message | None:
         """Return the points since a tick."""
-        return self._curves.after(after)
+        return self.curves.after(after)
 
     # --- one organism ---------------------------------------------------------------------------------------
 
     def organism(self, uid: int) -> Message:
         """Return one organism, living or dead; KeyError for an unknown one."""
-        from ecs_eco.view.inspect import state_of
-
-        state = state_of(self.world, uid, lives=self.pedigree)
+        state = self.last_states.state_of(uid)
         happy = None if state.get("nerves") is None else state["nerves"].get("happiness")
         words = sentence(state, *self._web(state["species"]))
         return state | {"kind": "organism", "sentence": words,
-                        "trace": self._trace(uid, happy, state.get("energy"))}
+                        "trace": self._trace(uid, happy, state["energy"] if state["alive"] else None)}
 
     def _web(self, species: str) -> tuple[list[str], list[str]]:
         """Return what a species eats, and what eats it."""
@@ -300,13 +301,14 @@ class Live:
             return [self._seek(request.get("tick"))]
         if kind == "why":
             return [of_world(self.world, self.pedigree)]
+        if kind == "tree":
+            return [tree(Logged(self.pedigree), request)]
         if kind in ("table", "scatter"):
             return [getattr(listing, kind)(partial(listed.living, self), self.species, request)]
         if kind == "params":
-            from ecs_eco.view.params import parameters
+            from ecs_eco.config.knobs import offered
 
-            return [{"kind": "params",
-                     "list": [] if self.world.config is None else parameters(self.world.config)}]
+            return [{"kind": "params", **offered(self.world.config)}]
         return [{"kind": "said", "level": "warning",
                  "text": f"{kind} is for recorded runs; this world is alive", "field": kind}]
 
@@ -316,7 +318,7 @@ class Live:
             raise ValueError(f"seek: tick = {str(tick)[:60]}; allowed: a tick up to {self.tick}")
         tick = self.ring.back(round(tick))
         self.families = Families(lambda: logged(self.pedigree))
-        self._curves.cut(tick)
+        self.curves.cut(tick)
         for trace in self._traces.values():
             while trace and trace[-1][0] >= tick:
                 trace.pop()
@@ -329,8 +331,6 @@ class Live:
         self._fates.go_back(self.world.tick)
 
     def _act(self, request: Any) -> Message:
-        from ecs_eco.config.models.interventions import describe as words
-
         try:
             if not isinstance(request, dict):
                 raise ValueError("act: `what` is no intervention; see [[interventions]] of a world file")
@@ -342,7 +342,7 @@ class Live:
             problems = error.problems if isinstance(error, ConfigError) else []
             field = ".".join(map(str, problems[0].key)) if problems else "act"
             return {"kind": "said", "level": "error", "text": str(error), "field": field}
-        return {"kind": "said", "level": "info", "text": f"tick {self.tick}: {words(request)}"}
+        return {"kind": "said", "level": "info", "text": f"tick {self.tick}: {in_words(request)}"}
 
 
 def _number(value: float | None) -> float | None:

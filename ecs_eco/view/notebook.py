@@ -8,8 +8,9 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from ecs_eco.view.live import Live
-from ecs_eco.view.player import USUAL, Player
+from ecs_eco.view.player import USUAL
 from ecs_eco.view.server import Server
+from ecs_eco.view.watch import served
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
@@ -27,7 +28,7 @@ class Panel:
     def __init__(self, world: World, ticks: int | None, *, speed: float | None, playing: bool,
                  height: int, port: int) -> None:
         self.world, self.height = world, height
-        self.player = Player(Live(world, None if ticks is None else world.tick + ticks), speed, playing)
+        self.player = served(Live(world, None if ticks is None else world.tick + ticks), speed, playing)
         self.server: Server | None = Server(self.player, port, FRAMES).start()
         self._loop = asyncio.get_running_loop()
         self._next = self._loop.call_soon(self._pump)

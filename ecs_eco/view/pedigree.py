@@ -161,12 +161,12 @@ class PedigreeLog:
         forgotten = max(self.n // 4, min(self.n, self.n + k - self.most)) if self.n + k > self.most else 0
         self.n, self._at = self.n - forgotten, self._at - forgotten
         room = max(self._columns["uid"].size, self.n + k)
-        room = room if room == self._columns["uid"].size else 2 * room
         for name, column in self._columns.items():
-            if forgotten or room != column.size:
-                grown = np.zeros(room, column.dtype)
-                grown[: self.n] = column[forgotten : forgotten + self.n]
-                self._columns[name] = grown
+            kept = column[forgotten : forgotten + self.n]
+            if room > column.size:
+                self._columns[name] = np.zeros(2 * room, column.dtype)
+            if forgotten or room > column.size:
+                self._columns[name][: self.n] = kept
 
 
 @njit

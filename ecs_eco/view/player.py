@@ -13,28 +13,23 @@ import time
 from collections import deque
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from ecs_eco.engine.errors import nearest
+from ecs_eco.view import panels
 from ecs_eco.view.families import asked
+from ecs_eco.view.log import Log
 from ecs_eco.view.messages import refusal, short, text
-from ecs_eco.view.shown import View, beside
+from ecs_eco.view.shown import Page, View, beside
 from ecs_eco.view.source import Message, Source
 
 USUAL = 10.0  # ticks a second that are called 1×
 FASTEST_FRAMES = 0.05  # [s] from frame to frame
-BUSY_FRAMES = 0.08  # [s] of a world that runs as fast as it can: motion in between is drawn by the page
+BUSY_FRAMES = 0.1  # [s] of a world that runs as fast as it can: motion in between is drawn by the page
 PATIENCE = 0.25  # [s] from state to state, and longest wait
 SHARE = 0.03  # share of the time that frames, charts and panels may take from a running world
 SPEEDS = (0.01, 100_000.0)
-ELSEWHERE = ("act", "params", "seek", "fill", "why", "table", "scatter")  # what the source answers
-
-
-class Page(Protocol):
-    """The server's end of one page."""
-
-    def send(self, messages: list[str | bytes]) -> None:
-        """Queue messages; returns at once."""
+ELSEWHERE = ("act", "params", "seek", "fill", "why", "table", "tree", "scatter", "whatif", "begin")
 
 
 class Player:
@@ -61,7 +56,9 @@ class Player:
         self._cost = {"frame": 0.0, "sample": 0.0}  # [s] of one
         self._sampled, self._sample_at, self._state_at = -1, -math.inf, -math.inf
         self._ticked, self._rate = (time.monotonic(), source.tick), 0.0
-        self._colours: list[str] = source.hello()["colours"]
+        hello = source.hello()
+        self._colours: list[str] = hello["colours"]
+        self._log = Log(self._views, bool(hello.get("acts")))
 
     # --- from the server's thread ---------------------------------------------------------------------------
 
@@ -111,10 +108,26 @@ class Player:
             return True, 0.0
         return False, max(0.0, min(due, self._looks[self.source.tick != self._served]) - now)
 
+    def attend(self) -> bool:
+        """Serve the pages, whether or not a tick is due; False when it is time to end."""
+        self.poll()
+        return not (self.closing or self.halted())
+
+    def again(self) -> None:
+        """Make and send this tick's frame once more, if it was: another world stands beside it, or none."""
+        if all(tick != self.source.tick for tick, _, _ in self._made.values()):
+            return  # it will be made when pages can take it
+        self._made.clear()
+        self._looks = -math.inf, -math.inf
+        for view in self._views.values():
+            view.seen, view.panel, view.news = None, None, True
+
     def tell(self, level: str, words: str) -> None:
         """Send a text to all pages."""
+        message = {"kind": "said", "level": level, "text": words}
         for page in self._views:
-            page.send([text({"kind": "said", "level": level, "text": words})])
+            page.send([text(message)])
+        self._log.told(self.source.tick, [message])
 
     def show(self) -> None:
         """Send the final state and frame to all pages that can take them."""
@@ -149,8 +162,10 @@ class Player:
         state = now >= self._state_at and self.playing
         if state or any(view.news for view in self._views.values()):
             self._measure(now)
-        news = [text(message) for message in self.source.news()]
-        same, new = now + PATIENCE, min(now + PATIENCE, self._sample_at)
+        news = [text(message) for message in self._log.told(tick, self.source.news())]
+        # a page is sent the points of curves with its next frame: waking the server's thread costs the most
+        ready = any(view.awaits is None for view in self._views.values())
+        same, new = now + PATIENCE, now + PATIENCE if ready else min(now + PATIENCE, self._sample_at)
         for page, view in self._views.items():
             out: list[str | bytes] = [*news]
             stood = not self.playing and view.sent_tick != tick  # a step was made
@@ -196,7 +211,7 @@ class Player:
             out.append(text(series))
         if (view.selected is not None and view.panel != (tick, view.selected)
             and now >= view.panel_at + 2 * FASTEST_FRAMES):
-            self._panel(view, out, now)
+            panels.panel(self.source, view, now, out)
         if view.seen != (tick, view.colour) and now >= view.frame_at + self._period():
             if self._made.get(view.colour, (-1,))[0] != tick:
                 self.frames += 1
@@ -207,23 +222,10 @@ class Player:
         beside(self.source, view, now, out)
         return len(out) > n
 
-    def _panel(self, view: View, out: list[str | bytes], now: float) -> None:
-        assert view.selected is not None
-        view.panel_at, view.panel = now, (self.source.tick, view.selected)
-        try:
-            out.append(text(self.source.organism(view.selected)))
-        except KeyError:
-            out.append(refusal(f"no organism {view.selected} is known here", "select"))
-            view.selected = None
-        except Exception as error:  # a panel that cannot be made must not end the run
-            out.append(refusal(f"organism {view.selected}: {type(error).__name__}: {error}", "select"))
-            view.selected = None
-
     def _measure(self, now: float) -> None:
-        before, tick = self._ticked
+        (before, tick), here = self._ticked, self.source.tick
         if now - before > 0.2:
-            self._rate, self._ticked = (max(0.0, (self.source.tick - tick) / (now - before)),
-                                        (now, self.source.tick))
+            self._rate, self._ticked = max(0.0, (here - tick) / (now - before)), (now, here)
         self._state_at = now + PATIENCE
 
     def _state(self, view: View) -> str:
@@ -238,8 +240,9 @@ class Player:
     def _answer(self, page: Page, request: Message) -> None:
         kind = request.get("kind")
         if kind == "join":
-            self._views[page] = View()
-            page.send([text(message) for message in (self.source.hello(), *self.source.greeting())])
+            new = self._views[page] = View()
+            page.send([text(message) for message in (
+                self.source.hello(), *self.source.greeting(), *self._log.came(new))])
             return
         if (view := self._views.get(page)) is None:
             return
@@ -248,18 +251,18 @@ class Player:
             return
         try:
             if kind in ELSEWHERE:
-                self._ask(page, request)
+                self._ask(page, view, request)
             elif kind in REQUESTS:
                 REQUESTS[kind](self, view, request)
             else:
                 raise ValueError(f"unknown request {str(kind)[:40]!r}; "
                                  f"did you mean {nearest(kind, [*REQUESTS, *ELSEWHERE])!r}?")
-        except ValueError as error:  # ConfigError too
-            page.send([refusal(str(error), str(kind)[:40])])
-        except Exception as error:  # no message of a page may end the run
-            page.send([refusal(f"{type(error).__name__}: {error}", str(kind)[:40])])
+        except Exception as error:  # no message of a page may end the run; a ConfigError is a ValueError
+            words = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
+            page.send([refusal(words, str(kind)[:40])])
+            self._log.refused(self.source.tick, view, request, words)
 
-    def _ask(self, page: Page, request: Message) -> None:
+    def _ask(self, page: Page, view: View, request: Message) -> None:
         before = self.source.tick
         answers = self.source.handle(request)
         if request["kind"] == "seek":
@@ -268,6 +271,7 @@ class Player:
                 self._go_back()
         if answers:
             page.send([text(answer) for answer in answers])
+            self._log.answered(before, view, request, answers)
         if request["kind"] == "fill":
             for view in self._views.values():
                 view.panel = None
@@ -313,10 +317,7 @@ class Player:
         self._refresh_all()
 
     def _select(self, view: View, request: Message) -> None:
-        uid = request.get("uid")
-        if uid is not None and (isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63):
-            raise ValueError(f"select: uid = {short(uid)}; allowed: the uid of an organism, or null")
-        view.selected, view.panel, view.panel_at = uid, None, -math.inf
+        panels.choose(self.source, view, request)
 
     def _field(self, view: View, request: Message) -> None:
         view.lay(self.source, request)

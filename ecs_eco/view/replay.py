@@ -28,7 +28,10 @@ from ecs_eco.view.scene import describe, drawn, size_in, sized, sky
 from ecs_eco.view.sentence import sentence
 from ecs_eco.view.source import Message
 from ecs_eco.view.story import foods_of
+from ecs_eco.view.stretches import note, stretches
+from ecs_eco.view.tally import DEPTH
 from ecs_eco.view.told import Told
+from ecs_eco.view.tree import Recorded, tree
 
 STRETCHES = 3  # that are kept
 GENOMES = 500_000  # beyond so many births, mean values of genes are not computed
@@ -45,11 +48,11 @@ class Replay:
         self.lives = Lives(r, self.stretches)
         self._tick = r.first
         self.genes = GeneValues(r)
-        self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
+        self.ranges: dict[tuple[str, str], tuple[float, float]] = {}
         self._encoder = Encoder(r.size, len(r.species) + len(r.objects))
         self._rerun = Rerun(r.path, r.manifest, r.last)
         self._land = r.land(r.first)
-        self._foods, self._past = foods_of(r.manifest.get("config")), Told(r)
+        self._foods, self.past = foods_of(r.manifest.get("config")), Told(r)
         self.families = Families(lambda: self._births)
         self._hello: Message | None = None
         self._curves: Message | None = None
@@ -88,19 +91,9 @@ class Replay:
                            "foods": self._foods,
                            "snapshot_every": r.every,
                            "colours": ["species", "energy", "happiness", "age", "family", *genes],
-                           "note": self.note(),
+                           "note": note(r),
                            **self._scene()}  # fmt: skip
         return self._hello | {"tick": self._tick}
-
-    def note(self) -> str:
-        """Say which data are exact, and which are interpolated."""
-        r = self.recording
-        detailed = [name for name in r.species if r.details[name].rows]
-        text = "Recorded in every tick."
-        if r.every > 1:
-            text = (f"Recorded every {r.every} ticks; in between, "
-                    "births and deaths are exact and places are on straight lines.")
-        return text + (f" Details of {', '.join(detailed)}: {r.manifest.get('record')}." if detailed else "")
 
     def _scene(self) -> Message:
         r = self.recording
@@ -134,7 +127,7 @@ class Replay:
 
     def greeting(self) -> list[Message]:
         """Return births and deaths along the time line, interventions, and the story."""
-        both = [self._marks(), {"kind": "story", "entries": self._past.entries}]
+        both = [self._marks(), {"kind": "story", "entries": self.past.entries}]
         if self.recording.scene is not None:
             return both
         return [*both, _message("warning", f"this world cannot be built here: {self.recording.why}")]
@@ -142,7 +135,8 @@ class Replay:
     def _marks(self) -> Message:
         r = self.recording
         return {"kind": "marks", "births": r.curves["births"].tolist(), "deaths": r.curves["deaths"].tolist(),
-                "interventions": r.interventions()} | drawn(self._land)  # fmt: skip
+                "interventions": r.interventions(),
+                "stretches": stretches(r, self.stretches)} | drawn(self._land)  # fmt: skip
 
     def _stand(self) -> list[Message]:
         """Return the marks again if the land differs from that at the tick shown before."""
@@ -169,9 +163,9 @@ class Replay:
                        "or another machine?")
             message = _message("warning", f"{text}; {differs}", "fill")
         try:
-            return [message, self.organism(self._rerun.uid)]
+            return [message, self.organism(self._rerun.uid), self._marks()]
         except KeyError:
-            return [message]
+            return [message, self._marks()]
 
     def counts(self) -> dict[str, int]:
         """Return the number of each kind."""
@@ -227,7 +221,7 @@ class Replay:
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
         """Return low and high of a colour, by kind."""
         return {name: (float(f"{low:.5g}"), float(f"{high:.5g}"))
-                for (c, name), (low, high) in self._ranges.items() if c == colour}
+                for (c, name), (low, high) in self.ranges.items() if c == colour}
 
     def _value(self, name: str, organisms: Organisms, colour: str) -> np.ndarray:
         out, of = np.zeros(organisms.uid.size, np.uint8), asked(colour)
@@ -241,10 +235,10 @@ class Replay:
         alive = np.ones(column.size, np.bool_)
         if low is None or high is None:
             least, most = extent(alive, column)
-            was = self._ranges.get((colour, name), (least, most) if least <= most else (0.0, 1.0))
+            was = self.ranges.get((colour, name), (least, most) if least <= most else (0.0, 1.0))
             low = min(was[0], least) if low is None else low
             high = max(was[1], most) if high is None else high
-        self._ranges[colour, name] = float(low), float(high)
+        self.ranges[colour, name] = float(low), float(high)
         grade(alive, column, np.float32(low), np.float32(high), out)
         return out
 
@@ -286,7 +280,9 @@ class Replay:
         feels = [name for name in r.species if r.manifest["config"]["species"][name].get("happiness")]
         out["happiness"] = {name: [float(f"{v:.5g}") if n else None for v, n in zip(
             r.curves["happiness"][name], r.curves["n"][name], strict=True)] for name in feels}
-        out |= self._past.rates(tick) | {"energy": self._past.energy(tick)}
+        if deep := self.past.depths(tick):
+            out["reports"] = out["reports"] | {DEPTH: deep}
+        out |= self.past.rates(tick) | {"energy": self.past.energy(tick)} | self.past.flows(tick)
         out["genes"] = self.genes.means(tick) if self.genes.codes and r.births.rows <= GENOMES else {}
         if self.hello()["day"] is not None:
             out["light"] = [round(self.sky(t)[0], 4) for t in tick.tolist()]
@@ -315,6 +311,8 @@ class Replay:
             return [getattr(listing, kind)(partial(listed.recorded, self), self.recording.species, request)]
         if kind == "why":
             return [of_run(self.recording.path, self._tick)]
+        if kind == "tree":
+            return [tree(Recorded(self.recording), request)]
         if kind == "params":
             return [{"kind": "params", "list": []}]
         how = "ecs-eco resume DIR --from-tick T --set KEY=VALUE --out NEW"
@@ -332,12 +330,17 @@ class Replay:
             raise ValueError(f"fill: uid = {str(uid)[:60]}; allowed: the uid of an organism")
         if self._rerun.busy:
             return [_message("info", f"still running: {100 * self._rerun.share:.0f} %", "fill")]
-        if any(s.first <= self._tick <= s.last for s in self.stretches):
+        try:
+            died = self.lives.died(uid, self._tick)
+        except KeyError:
+            raise ValueError(f"fill: no organism of this run has the uid {uid}") from None
+        tick = self._tick if died is None else died  # of a dead one its last ticks are wanted
+        if any(s.first <= tick <= s.last for s in self.stretches):
             return [self.organism(uid)]
         # its own files and cache: the recording's belong to this thread
         series = self.recording.parts("series", Cache())
-        self._rerun.begin(uid, self._tick, lambda tick: series.between(tick, tick, COMPARED))
-        return [_message("info", f"running again from the last checkpoint before tick {self._tick + 1}",
+        self._rerun.begin(uid, tick, lambda tick: series.between(tick, tick, COMPARED))
+        return [_message("info", f"running again from the last checkpoint before tick {tick + 1}",
                          "fill")]
 
 

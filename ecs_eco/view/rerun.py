@@ -22,7 +22,7 @@ from ecs_eco.runs.requests import repeat_requests
 from ecs_eco.view.parts import Columns
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
 
 ROWS = 2_000_000  # organisms times ticks that a stretch may have
 BEFORE, AFTER = 20, 60  # ticks around the requested one
@@ -63,7 +63,7 @@ def compute(path: Path, manifest: dict[str, Any], tick: int, end: int,
     from ecs_eco.record.recorder import Recorder
 
     with turn:
-        world = _near(path, manifest, tick)
+        world = near(path, manifest, tick)
     at = world.tick
     living = sum(n for n in recorded(tick)["n"].tolist())
     room = max(10, ROWS // max(1, living))
@@ -80,18 +80,20 @@ def compute(path: Path, manifest: dict[str, Any], tick: int, end: int,
     recorder = Recorder(world, lambda kind, columns: blocks.setdefault(kind, []).append(columns),
                         snapshot_every=1, record="full")
     sexes: dict[int, int] = {}
+    world.on_death.append(lambda table, rows: _note_sexes(table, rows, sexes))
     while world.tick <= last and not halt():
         world.run(1)
         if progress is not None:
             progress(world.tick - at, last + 1 - at)
-    _note_sexes(world, sexes)
+    for table in world.tables.values():
+        _note_sexes(table, table.rows(), sexes)
     if halt():
         raise InterruptedError
     recorder.flush()
     return Stretch(first, last, blocks, sexes, _differs(blocks["series"], recorded))
 
 
-def _near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
+def near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
     """Return the world of the last checkpoint before the end of a tick,
     or of the start if that can be repeated."""
     from ecs_eco.ecosystem import World
@@ -109,11 +111,9 @@ def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
         check_checkpoint(path, meta, manifest)
 
 
-def _note_sexes(world: World, sexes: dict[int, int]) -> None:
-    for table in world.tables.values():
-        if Biology in table and not table.species.is_object:
-            rows = table.rows()
-            sexes.update(zip(table.uid[rows].tolist(), table[Biology].sex[rows].tolist(), strict=True))
+def _note_sexes(table: Table, rows: np.ndarray, sexes: dict[int, int]) -> None:
+    if Biology in table and not table.species.is_object:
+        sexes.update(zip(table.uid[rows].tolist(), table[Biology].sex[rows].tolist(), strict=True))
 
 
 def _differs(blocks: list[Columns], recorded: Callable[[int], dict[str, np.ndarray]]) -> int | None:

@@ -18,6 +18,7 @@ from ecs_eco.space.region import Region
 from ecs_eco.space.sun import Sun, sine_of_elevation
 from ecs_eco.view.eyes import eyes_of
 from ecs_eco.view.fields import names_of
+from ecs_eco.view.wiring import wiring
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
@@ -56,11 +57,28 @@ def describe(world: World, species: list[str], objects: list[str],
     }  # fmt: skip
 
 
+def switches(world: World, species: list[str]) -> dict[str, dict[str, bool | None]]:
+    """Return whether each species breeds, and learns: None where it never does."""
+    kinds = {name: world.tables[name].species for name in species}
+    return {name: {"reproduction": not kind.barren,
+                   "learning": bool(kind.nerves.learning) if kind.nerves and kind.nerves.policy else None}
+            for name, kind in kinds.items()}
+
+
+def grows(world: World, name: str) -> bool:
+    """Whether one that does not move is a plant: it grows, breeds, or is eaten; else an animal at rest."""
+    species = {} if world.config is None else world.config.species
+    own = species.get(name)
+    eaten = any(food.eats == name for other in species.values() for food in other.diet)
+    return own is None or own.reproduction is not None or own.metabolism.growth > 0 or eaten
+
+
 def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
     table = world.tables[name]
     nerves, moves = table.species.nerves, Velocity in table
     kind = {"name": name, "color": table.species.color, "radius": float(table.species.radius or 0.5),
-            "moves": moves, "sessile": not moves, "solid": bool(table.species.solid), "genes": genes,
+            "moves": moves, "sessile": not moves and grows(world, name),
+            "solid": bool(table.species.solid), "genes": genes,
             "learns": bool(nerves is not None and nerves.learning)}  # fmt: skip
     config = None if world.config is None else {**world.config.objects, **world.config.species}.get(name)
     if table.species.opaque is False:
@@ -68,7 +86,8 @@ def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
     if config is None:
         return kind
     sees = eyes_of([sensor.model_dump() for sensor in getattr(config, "sensors", ())])
-    return kind | shape_of(config.body) | sizes_of(table) | ({"sees": sees} if sees else {})
+    wired = wiring(world.config, name)
+    return kind | shape_of(config.body) | sizes_of(table) | wired | ({"sees": sees} if sees else {})
 
 
 def shape_of(body: Any) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""One sentence about an organism: who it is, how it fares, what it sees, what it does, and by what."""
+"""One sentence about an organism: who it is, how it fares, what it saw and did in its last tick."""
 
 from __future__ import annotations
 
@@ -16,15 +16,20 @@ def sentence(state: Mapping[str, Any], foods: Sequence[str] = (), enemies: Seque
     died = state.get("died")
     if not state["alive"] and died:
         killer = f", by #{died['killer']}" if died.get("killer") else ""
-        return f"{name}, {_cause(died['cause'])} at tick {died['tick']:,}{killer}{_aged(state)}."
+        end = f"{name}, {_cause(died['cause'])} at tick {died['tick']:,}{killer}{_aged(state)}"
+        last = "; ".join(_thought(state, foods, enemies))
+        return f"{end}; in its last tick: {last}." if last else f"{end}."
     if not state["alive"]:
         return f"{name}, not alive at this tick."
-    parts = [f"{name}{_aged(state)}{_fed(state)}"]
+    return "; ".join([f"{name}{_aged(state)}{_fed(state)}", *_thought(state, foods, enemies)]) + "."
+
+
+def _thought(state: Mapping[str, Any], foods: Sequence[str], enemies: Sequence[str]) -> list[str]:
+    """Say what it saw and did in its last tick, as far as it is known."""
     nerves = state.get("nerves")
-    if nerves:
-        parts += [text for text in (_seen(nerves["sensors"], foods, enemies), _does(nerves["actions"]))
-                  if text]
-    return "; ".join(parts) + "."
+    if not nerves:
+        return []
+    return [text for text in (_seen(nerves["sensors"], foods, enemies), _does(nerves["actions"])) if text]
 
 
 def _cause(cause: str) -> str:
@@ -32,7 +37,9 @@ def _cause(cause: str) -> str:
 
 
 def _aged(state: Mapping[str, Any]) -> str:
-    return "" if state.get("age") is None else f", {state['age']:,.0f} s old"
+    if state.get("age") is None:
+        return ""
+    return f", {state['age']:,.0f} s old" if state["age"] else ", just born"
 
 
 def _fed(state: Mapping[str, Any]) -> str:
@@ -57,7 +64,7 @@ def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: S
     for target in sorted(near, key=lambda t: (who[t] not in enemies, -near[t]))[:2]:
         word = " (an enemy)" if who[target] in enemies else " (food)" if who[target] in foods else ""
         lines.append(f"{who[target]}{word} {_where(value, target)}")
-    return "sees " + " and ".join(lines)
+    return "saw " + " and ".join(lines)
 
 
 def _where(value: Mapping[str, float], target: str) -> str:
@@ -74,15 +81,18 @@ def _does(actions: Sequence[Mapping[str, Any]]) -> str:
     """Say what it does, and whether reflex or policy decided."""
     done = [a for a in actions if not a.get("continuous") and a["decision"] and a["name"] not in IDLE]
     if not done:
-        return "does nothing" if actions and not actions[0].get("continuous") else ""
+        return "did nothing" if actions and not actions[0].get("continuous") else ""
     forced = [a for a in done if a["reflex"] > 0]
-    chosen = [a for a in done if a["reflex"] <= 0]
+    chosen = [a for a in done if a["reflex"] <= 0 and a["probability"] is not None]
+    other = [_act(a) for a in done if a["reflex"] <= 0 and a["probability"] is None]
     parts = []
     if forced:
-        parts.append("its reflex makes it " + " and ".join(_act(a) for a in forced))
+        parts.append("its reflex made it " + " and ".join(_act(a) for a in forced))
     if chosen:
         parts.append("its policy chose to " + " and ".join(
-            _act(a) + ("" if a["probability"] is None else f" ({a['probability']:.0%})") for a in chosen))
+            f"{_act(a)} ({a['probability']:.0%})" for a in chosen))
+    if other:
+        parts.append(f"{' and '.join(other)} came by {'itself' if len(other) == 1 else 'themselves'}")
     return "; ".join(parts)
 
 

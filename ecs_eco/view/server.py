@@ -118,6 +118,19 @@ class Server:
         which browsers do not send."""
         return f"http://{HOST}:{self.port}/#code={self.credentials.code(minutes)}"
 
+    def show(self, player: Listener) -> None:
+        """Speak for another player from now on: all pages join it."""
+        def swap() -> None:
+            self.player = player
+            for client in self.clients:
+                player.say(client, {"kind": "join"})
+
+        loops = {client.loop for client in list(self.clients)}
+        if loops:
+            loops.pop().call_soon_threadsafe(swap)  # where pages come and go
+        else:
+            swap()
+
     def stop(self) -> None:
         """Disconnect all pages and stop listening."""
         self._uvicorn.should_exit = True

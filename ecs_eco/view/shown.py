@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view.messages import short, text
@@ -12,12 +12,27 @@ from ecs_eco.view.source import Message, Source
 FIELDS = 0.5  # [s] from one map of a field to the next
 
 
+class Page(Protocol):
+    """The server's end of one page."""
+
+    def send(self, messages: list[str | bytes]) -> None:
+        """Queue messages; returns at once."""
+
+
+class Chosen(NamedTuple):
+    """A selected organism: its uid, and whether it is one of the second world."""
+
+    uid: int
+    second: bool = False
+
+
 class View:
     """What one page shows, and what it has been sent."""
 
     def __init__(self) -> None:
+        self.number = 0  # of the page, in the order of coming
         self.colour = "species"
-        self.selected: int | None = None
+        self.selected: Chosen | None = None
         self.awaits: int | None = None  # the frame that it has not acknowledged yet
         self.seen: tuple[Any, ...] | None = None  # what its last frame showed
         self.frame_at = self.panel_at = self.field_at = -math.inf

@@ -3,9 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 Message = dict[str, Any]
+
+
+class Known(Protocol):
+    """A world of which single organisms are known."""
+
+    def organism(self, uid: int) -> Message:
+        """Return all that is known of one organism now: {"kind": "organism", …};
+        KeyError if it never existed."""
+
+
+@runtime_checkable
+class Paired(Protocol):
+    """A source that can have a second world beside it."""
+
+    @property
+    def second(self) -> Known | None:
+        """The second world, None where there is none."""
 
 
 class Source(Protocol):
@@ -72,5 +89,5 @@ class Source(Protocol):
         KeyError if it never existed."""
 
     def handle(self, request: Message) -> list[Message]:
-        """Carry out `act`, `params`, `seek`, `fill`, `why` and return the answers to the page that asked;
-        refusals are `said`."""
+        """Carry out `act`, `params`, `seek`, `fill`, `why`, `tree` and return the answers to the page that
+        asked; refusals are `said`."""

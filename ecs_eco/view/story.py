@@ -53,16 +53,16 @@ class Story:
         for name in STATE:
             setattr(self, name, copy(mark[name]))
 
-    def note(self, tick: int, n: np.ndarray, births: np.ndarray, deaths: np.ndarray,
+    def note(self, tick: int, n: np.ndarray, births: np.ndarray, deaths: Callable[[], np.ndarray],
              bred: np.ndarray) -> None:
-        """Note the state after `tick` ticks: numbers i64[s]; births i64[s] and deaths i64[s, causes] since
-        the beginning; `bred` bool[s] says who has had young of parents."""
+        """Note the state after `tick` ticks: numbers i64[s]; births i64[s] since the beginning, deaths
+        i64[s, causes], asked for where they matter; `bred` bool[s] says who has had young of parents."""
         for s, count in enumerate(n.tolist()):
             low, high = self._low[s], self._high[s]
             if low is not None and low.n < count < (high or low).n and not bred[s] > self._bred[s]:
                 if self._ordinary(s, count, low, high or low):
                     continue
-            self._follow(s, Turn(tick, count, int(births[s]), deaths[s].copy(), n.copy()), bool(bred[s]))
+            self._follow(s, Turn(tick, count, int(births[s]), deaths()[s].copy(), n.copy()), bool(bred[s]))
 
     def _ordinary(self, s: int, n: int, low: Turn, high: Turn) -> bool:
         """Whether a number is between its last low and high, and neither doubled nor halved since."""

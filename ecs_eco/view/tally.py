@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Metabolism
+from ecs_eco.components import Metabolism, Position, Velocity
+from ecs_eco.view.flows import Flows
 from ecs_eco.view.story import Story, foods_of
 
 if TYPE_CHECKING:
@@ -15,7 +16,9 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 CAUSES = 256
-KEPT = ("births", "deaths", "bred", "_last", "_gone", "_sampled")
+DEPTH = "mean depth [m]"  # a chart beside those of reporters, which cannot be called so
+KEPT = ("births", "_deaths", "bred", "_last", "_sampled")
+PENDING = 1000  # batches of deaths that are not counted yet
 EVERY = 5  # ticks from one look at the numbers to the next; extinctions are seen at once
 
 
@@ -26,13 +29,15 @@ class Tally:
         self.world, self.species = world, species
         self._place = {name: s for s, name in enumerate(species)}
         self.births = np.zeros(len(species), np.int64)
-        self.deaths = np.zeros((len(species), CAUSES), np.int64)  # by cause, from 1 as in world.causes
+        self._deaths = np.zeros((len(species), CAUSES), np.int64)
+        self._pending: list[tuple[int, np.ndarray]] = []  # species and causes of deaths that are not counted
         self.bred = np.zeros(len(species), np.bool_)
         config = None if world.config is None else world.config.model_dump(include={"species"})
         self.foods = foods_of(config)
         self.story = Story(species, self.foods, lambda c: world.causes[c - 1] if c else "unknown")
+        self.flows = Flows(world)
         self._tables = [world.tables[name] for name in species]
-        self._last, self._gone = -EVERY, -1  # when the story was told last, and how many were extinct then
+        self._last, self._now = -EVERY, True  # when the story was told last; whether it is to be told at once
         self._sampled: tuple[int, np.ndarray, np.ndarray] | None = None
         world.on_birth.append(self._was_born)
         world.on_death.append(self._has_died)
@@ -41,21 +46,37 @@ class Tally:
         s = self._place.get(table.name)
         if s is not None:
             self.births[s] += rows.size
-            self.bred[s] = self.bred[s] or parents.any()
+            self._now |= table.n <= rows.size  # there was none
+            if not self.bred[s]:
+                self.bred[s] = parents.any()
 
     def _has_died(self, table: Table, rows: np.ndarray) -> None:
         s = self._place.get(table.name)
         if s is not None:
-            self.deaths[s] += np.bincount(table.cause[rows], minlength=CAUSES)
+            self._pending.append((s, table.cause[rows]))
+            self._now |= table.n <= rows.size  # there is none
+
+    @property
+    def deaths(self) -> np.ndarray:
+        """Deaths of each species by cause, from 1 as in world.causes: i64[species, causes]."""
+        self._count()
+        return self._deaths
+
+    def _count(self) -> None:
+        if self._pending:
+            cells = np.concatenate([s * CAUSES + causes.astype(np.intp) for s, causes in self._pending])
+            self._pending.clear()
+            self._deaths += np.bincount(cells, minlength=self._deaths.size).reshape(self._deaths.shape)
 
     def passed(self) -> None:
         """Take note of a tick that has passed."""
-        n = [table.n for table in self._tables]
-        gone = n.count(0)
-        if self.world.tick >= self._last + EVERY or gone != self._gone:
-            self._last, self._gone = self.world.tick, gone
+        if self._now or self.world.tick >= self._last + EVERY:
+            self._last, self._now = self.world.tick, False
             over = max(0, self.world.tick - 1)  # as in the records: the last tick that is over
-            self.story.note(over, np.array(n, np.int64), self.births, self.deaths, self.bred)
+            n = np.array([table.n for table in self._tables], np.int64)
+            self.story.note(over, n, self.births, lambda: self.deaths, self.bred)
+            if len(self._pending) > PENDING:
+                self._count()
 
     def _energy(self, name: str, table: Table) -> dict[tuple[str, ...], float]:
         """Return what the living of a species took in and burnt in the last tick [energy]."""
@@ -65,24 +86,37 @@ class Tally:
         return {("energy", name, "taken in"): float(m.taken[rows].sum(dtype=np.float64)),
                 ("energy", name, "burnt"): float(m.burnt[rows].sum(dtype=np.float64))}
 
+    def _depths(self) -> dict[tuple[str, ...], float]:
+        """Return how deep those of each moving species are in water, on average, as heights below 0 [m]."""
+        if not self.world.space.volume:
+            return {}
+        top, moving = float(self.world.space.size[2]), [t for t in self._tables if t.n and Velocity in t]
+        return {("reports", DEPTH, t.name): float(t[Position].z[t.rows()].mean(dtype=np.float64)) - top
+                for t in moving}
+
     def mark(self) -> dict[str, Any]:
         """Return what has been counted and told so far."""
-        return {name: copy(getattr(self, name)) for name in KEPT} | {"story": self.story.mark()}
+        self._count()
+        return {name: copy(getattr(self, name)) for name in KEPT} | {
+            "story": self.story.mark(), "flows": self.flows.mark()}
 
     def go_back(self, mark: dict[str, Any]) -> None:
         """Count and tell on from a mark."""
+        self._pending.clear()
+        self._now = True
         for name in KEPT:
             setattr(self, name, copy(mark[name]))
         self.story.go_back(mark["story"])
+        self.flows.go_back(mark["flows"])
 
     def rates(self) -> dict[tuple[str, ...], float]:
         """Return births and deaths by cause, a tick, since the last call: points of curves."""
-        tick, before = self.world.tick, self._sampled
+        tick, before, point = self.world.tick, self._sampled, self.flows.rates()
         self._sampled = tick, self.births.copy(), self.deaths.copy()
         if before is None or tick <= before[0]:
             return {}
         span = tick - before[0]
-        point: dict[tuple[str, ...], float] = {}
+        point |= self._depths()
         for s, name in enumerate(self.species):
             point["births", name] = round(float(self.births[s] - before[1][s]) / span, 4)
             died = self.deaths[s] - before[2][s]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
+from ecs_eco.config.models.reporters import EATEN
+from ecs_eco.view import flows
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.story import Story, foods_of
 
@@ -55,7 +57,7 @@ class Told:
         story = Story(r.species, foods_of(r.manifest.get("config")), self.causes.__getitem__)
         step = max(1, len(n) // STEPS)
         for i in range(0, len(n), step):
-            story.note(r.first + i, n[i], births[i], deaths[i], births[i] > births[0])
+            story.note(r.first + i, n[i], births[i], partial(deaths.__getitem__, i), births[i] > births[0])
         return story.entries
 
     def rates(self, ticks: np.ndarray) -> dict[str, Any]:
@@ -74,7 +76,6 @@ class Told:
                                    if deaths[-1, s, k]}
         return out
 
-
     def energy(self, ticks: np.ndarray) -> dict[str, Any]:
         """Return what each species took in and burnt at these ticks [energy], by species; {} of a run that
         is too long."""
@@ -88,6 +89,41 @@ class Told:
         return {name: {words: [float(f"{v:.5g}") for v in flows[k, at, s]]
                        for k, words in enumerate(FLOWS.values())}
                 for s, name in enumerate(r.species) if flows[:, :, s].any()}
+
+    def depths(self, ticks: np.ndarray) -> dict[str, list[float | None]]:
+        """Return mean depths at these ticks, as heights below 0 [m], of those that move; {} of no water."""
+        r = self._recording
+        if self._sums is None or not any("depth_mean" in group.names for group in r.series.groups):
+            return {}
+        deep = np.full((r.last + 1 - r.first, len(r.species)), np.nan)
+        for c in r.series.each(("tick", "species", "n", "depth_mean")):
+            deep[c["tick"] - r.first, c["species"]] = np.where(c["n"] > 0, -c["depth_mean"], np.nan)
+        moves = {name for name, s in r.manifest["config"]["species"].items() if s.get("locomotion")}
+        return {name: [None if np.isnan(v) else float(f"{v:.5g}") for v in deep[ticks - r.first, s]]
+                for s, name in enumerate(r.species) if name in moves}
+
+    def flows(self, ticks: np.ndarray) -> dict[str, Any]:
+        """Return what flowed a tick between these ticks, by species; see `ecs_eco.view.flows`."""
+        r = self._recording
+        if self._sums is None or ticks.size < 2:
+            return {}
+        names = dict.fromkeys(name for group in r.series.groups for name in group.names)
+        at, sums = ticks - r.first, {}
+        for column in [name for name in names if name in flows.FLOWS or is_eaten(name)]:
+            values = np.zeros((r.last + 1 - r.first, len(r.species)))
+            for c in r.series.each(("tick", "species", column)):
+                values[c["tick"] - r.first, c["species"]] = c[column]
+            sums[column] = values.cumsum(axis=0)[at]
+        foods, by = foods_of(r.manifest.get("config")), "eaten by "
+        meals = {(food, cause.removeprefix(by)): self._sums[2][at, s, k] for s, food in enumerate(r.species)
+                 for k, cause in enumerate(self.causes) if cause.startswith(by)}
+        said = flows.recorded(sums, r.species, ticks, foods, meals)
+        return {"flows": said} | ({} if any(map(is_eaten, sums)) else {"shared": True})
+
+
+def is_eaten(column: str) -> bool:
+    """Whether a column of the series says what was gained from a food."""
+    return column.startswith(EATEN)
 
 
 def _listed(values: np.ndarray) -> list[float | None]:

@@ -8,6 +8,7 @@ from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 from ecs_eco.view.entrance import Entrance
+from ecs_eco.view.pair import Pair
 from ecs_eco.view.player import USUAL, Player
 from ecs_eco.view.server import Server
 from ecs_eco.view.source import Source
@@ -27,21 +28,47 @@ def watch(
     playing: bool = True,
     browser: bool = False,
 ) -> None:
-    """Serve a source until Ctrl-C, in the thread that made it; `announce` gets an address,
-    and another one after each use.
+    """Serve a source until Ctrl-C, in the thread that made it, and what pages begin in its place; `announce`
+    gets an address, and another one after each use.
 
     Raises OSError if the port is taken.
     """
-    player = Player(source, speed, playing)
+    player = served(source, speed, playing)
     with Server(player, port) as server, closing(Entrance(server, announce)) as entrance:
         if browser:
             entrance.open_browser()
         try:
-            source.run(player.turn)
+            player.source.run(player.turn)
+            while (after := _begun(player)) is not None:
+                if after is not player:
+                    server.show(after)
+                player = after
+                player.source.run(player.turn)
         except Exception as error:
             player.tell("error", f"the world stopped: {error}")
             time.sleep(0.2)
             raise
+
+
+def served(source: Source, *how: Any, **more: Any) -> Player:
+    """Return a player of a source that lets pages ask what would be if; arguments as of `Player`."""
+    pair = source if isinstance(source, Pair) else Pair(source)
+    if pair.picker is not None:
+        more = {"halted": lambda: pair.picker.wanted is not None, **more}
+    return pair.attend(Player(pair, *how, **more))
+
+
+def _begun(player: Player) -> Player | None:
+    """Return the player of what pages want to begin, the same one where that cannot be; None where they want
+    nothing."""
+    picker = getattr(player.source, "picker", None)
+    if picker is None or picker.wanted is None:
+        return None
+    made = picker.begin()
+    if isinstance(made, str):
+        player.tell("error", made)
+        return player
+    return served(made, player.speed)
 
 
 class Window:
@@ -65,7 +92,7 @@ class Window:
         from ecs_eco.view.live import Live
 
         self.world = world
-        player = self.player = Player(Live(world, self.ticks), None, halted=lambda: world.stopping)
+        player = self.player = served(Live(world, self.ticks), None, halted=lambda: world.stopping)
         self.server = Server(player, self.port).start()
         world.before_tick.append(player.turn)
         self._entrance = Entrance(self.server, self.announce)

@@ -70,8 +70,8 @@ def test_a_reflex_experiment_shows_which_gene_spreads(tmp_path: Path) -> None:
     s = {gene: float(x) for gene, x in re.findall(r"(\w+): .*s = (\S+) per generation", said)}
     assert s["freeze"] < -0.1  # who freezes before a fox is eaten
     drawn = {p.name for p in (folder / "run" / "figures").iterdir()}
-    assert {"alleles-1.png", "genes-1.png", "actions-1.png"} <= drawn
-    assert {"alleles-0.png", "genes-0.png"} <= {p.name for p in (folder / "compared" / "figures").iterdir()}
+    assert {"alleles-1.svg", "genes-1.svg", "actions-1.svg"} <= drawn
+    assert {"alleles-0.svg", "genes-0.svg"} <= {p.name for p in (folder / "compared" / "figures").iterdir()}
     genes = json.loads((folder / "compared" / "compare.json").read_text())["genes"]["vole"]
     freeze = genes["freeze = 1"]
     assert freeze["arms"]["world"]["s"][0] < freeze["arms"]["neutral-drift"]["s"][0]

@@ -3,7 +3,9 @@
 import pytest
 
 from ecs_eco.testing.browser import launched, served
+from ecs_eco.view.replay import Replay
 from tests.view.pages import FORGET_THEME, SMALL, WIDE, opened, pause
+from tests.view.replays import MADE, record
 
 
 @pytest.fixture(scope="module")
@@ -30,3 +32,25 @@ def page(park):
     park.keyboard.press("Escape")
     park.locator("#tab-charts").click()
     pause(park)
+
+
+@pytest.fixture(scope="module")
+def folders(menagerie, tmp_path_factory):
+    """The same run, recorded without details, and with all of them."""
+    place = tmp_path_factory.mktemp("replay")
+    config = menagerie(**MADE)
+    record(config, place / "plain", checkpoint_every=20, keep=9)
+    record(config, place / "full", record="full")
+    return place
+
+
+@pytest.fixture
+def plain(folders):
+    """Its replay without details."""
+    return Replay(folders / "plain")
+
+
+@pytest.fixture
+def full(folders):
+    """Its replay with all of them."""
+    return Replay(folders / "full")

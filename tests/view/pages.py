@@ -61,6 +61,13 @@ def pause(page):
     until(page, "!ecs.playing && ecs.still")
 
 
+def passed(page):
+    """One tick on: what was asked for holds."""
+    tick = page.evaluate("ecs.tick")
+    page.locator("#step").click()
+    until(page, f"ecs.tick === {tick + 1} && ecs.still")
+
+
 def play(page):
     if not page.evaluate("ecs.playing"):
         page.locator("#play").click()

@@ -140,7 +140,7 @@ def test_a_world_made_by_hand_can_be_watched():
     world.flush()
     page = watched(world, 2)
     assert struct.unpack_from("<I", page.frames[0], 28) == (3,)
-    assert page.got("params") == [{"kind": "params", "list": []}]
+    assert page.got("params") == [{"kind": "params", "list": [], "knobs": []}]
     (answer,) = Live(world).handle({"kind": "act", "what": {"kind": "cull", "species": "mite", "count": 1}})
     assert "no system that intervenes" in answer["text"]
 

@@ -57,7 +57,7 @@ def test_a_clicked_animal_shows_its_life_and_its_nervous_system(page):
     assert {"age", "energy", "happiness", "sex", "born", "reward"} <= set(facts(panel))
     assert facts(panel)["energy"].endswith("/ 1")
     words = panel.locator(".nerves text").all_text_contents()
-    assert {"reflex", "policy", "happiness", "walk", "left", "eat", "energy"} <= set(words)
+    assert {"no reflex", "policy", "happiness", "walk", "left", "eat", "energy"} <= set(words)
     assert panel.locator(".nerves").get_attribute("aria-label") == "Nervous system: 14 sensors, 7 actions"
     page.keyboard.press("n")
     until(page, f"ecs.selected !== {uid} && ecs.messages.organism > 1")
@@ -144,6 +144,36 @@ def test_no_name_in_the_nervous_system_is_cut(page):
       return box.x < view.x || box.x + box.width > view.x + view.width;
     }).map((text) => text.textContent)"""
     assert page.evaluate(outside) == []
+
+
+def test_wide_letters_of_what_is_done_are_not_cut_either(page):
+    cut = """names => import("/nerves.js").then(({ drawNerves }) => {
+      const action = { group: "g", reflex: 1, decision: 1, chosen: 1, probability: 1 };
+      const { root } = drawNerves({ sensors: names.map((name) => ({ value: 1, name })),
+        actions: names.map((name) => ({ ...action, name })), happiness: 1, reward: 0 });
+      document.getElementById("charts").append(root);
+      const view = root.viewBox.baseVal;
+      const texts = [...root.querySelectorAll("text")].map((one) => one.getBBox());
+      root.remove();
+      return texts.filter(({ x, width }) => x < view.x || x + width > view.x + view.width).length;
+    })"""
+    assert page.evaluate(cut, ["wander", "swim", "mmmmmmmmmmmm"]) == 0
+
+
+def test_readings_are_joined_to_the_networks_that_use_them(page):
+    drawn = """() => import("/nerves.js").then(({ drawNerves, wired }) => {
+      const nerves = { sensors: ["a", "b"].map((name) => ({ name, value: 1 })), happiness: 1, reward: null,
+        actions: [{ group: "feed", name: "eat", reflex: 1, decision: 1, chosen: 0, probability: null }] };
+      const wiring = { reflexes: [[[0], 0, "+1 if a > 0.5"]], function: "", policy: "none",
+        happiness: "2 * b", felt: [1], all: { reflex: false, policy: false, happiness: false } };
+      const { root } = drawNerves(nerves, wiring), words = [...root.querySelectorAll("text")];
+      return [[...root.querySelectorAll("[data-wire]")].map((wire) => wire.dataset.wire),
+        words.map((one) => one.textContent), wired(nerves, wiring)];
+    })"""
+    wires, words, told = page.evaluate(drawn)
+    assert wires == ["a reflex", "b happiness"]
+    assert {"no policy", "reflex", "feed"} <= set(words)
+    assert told == [["happiness =", "2 * b"], ["reflexes", "eat: +1 if a > 0.5"], ["policy", "none"]]
 
 
 @pytest.mark.parametrize("eye", ["top", "side"])

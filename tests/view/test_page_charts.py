@@ -32,6 +32,34 @@ def test_the_legend_has_a_line_a_trend_and_births_and_deaths_of_each_species(cur
     assert "+0 −0 a tick" in rows[2]  # in this park no wolf is born or dies
 
 
+def test_the_arrow_says_where_it_went_of_late(page):
+    trend = "line => import('/legend.js').then(({ trend }) => trend(line))"
+    assert page.evaluate(trend, [100, 200, 300, 300, 270, 240, 210]) == pytest.approx(-0.22, abs=0.01)
+    assert page.evaluate(trend, [0, 0, 0]) == 0
+    assert page.evaluate(trend, [0, 0, 4]) == 1
+
+
+def test_the_legend_names_what_most_die_of(page):
+    said = "causes => import('/legend.js').then(({ whereof }) => whereof(causes))"
+    assert page.evaluate(said, [["eaten by wolf", 3.4], ["starved", 0.2]]) == ["94% eaten by wolf"]
+    assert page.evaluate(said, [["too old", 0.6], ["starved", 0.4]]) == ["60% too old", "40% starved"]
+    assert page.evaluate(said, [["eaten by deer", 35.0]]) == ["all eaten by deer"]
+    assert page.evaluate(said, []) == []
+
+
+def test_deaths_a_tick_are_means_over_ticks_and_a_cause_counts_for_nothing_before_its_first(page):
+    told = page.evaluate("""() => import('/charts.js').then(({ Charts }) => {
+      const charts = Object.create(Charts.prototype);
+      const causes = {"deer: starved": [9, 1, 1, 1, 1], "deer: too old": [null, null, null, null, 40],
+                      "wolf: starved": [7, 7, 7, 7, 7]};
+      const lines = {n: {}, births: {deer: [0, 0, 0, 0, 2]}, causes};
+      Object.assign(charts, {hello: {mode: "live"}, ticks: [0, 10, 14, 19, 20], lines});
+      const { causes: shares, births, deaths } = charts.brief("deer");
+      return { shares, births, deaths };
+    })""")
+    assert told == {"shares": [["too old", 2], ["starved", 1]], "births": 0.1, "deaths": 3}
+
+
 def test_one_kind_is_shown_alone_and_all_again(curves):
     page = curves
     alone = page.get_by_label("Only deer, or all again")
@@ -94,7 +122,7 @@ KINDS = [{"grass": "#4d9221", "deer": "#b8860b", "wolf": "#67001f"}, {f"s{i}": "
 def test_the_phase_plane_shows_two_species_against_each_other_and_is_kept(curves):
     page = curves
     assert page.locator(".figure").count() == 0
-    page.get_by_role("button", name="Phase plane").click()
+    page.get_by_role("button", name="Phase plane", exact=True).click()
     counts = page.evaluate("ecs.counts")
     now = page.locator("[data-now]")
     assert now.get_attribute("data-now") == f"{counts['deer']},{counts['wolf']}"
@@ -102,20 +130,20 @@ def test_the_phase_plane_shows_two_species_against_each_other_and_is_kept(curves
     assert now.get_attribute("data-now").startswith(f"{counts['deer']},")
     assert page.evaluate("localStorage.getItem('ecs-eco-plane')") == '["deer","grass"]'
     assert "plane" not in page.evaluate("localStorage.getItem('ecs-eco-charts-2')")
-    page.get_by_role("button", name="Phase plane").click()
+    page.get_by_role("button", name="Phase plane", exact=True).click()
     assert page.locator(".figure").count() == 0
 
 
 def test_the_distribution_of_a_value_counts_those_who_have_it(curves):
     page = curves
-    page.get_by_role("button", name="Distribution").click()
+    page.get_by_role("button", name="Distribution", exact=True).click()
     page.get_by_label("Value whose distribution is shown").select_option("energy")
     assert page.locator("#colour").input_value() == "energy"
     until(page, "document.querySelector('[data-kind=wolf]')?.dataset.n === '12'")
     until(page, "document.querySelector('[data-kind=deer]')?.dataset.n === '80'")
     page.locator("#colour").select_option("species")
     until(page, "!document.querySelector('[data-kind]')")
-    page.get_by_role("button", name="Distribution").click()
+    page.get_by_role("button", name="Distribution", exact=True).click()
 
 
 @pytest.mark.parametrize("dark", [False, True])

@@ -120,6 +120,22 @@ def test_time_goes_back_and_forth_over_the_map(page):
 
 
 @browsed
+@pytest.mark.parametrize("size", [(390, 844), (844, 390), (320, 568)])
+def test_the_map_is_legible_and_whole_on_phones(page, size):
+    before = page.viewport_size
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    heights = "[...document.querySelectorAll('#map text')].map(one => one.getBoundingClientRect().height)"
+    until(page, f"innerWidth === {size[0]} && Math.min(...{heights}) >= 10", 60)
+    edge = page.locator("#map").bounding_box()
+    texts = page.locator("#map text")
+    boxes = texts.evaluate_all("all => all.map(one => one.getBoundingClientRect().toJSON())")
+    assert min(box["left"] for box in boxes) >= edge["x"] - 1
+    assert max(box["right"] for box in boxes) <= edge["x"] + edge["width"] + 1
+    assert max(box["bottom"] for box in boxes) <= edge["y"] + edge["height"] + 1
+    page.set_viewport_size(before)
+
+
+@browsed
 def test_the_map_is_accessible_in_both_themes(page):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe-playwright-python here")
     for _ in range(2):

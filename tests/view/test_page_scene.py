@@ -30,6 +30,7 @@ def test_whom_the_selected_one_sees_has_a_line_to_it(page):
     certain = within(page, uid, "wolf", 11)
     possible = within(page, uid, "wolf", 12.5) + within(page, uid, "deer", 5.5)
     assert certain <= page.evaluate("ecs.over.seen") <= possible
+    assert "sees\ndeer: 5 m; wolf: 12 m" in page.locator("#organism").inner_text()
     page.keyboard.press("Escape")
     until(page, "ecs.over.seen === 0")
 
@@ -46,6 +47,15 @@ def test_the_nearest_is_found_around_a_torus_and_within_the_field_of_view(page):
     assert page.evaluate(look, [2 * math.pi, 0]) == [0, -6, 0]  # the short way, over the edge
     assert page.evaluate(look, [2.0, math.pi / 2]) == [2, 0, 8]  # ahead
     assert page.evaluate(look, [1.0, 0]) is None  # 10 m ahead is beyond its reach
+
+
+def test_what_a_circle_is_for_is_said_where_no_card_lies_over_it(page):
+    highest = """([points, cards]) => import('/sight.js').then(({ highest }) =>
+      highest(points.map(([x, y]) => ({ x, y })), 60, cards, [400, 300]))"""
+    circle, card = [[200, 50], [250, 70], [280, 120], [150, 60]], [100, 0, 230, 90]
+    assert page.evaluate(highest, [circle, []]) == {"x": 200, "y": 50}
+    assert page.evaluate(highest, [circle, [card]]) == {"x": 280, "y": 120}  # at 250 the words begin at 220
+    assert page.evaluate(highest, [[[10, 40], [200, 5]], []]) == {"x": 200, "y": 5}  # no room anywhere
 
 
 def test_births_and_deaths_are_marked_and_the_marks_go(page):
@@ -66,6 +76,21 @@ def test_births_and_deaths_are_marked_and_the_marks_go(page):
     page.locator("#canvas").focus()
     page.keyboard.press("Shift+Period")
     until(page, "ecs.over.marks.death === 0")
+
+
+def test_those_born_long_before_a_late_frame_are_not_marked_as_just_born(page):
+    marked = """async ([before, now]) => {
+      const { Over } = await import('/over.js');
+      const layer = { kind: { moves: true }, own: { radius: { value: 1 } }, before: [0, 0, 0, 256],
+        block: { n: 1, words: new Uint16Array(8) } };
+      const hello = { size: [9, 9] };
+      const stage = { hello, relief: { at: () => 0 }, layers: [layer], colours: ['#123456'] };
+      const over = Object.assign(Object.create(Over.prototype), { stage, marks: [], last: before });
+      over.take(now, false);
+      return over.marks.length;
+    }"""
+    assert page.evaluate(marked, [40, 41]) == 1
+    assert page.evaluate(marked, [40, 60]) == 0
 
 
 def test_a_field_lies_over_the_ground_and_food_does_too(page):
@@ -108,6 +133,17 @@ def test_the_ground_is_greener_where_grass_grows(page):
     r, g, _ = bare - grown
     assert r > g + 0.01  # grass takes away more of the red than of the green
     assert r > 0.02
+
+
+def test_who_lies_still_is_an_animal_and_no_tuft(page):
+    drawn = page.evaluate("""async () => {
+      const {kindsOf, sign} = await import('/marks.js');
+      const still = [{name: 'grass', sessile: true}, {name: 'ewe', sessile: false}];
+      const species = [...still, {name: 'deer', moves: true}];
+      const kinds = kindsOf({size: [9, 9], foods: {deer: ['grass']}, species});
+      return kinds.map((kind) => [Boolean(kind.rests), sign(kind, '#123456').firstChild.tagName]);
+    }""")
+    assert drawn == [[False, "circle"], [True, "polygon"], [False, "polygon"]]
 
 
 def test_silhouettes_follow_diet_and_place_and_tell_the_like_apart(page):

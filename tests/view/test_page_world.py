@@ -8,7 +8,7 @@ pytestmark = IN_A_BROWSER
 
 def test_the_food_web_is_drawn_from_the_diets(page):
     page.locator("#tab-world").click()
-    meals = page.locator("[data-meal]").evaluate_all("all => all.map(path => path.dataset.meal)")
+    meals = page.locator("#world [data-meal]").evaluate_all("all => all.map(path => path.dataset.meal)")
     assert sorted(meals) == ["deer wolf", "grass deer"]
     label = page.locator("#world svg.web").get_attribute("aria-label")
     assert label == "Who eats whom: deer eats grass; wolf eats deer"

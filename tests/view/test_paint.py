@@ -202,7 +202,9 @@ def test_the_nerves_of_one_organism_at_a_tick(folder, tmp_path):
     done = _picture(folder, tmp_path / "ram.svg", "--tick", 7, "--organism", uid, "-q")
     assert done.exit_code == 0, done.output
     assert "Run again from a checkpoint" in done.output
-    assert (tmp_path / "ram.svg").read_text().startswith("<?xml")
+    drawn = (tmp_path / "ram.svg").read_text()
+    assert drawn.startswith("<svg")
+    assert "prefers-color-scheme:dark" in drawn
 
 
 def test_who_has_no_nerves_then_is_refused(folder, tmp_path):

@@ -1,55 +1,16 @@
 import json
 import struct
-import time
 
 import numpy as np
 import pytest
 
-from ecs_eco.record import resume, run_to_folder
+from ecs_eco.record import resume
 from ecs_eco.record.parquet import read_parts
 from ecs_eco.view.frames import HEADER, MAGIC
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.rerun import compute
-
-TICKS = 48
-GENES = {"genes": [{"name": "pace", "trait": "locomotion.pace", "low": 0.5, "high": 2.0, "letters": 2}]}
-MADE = {"species": {"ram": {"genome": GENES}}, "sun": {"day": 24.0, "start": 0.25}}
-
-
-def _run(config, out, ticks=TICKS, **options):
-    options = {"seed": 7, "policies": "untrained", "learn": True, "report": False,
-               "snapshot_every": 6, **options}
-    return run_to_folder(config, ticks=ticks, out=out, **options)
-
-
-@pytest.fixture(scope="module")
-def folders(menagerie, tmp_path_factory):
-    """The same run, recorded without details, and with all of them."""
-    place = tmp_path_factory.mktemp("replay")
-    config = menagerie(**MADE)
-    _run(config, place / "plain", checkpoint_every=20, keep=9)
-    _run(config, place / "full", record="full")
-    return place
-
-
-@pytest.fixture
-def plain(folders):
-    return Replay(folders / "plain")
-
-
-@pytest.fixture
-def full(folders):
-    return Replay(folders / "full")
-
-
-def _waited(replay, seconds=60.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if messages := replay.news():
-            return messages
-        time.sleep(0.02)
-    raise AssertionError("no answer came")
+from tests.view.replays import MADE, TICKS, answered, record
 
 
 def _decoded(frame, kinds):
@@ -135,7 +96,8 @@ def test_of_full_details_the_panel_says_all(full, folders):
         full.handle({"kind": "seek", "tick": row["tick"]})
         shown = full.organism(row["uid"])
         json.dumps(shown, allow_nan=False)
-        assert (shown["detail"], shown["note"], shown["species"]) == ("full", "", "ram")
+        note = "" if shown["alive"] else f"As it was in its last tick, {row['tick']}."
+        assert (shown["detail"], shown["note"], shown["species"]) == ("full", note, "ram")
         assert shown["nerves"]["sensors"][0] == {"name": "energy",
                                                  "value": pytest.approx(row["sensor: energy"])}
         run = next(a for a in shown["nerves"]["actions"] if a["name"] == "run")
@@ -187,7 +149,8 @@ def test_what_is_filled_in_is_what_full_details_would_have_been(plain, full):
     for replay in (plain, full):
         replay.handle({"kind": "seek", "tick": 33})
     assert plain.handle({"kind": "fill", "uid": uid})[0]["level"] == "info"
-    answer, panel = _waited(plain)
+    answer, panel, marks = answered(plain)
+    assert [s["kind"] for s in marks["stretches"]] == ["filled"]
     assert (answer["kind"], answer["level"]) == ("said", "info")
     assert panel["uid"] == uid
     for tick in (22, 33, 40):
@@ -216,7 +179,7 @@ def test_what_was_done_by_hand_is_done_again(menagerie, tmp_path):
         world.before_tick.append(between)
 
     planned = menagerie(interventions=[{"kind": "add", "at": 11, "species": "lynx", "count": 3}])
-    _run(planned, tmp_path / "run", ticks=30, prepare=prepare)
+    record(planned, tmp_path / "run", ticks=30, prepare=prepare)
     recording = Recording(tmp_path / "run")
     assert [i["tick"] for i in recording.interventions()] == [11, 11, 11, 14]
     stretch = compute(recording.path, recording.manifest, 20, 29, recording.recorded)
@@ -238,16 +201,16 @@ def test_a_stretch_that_comes_out_otherwise_says_so(plain):
 
 
 def test_without_a_checkpoint_before_it_a_run_is_run_from_its_start(menagerie, tmp_path):
-    _run(menagerie(), tmp_path / "run", checkpoint_every=20, keep=1)
+    record(menagerie(), tmp_path / "run", checkpoint_every=20, keep=1)
     replay = Replay(tmp_path / "run")
     assert [p.name for p in (tmp_path / "run" / "checkpoints").iterdir()] == ["tick-000000000048.safetensors"]
     replay.handle({"kind": "seek", "tick": 9})
     replay.handle({"kind": "fill", "uid": int(replay.recording.organisms(9, "ram").uid[0])})
-    assert _waited(replay)[0]["level"] == "info"
+    assert answered(replay)[0]["level"] == "info"
 
 
 def test_a_run_that_went_on_is_one_run(menagerie, tmp_path, folders):
-    _run(menagerie(**MADE), tmp_path / "run", ticks=20)
+    record(menagerie(**MADE), tmp_path / "run", ticks=20)
     resume(tmp_path / "run", until=TICKS, report=False)
     once, twice = Replay(folders / "plain"), Replay(tmp_path / "run")
     for replay in (once, twice):
@@ -269,8 +232,8 @@ def test_the_sun_of_a_recording_stands_where_it_stood(plain):
 
 def test_the_extinct_are_not_said_to_be_unhappy(menagerie, tmp_path):
     cull = {"kind": "cull", "species": "ram", "share": 1.0, "at": 4}
-    _run(menagerie(**MADE) | {}, tmp_path / "gone", ticks=8,
-         prepare=lambda world: world.intervene({k: v for k, v in cull.items() if k != "at"}))
+    record(menagerie(**MADE) | {}, tmp_path / "gone", ticks=8,
+           prepare=lambda world: world.intervene({k: v for k, v in cull.items() if k != "at"}))
     series = Replay(tmp_path / "gone").series(-1)
     assert series["n"]["ram"][-1] == 0
     assert series["happiness"]["ram"][-1] is None

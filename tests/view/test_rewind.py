@@ -59,7 +59,7 @@ def state(live):
     lives = [(kin.parents(uid), kin.died(uid), kin.generation(uid)) for uid in range(live.world.next_uid)]
     series = live.world.recorder.series().to_pydict()
     return (live.world.digest(), tally.births.tolist(), tally.deaths.tolist(), list(tally.story.entries),
-            lives, live._curves.after(-1), series, list(live.world.intervened))
+            lives, live.curves.after(-1), series, list(live.world.intervened))
 
 
 @pytest.mark.parametrize("act", DONE, ids=lambda act: next(iter(set(act) & {"learning"}), act["kind"]))

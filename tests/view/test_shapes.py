@@ -101,3 +101,12 @@ def test_bodies_of_recorded_worlds_have_their_sizes(folder):
     rows = fence.by_uid()
     assert fence[Body].radius[rows] == pytest.approx([math.hypot(16, 1, 2) / 2, math.hypot(10, 1, 2) / 2])
     assert fence[Position].x[rows].tolist() == [10, 2]
+
+
+def test_who_lies_still_is_no_plant_unless_it_grows_breeds_or_is_eaten():
+    kinds = {name: {kind["name"]: kind["sessile"] for kind in Live(World.from_config(
+        name, seed=1, policies="random", record=False)).hello()["species"]}
+        for name in ("lamb", "predator-prey", "diel-migration")}  # fmt: skip
+    assert kinds == {"lamb": {"ewe": False, "lamb": False},
+                     "predator-prey": {"grass": True, "deer": False, "wolf": False},
+                     "diel-migration": {"phytoplankton": True, "copepod": False, "krill": False}}

@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
+from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
+from ecs_eco.view.live import Live
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.replay import Replay
+from ecs_eco.view.tally import DEPTH
 from tests.view.parks import SMALL
 
 
@@ -38,6 +41,22 @@ def test_energy_taken_in_and_burnt_is_that_of_the_series(folder):
     assert energy["deer"]["burnt"] == pytest.approx(columns["burnt"][deer].tolist(), rel=1e-4)
     assert energy["deer"]["taken in"] == pytest.approx(columns["taken_in"][deer].tolist(), rel=1e-4)
     assert max(energy["deer"]["burnt"]) > 0
+
+
+def test_depths_of_a_record_and_of_a_living_world_are_heights_below_the_surface(tmp_path):
+    few = {"species.phytoplankton.count": 60, "species.copepod.count": 20, "species.krill.count": 3}
+    config = load("diel-migration", few)
+    run_to_folder(config, seed=2, ticks=12, out=tmp_path / "run", policies="random", report=False)
+    recorded = Replay(tmp_path / "run").series(-1)["reports"][DEPTH]
+    live = Live(World.from_config(config, seed=2, policies="random"))
+    for _ in range(12):
+        live.world.run(1)
+        live.passed()
+        live.sample()
+    said = live.series(-1)["reports"][DEPTH]
+    assert said.keys() == recorded.keys() == {"copepod", "krill"}  # what drifts has no depth of its own
+    assert said["krill"][1:] == pytest.approx(recorded["krill"][1:], rel=1e-3)
+    assert -30 < min(said["copepod"][1:]) <= max(said["copepod"][1:]) < 0
 
 
 def test_the_story_of_a_record_has_its_extinction_and_its_account(folder):

@@ -96,6 +96,24 @@ def test_what_cannot_be_watched_is_refused(words, message, tmp_path):
     assert message in result.output
 
 
+def test_two_worlds_are_watched_beside_each_other_and_have_names_of_their_own():
+    words = [*SMALL, "--policies", "random", "--seed", "2"]
+    with served("watch", "predator-prey", "predator-prey", *words) as run, page(run.address()) as ws:
+        first = receive(ws, "beside")
+        assert first["names"] == ["predator-prey, the first", "predator-prey, the second"]
+        assert (first["at"], first["hello"]["world"]) == (None, "predator-prey")
+        while "state" not in first:
+            first = receive(ws, "beside")
+        assert "the same numbers in both" in first["state"]["text"]
+
+
+def test_the_map_of_an_archipelago_has_nothing_beside_it(tmp_path):
+    (tmp_path / "archipelago.json").write_text("{}")
+    result = CliRunner().invoke(app, ["watch", "predator-prey", str(tmp_path), "--no-browser"])
+    assert result.exit_code == 2
+    assert "is an archipelago, whose map is shown alone" in result.output
+
+
 def test_a_taken_port_is_refused_before_anything_is_recorded(tmp_path):
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))

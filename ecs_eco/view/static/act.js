@@ -1,54 +1,79 @@
 // Interventions: what somebody does to the world. Each is an entry of [[interventions]] without its tick; the server adds that.
 
 import { $, h, number } from "./dom.js";
+import { Changes, Knobs } from "./knobs.js";
 
 /** @typedef {import("./protocol.js").Parameter} Parameter */
+
+const FENCE = ["Click two corners into the scene", "Click the other corner"];
 
 export class Act {
   /**
    * @param {import("./protocol.js").Hello} hello
-   * @param {{send: (what: Record<string, unknown>) => void, aim: (on: boolean) => void, now: () => number, selected: () => {uid: number, species: string} | null}} calls
+   * @param {{send: (what: Record<string, unknown>, as?: string) => void, aim: (on: boolean) => void, ask: () => void, now: () => number, selected: () => {uid: number, species: string} | null}} calls
    */
   constructor(hello, calls) {
     this.hello = hello;
     this.calls = calls;
     this.names = [...hello.species, ...(hello.objects ?? [])].map(({ name }) => name);
+    this.page = 0; // its number
+    /** @type {string | undefined} */
+    this.done = undefined;
     this.aiming = false;
+    /** @type {number[][] | null} corners of a fence that were clicked; null where clicks place organisms */
+    this.corners = null;
     this.sent = 0;
-    /** @type {Parameter[]} */
-    this.parameters = [];
+    this.changes = new Changes((what, as) => this.send(what, as));
+    this.knobs = new Knobs(this.changes);
     this.log = h("ol", { class: "log", "aria-live": "polite" });
-    $("act").replaceChildren(this.place(), this.cull(), this.switches(), this.change(), h("h2", { text: "Done and said" }), this.log);
+    $("act").replaceChildren(this.knobs.element, this.place(), this.cull(), ...(hello.size.length < 3 ? [this.fences()] : []), this.switches(), this.change(), h("h2", { text: "Done and said, on all pages" }), this.log);
   }
 
-  /** @param {Record<string, unknown>} what */
-  send(what) {
+  /** @param {Record<string, unknown>} what @param {string} [as] how it came to be: "undo" or "reset" */
+  send(what, as) {
     this.sent++;
-    this.calls.send(what);
+    this.calls.send(what, as);
   }
 
   place() {
     this.newcomer = choice(this.names, "Kind to place");
     const count = h("input", { class: "input", type: "number", min: 1, max: 100000, value: 10, "aria-label": "How many" });
     this.many = count;
-    this.aimer = h("button", { class: "button", type: "button", "aria-pressed": "false", text: "Click into the scene", onclick: () => this.aim(!this.aiming) });
+    this.aimer = h("button", { class: "button", type: "button", "aria-pressed": "false", text: "Click into the scene", onclick: () => this.aim(!this.aiming || this.corners !== null) });
     const random = h("button", { class: "button primary", type: "button", text: "At random places", onclick: () => {
       if (count.reportValidity()) this.send({ kind: "add", species: this.newcomer?.value, count: Number(count.value) });
     } });
     return group("Place", h("label", { text: "kind" }), this.newcomer, h("label", { text: "how many" }), count, h("div", { class: "row full" }, random, this.aimer));
   }
 
-  /** Whether the next click into the scene places organisms. @param {boolean} on */
-  aim(on) {
+  /** Whether the next click into the scene places organisms, or a corner of a fence. @param {boolean} on @param {boolean} [fence] */
+  aim(on, fence = false) {
     this.aiming = on;
-    this.aimer?.setAttribute("aria-pressed", String(on));
+    this.corners = on && fence ? [] : null;
+    this.aimer?.setAttribute("aria-pressed", String(on && !fence));
+    this.fencer?.setAttribute("aria-pressed", String(on && fence));
+    if (this.fencer) this.fencer.textContent = FENCE[0];
     this.calls.aim(on);
+  }
+
+  fences() {
+    this.fencer = h("button", { class: "button", type: "button", "aria-pressed": "false", text: FENCE[0], onclick: () => this.aim(this.corners === null, true) });
+    const none = h("button", { class: "button", type: "button", text: "Remove all fences", onclick: () => this.send({ kind: "fence", remove: true }) });
+    return group("Fence", h("p", { class: "about", text: "Who walks does not cross it; smells, sight and births do." }), h("div", { class: "row full" }, this.fencer, none));
   }
 
   /** @param {number[]} place [m] */
   placeAt(place) {
-    if (!this.many?.reportValidity()) return;
     const at = place.map((value) => Math.round(value * 100) / 100);
+    if (this.corners) {
+      this.corners.push(at);
+      if (this.fencer) this.fencer.textContent = FENCE[this.corners.length % 2];
+      if (this.corners.length < 2) return;
+      const [[a, b], [c, d]] = this.corners;
+      this.aim(false);
+      return this.send({ kind: "fence", region: [Math.min(a, c), Math.min(b, d), Math.max(a, c), Math.max(b, d)] });
+    }
+    if (!this.many?.reportValidity()) return;
     this.send({ kind: "add", species: this.newcomer?.value, count: Number(this.many.value), at_place: at });
   }
 
@@ -71,12 +96,33 @@ export class Act {
   switches() {
     const all = "all species";
     const species = choice([all, ...this.hello.species.map(({ name }) => name)], "Species");
+    this.switched = species;
+    species.addEventListener("change", () => this.standing(this.switchedAs));
     const button = (/** @type {"reproduction" | "learning"} */ what, /** @type {boolean} */ on) => h("button", {
-      class: "button", type: "button", text: on ? "on" : "off", "aria-label": `${what} ${on ? "on" : "off"}`,
+      class: "button", type: "button", text: on ? "on" : "off", "aria-label": `${what} ${on ? "on" : "off"}`, "data-switch": `${what} ${on}`, "aria-pressed": "false",
       onclick: () => this.send({ kind: "switch", [what]: on, ...(species.value === all ? {} : { species: species.value }) }),
     });
     const row = (/** @type {"reproduction" | "learning"} */ what) => [h("label", { text: what }), h("div", { class: "row" }, button(what, true), button(what, false))];
     return group("Switch", h("label", { text: "species" }), species, ...row("reproduction"), ...row("learning"));
+  }
+
+  /** What was done so far, and how things stand: parameters are asked for again where somebody did something. @param {import("./protocol.js").Marks} marks */
+  mark({ switches, interventions = [] }) {
+    this.standing(switches);
+    const done = JSON.stringify([interventions.length, interventions.at(-1)]);
+    if (this.done !== undefined && this.done !== done) this.calls.ask();
+    this.done = done;
+  }
+
+  /** How each species' switches stand: those of the chosen one, or of all where they agree, are marked. @param {import("./protocol.js").Marks["switches"]} now */
+  standing(now) {
+    this.switchedAs = now;
+    const all = Object.entries(now ?? {}), chosen = all.filter(([name]) => name === this.switched?.value);
+    for (const button of $("act").querySelectorAll("[data-switch]")) {
+      const [what, on] = /** @type {HTMLElement} */ (button).dataset.switch?.split(" ") ?? [];
+      const states = (chosen.length ? chosen : all).map(([, switches]) => switches[/** @type {"learning"} */ (what)]).filter((state) => state !== null);
+      button.setAttribute("aria-pressed", String(states.length > 0 && states.every((state) => String(state) === on)));
+    }
   }
 
   change() {
@@ -84,27 +130,39 @@ export class Act {
     const key = h("input", { class: "input", list: "parameterKeys", placeholder: "type to search", "aria-label": "Parameter", autocomplete: "off", spellcheck: "false" });
     const value = h("input", { class: "input", "aria-label": "New value", autocomplete: "off" });
     const about = h("p", { class: "about", text: "" });
+    const slider = h("input", { type: "range", "aria-label": "Slide to another value", step: "any", hidden: true, oninput: () => (value.value = String(Number(Number(slider.value).toPrecision(3)))) });
+    value.addEventListener("input", () => (slider.value = value.value));
+    const { changes } = this, found = () => changes.find(key.value);
     const go = h("button", { class: "button primary", type: "button", text: "Change", disabled: true, onclick: () => {
-      const parsed = read(value.value);
-      if (value.reportValidity()) this.send({ kind: "set", set: { [key.value]: parsed } });
+      if (value.reportValidity() && found()) changes.make(key.value, read(value.value));
     } });
+    let shown = /** @type {unknown} */ (null);
+    changes.heard.push(() => {
+      const now = found()?.value;
+      if (now === undefined || now === shown) return;
+      value.value = slider.value = written(shown = now);
+    });
     key.addEventListener("input", () => {
-      const found = this.parameters.find((parameter) => parameter.key === key.value);
-      go.disabled = !found;
-      about.textContent = found ? tell(found) : "";
-      if (!found) return;
-      value.value = typeof found.value === "string" ? found.value : JSON.stringify(found.value);
-      const numeric = typeof found.value === "number";
+      const parameter = found();
+      go.disabled = !parameter;
+      about.textContent = parameter ? tell(parameter) : "";
+      slider.hidden = typeof parameter?.value !== "number";
+      if (!parameter) return;
+      value.value = written(shown = parameter.value);
+      const numeric = typeof parameter.value === "number";
       value.type = numeric ? "number" : "text";
-      set(value, { step: numeric ? "any" : null, min: numeric ? found.low : null, max: numeric ? found.high : null });
+      set(value, { step: numeric ? "any" : null, min: numeric ? parameter.low : null, max: numeric ? parameter.high : null });
+      if (numeric) set(slider, { min: parameter.low ?? Math.min(0, 2 * Number(parameter.value)), max: parameter.high ?? Math.max(1e-6, 2 * Number(parameter.value)) });
+      slider.value = value.value;
     });
     this.keys = list;
-    return group("Change a parameter", h("label", { text: "key" }), key, list, h("label", { text: "value" }), value, about, h("div", { class: "row full" }, go));
+    return group("All parameters", h("label", { text: "key" }), key, list, h("label", { text: "value" }), value, h("span"), slider, about, h("div", { class: "row full" }, go, ...changes.buttons()));
   }
 
-  /** @param {Parameter[]} list */
-  offer(list) {
-    this.parameters = list;
+  /** @param {Parameter[]} list @param {import("./protocol.js").Knob[]} [knobs] */
+  offer(list, knobs = []) {
+    this.changes.offer(list);
+    this.knobs.offer(knobs);
     this.keys?.replaceChildren(...list.map(({ key, about }) => h("option", { value: key, text: about ?? "" })));
   }
 
@@ -113,11 +171,21 @@ export class Act {
     if (this.remover) this.remover.disabled = !there;
   }
 
-  /** @param {import("./protocol.js").Said} said */
-  note({ level, text, field }) {
-    this.log.prepend(h("li", { class: level }, h("time", { text: number(this.calls.now()) }), h("span", { text: field ? `${field}: ${text}` : text })));
-    while (this.log.childElementCount > 60) this.log.lastElementChild?.remove();
+  /** What any page did, and what was answered: all of it, or what is new. @param {import("./protocol.js").LogMessage} message */
+  record({ page, entries }) {
+    if (page !== undefined) this.log.replaceChildren(), (this.page = page);
+    for (const entry of entries) this.log.prepend(line(entry, entry.page === this.page));
+    while (this.log.childElementCount > 200) this.log.lastElementChild?.remove();
+    const refused = entries.some(({ level, asked, page }) => level === "error" && asked === "act" && page === this.page);
+    if (page === undefined && refused) this.changes.refused();
   }
+}
+
+/** An entry of the log. @param {import("./protocol.js").LogEntry} entry @param {boolean} own whether this page did it */
+function line({ tick, page, level, text, what, as }, own) {
+  const who = page === null ? "the world" : own ? "this page" : `page ${page}`;
+  const begin = level === "error" && page !== null ? `refused: ${what ? `${what}. ` : ""}` : as ? `${as}: ` : "";
+  return h("li", { class: level }, h("time", { text: number(tick), title: "tick" }), h("b", { text: who }), h("span", { text: begin + text }));
 }
 
 /** @param {string} title @param {...(Node | null)} content */
@@ -131,6 +199,9 @@ function tell({ about, unit, low, high }) {
   const limits = low !== null && low !== undefined ? (high !== null && high !== undefined ? `, ${number(low)} to ${number(high)}` : `, at least ${number(low)}`) : "";
   return `${about ?? ""}${unit ? ` [${unit}]` : ""}${limits}`;
 }
+
+/** @param {unknown} value */
+const written = (value) => (typeof value === "string" ? value : JSON.stringify(value));
 
 /** A number, true or false, a list where it reads as one; else text. @param {string} text */
 function read(text) {

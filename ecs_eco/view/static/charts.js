@@ -2,17 +2,20 @@
 
 import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";
-import { append, flat, nights, recalled, remember, table } from "./series.js";
+import { REPORT, append, grouped, nights, recalled, remember, table } from "./series.js";
 import { saves } from "./save.js";
 import { genes } from "./colours.js";
 import { FIGURES, Figures } from "./figures.js";
 import { DASHES, stroke } from "./marks.js";
+import { soon } from "./pace.js";
 import { css, isDark } from "./theme.js";
 
 /** @typedef {import("./protocol.js").Series} Series */
 /** @typedef {(number | null)[]} Line */
 
+const [PLAIN, THIN, THICK] = [1.8, 1.1, 2.6]; // of lines [px]; thin and thick where there is a second world
 const SPARK = 40; // points of a sparkline
+const LATELY = 60; // points over which causes of death are counted
 const MOST = 12000; // points kept; then every second of the older half goes
 const WINDOWS = [["last 500", 500], ["last 2 000", 2000], ["last 10 000", 10000], ["all ticks", Infinity]];
 
@@ -27,8 +30,6 @@ const CHARTS = [
   { key: "births", title: "Births", unit: "a tick" },
   { key: "energy", title: "Energy", unit: "a tick, taken in and burnt" },
 ];
-
-const REPORT = "report "; // before the names of reporters, each of which has a chart of its own
 
 export class Charts {
   /**
@@ -45,6 +46,8 @@ export class Charts {
     this.zoom = null;
     const plants = hello.species.filter(({ moves }) => !moves).map(({ name }) => name);
     this.plants = plants.length < hello.species.length ? plants : [];
+    /** @type {import("./other.js").Other | null} the curves of a second world */
+    this.other = null;
     this.layout = ""; // which charts there are
     this.tick = hello.tick;
     /** @type {number[]} */
@@ -52,8 +55,10 @@ export class Charts {
     /** @type {Line} */
     this.light = [];
     this.charts = [...CHARTS];
+    this.redraw = () => this.draw();
     /** @type {Record<string, Record<string, Line>>} */
-    this.lines = { n: {}, happiness: {}, genes: {}, causes: {}, births: {}, energy: {} };
+    this.lines = { n: {}, happiness: {}, genes: {}, causes: {}, births: {}, energy: {}, flows: {} };
+    this.shared = false; // whether what each food gave is not known, but shared among them
     /** @type {Set<string>} */
     this.hidden = new Set(recalled());
     /** @type {Set<string>} kinds that the legend hides */
@@ -65,7 +70,7 @@ export class Charts {
     this.root = $("charts");
     this.body = h("div");
     this.figures = new Figures(this, scene);
-    this.root.replaceChildren(this.tools(), this.body, this.figures.root);
+    this.root.replaceChildren(this.tools(), this.figures.flows.root, this.body, this.figures.root);
     this.figures.rebuild();
     new ResizeObserver(() => this.resize()).observe(this.body);
   }
@@ -95,10 +100,9 @@ export class Charts {
     const length = this.ticks.length;
     this.ticks.push(...series.tick);
     append(this.light, series.light, length, series.tick.length);
-    /** @type {Record<string, Record<string, Line> | undefined>} */
-    const given = { n: series.n, happiness: series.happiness, genes: series.genes, births: series.births, causes: flat(series.causes ?? {}), energy: flat(series.energy ?? {}) };
-    for (const [name, lines] of Object.entries(series.reports ?? {})) {
-      given[REPORT + name] = lines;
+    const given = grouped(series);
+    this.shared ||= series.shared === true;
+    for (const name of Object.keys(series.reports ?? {})) {
       if (!(REPORT + name in this.lines)) this.charts.splice(-3, 0, { key: REPORT + name, title: name, unit: "" });
       this.lines[REPORT + name] ??= {};
     }
@@ -107,7 +111,7 @@ export class Charts {
       for (const name of names) append((this.lines[key][name] ??= []), given[key]?.[name], length, series.tick.length);
     }
     if (this.ticks.length > MOST) this.thin();
-    this.draw();
+    soon(this.redraw);
   }
 
   /** Forgets what is at a tick and after. @param {number} tick */
@@ -186,7 +190,7 @@ export class Charts {
     this.draw();
   }
 
-  /** What the timeline draws. @returns {import("./timeline.js").Lanes} */
+  /** What the timeline draws. @returns {import("./lanes.js").Counted} */
   lanes() {
     const deaths = (/** @type {string} */ name) => {
       const lines = Object.entries(this.lines.causes).filter(([cause]) => cause.startsWith(`${name}: `)).map(([, line]) => line);
@@ -202,12 +206,21 @@ export class Charts {
     const every = Math.max(1, Math.floor(line.length / SPARK));
     const points = line.filter((value, i) => value !== null && (line.length - 1 - i) % every === 0);
     const deaths = Object.entries(this.lines.causes).filter(([cause]) => cause.startsWith(`${name}: `));
-    const mean = (/** @type {Line} */ values) => {
-      const known = values.slice(Math.max(0, at - 9), at + 1).filter((value) => value !== null);
-      return known.length ? known.reduce((a, b) => a + b, 0) / known.length : null;
+    const born = this.lines.births[name] ?? [];
+    const mean = (/** @type {Line} */ values, points = 10) => {
+      let sum = 0, ticks = 0;
+      for (let i = Math.max(1, at + 1 - points); i <= at; i++) {
+        if ((values[i] ?? born[i] ?? null) === null) continue;
+        const span = this.ticks[i] - this.ticks[i - 1];
+        sum += span * (values[i] ?? 0); // a cause that nobody had died of yet
+        ticks += span;
+      }
+      return ticks ? sum / ticks : null;
     };
+    const causes = deaths.map(([cause, values]) => /** @type {[string, number]} */ ([cause.slice(name.length + 2), mean(values, LATELY) ?? 0]));
     return {
-      line: /** @type {number[]} */ (points), births: mean(this.lines.births[name] ?? []),
+      causes: causes.filter(([, rate]) => rate > 0).sort(([, a], [, b]) => b - a),
+      line: /** @type {number[]} */ (points), births: mean(born),
       deaths: deaths.length ? deaths.reduce((sum, [, values]) => sum + (mean(values) ?? 0), 0) : 0,
     };
   }
@@ -216,7 +229,7 @@ export class Charts {
     const there = this.charts.filter(({ key }) => key === "n" || Object.values(this.lines[key]).some((line) => line.some((value) => value !== null)));
     const figures = FIGURES.filter(({ key }) => this.figures.has(key));
     if (this.chooser && this.chooser.childElementCount !== there.length + figures.length) {
-      this.chooser.replaceChildren(...[...there, ...figures].map(({ key, title }) => this.toggle(key, title)));
+      this.chooser.replaceChildren(...[...figures.filter(({ key }) => key === "flows"), ...there, ...figures.filter(({ key }) => key !== "flows")].map(({ key, title }) => this.toggle(key, title)));
     }
     const shown = there.filter(({ key }) => !this.hidden.has(key));
     const layout = shown.map(({ key }) => key).join();
@@ -226,13 +239,14 @@ export class Charts {
       const { key } = chart;
       const names = this.names(key);
       const old = this.plots.get(key);
-      if (old?.signature !== names.join()) {
+      const signature = [...names, this.other?.at].join();
+      if (old?.signature !== signature) {
         old?.plot.root.closest(".chart")?.remove();
         old?.plot.destroy();
-        this.plots.set(key, this.build(chart, names, chart === shown[shown.length - 1]));
+        this.plots.set(key, { ...this.build(chart, names, chart === shown[shown.length - 1]), signature });
       }
       const made = this.plots.get(key);
-      made?.plot.setData(/** @type {any} */ ([this.ticks, ...names.map((name) => this.lines[key][name])]));
+      made?.plot.setData(/** @type {any} */ ([this.ticks, ...names.map((name) => this.lines[key][name]), ...(this.other?.held(key, names) ?? [])]));
     }
     this.values();
     this.figures.at();
@@ -241,7 +255,7 @@ export class Charts {
   /** Lines with something to show. @param {string} key */
   names(key) {
     const plants = key === "causes" || key === "energy" ? this.plants : []; // theirs would hide all others
-    return Object.keys(this.lines[key]).filter((name) => !plants.includes(name.split(": ")[0]) && !this.away.has(name.split(/[.:]/)[0])).filter((name) => key === "n" || this.lines[key][name].some((value) => value !== null));
+    return Object.keys(this.lines[key]).filter((name) => !plants.includes(name.split(": ")[0]) && !this.away.has(name.split(/[.:]/)[0])).filter((name) => key === "n" || this.lines[key][name].some((value) => value !== null) || this.other?.lines[key]?.[name]);
   }
 
   /**
@@ -292,11 +306,11 @@ export class Charts {
         { ...axis, size: lowest ? 38 : 6, space: 70, label: lowest ? "tick" : "", labelSize: lowest ? 14 : 0, labelFont: axis.font, values: (_, splits) => splits.map((v) => (lowest ? number(v) : "")) },
         { ...axis, size: 46, space: 30, values: (_, splits) => splits.map((v) => (v === null ? "" : number(v))) },
       ],
-      series: [{}, ...names.map((name, i) => ({ label: name, stroke: colours[i], width: 1.8, dash: dashes[i], points: { show: false }, spanGaps: true }))],
-      hooks: { drawClear: [(u) => nights(u, this.ticks, this.light)], draw: [(u) => this.cursor(u)], setCursor: [() => this.values()], setSelect: [(u) => this.dragged(u)] },
+      series: [{}, ...(this.other ? [THIN, THICK] : [PLAIN]).flatMap((width) => names.map((name, i) => ({ label: name, stroke: colours[i], width, alpha: width === THIN ? 0.6 : 1, dash: dashes[i], points: { show: false }, spanGaps: true })))],
+      hooks: { drawClear: [(u) => nights(u, this.ticks, this.light)], draw: [(u) => this.cursor(u), (u) => this.other?.mark(u)], setCursor: [() => this.values()], setSelect: [(u) => this.dragged(u)] },
     }, [[]], place);
     plot.over.addEventListener("click", () => this.clicked(plot));
-    return { plot, values, signature: names.join() };
+    return { plot, values };
   }
 
   /** A stretch was dragged over. @param {uPlot} plot */
@@ -321,7 +335,7 @@ export class Charts {
       let at = plot.cursor.idx ?? this.ticks.length - 1;
       if (plot.cursor.idx === null && this.hello.mode === "replay") at = this.ticks.findLastIndex((tick) => tick <= this.tick);
       for (const [name, element] of values) {
-        const text = number(this.lines[key][name]?.[at]);
+        const text = number(this.lines[key][name]?.[at]) + (this.other ? ` | ${number(this.other.value(key, name, this.ticks[at]))}` : "");
         if (element.textContent !== text) element.textContent = text;
       }
     }

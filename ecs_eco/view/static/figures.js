@@ -1,14 +1,16 @@
 // Figures below the charts: the phase plane of two species, and how the values that colour organisms are spread.
 
 import { h, number, s } from "./dom.js";
+import { Flows } from "./flows.js";
 import { WORDS } from "./frame.js";
+import { drawing } from "./save.js";
 import { Scatter } from "./scatter.js";
 import { css } from "./theme.js";
 
 /** @typedef {import("./charts.js").Charts} Charts */
 /** @typedef {{layers: () => import("./layer.js").Layer[], scales: () => Record<string, [number, number]>, by: () => string, colours: string[], colour: (name: string) => void, ask: (x: string, y: string) => void, select: (uid: number) => void}} Scene what the scene shows now */
 
-export const FIGURES = [{ key: "plane", title: "Phase plane" }, { key: "spread", title: "Distribution" }, { key: "scatter", title: "Organisms" }];
+export const FIGURES = [{ key: "flows", title: "Who eats whom" }, { key: "plane", title: "Phase plane" }, { key: "spread", title: "Distribution" }, { key: "scatter", title: "Organisms" }];
 
 const KEPT = "ecs-eco-plane"; // in localStorage: the two species of the phase plane
 const [WIDE, HIGH] = [360, 250]; // of a figure, in its own units
@@ -30,12 +32,14 @@ export class Figures {
     /** @type {string[]} */
     this.pair = recalled(this.names) ?? [...moving, ...this.names.filter((name) => !moving.includes(name))].slice(0, 2);
     this.scatter = new Scatter({ ask: scene.ask, select: scene.select, colourOf: (name) => charts.colourOf(name), shown: (name) => !charts.away.has(name) });
+    this.flows = new Flows(charts);
     this.root = h("div");
     this.waiting = 0;
   }
 
   /** Whether a world has what a figure needs. @param {string} key */
   has(key) {
+    if (key === "flows") return this.flows.has();
     if (key === "scatter") return this.names.length > 0;
     return key === "plane" ? this.names.length > 1 : this.scene.colours.length > 1;
   }
@@ -50,7 +54,9 @@ export class Figures {
     /** @type {HTMLElement | null} */
     this.plane = this.spread = null;
     this.scatter.place = null;
-    for (const key of this.shown()) {
+    const shown = this.shown();
+    this.flows.rebuild(shown.includes("flows"));
+    for (const key of shown.filter((key) => key !== "flows")) {
       if (key === "scatter") {
         this.root.append(this.scatter.frame());
         continue;
@@ -63,13 +69,13 @@ export class Figures {
           remember(this.pair);
           this.draw();
         } }, ...this.names.map((name) => h("option", { value: name, text: name, selected: name === this.pair[axis] })));
-        this.root.append(h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Phase plane" }), h("span", { class: "unit", text: "organisms" }), choice(1), "against", choice(0)), place));
+        this.root.append(h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Phase plane" }), h("span", { class: "unit", text: "organisms" }), choice(1), "against", choice(0), h("span", { class: "grow" }), drawing("Phase plane", () => place.querySelector("svg"))), place));
       } else {
         this.spread = place;
         const choice = h("select", { class: "input", "aria-label": "Value whose distribution is shown", onchange: () => this.scene.colour(choice.value) },
           ...this.scene.colours.map((name) => h("option", { value: name, text: name === "species" ? "choose …" : name.replace("gene:", "gene "), selected: name === this.scene.by() })));
         this.choice = choice;
-        this.root.append(h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Distribution" }), h("span", { class: "unit", text: "share of a species, by" }), choice), place));
+        this.root.append(h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Distribution" }), h("span", { class: "unit", text: "share of a species, by" }), choice, h("span", { class: "grow" }), drawing("Distribution", () => place.querySelector("svg"))), place));
       }
     }
     this.draw();
@@ -78,7 +84,8 @@ export class Figures {
   /** After new points, or another tick: at once, then at a pace. */
   at() {
     this.scatter.time(this.charts.tick);
-    if (this.waiting || !(this.plane || this.spread)) return;
+    if (!this.flows.place && this.shown().includes("flows")) this.flows.rebuild(true);
+    if (this.waiting || !(this.plane || this.spread || this.flows.place)) return;
     this.draw();
     this.waiting = setTimeout(() => {
       this.waiting = 0;
@@ -87,6 +94,7 @@ export class Figures {
   }
 
   draw() {
+    this.flows.draw();
     this.plane?.replaceChildren(this.curve());
     this.spread?.replaceChildren(this.histogram());
   }

@@ -33,18 +33,20 @@ export function rowOf({ n, longs, upper }, uid) {
  * @property {number} light at the surface, 0 … 1
  * @property {number} elevation of the sun [rad]
  * @property {Block[]} blocks in the order of species, then objects
+ * @property {number} end where it ends in the bytes: another world's may follow
  */
 
 /**
  * Reads one frame.
  * @param {ArrayBuffer} buffer
+ * @param {number} [from] where it begins
  * @returns {Frame}
  */
-export function decode(buffer) {
-  const view = new DataView(buffer);
+export function decode(buffer, from = 0) {
+  const view = new DataView(buffer, from);
   if (view.getUint32(0, true) !== MAGIC) throw new Error("a binary message that is no frame");
   const kinds = view.getUint32(24, true);
-  let at = 28 + 4 * kinds;
+  let at = from + 28 + 4 * kinds;
   /** @type {Block[]} */
   const blocks = [];
   for (let kind = 0; kind < kinds; kind++) {
@@ -62,5 +64,6 @@ export function decode(buffer) {
     light: view.getFloat32(16, true),
     elevation: view.getFloat32(20, true),
     blocks,
+    end: at,
   };
 }

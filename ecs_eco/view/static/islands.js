@@ -12,6 +12,7 @@ import { taken } from "./credential.js";
 /** @typedef {import("./protocol.js").Islands} Islands */
 
 const SIZE = 700; // of the map, in its own units
+const LEGIBLE = 0.9; // of the size of letters, below which they are not made smaller with the map
 const RADII = [20, 66]; // of an empty island and of the fullest
 const BEND = 0.13; // of ways, as a share of their length
 const WIDTHS = [1.2, 9]; // of ways with the fewest and with the most migrants
@@ -26,6 +27,7 @@ let newest = true; // whether the map goes along with the run
 let playing = 0; // a timer
 let opening = "";
 let maps = 0;
+let letters = 1; // their size, in that of a map with room
 /** @type {string[]} */
 let colours = [];
 
@@ -89,6 +91,8 @@ function moved() {
   return out;
 }
 
+new ResizeObserver(draw).observe($("map"));
+
 function draw() {
   if (!shown) return;
   const { islands, species, points, every } = shown;
@@ -99,7 +103,9 @@ function draw() {
   const between = moved();
   const places = islands.map(({ at: [x, y] }) => [x * SIZE, (1 - y) * SIZE]);
   const radii = totals.map((total) => RADII[0] + (RADII[1] - RADII[0]) * Math.sqrt(total / most));
-  $("map").replaceChildren(s("svg", { viewBox: `-30 -10 ${SIZE + 60} ${SIZE + 70}`, role: "group", "aria-label": "Islands, and migrants from one to another" },
+  const { clientWidth: wide, clientHeight: high } = $("map");
+  letters = Math.max(1, LEGIBLE / (Math.min(wide / (SIZE + 60), high / (SIZE + 70)) || 1));
+  $("map").replaceChildren(s("svg", { viewBox: `-30 -10 ${SIZE + 60} ${SIZE + 70}`, style: `--letters:${letters.toFixed(3)}`, role: "group", "aria-label": "Islands, and migrants from one to another" },
     ...ways(places, radii, between), ...islands.map((_, i) => disc(i, places[i], radii[i], pie))));
   $("tick").textContent = points.length ? number(points[at]) : "–";
   $("time").value = String(at);
@@ -152,7 +158,9 @@ function disc(i, [x, y], radius, pie) {
     root.append(s("path", { d: `M${x},${y}L${corner(turned)}A${radius},${radius} 0 ${part > 0.5 ? 1 : 0} 1 ${corner(end)}Z`, fill: colours[k] }));
     turned = end;
   }
-  root.append(s("text", { class: "name", x, y: y + radius + 24 }, name), s("text", { x, y: y + radius + 42 }, words.join(" · ")), s("title", {}, `Open ${name}`));
+  const lines = letters > 1 ? words : [words.join(" · ")];
+  root.append(s("text", { class: "name", x, y: y + radius + 6 + 18 * letters }, name),
+    ...lines.map((line, row) => s("text", { x, y: y + radius + 6 + 18 * letters * (row + 2) }, line)), s("title", {}, `Open ${name}`));
   root.addEventListener("click", () => open(name));
   root.addEventListener("keydown", (event) => {
     if (/** @type {KeyboardEvent} */ (event).key !== "Enter" && /** @type {KeyboardEvent} */ (event).key !== " ") return;

@@ -4,21 +4,24 @@ import { $ } from "./dom.js";
 import { switchTheme } from "./theme.js";
 
 /**
- * @param {{page: () => {stage: import("./stage.js").Stage, act: import("./act.js").Act | null} | null, play: () => void, step: (ticks: number) => void, back: () => void,
- *   speed: (slot: number) => void, look: (preset: "top" | "side" | "follow") => void, next: (by: number) => void, select: (uid: number | null) => void,
- *   open: (name: import("./tabs.js").PanelName) => void, share: () => void, colour: () => void}} calls
+ * @param {{page: () => {stage: import("./stage.js").Stage, act: import("./act.js").Act | null} | null, time: import("./transport.js").Transport,
+ *   look: (preset: "top" | "side" | "follow") => void, next: (by: number) => void, select: (uid: number | null) => void,
+ *   open: (name: import("./tabs.js").PanelName) => void, share: () => void, colour: () => void, whatif: () => void}} calls
  */
 export function keymap(calls) {
-  const { page } = calls;
+  const { page, time } = calls;
   const slot = () => Number($("speed").value);
   const eye = () => page()?.stage.eye;
   /** @type {import("./keys.js").Key[]} */
   const keys = [
-    { keys: [" "], shown: "space", about: "play or pause", does: calls.play },
-    { keys: [".", ">"], shown: ".", about: "one tick; with shift, ten", does: (event) => calls.step(event.shiftKey ? 10 : 1) },
-    { keys: [","], shown: ",", about: "one tick back", does: calls.back },
-    { keys: ["-", "_"], shown: "−", about: "slower", does: () => calls.speed(slot() - 1) },
-    { keys: ["+", "="], shown: "+", about: "faster", does: () => calls.speed(slot() + 1) },
+    { keys: [" "], shown: "space", about: "play or pause", does: () => time.play() },
+    { keys: [".", ">"], shown: ".", about: "one tick; with shift, ten", does: (event) => time.step(event.shiftKey ? 10 : 1) },
+    { keys: [","], shown: ",", about: "one tick back", does: () => time.back() },
+    { keys: ["-", "_"], shown: "−", about: "slower", does: () => time.speed(slot() - 1) },
+    { keys: ["+", "="], shown: "+", about: "faster", does: () => time.speed(slot() + 1) },
+    { keys: ["z"], shown: "Z", about: "a shorter stretch of time; with shift, a longer one", does: () => time.zoom(1) },
+    { keys: ["0"], shown: "0", about: "the whole time", does: () => time.whole() },
+    { keys: ["r"], shown: "R", about: "play the stretch that is shown again and again", does: () => time.loop() },
     { keys: ["1"], shown: "1", about: "look from above", does: () => calls.look("top") },
     { keys: ["2"], shown: "2", about: "look from the side", does: () => calls.look("side") },
     { keys: ["3", "f"], shown: "3 F", about: "follow the selected organism", does: () => calls.look("follow") },
@@ -32,6 +35,7 @@ export function keymap(calls) {
     { keys: ["o"], shown: "O", about: "the organism", does: () => calls.open("organism") },
     { keys: ["l"], shown: "L", about: "all organisms, as a table", does: () => calls.open("all") },
     { keys: ["k"], shown: "K", about: "copy a link to what is shown", does: calls.share },
+    { keys: ["y"], shown: "Y", about: "what if: the world twice, once with a change", does: calls.whatif },
     { keys: ["a"], shown: "A", about: "act", does: () => page()?.act && calls.open("act") },
     { keys: ["t"], shown: "T", about: "dark or light", does: switchTheme },
     { keys: ["ArrowLeft"], shown: "← → ↑ ↓", about: "move; with shift, turn and tilt", does: (event) => (event.shiftKey ? eye()?.nudge(0, 0, -0.12) : eye()?.nudge(-0.06, 0)) },
@@ -41,6 +45,7 @@ export function keymap(calls) {
     { keys: ["?"], shown: "?", about: "this help", does: () => $("help").showModal() },
   ];
   const moves = [
+    { keys: ["Z"], shown: "", about: "", does: () => time.zoom(-1) },
     { keys: ["ArrowRight"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0.12) : eye()?.nudge(0.06, 0)) },
     { keys: ["ArrowUp"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0, 1, 0.1) : eye()?.nudge(0, 0.06)) },
     { keys: ["ArrowDown"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0, 1, -0.1) : eye()?.nudge(0, -0.06)) },

@@ -35,6 +35,7 @@ export function listen(keys) {
 export function help(keys) {
   const pointer = [
     ["click", "select an organism"], ["drag", "move the ground"], ["right drag", "turn around"], ["wheel, pinch", "nearer, farther"],
+    ["wheel on the timeline", "a shorter or longer stretch; with shift, along"], ["shift drag there", "choose a stretch"],
   ];
   $("help").replaceChildren(
     h("h2", { id: "helpTitle", text: "Keys" }),

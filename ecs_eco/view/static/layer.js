@@ -40,7 +40,7 @@ export class Layer {
       byValue: { value: 0 },
       rim: { value: 0 }, // of a copy behind, dark, that is so much larger
       nearer: { value: kind.hunts ? 2e-5 : 1e-5 }, // hunters are drawn over others
-      pointed: { value: kind.moves ? 1 : 0 },
+      pointed: { value: kind.moves || kind.rests ? 1 : 0 },
       grows: { value: kind.sessile && !kind.inanimate && !shared.size.value.z ? 1 : 0 },
       lying: { value: kind.inanimate && !kind.solid && !shared.size.value.z ? 1 : 0 },
     };
@@ -61,7 +61,7 @@ export class Layer {
    */
   take(block, share, jump) {
     const most = this.kind.shape === "box" ? BOXES : DARTS;
-    const darts = Boolean(this.kind.moves || this.kind.shape) && block.n <= (this.form?.darts ? most * 1.2 : most);
+    const darts = Boolean(this.kind.moves || this.kind.rests || this.kind.shape) && block.n <= (this.form?.darts ? most * 1.2 : most);
     if (block.n > this.room || !this.form || this.form.darts !== darts) this.build(block.n, darts);
     [this.before, this.past] = [this.past, this.before];
     if (jump || !this.kind.moves) still(this.before, block);

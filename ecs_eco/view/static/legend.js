@@ -4,14 +4,15 @@ import { $, h, number, s } from "./dom.js";
 import { sign } from "./marks.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
-/** @typedef {{line: number[], births: number | null, deaths: number | null, extinct: number | null}} Brief what the charts know of a kind now */
+/** @typedef {{line: number[], births: number | null, deaths: number | null, extinct: number | null, causes: [string, number][]}} Brief what the charts know of a kind now: causes of death with deaths a tick, most first */
 
 const WIDE = 54, HIGH = 16; // of a sparkline [px]
-const STEADY = 0.05; // change over the sparkline below which a number is steady
+const NAMED = 0.25; // share of the deaths that a cause needs to be named
+const STEADY = 0.03; // change over the last third of the sparkline below which a number is steady
 
 /**
  * @param {Stage} stage
- * @param {{own: boolean, onown: (own: boolean) => void, onshow: (name: string, shown: boolean) => void, find: (name: string) => void, brief: (name: string) => Brief}} calls
+ * @param {{own: boolean, onown: (own: boolean) => void, onshow: (name: string, shown: boolean) => void, find: (name: string) => void, brief: (name: string) => Brief, other: () => Stage | null}} calls
  * @returns {{count: () => void, look: () => void}} after each drawing, and after new points
  */
 export function legend(stage, calls) {
@@ -30,7 +31,12 @@ export function legend(stage, calls) {
   const box = h("input", { type: "checkbox", checked: calls.own, onchange: () => calls.onown(box.checked) });
   const note = h("label", { class: "legend-note", title: "Else a palette that colour-blind people tell apart" }, box, "colours of the world file");
   $("legend").replaceChildren(...rows.map(({ root }) => root), ...marks(stage), note);
-  const count = () => rows.forEach((one, k) => write(one.count, number(stage.layers[k].block.n)));
+  const count = () => rows.forEach((one, k) => {
+    const beside = calls.other()?.layers.find(({ kind }) => kind.name === stage.kinds[k].name);
+    write(one.count, number(stage.layers[k].block.n));
+    write(one.other, beside ? number(beside.block.n) : "");
+    one.other.classList.toggle("differs", Boolean(beside) && beside?.block.n !== stage.layers[k].block.n);
+  });
   const look = () => rows.forEach((one, k) => !stage.kinds[k].inanimate && tell(one, calls.brief(stage.kinds[k].name), stage.layers[k].block.n));
   count();
   look();
@@ -59,16 +65,16 @@ function marks(stage) {
  */
 function row(stage, k, hide, solo, find) {
   const kind = stage.kinds[k];
-  const count = h("b", { text: "0" });
+  const count = h("b", { text: "0" }), other = h("b", { class: "other" });
   const line = s("polyline", { fill: "none", stroke: stage.colours[k], "stroke-width": 1.6, "stroke-linejoin": "round" });
   const spark = s("svg", { class: "spark", viewBox: `0 0 ${WIDE} ${HIGH}`, width: WIDE, height: HIGH, role: "img" }, line);
   const way = h("span", { class: "way" });
   const flow = h("small", { class: "flow" });
   const toggle = h("button", { class: "legend-row", type: "button", "aria-pressed": String(stage.layers[k].shown), title: `Show or hide ${kind.name}`, onclick: hide },
-    sign(kind, stage.colours[k]), h("span", { class: "named" }, kind.name, flow), spark, way, count);
+    sign(kind, stage.colours[k]), h("span", { class: "named", text: kind.name }), spark, way, count, other, flow);
   const small = (/** @type {string} */ text, /** @type {string} */ label, /** @type {() => void} */ does) => h("button", { class: "mini", type: "button", text, title: label, "aria-label": label, onclick: does });
   const root = h("div", { class: "legend-line" }, toggle, small("◉", `Only ${kind.name}, or all again`, solo), kind.inanimate ? null : small("⊕", `Find one: ${kind.name}`, find));
-  return { root, toggle, count, line, spark, way, flow, drawn: "" };
+  return { root, toggle, count, other, line, spark, way, flow, drawn: "" };
 }
 
 /**
@@ -76,7 +82,7 @@ function row(stage, k, hide, solo, find) {
  * @param {Brief} brief
  * @param {number} n how many there are
  */
-function tell(one, { line, births, deaths, extinct }, n) {
+function tell(one, { line, births, deaths, extinct, causes }, n) {
   const key = line.join();
   if (key !== one.drawn && line.length > 1) {
     one.drawn = key;
@@ -84,12 +90,24 @@ function tell(one, { line, births, deaths, extinct }, n) {
     one.line.setAttribute("points", line.map((value, i) => `${((i * WIDE) / (line.length - 1)).toFixed(1)},${(HIGH - 2 - ((HIGH - 4) * (value - low)) / span).toFixed(1)}`).join(" "));
     one.spark.setAttribute("aria-label", `from ${number(line[0])} to ${number(line[line.length - 1])}`);
   }
-  const change = line.length > 1 && line[0] ? line[line.length - 1] / line[0] - 1 : 0;
-  write(one.way, line.length < 2 ? "" : Math.abs(change) < STEADY ? "→" : change > 0 ? "↗" : "↘");
-  one.way.title = line.length < 2 ? "" : `${change < 0 ? "−" : "+"}${Math.round(Math.abs(100 * change))} % since the line begins`;
+  const change = trend(line);
+  write(one.way, !n || line.length < 2 ? "" : Math.abs(change) < STEADY ? "→" : change > 0 ? "↗" : "↘");
+  one.way.title = line.length < 2 ? "" : `${change < 0 ? "−" : "+"}${Math.round(Math.abs(100 * change))} % in the last third of the line`;
   const gone = n === 0 && extinct !== null;
   one.root.classList.toggle("gone", gone);
-  write(one.flow, gone ? `extinct at ${number(extinct)}` : births === null ? "" : `+${rate(births)} −${rate(deaths)} a tick`);
+  write(one.flow, gone ? `extinct at ${number(extinct)}` : n === 0 && !line.some(Boolean) ? "none so far" : births === null ? "" : [`+${rate(births)} −${rate(deaths)} a tick`, ...(deaths ? whereof(causes) : [])].join(", "));
+}
+
+/** What most have died of, lately. @param {[string, number][]} causes with deaths a tick, most first */
+export function whereof(causes) {
+  const all = causes.reduce((sum, [, rate]) => sum + rate, 0);
+  return causes.filter(([, rate]) => rate >= NAMED * all).slice(0, 2).map(([cause, rate]) => `${rate > 0.995 * all ? "all" : `${Math.round((100 * rate) / all)}%`} ${cause}`);
+}
+
+/** How a number has changed of late: in the last third of a line, as a share. @param {number[]} line */
+export function trend(line) {
+  const then = line[Math.floor((2 * (line.length - 1)) / 3)], now = line[line.length - 1];
+  return then ? now / then - 1 : now ? 1 : 0;
 }
 
 /** @param {number | null} value */

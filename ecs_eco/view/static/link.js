@@ -3,7 +3,7 @@
 import { Vector3 } from "./vendor.js";
 import { $, announce } from "./dom.js";
 
-/** @typedef {{tick?: number, eye?: number[], uid?: number, tab?: string, colour?: string, field?: string}} Sight */
+/** @typedef {{tick?: number, eye?: number[], uid?: number, of?: string, tab?: string, colour?: string, field?: string}} Sight */
 
 /** What an address asks for; null where it asks for nothing. @param {string} hash @returns {Sight | null} */
 export function read(hash) {
@@ -16,7 +16,7 @@ export function read(hash) {
   }
   const eye = (words.get("eye") ?? "").split(",").map(Number);
   if ([6, 8].includes(eye.length) && eye.every(Number.isFinite)) found.eye = eye;
-  for (const name of /** @type {const} */ (["tab", "colour", "field"])) {
+  for (const name of /** @type {const} */ (["of", "tab", "colour", "field"])) {
     const value = words.get(name);
     if (value) found[name] = value;
   }
@@ -29,10 +29,10 @@ export function written(sight) {
   return `${location.origin}${location.pathname}#${words.join("&")}`;
 }
 
-/** What is shown now. @param {import("./stage.js").Stage} stage @param {string} tab @param {string} by what organisms are coloured by @returns {Sight} */
-export function shown({ tick, selected, eye }, tab, by) {
+/** What is shown now. @param {import("./stage.js").Stage} stage @param {import("./chosen.js").Chosen} chosen @param {string} tab @param {string} by what organisms are coloured by @returns {Sight} */
+export function shown({ tick, eye }, { uid, second }, tab, by) {
   const place = [...eye.camera.position.toArray(), ...eye.controls.target.toArray(), ...eye.shift];
-  return { tick, eye: place, uid: selected ?? undefined, tab, colour: by === "species" ? undefined : by, field: $("field").value };
+  return { tick, eye: place, uid: uid ?? undefined, of: second ? "second" : undefined, tab, colour: by === "species" ? undefined : by, field: $("field").value };
 }
 
 /** Looks from there. @param {import("./stage.js").Stage} stage @param {number[]} eye */

@@ -7,29 +7,36 @@ import { Connection } from "./connection.js";
 import { count } from "./counters.js";
 import { cameFrom, taken } from "./credential.js";
 import { $, announce, h, number } from "./dom.js";
-import { BACK, PAUSE, PLAY, STEP } from "./icons.js";
 import { help, listen } from "./keys.js";
 import { keymap } from "./keymap.js";
 import { legend } from "./legend.js";
 import { copy, lookFrom, read, shown, written } from "./link.js";
+import { capture } from "./capture.js";
+import { Chosen } from "./chosen.js";
+import { classroom } from "./classroom.js";
+import { Loop } from "./loop.js";
 import * as overlay from "./overlay.js";
+import { soon } from "./pace.js";
 import { fields } from "./fields.js";
+import { pair } from "./pair.js";
 import { Panel } from "./panel.js";
 import { anyOf, beside } from "./next.js";
+import { another, anew, picker } from "./picker.js";
 import { point } from "./pointer.js";
-import { showSpeed, speedAt } from "./speed.js";
 import { Stage } from "./stage.js";
 import { Story } from "./story.js";
 import { splitter } from "./splitter.js";
 import { PANELS, listenTabs, openPanel, opened } from "./tabs.js";
 import { onTheme, recallTheme, switchTheme } from "./theme.js";
 import { Timeline } from "./timeline.js";
+import { Transport } from "./transport.js";
+import { WhatIf } from "./whatif.js";
 import { hints, world } from "./world.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello @typedef {import("./protocol.js").State} State */
 
 const connection = new Connection();
-/** @type {{stage: Stage, charts: Charts, panel: Panel, timeline: Timeline, story: Story, all: All, act: Act | null, hello: Hello} | null} */
+/** @type {{stage: Stage, charts: Charts, panel: Panel, timeline: Timeline, loop: Loop, story: Story, all: All, act: Act | null, hello: Hello} | null} */
 let page = null;
 /** @type {State | null} */
 let state = null;
@@ -45,11 +52,10 @@ let wanted = read(location.hash); // what the address asks for, until the world 
 
 connection.on("hello", (hello) => {
   if (page) { // after a reconnection the world may be another one: begin anew
-    if (JSON.stringify([page.hello.world, page.hello.size, page.hello.species]) !== JSON.stringify([hello.world, hello.size, hello.species])) return location.reload();
-    page.stage.jump = true;
-    field?.again();
+    if (another(page.hello, hello)) return anew();
+    (page.stage.jump = true), field?.again();
     if (by !== "species") connection.send({ kind: "colour", by });
-    if (page.stage.selected !== null) connection.send({ kind: "select", uid: page.stage.selected });
+    if (chosen.uid !== null) connection.send({ kind: "select", ...chosen.asked });
     return;
   }
   begin(hello);
@@ -57,13 +63,13 @@ connection.on("hello", (hello) => {
 connection.on("state", show);
 connection.on("series", (series) => {
   page?.charts.add(series);
-  page?.timeline.draw();
-  kinds?.look();
+  if (page) soon(page.timeline.redraw);
+  if (kinds) soon(kinds.look);
 });
 connection.on("marks", (marks) => {
   page?.timeline.mark(marks);
   page?.story.mark(marks.interventions ?? []);
-  page?.stage.ground.fence(marks.fences ?? []);
+  page?.stage.ground.fence(marks.fences ?? []), page?.act?.mark(marks);
   page?.stage.ground.use(marks.roads ?? [], marks.areas ?? []);
 });
 connection.on("story", ({ entries }) => [page?.story.add(entries), page?.timeline.tell(entries)]);
@@ -71,25 +77,33 @@ connection.on("why", (why) => page?.story.show(why));
 connection.on("fates", ({ list }) => page?.stage.over.fates(list));
 connection.on("field", (message) => field?.take(message));
 connection.on("scatter", (scatter) => page?.charts.figures.scatter.show(scatter));
+connection.on("tree", (tree) => page?.panel.tree.take(tree));
 connection.on("table", (table) => page?.all.show(table));
-connection.on("params", ({ list }) => page?.act?.offer(list));
+connection.on("params", ({ list, knobs }) => page?.act?.offer(list, knobs));
 connection.on("organism", (organism) => {
-  if (organism.uid !== page?.stage.selected) return;
+  if (!page || !chosen.told(organism)) return;
   page.panel.show(organism);
-  page.stage.over.organism = organism;
-  page.stage.dirty = true;
   eyes();
 });
+connection.on("log", (log) => page?.act?.record(log));
 connection.on("said", (said) => {
-  page?.act?.note(said);
   if (said.field === "select") page?.panel.refuse(said.text);
   if (said.field === "why") page?.story.refuse();
+  if (said.field === "tree") return page?.panel.tree.refuse(said.text);
   if (said.field === "table") page?.all.refuse(said.text);
   if (said.field === "scatter") return page?.charts.figures.scatter.refuse();
+  if (said.field === "seek" && page?.loop.ends) { // it goes back again and again: no word of that
+    if (said.level === "info") return;
+    page.loop.set(null);
+  }
   announce(said.text);
-  if (said.field !== "select" && $("act").hidden) flash(said.text);
+  if (said.field !== "select" && ($("act").hidden || ["speed", "step", "colour", "field"].includes(said.field ?? ""))) overlay.flash(said.text);
 });
-connection.onframe = (buffer) => (page ? page.stage.take(buffer) : 0);
+const chosen = new Chosen({ first: () => page?.stage ?? null, second: () => two.stage });
+const two = pair(connection, { page: () => page, chosen, select, own: () => own, by: () => by, count: () => kinds?.count() });
+const time = new Transport({ page: () => page, send: (request) => connection.send(request), played: () => did("pause") });
+const whatif = new WhatIf(connection, () => page && { hello: page.hello, tick: state?.tick ?? page.stage.tick, counts: state?.n ?? {} });
+connection.onframe = (buffer) => two.take(buffer);
 connection.onlink = (link) => overlay.linked(link, connection);
 
 /** @param {Hello} hello */
@@ -100,41 +114,47 @@ function begin(hello) {
   $("mode").textContent = hello.mode;
   const map = cameFrom();
   if (map) $("mode").before(h("a", { class: "chip", href: map, text: "← map" }));
-  const stage = new Stage($("canvas"), hello);
-  const colourOf = (/** @type {string} */ name) => stage.colours[stage.kinds.findIndex((kind) => kind.name === name)] ?? "#888888";
+  const stage = new Stage($("canvas"), hello, $("over"));
+  const colourOf = (/** @type {string} */ name) => stage.colours[stage.kinds.findIndex((kind) => kind.name === name)] ?? two.colourOf(name) ?? "#888888";
   const charts = new Charts(hello, colourOf, (tick) => connection.send({ kind: "seek", tick }),
     { layers: () => stage.layers, scales: () => state?.scales ?? {}, by: () => by, colours: hello.colours.filter((name) => name !== "family"), colour, select, ask: (x, y) => connection.send({ kind: "scatter", x, y }) });
-  const panel = new Panel(hello, { select, fill: (uid) => connection.send({ kind: "fill", uid }), follow: () => look("follow"), track: (uid) => colour(`kin:${uid}`), colourOf });
+  const panel = new Panel(hello, { select: (uid) => select(uid, chosen.second), other: () => two.stage?.hello ?? null, fill: () => connection.send({ kind: "fill", ...chosen.asked }), follow: () => look("follow"), track: (uid) => colour(`kin:${uid}`), tree: () => connection.send({ kind: "tree", ...chosen.asked }), colourOf });
   const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }), charts.lanes());
+  const loop = new Loop(hello, timeline, (request) => connection.send(request));
   const story = new Story(hello, { jump, colourOf, ask: () => connection.send({ kind: "why" }), tell: (entry) =>
-    flash(`${entry.text}.`, { text: "Why?", does: () => open("why") }) });
+    overlay.flash(`${entry.text}.`, { text: "Why?", does: () => open("why") }) });
   const act = hello.acts ? new Act(hello, {
-    send: (what) => connection.send({ kind: "act", what }),
-    aim: (on) => $("canvas").classList.toggle("aim", on),
+    send: (what, as) => connection.send({ kind: "act", what, ...(as ? { as } : {}) }),
+    ask: () => connection.send({ kind: "params" }), aim: (on) => $("canvas").classList.toggle("aim", on),
     now: () => stage.tick,
-    selected: () => (panel.organism?.alive ? panel.organism : null),
+    selected: () => (panel.organism?.alive && !panel.organism.second ? panel.organism : null),
   }) : null;
   $("tab-act").hidden = !act;
   const all = new All(hello, { ask: (request) => connection.send({ kind: "table", ...request }), select });
-  page = { stage, charts, panel, timeline, story, all, act, hello };
+  page = { stage, charts, panel, timeline, loop, story, all, act, hello };
   stage.eye.cover = overlay.covered;
   stage.onrender = () => {
     overlay.follow(stage);
+    two.follow();
     kinds?.count();
     if (hello.mode === "replay") kinds?.look();
     $("tick").textContent = number(stage.tick);
     timeline.at(stage.tick);
+    loop.at(stage.tick);
     charts.at(stage.tick);
     story.at(stage.tick);
     all.time(stage.tick);
+    panel.tree.time((chosen.stage ?? stage).tick);
     overlay.descendants(stage, by);
+    if (followable() === followOff()) eyes(); // its state may come before the frame that it is in
   };
   field = fields(stage, (name) => connection.send({ kind: "field", name }));
+  capture(stage, hello);
   stage.onlight = () => overlay.sky(stage);
   onTheme((dark) => paint(dark));
   $("colour").replaceChildren(...hello.colours.map((name) => h("option", { value: name, text: name.replace("gene:", "gene ") })));
   look("side", false);
-  if (act) connection.send({ kind: "params" });
+  act?.calls.ask();
 }
 
 /** @param {boolean} dark */
@@ -142,110 +162,88 @@ function paint(dark) {
   if (!page) return;
   page.stage.theme(dark, own);
   const { stage, charts, story } = page;
+  two.paint(dark);
   kinds = legend(stage, {
     own, find, onshow: (name, shown) => charts.show(name, shown),
     onown: (chosen) => {
       own = chosen;
       paint(stage.dark);
     },
+    other: () => two.stage,
     brief: (name) => ({ ...charts.brief(name), extinct: story.extinct(name) }),
   });
   page.charts.rebuild();
   page.panel.redraw();
-  world(page.hello, charts.colourOf);
+  world(page.hello, charts.colourOf), picker(page.hello, connection);
 }
 
 /** @param {State} now */
 function show(now) {
-  const changed = state?.playing !== now.playing;
   state = now;
-  if (changed) {
-    $("play").innerHTML = now.playing ? PAUSE : PLAY;
-    $("play").setAttribute("aria-label", now.playing ? "Pause" : "Play");
-  }
-  const over = now.done && page?.hello.mode === "live";
-  $("step").disabled = now.done;
-  $("back").disabled = now.tick <= (page?.hello.first ?? 0) || (page?.hello.mode === "live" && !page.hello.rewinds);
-  $("play").disabled = over;
-  $("rate").textContent = over ? "done" : now.done ? "the end" : now.playing ? `${number(now.rate, 2)} ticks/s` : "paused";
-  showSpeed(now.speed);
+  time.show(now);
   if (page) overlay.ramp(by, now.scales);
   page?.charts.figures.at();
-  if (over) overlay.notice("The run has ended.");
+  if (now.done && page?.hello.mode === "live" && !page.loop.ends) overlay.notice("The run has ended.");
   if (wanted) apply(wanted);
   wanted = null;
 }
 
 // ---- what people do
 
-/** @param {number} slot */
-const speed = (slot) => connection.send({ kind: "speed", value: speedAt(slot) });
-
-/** Plays or pauses; at the end of a recorded run plays it again from its beginning. */
-function play() {
-  if (state?.done && page?.hello.mode === "replay") connection.send({ kind: "seek", tick: page.hello.first });
-  connection.send({ kind: state?.playing ? "pause" : "play" });
-  did("pause");
-}
-
-/** @param {number} ticks */
-function step(ticks) {
-  connection.send({ kind: "step", ticks });
-}
-
-/** One tick back, where time can be chosen. */
-function back() {
-  if (!page || (page.hello.mode === "live" && !page.hello.rewinds)) return;
-  if (state?.playing) connection.send({ kind: "pause" });
-  connection.send({ kind: "seek", tick: Math.max(page.hello.first, (state?.tick ?? page.stage.tick) - 1) });
-}
-
-/** @param {number | null} uid */
-function select(uid) {
-  if (!page) return;
-  page.stage.select(uid);
-  page.panel.expect(uid);
-  page.act?.selected(uid !== null);
-  page.all.selected = uid;
-  connection.send({ kind: "select", uid });
+/** @param {number | null} uid @param {boolean} [second] whether it is one of the second world */
+function select(uid, second = false) {
+  if (!page || (uid === null && chosen.uid === null)) return;
+  const { followed, stage: led } = chosen;
+  chosen.take(uid, second);
+  page.panel.expect(uid, chosen.second);
+  page.act?.selected(uid !== null && !chosen.second);
+  page.all.selected = chosen.second ? null : uid;
+  connection.send({ kind: "select", ...chosen.asked });
+  if (followed && uid === null) look("side");
+  else if (followed && chosen.stage !== led) chosen.follow();
   eyes();
   if (uid !== null) {
     did("select");
     open("organism");
-    announce(`Selected number ${uid}`);
-  } else if (page.stage.eye.preset === "follow") look("side");
+    announce(`Selected number ${uid}${chosen.second ? " of the second world" : ""}`);
+  }
 }
 
 /** Selects the next or the one before, animals first. @param {number} by */
-const next = (by) => selectFound(page && beside(page.stage, by));
+const next = (by) => selectFound(chosen.stage && beside(chosen.stage, by), chosen.second);
 
 /** Selects one of a kind, and goes there. @param {string} name */
 function find(name) {
   if (selectFound(page && anyOf(page.stage, name))) look("follow");
 }
 
-/** @param {number | null} uid */
-function selectFound(uid) {
-  if (uid !== null) select(uid);
+/** @param {number | null} uid @param {boolean} [second] */
+function selectFound(uid, second = false) {
+  if (uid !== null) select(uid, second);
   return uid !== null;
 }
 
 /** @param {"top" | "side" | "follow"} preset @param {boolean} [fly] */
 function look(preset, fly = true) {
   if (!page || (preset === "follow" && !followable())) return;
-  if (preset === "follow") page.stage.eye.followed = page.stage.place(/** @type {number} */ (page.stage.selected));
-  page.stage.eye.look(preset, fly);
-  page.stage.dirty = true;
+  if (preset === "follow") chosen.follow();
+  else {
+    if (two.stage) chosen.stay(two.stage);
+    page.stage.eye.look(preset, fly);
+    page.stage.dirty = true;
+  }
   eyes();
 }
 
 /** Whether the selected one is there to be followed. */
-const followable = () => page?.stage.selected != null && page.panel.organism?.alive !== false && page.stage.place(page.stage.selected) !== null;
+const followable = () => page?.panel.organism?.alive !== false && chosen.place !== null;
+
+const followOff = () => /** @type {HTMLButtonElement} */ (document.querySelector("[data-eye=follow]")).disabled;
 
 function eyes() {
   for (const button of document.querySelectorAll("[data-eye]")) {
     const preset = /** @type {HTMLButtonElement} */ (button).dataset.eye;
-    button.setAttribute("aria-pressed", String(preset === page?.stage.eye.preset));
+    button.setAttribute("aria-pressed", String(preset === (chosen.followed ? "follow" : page?.stage.eye.preset)));
     if (preset === "follow") /** @type {HTMLButtonElement} */ (button).disabled = !followable();
   }
 }
@@ -256,7 +254,7 @@ function colour(name) {
   const tracked = $("colour").querySelector("[value^='kin:']") ?? (name.startsWith("kin:") ? $("colour").appendChild(h("option")) : null);
   if (name.startsWith("kin:")) Object.assign(tracked, { value: name, textContent: `descendants of #${name.slice(4)}` });
   $("colour").value = name;
-  page?.stage.colourBy(name);
+  for (const stage of [page?.stage, two]) stage?.colourBy(name);
   page?.charts.figures.draw();
   overlay.ramp(name);
   connection.send({ kind: "colour", by: name });
@@ -280,15 +278,16 @@ function open(name) {
 }
 
 /** Shows what a link asks for. @param {import("./link.js").Sight} sight */
-function apply({ tick, eye, uid, tab, colour: by, field: name }) {
+function apply({ tick, eye, uid, of, tab, colour: by, field: name }) {
   if (!page || !state) return;
   const { hello, stage } = page;
   if (tick !== undefined && (hello.mode === "replay" || (hello.rewinds && tick < state.tick))) {
     connection.send({ kind: "pause" });
     connection.send({ kind: "seek", tick });
-  } else if (tick !== undefined && tick > state.tick) flash(`This world has not come to tick ${number(tick)} yet.`);
+  } else if (tick !== undefined && tick > state.tick) overlay.flash(`This world has not come to tick ${number(tick)} yet.`);
   if (by && (hello.colours.includes(by) || by.startsWith("kin:"))) colour(by);
-  if (uid !== undefined) select(uid);
+  if (uid !== undefined && of === "second" && !two.stage) overlay.flash(`#${uid} is of a second world, and there is none beside this one now.`);
+  else if (uid !== undefined) select(uid, of === "second");
   const panel = PANELS.find((one) => one === tab && !$(`tab-${one}`).hidden);
   if (panel) open(panel);
   if (eye) lookFrom(stage, eye);
@@ -296,30 +295,15 @@ function apply({ tick, eye, uid, tab, colour: by, field: name }) {
 }
 
 /** A link to what is shown now. */
-const share = () => page && copy(written(shown(page.stage, opened(), by))).then((words) => flash(`${words}.`));
-
-let flashing = 0;
-
-/** @param {string} text @param {{text: string, does: () => void}} [button] */
-function flash(text, button) {
-  overlay.notice(text, button);
-  clearTimeout(flashing);
-  flashing = setTimeout(() => overlay.notice(null), 6000);
-}
+const share = () => page && copy(written(shown(page.stage, chosen, opened(), by))).then((words) => overlay.flash(`${words}.`));
 
 // ---- buttons and keys
 
 const did = hints();
 recallTheme();
 splitter();
+classroom();
 onTheme(() => {});
-$("play").innerHTML = PLAY;
-$("step").innerHTML = STEP;
-$("back").innerHTML = BACK;
-$("back").addEventListener("click", back);
-$("play").addEventListener("click", play);
-$("step").addEventListener("click", () => step(1));
-$("speed").addEventListener("input", () => speed(Number($("speed").value)));
 $("theme").addEventListener("click", switchTheme);
 $("colour").addEventListener("change", () => colour($("colour").value));
 for (const button of document.querySelectorAll("[data-eye]")) {
@@ -329,7 +313,7 @@ listenTabs(open);
 $("share").addEventListener("click", share);
 
 const keys = keymap({
-  page: () => page, play, step, back, speed, look, next, select, open, share,
+  page: () => page, time, look, next, select, open, share, whatif: () => whatif.open(),
   colour: () => {
     const all = page?.hello.colours ?? ["species"];
     colour(all[(all.indexOf(by) + 1) % all.length]);
@@ -340,7 +324,7 @@ help(keys.filter(({ about }) => about));
 $("helpOpen").addEventListener("click", () => $("help").showModal());
 
 point($("canvas"), { page: () => page, select });
-count({ page: () => page, state: () => state, connection });
+count({ page: () => page, state: () => state, connection, two, chosen });
 window.addEventListener("hashchange", () => { // somebody put another address into this tab
   if (connection.socket === null) connection.again();
   else taken(); // it is in already

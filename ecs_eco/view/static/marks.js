@@ -10,7 +10,7 @@ import { s } from "./dom.js";
 export function sign(kind, colour) {
   const shapes = kind.inanimate
     ? [s("rect", { x: 4, y: 4, width: 8, height: 8, rx: 1.5, fill: colour })]
-    : kind.moves
+    : kind.moves || kind.rests
       ? outline(kind.build ?? "grazer", kind.variant).map((polygon) => s("polygon", { points: polygon.map(([x, y]) => `${(8 + 3.6 * x).toFixed(1)},${(8 - 3.6 * y).toFixed(1)}`).join(" "), fill: colour }))
       : [s("circle", { cx: 8, cy: 8, r: 4.6, fill: colour })];
   return s("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, ...shapes);
@@ -30,8 +30,9 @@ export function kindsOf({ species, objects, foods, size }) {
   const like = {};
   const animals = species.map((kind) => {
     const build = `${hunts(kind.name) ? "hunter" : dead(kind.name) ? "scavenger" : "grazer"}${(size?.length ?? 2) > 2 ? " water" : ""}`;
-    if (kind.moves) like[build] = (like[build] ?? -1) + 1;
-    return { ...kind, hunts: hunts(kind.name), build, variant: like[build] ?? 0 };
+    const rests = !kind.moves && kind.sessile === false;
+    if (kind.moves || rests) like[build] = (like[build] ?? -1) + 1;
+    return { ...kind, rests, hunts: hunts(kind.name), build, variant: like[build] ?? 0 };
   });
   return [...animals, ...(objects ?? []).map((kind) => ({ ...kind, inanimate: true }))];
 }

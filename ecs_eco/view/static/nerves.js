@@ -3,36 +3,44 @@
 
 import { number, s } from "./dom.js";
 import { rampColour } from "./colours.js";
+import { css } from "./theme.js";
 
 /** @typedef {import("./protocol.js").Nerves} Nerves */
+/** @typedef {import("./protocol.js").Wiring} Wiring */
 
 const STEP = 17;
-const LETTER = 6; // width of one [px], on average and at the most
+const LETTERS = "650 10.5px "; // of names at their widest, those of what is done
 const LABEL = 88, ACTION = 40; // room for the names of sensors and of actions; longer ones make more
 const NODE = 142; // x of the sensors' nodes
 const BOX = [166, 62]; // x and width of the networks
 const Y = 272, P = 290, Z = 331, H = 348, NAME = 360;
+const BOXES = /** @type {const} */ (["reflex", "policy", "happiness"]);
 const WORDS = { y: "y: the reflex forces (+1), leaves (0) or blocks (−1) the action", p: "p: probability by the policy", z: "z: chosen by the policy", H: "the decision H(y + z): done or not" };
 
 /**
  * Draws a nervous system; `update` shows other values of the same one.
  * @param {Nerves} nerves
+ * @param {Wiring} [wiring] which readings lead where; absent: any may lead anywhere
  */
-export function drawNerves(nerves) {
+export function drawNerves(nerves, wiring) {
   const rows = Math.max(nerves.sensors.length, nerves.actions.length + 1, 9);
   const height = 26 + rows * STEP + 4;
   const left = Math.max(0, room(nerves.sensors) - LABEL);
-  const right = NAME + Math.max(ACTION, room(nerves.actions));
+  const names = NAME + Math.max(ACTION, room(nerves.actions));
+  const right = names + room(nerves.actions.map(({ group }) => ({ name: group })));
   const root = s("svg", { class: "nerves", viewBox: `${-left} 0 ${left + right} ${height}`, role: "img", "aria-label": describe(nerves) });
   const spread = (/** @type {number} */ n, /** @type {number} */ i) => 26 + ((i + 0.5) * rows * STEP) / n;
   const wires = s("g", { fill: "none" });
   root.append(wires);
   head(root);
-  const boxes = networks(root, rows);
+  const boxes = networks(root, rows, wiring);
   /** @type {((nerves: Nerves) => void)[]} */
   const parts = [];
-  nerves.sensors.forEach((sensor, i) => parts.push(sense(root, wires, sensor, i, spread(nerves.sensors.length, i), boxes)));
-  nerves.actions.forEach((action, i) => parts.push(act(root, wires, action, i, spread(nerves.actions.length, i), boxes, groupStarts(nerves, i) ? right : 0)));
+  nerves.sensors.forEach((sensor, i) => parts.push(sense(root, wires, sensor, i, spread(nerves.sensors.length, i), boxes, leads(wiring, i))));
+  nerves.actions.forEach((action, i) => parts.push(act(root, wires, action, i, spread(nerves.actions.length, i), boxes, groupStarts(nerves, i) ? right : 0, reflexive(wiring, i))));
+  nerves.actions.forEach(({ group }, i) => {
+    if (!i || groupStarts(nerves, i)) root.append(s("text", { x: right - 2, y: spread(nerves.actions.length, i) + 3.5, "font-size": 9.5, class: "muted", "text-anchor": "end" }, group));
+  });
   parts.push(joy(root, boxes.happiness));
   const update = (/** @type {Nerves} */ values) => parts.forEach((part) => part(values));
   update(nerves);
@@ -57,8 +65,31 @@ function groupStarts(nerves, i) {
   return i > 0 && nerves.actions[i].group !== nerves.actions[i - 1].group;
 }
 
+/** The boxes that a reading leads to. @param {Wiring | undefined} wiring @param {number} i its row */
+function leads(wiring, i) {
+  const to = { reflex: !wiring || wiring.all.reflex || wiring.reflexes.some(([rows]) => rows.includes(i)), policy: !wiring || wiring.all.policy, happiness: !wiring || wiring.all.happiness || wiring.felt.includes(i) };
+  return BOXES.filter((name) => to[name]);
+}
+
+/** Whether a reflex leads to an action. @param {Wiring | undefined} wiring @param {number} i its row */
+const reflexive = (wiring, i) => !wiring || wiring.all.reflex || wiring.reflexes.some(([, action]) => action === i);
+
+/** In words: each reflex, the policy, and the formula of happiness. @param {Nerves} nerves @param {Wiring} wiring @returns {[string, string][]} */
+export function wired(nerves, wiring) {
+  const reflexes = wiring.reflexes.map(([, action, what]) => `${nerves.actions[action]?.name}: ${what}`);
+  return [
+    ["happiness =", wiring.happiness ?? "none"],
+    ["reflexes", [...(wiring.function ? [wiring.function] : []), ...reflexes].join("; ") || "none"],
+    ["policy", wiring.policy],
+  ];
+}
+
 /** Room for the longest of some names [px]. @param {{name: string}[]} named */
-const room = (named) => 6 + LETTER * Math.max(0, ...named.map(({ name }) => name.length));
+function room(named) {
+  const pen = document.createElement("canvas").getContext("2d");
+  if (pen) pen.font = LETTERS + css("--font");
+  return 8 + Math.max(0, ...named.map(({ name }) => pen?.measureText(name).width ?? 8 * name.length));
+}
 
 /** @param {SVGElement} root */
 function head(root) {
@@ -74,17 +105,19 @@ function head(root) {
 /**
  * @param {SVGElement} root
  * @param {number} rows
+ * @param {Wiring} [wiring]
  */
-function networks(root, rows) {
+function networks(root, rows, wiring) {
   const total = rows * STEP;
   const each = Math.min(52, total / 3 - 8);
   const place = (/** @type {number} */ k) => 26 + (total * (k + 0.5)) / 3;
   const boxes = { reflex: place(0), policy: place(1), happiness: place(2), half: each / 2 };
-  for (const name of /** @type {const} */ (["reflex", "policy", "happiness"])) {
+  const there = { reflex: !wiring || wiring.all.reflex || wiring.reflexes.length > 0, policy: !wiring || wiring.all.policy, happiness: !wiring || wiring.happiness !== null };
+  for (const name of BOXES) {
     const middle = boxes[name];
     root.append(
       s("rect", { x: BOX[0], y: middle - each / 2, width: BOX[1], height: each, rx: 8, fill: "var(--hover)", stroke: "var(--chart)" }),
-      s("text", { x: BOX[0] + BOX[1] / 2, y: middle + (name === "happiness" ? -11 : 3.5), "font-size": 10.5, "text-anchor": "middle" }, name),
+      s("text", { x: BOX[0] + BOX[1] / 2, y: middle + (name === "happiness" ? -11 : 3.5), "font-size": there[name] ? 10.5 : 9, "text-anchor": "middle", class: there[name] ? "" : "muted" }, there[name] ? name : `no ${name}`),
     );
   }
   return boxes;
@@ -101,13 +134,14 @@ const curve = (x0, y0, x1, y1) => `M${x0} ${y0.toFixed(1)}C${(x0 + x1) / 2} ${y0
  * @param {number} i
  * @param {number} y
  * @param {ReturnType<typeof networks>} boxes
+ * @param {readonly ("reflex" | "policy" | "happiness")[]} to the boxes that it leads to
  * @returns {(nerves: Nerves) => void}
  */
-function sense(root, wires, sensor, i, y, boxes) {
+function sense(root, wires, sensor, i, y, boxes, to) {
   const bar = s("rect", { y: y - 3, height: 6, rx: 1.5 });
   const node = s("circle", { cx: NODE, cy: y, r: 3.6, stroke: "var(--chart)" });
   const title = s("title", {});
-  const lines = /** @type {const} */ (["reflex", "policy", "happiness"]).map((name) => s("path", { d: curve(NODE + 4, y, BOX[0], boxes[name] + ((i % 7) - 3) * boxes.half * 0.2) }));
+  const lines = to.map((name) => s("path", { "data-wire": `${sensor.name} ${name}`, d: curve(NODE + 4, y, BOX[0], boxes[name] + ((i % 7) - 3) * boxes.half * 0.2) }));
   wires.append(...lines);
   root.append(s("g", {}, title, s("rect", { x: 0, y: y - 8, width: NODE + 4, height: 16, fill: "transparent" }),
     s("text", { x: 88, y: y + 3.5, "font-size": 10.5, "text-anchor": "end" }, sensor.name),
@@ -137,13 +171,14 @@ function sense(root, wires, sensor, i, y, boxes) {
  * @param {number} y
  * @param {ReturnType<typeof networks>} boxes
  * @param {number} line how far a line above it goes, where it starts a group; else 0
+ * @param {boolean} reflexes whether a reflex leads to it
  * @returns {(nerves: Nerves) => void}
  */
-function act(root, wires, action, i, y, boxes, line) {
+function act(root, wires, action, i, y, boxes, line, reflexes) {
   const end = BOX[0] + BOX[1];
   const forced = s("path", { d: curve(end, boxes.reflex + ((i % 5) - 2) * boxes.half * 0.3, Y - 10, y) });
   const likely = s("path", { d: curve(end, boxes.policy + ((i % 5) - 2) * boxes.half * 0.3, Y - 10, y), stroke: "var(--accent)" });
-  wires.append(forced, likely);
+  wires.append(...(reflexes ? [forced, likely] : [likely]));
   const cell = s("rect", { x: Y - 9, y: y - 6.5, width: 18, height: 13, rx: 3.5 });
   const sign = s("text", { x: Y, y: y + 3.6, "font-size": 10, "text-anchor": "middle", "font-weight": 600 });
   const bar = s("rect", { x: P, y: y - 3, height: 6, rx: 1.5, fill: "var(--accent)" });

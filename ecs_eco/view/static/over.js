@@ -1,7 +1,6 @@
 // What is drawn over the scene, on a canvas of its own: what the selected organism sees, and marks of births and deaths.
 
 import { Vector3 } from "./vendor.js";
-import { $ } from "./dom.js";
 import { WORDS } from "./frame.js";
 import { round } from "./ground.js";
 import { sight } from "./sight.js";
@@ -14,10 +13,10 @@ export const LASTS = 5; // [ticks] that a mark stays
 const MOST = 300; // marks
 
 export class Over {
-  /** @param {Stage} stage */
-  constructor(stage) {
+  /** @param {Stage} stage @param {HTMLCanvasElement} canvas */
+  constructor(stage, canvas) {
     this.stage = stage;
-    this.canvas = /** @type {HTMLCanvasElement} */ ($("over"));
+    this.canvas = canvas;
     this.pen = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d"));
     /** @type {Mark[]} */
     this.marks = [];
@@ -29,14 +28,17 @@ export class Over {
     /** @type {[number, string][]} heights [m] at which light has fallen so far, from a field */
     this.levels = [];
     this.clear = true;
+    this.last = 0; // tick of the last frame
   }
 
   /** After a frame: who has been born. @param {number} tick @param {boolean} jump whether time jumped */
   take(tick, jump) {
     const { stage } = this;
+    const far = tick - this.last > LASTS; // of those who are new some were born before the marks of now
+    this.last = tick;
     if (jump) this.marks = this.marks.filter((mark) => mark.tick <= tick);
     this.marks = this.marks.filter((mark) => tick - mark.tick < LASTS).slice(-MOST);
-    if (jump) return;
+    if (jump || far) return;
     stage.layers.forEach((layer, k) => {
       if (!layer.kind.moves) return;
       for (let row = 0; row < layer.block.n; row++) {

@@ -43,22 +43,26 @@ export function descendants(stage, by) {
  * @param {Stage} stage
  */
 export function follow(stage) {
-  const [ring, tag] = [$("ring"), $("trailLabel")];
-  const place = stage.selected === null ? null : stage.place(stage.selected);
-  const at = place && stage.project(place);
-  ring.hidden = tag.hidden = !at;
-  if (at) {
-    ring.style.transform = `translate(${at.x.toFixed(1)}px, ${at.y.toFixed(1)}px)`;
-    tag.style.transform = `translate(${(at.x + 17).toFixed(1)}px, ${(at.y - 11).toFixed(1)}px)`;
-    const text = `${stage.find(/** @type {number} */ (stage.selected))?.layer.kind.name ?? ""} #${stage.selected}`;
-    if (tag.textContent !== text) tag.textContent = text;
-  }
+  circle(stage, $("ring"), $("trailLabel"));
   const perMetre = stage.scale();
   const metres = round(110 / perMetre);
   const [bar, text] = $("scale").children;
   bar.style.width = `${(metres * perMetre).toFixed(0)}px`;
   const shown = metres >= 1000 ? `${metres / 1000} km` : metres >= 1 ? `${metres} m` : `${Number((metres * 100).toPrecision(2))} cm`;
   if (text.textContent !== shown) text.textContent = shown;
+}
+
+/** Ring and name of the one that is selected in a scene. @param {Stage} stage @param {HTMLElement} ring @param {HTMLElement} tag */
+export function circle(stage, ring, tag) {
+  const place = stage.selected === null ? null : stage.place(stage.selected);
+  const at = place && stage.project(place);
+  ring.hidden = tag.hidden = !at;
+  if (!at) return;
+  const [x, y] = [at.x + stage.canvas.offsetLeft, at.y + stage.canvas.offsetTop];
+  ring.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+  tag.style.transform = `translate(${(x + 17).toFixed(1)}px, ${(y - 11).toFixed(1)}px)`;
+  const text = `${stage.find(/** @type {number} */ (stage.selected))?.layer.kind.name ?? ""} #${stage.selected}`;
+  if (tag.textContent !== text) tag.textContent = text;
 }
 
 /**
@@ -109,6 +113,15 @@ export function notice(text, button) {
   root.replaceChildren(text ?? "", ...(button ? [h("button", { type: "button", text: button.text, onclick: button.does })] : []));
 }
 
+let flashing = 0;
+
+/** A notice that goes away. @param {string} text @param {{text: string, does: () => void}} [button] */
+export function flash(text, button) {
+  notice(text, button);
+  clearTimeout(flashing);
+  flashing = setTimeout(() => notice(null), 6000);
+}
+
 /** How the page is linked to its server now. @param {"connecting" | "open" | "lost" | "ended" | "refused"} link @param {import("./connection.js").Connection} connection */
 export function linked(link, connection) {
   const words = { connecting: "connecting", open: "connected", lost: "reconnecting", ended: "ended", refused: "not let in" };
@@ -141,9 +154,9 @@ export function door(why) {
   root.replaceChildren(`${why} Open the address that the terminal shows now:`, form);
 }
 
-/** What of the stage lies under cards: left, top, right and bottom of each [px]. */
-export function covered() {
-  const { left, top } = $("stage").getBoundingClientRect();
+/** What of the stage lies under cards: left, top, right and bottom of each [px]. @param {number[]} [from] a corner of the stage */
+export function covered([x, y] = [0, 0]) {
+  const stage = $("stage").getBoundingClientRect(), left = stage.left + x, top = stage.top + y;
   const boxes = ["legend", "cameras", "scale", "dial"].map((id) => $(id)).filter((card) => !card.hasAttribute("hidden")).map((card) => card.getBoundingClientRect());
   return boxes.filter(({ width }) => width).map((box) => [box.left - left - 4, box.top - top - 4, box.right - left + 4, box.bottom - top + 4]);
 }

@@ -4,8 +4,10 @@ import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";
 import { drawGenome } from "./genome.js";
 import { kindsOf, sign, stroke } from "./marks.js";
-import { drawNerves, signature } from "./nerves.js";
+import { drawNerves, signature, wired } from "./nerves.js";
+import { seeing } from "./sight.js";
 import { css } from "./theme.js";
+import { Tree } from "./tree.js";
 
 /** @typedef {import("./protocol.js").Organism} Organism */
 
@@ -14,7 +16,7 @@ const KIN = 12; // shown before "and more"
 export class Panel {
   /**
    * @param {import("./protocol.js").Hello} hello
-   * @param {{select: (uid: number | null) => void, fill: (uid: number) => void, follow: () => void, track: (uid: number) => void, colourOf: (name: string) => string}} calls
+   * @param {{select: (uid: number | null) => void, other: () => import("./protocol.js").Hello | null, fill: () => void, follow: () => void, track: (uid: number) => void, tree: () => void, colourOf: (name: string) => string}} calls
    */
   constructor(hello, calls) {
     this.hello = hello;
@@ -29,6 +31,7 @@ export class Panel {
     /** @type {uPlot | null} */
     this.plot = null;
     this.kept = "";
+    this.tree = new Tree({ select: calls.select, ask: calls.tree, colourOf: calls.colourOf });
     this.points = false; // whether the chart of one life shows points
     new ResizeObserver(() => this.plot?.setSize({ width: Math.max(200, this.root.clientWidth - 32), height: 130 })).observe(this.root);
     this.empty();
@@ -43,6 +46,8 @@ export class Panel {
   }
 
   forget() {
+    this.tree.forget();
+    this.root.classList.remove("past");
     this.organism = null;
     this.nerves = null;
     this.plot?.destroy();
@@ -50,10 +55,10 @@ export class Panel {
     this.kept = "";
   }
 
-  /** Is about to show an organism. @param {number | null} uid */
-  expect(uid) {
+  /** Is about to show an organism. @param {number | null} uid @param {boolean} second whether it is one of the second world */
+  expect(uid, second) {
     if (uid === null) this.empty();
-    else if (this.organism?.uid !== uid) {
+    else if (this.organism?.uid !== uid || (this.organism.second ?? false) !== second) {
       this.forget();
       this.root.replaceChildren(h("div", { class: "empty", text: `Asking for #${uid} …` }));
     }
@@ -67,13 +72,15 @@ export class Panel {
 
   /** @param {Organism} organism */
   show(organism) {
-    const kept = [organism.uid, organism.detail, organism.alive, organism.note, Boolean(organism.nerves && signature(organism.nerves)), organism.genome !== null].join();
+    const kept = [organism.uid, organism.detail, organism.alive, organism.note, organism.world, organism.both, Boolean(organism.nerves && signature(organism.nerves)), organism.genome !== null].join();
     if (kept !== this.kept) this.build(organism);
     this.kept = kept;
     this.organism = organism;
     if (this.saidAt) this.saidAt.textContent = organism.sentence ?? "";
     this.facts(organism);
+    this.sees(organism);
     this.kin(organism);
+    this.tree.show(organism, this.of(organism));
     if (organism.nerves) {
       this.nerves?.update(organism.nerves);
       if ($("large").open) this.enlarged?.update(organism.nerves);
@@ -85,37 +92,49 @@ export class Panel {
   build(organism) {
     this.plot?.destroy();
     this.plot = null;
-    this.nerves = organism.nerves ? drawNerves(organism.nerves) : null;
+    const kind = this.kind(organism);
+    this.nerves = organism.nerves ? drawNerves(organism.nerves, kind.wiring) : null;
     this.saidAt = h("p", { class: "said" });
     this.factsAt = h("dl", { class: "facts" });
     this.diedAt = h("dl", { class: "facts died", hidden: true });
+    this.seesAt = h("div", { class: "kin", hidden: true });
     this.kinAt = h("div");
     this.traceAt = h("div", { class: "chart" });
-    const kind = this.kind(organism);
     const head = h("div", { class: "who" }, sign(kind, this.calls.colourOf(organism.species)), h("strong", { text: `${organism.species} #${organism.uid}` }),
-      h("span", { class: organism.alive ? "state" : "state dead", text: organism.alive ? "alive" : "dead" }), h("span", { class: "grow" }),
+      h("span", { class: organism.alive ? "state" : "state dead", text: organism.alive ? "alive" : "dead" }),
+      h("span", { class: "grow" }),
       h("button", { class: "button", type: "button", text: "Follow", title: "Follow with the camera (3)", disabled: !organism.alive, onclick: this.calls.follow }),
       h("button", { class: "icon", type: "button", text: "✕", "aria-label": "Deselect", title: "Deselect (Esc)", onclick: () => this.calls.select(null) }));
-    this.root.replaceChildren(head, this.saidAt, ...this.note(organism), this.factsAt, this.diedAt, this.kinAt);
-    if (this.nerves) this.root.append(part("Nervous system", this.nerves.root, h("button", { class: "plain", type: "button", text: "enlarge", onclick: () => this.enlarge() })));
+    const world = organism.world === undefined ? null : h("p", { class: organism.second ? "world second" : "world" }, "in ", h("b", { text: organism.world }), { true: ", born before the worlds parted", false: ", born after the worlds parted" }[String(organism.both)] ?? "");
+    this.root.replaceChildren(head, ...(world ? [world] : []), this.saidAt, ...this.note(organism), this.factsAt, this.diedAt, this.seesAt, this.kinAt, this.tree.root);
+    const past = organism.as_of === undefined ? "" : ` in its last tick, ${number(organism.as_of)}`;
+    this.root.classList.toggle("past", past !== "");
+    if (this.nerves) this.root.append(part(`Nervous system${past}`, this.nerves.root, h("button", { class: "plain", type: "button", text: "enlarge", onclick: () => this.enlarge() })));
+    if (organism.nerves && kind.wiring) this.root.append(h("dl", { class: "wiring" }, ...wired(organism.nerves, kind.wiring).flatMap(([name, text]) => [h("dt", { text: name }), h("dd", { text })])));
     this.root.append(part("Happiness and energy", this.traceAt));
     if (organism.genome) this.root.append(part("Genome", drawGenome(organism.genome)));
   }
 
   /** @param {Organism} organism @returns {import("./protocol.js").Kind} */
   kind(organism) {
-    return kindsOf(this.hello).find(({ name }) => name === organism.species) ?? { name: organism.species, color: "#888888", radius: 1 };
+    return kindsOf(this.of(organism)).find(({ name }) => name === organism.species) ?? { name: organism.species, color: "#888888", radius: 1 };
+  }
+
+  /** Its world. @param {Organism} organism */
+  of(organism) {
+    return (organism.second && this.calls.other()) || this.hello;
   }
 
   /** What was recorded, where that is not all. @param {Organism} organism */
   note(organism) {
-    if (!organism.note && (organism.detail === "full" || this.hello.mode === "live")) return [];
-    const fill = this.hello.mode === "replay" && organism.detail !== "full"
+    const { mode } = this.of(organism);
+    if (!organism.note && (organism.detail === "full" || mode === "live")) return [];
+    const fill = mode === "replay" && organism.detail !== "full"
       && h("button", { class: "button", type: "button", text: "Fill in", title: "Replay from the nearest checkpoint", onclick: (/** @type {Event} */ event) => {
         const button = /** @type {HTMLButtonElement} */ (event.currentTarget);
         button.disabled = true;
         setTimeout(() => (button.disabled = false), 4000);
-        this.calls.fill(organism.uid);
+        this.calls.fill();
       } });
     const text = organism.note || (organism.detail === "record" ? "Only birth and death were recorded." : "Recorded in snapshots.");
     return [h("div", { class: "note" }, h("span", { text }), fill)];
@@ -134,7 +153,7 @@ export class Panel {
       fact("sex", organism.sex === null || organism.sex === "" ? "–" : String(organism.sex)),
       fact("generation", number(organism.generation)),
       fact("born", organism.born === null ? "–" : `tick ${number(organism.born)}`),
-      wide("place [m]", place ? place.slice(0, this.hello.size.length).map((value) => value.toFixed(1)).join(", ") : "–"),
+      wide("place [m]", place ? place.slice(0, this.of(organism).size.length).map((value) => value.toFixed(1)).join(", ") : "–"),
       fact("heading", organism.heading === null ? "–" : `${Math.round((((organism.heading * 180) / Math.PI) % 360 + 360) % 360)}°`),
       ...(organism.size ? [fact("size [m]", organism.size.map((value) => number(value)).join(" × "))] : []),
       fact("reward", number(nerves?.reward)),
@@ -153,11 +172,21 @@ export class Panel {
   }
 
   /** @param {Organism} organism */
+  sees(organism) {
+    const words = organism.alive ? seeing(this.kind(organism), organism) : "";
+    if (!this.seesAt || this.seesAt.dataset.key === words) return;
+    this.seesAt.dataset.key = words;
+    this.seesAt.hidden = !words;
+    this.seesAt.replaceChildren(h("span", { text: "sees" }), words);
+  }
+
+  /** @param {Organism} organism */
   kin(organism) {
-    const key = `${organism.parents}/${organism.children}`;
+    const key = `${organism.parents}/${organism.children}/${organism.both}`;
+    const apart = organism.second && !organism.both;
     if (!this.kinAt || this.kinAt.dataset.key === key) return;
     this.kinAt.dataset.key = key;
-    const track = h("button", { class: "plain", type: "button", text: "track descendants", title: "Colour all that descend from it", onclick: () => this.calls.track(organism.uid) });
+    const track = h("button", { class: "plain", type: "button", text: "track descendants", disabled: apart, title: apart ? "The colours of both worlds are those of families of the first one" : "Colour all that descend from it", onclick: () => this.calls.track(organism.uid) });
     this.kinAt.replaceChildren(this.family("parents", organism.parents), this.family("children", organism.children), track);
   }
 
@@ -175,7 +204,7 @@ export class Panel {
 
   enlarge() {
     if (!this.organism?.nerves) return;
-    this.enlarged = drawNerves(this.organism.nerves);
+    this.enlarged = drawNerves(this.organism.nerves, this.kind(this.organism).wiring);
     this.enlarged.root.setAttribute("style", "max-height:78vh");
     const dialog = $("large");
     dialog.replaceChildren(h("h2", { text: `Nervous system of ${this.organism.species} #${this.organism.uid}` }), this.enlarged.root,
@@ -214,6 +243,7 @@ export class Panel {
     const { organism } = this;
     this.kept = "";
     if (organism) this.show(organism);
+    this.tree.draw(true);
   }
 }
 

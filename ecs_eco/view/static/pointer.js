@@ -1,6 +1,7 @@
 // The pointer over the scene: what is clicked is selected, or placed; what is under it is named.
 
 import * as overlay from "./overlay.js";
+import { pick, under } from "./point_at.js";
 
 /** @typedef {{stage: import("./stage.js").Stage, act: import("./act.js").Act | null}} Page */
 
@@ -19,20 +20,20 @@ export function point(canvas, calls) {
     const page = calls.page();
     if (!page || !pressed || Math.hypot(event.offsetX - pressed.x, event.offsetY - pressed.y) > 5) return;
     if (page.act?.aiming) {
-      const place = page.stage.under(event.offsetX, event.offsetY);
+      const place = under(page.stage, event.offsetX, event.offsetY);
       if (place) page.act.placeAt(place);
       return;
     }
-    const found = page.stage.pick(event.offsetX, event.offsetY, event.pointerType === "touch" ? 26 : 15);
+    const found = pick(page.stage, event.offsetX, event.offsetY, event.pointerType === "touch" ? 26 : 15);
     if (found && !found.kind.inanimate) calls.select(found.uid);
-    else if (page.stage.selected !== null) calls.select(null);
+    else calls.select(null);
   });
   canvas.addEventListener("pointermove", (event) => {
     const page = calls.page();
     if (!page || event.buttons || event.pointerType === "touch" || performance.now() - hovered < 80) return;
     hovered = performance.now();
-    const found = page.act?.aiming ? null : page.stage.pick(event.offsetX, event.offsetY, 12);
-    overlay.tip(found ? { x: event.offsetX, y: event.offsetY } : null, found ? `${found.kind.name} #${found.uid}` : "");
+    const found = page.act?.aiming ? null : pick(page.stage, event.offsetX, event.offsetY, 12);
+    overlay.tip(found ? { x: event.offsetX + canvas.offsetLeft, y: event.offsetY + canvas.offsetTop } : null, found ? `${found.kind.name} #${found.uid}` : "");
   });
   canvas.addEventListener("pointerleave", () => overlay.tip(null));
 }

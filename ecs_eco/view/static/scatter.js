@@ -1,6 +1,7 @@
 // Two values of organisms as points, a colour for each species; a click selects one.
 
 import { h, number, s } from "./dom.js";
+import { drawing } from "./save.js";
 import { css } from "./theme.js";
 
 /** @typedef {import("./protocol.js").ScatterMessage} ScatterMessage */
@@ -36,7 +37,8 @@ export class Scatter {
     this.place = h("div", { class: "figure" });
     this.ask();
     this.draw();
-    return h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Organisms" }), h("span", { class: "unit", text: "a point each" }), this.choices[1], "against", this.choices[0]), this.place);
+    return h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Organisms" }), h("span", { class: "unit", text: "a point each" }), this.choices[1], "against", this.choices[0],
+      h("span", { class: "grow" }), drawing("Organisms", () => this.place?.querySelector("svg"))), this.place);
   }
 
   ask() {

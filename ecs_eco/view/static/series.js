@@ -57,6 +57,14 @@ export function append(line, values, length, n) {
   }
 }
 
+export const REPORT = "report "; // before the names of reporters, each of which has a chart of its own
+
+/** The lines of a message by chart. @param {import("./protocol.js").Series} series @returns {Record<string, Record<string, Line> | undefined>} */
+export const grouped = (series) => ({
+  n: series.n, happiness: series.happiness, genes: series.genes, births: series.births, causes: flat(series.causes ?? {}), energy: flat(series.energy ?? {}), flows: flat(series.flows ?? {}),
+  ...Object.fromEntries(Object.entries(series.reports ?? {}).map(([name, lines]) => [REPORT + name, lines])),
+});
+
 /** Deaths by species and cause as one line each. @param {Record<string, Record<string, Line>>} causes */
 export const flat = (causes) => Object.fromEntries(Object.entries(causes).flatMap(([species, lines]) => Object.entries(lines).map(([cause, line]) => [`${species}: ${cause}`, line])));
 

@@ -91,7 +91,20 @@ void main() {
   vAhead = pointed > 0.5 && length(ahead) > 0.1 ? normalize(ahead) : vec2(0.0);
 }`;
 
+/** What is nearer than the followed organism and lies over it fades: a part of its pixels, finely spread, is left out. */
+export const HIDES = /* glsl */ `
+uniform vec4 clear;       // the followed organism: pixel, depth, and how far around it things fade [px], 0: nowhere
+
+bool hides() {
+  if (clear.w <= 0.0 || gl_FragCoord.z >= clear.z) return false;
+  float near = 1.0 - smoothstep(0.6, 1.0, distance(gl_FragCoord.xy, clear.xy) / clear.w);
+  float grain = fract(52.9829189 * fract(dot(floor(gl_FragCoord.xy), vec2(0.06711056, 0.00583715))));
+  return grain < 0.8 * near;
+}
+`;
+
 export const POINT_FRAGMENT = /* glsl */ `
+${HIDES}
 varying vec3 vColour;
 varying vec2 vAhead;
 varying float vPixels;
@@ -112,6 +125,7 @@ float blades(vec2 q) {
 }
 
 void main() {
+  if (hides()) discard;
   vec2 q = vec2(2.0 * gl_PointCoord.x - 1.0, 1.0 - 2.0 * gl_PointCoord.y);
   if (vUp.z > 0.0) q = vec2(dot(q, vec2(vUp.y, -vUp.x)), dot(q, vUp.xy) / vUp.z);
   float edge;               // 0 at the centre, 1 at the rim
@@ -185,8 +199,12 @@ void main() {
 }`;
 
 export const BODY_FRAGMENT = /* glsl */ `
+${HIDES}
 varying vec3 vColour;
-void main() { gl_FragColor = vec4(vColour, 1.0); }`;
+void main() {
+  if (hides()) discard;
+  gl_FragColor = vec4(vColour, 1.0);
+}`;
 
 /** The walls of the water: light fades with depth. */
 export const WATER_VERTEX = /* glsl */ `

@@ -2,6 +2,7 @@
 
 import { Vector3 } from "./vendor.js";
 import { WORDS } from "./frame.js";
+import { covered } from "./overlay.js";
 import { css } from "./theme.js";
 
 /** @typedef {import("./over.js").Over} Over */
@@ -61,6 +62,17 @@ function denied(organism, name) {
   return known.length > 0 && known.every(({ value }) => !value);
 }
 
+/** What an organism sees with, as far as its sensors reach now. @param {import("./protocol.js").Kind} kind @param {import("./protocol.js").Organism | null} own */
+const eyesOf = (kind, own) => (kind.sees ?? []).map((eye) => ({ ...eye, reach: own?.reach?.[String(eye.number)] ?? eye.reach }));
+
+/** Whom it sees and how far, in words: those seen as far as each other together. @param {import("./protocol.js").Kind} kind @param {import("./protocol.js").Organism} own */
+export function seeing(kind, own) {
+  /** @type {Map<number, Set<string>>} */
+  const far = new Map();
+  for (const { reach, targets, name } of eyesOf(kind, own)) far.set(reach, new Set([...(far.get(reach) ?? []), ...(targets.length ? targets : [name])]));
+  return [...far].sort(([a], [b]) => a - b).map(([reach, names]) => `${[...names].join(", ")}: ${Number(reach.toPrecision(2))} m`).join("; ");
+}
+
 /**
  * Draws it; says how many it sees, and how many rays there are.
  * @param {Over} over
@@ -72,7 +84,7 @@ export function sight(over, me, organism) {
   const at = stage.spot(me.layer, me.row, new Vector3());
   const angle = heading(stage, me);
   const own = organism?.uid === stage.selected ? organism : null;
-  const eyes = (me.layer.kind.sees ?? []).map((eye) => ({ ...eye, reach: own?.reach?.[String(eye.number)] ?? eye.reach }));
+  const eyes = eyesOf(me.layer.kind, own);
   /** @type {Map<string, typeof eyes>} circles of the same reach are one */
   const rings = new Map();
   for (const eye of eyes) {
@@ -113,9 +125,22 @@ function ring(over, at, angle, eyes) {
   });
   const centre = stage.project(at);
   over.line(whole ? points : [centre, ...points, centre], css("--accent"), 1.4, [5, 4], 0.9);
-  const top = points.reduce((best, point) => (point && point.y < (best?.y ?? Infinity) ? point : best), null);
   const names = [...new Set(eyes.flatMap(({ targets }) => targets))];
-  if (top && centre && centre.y - top.y > 24) over.words(`sees ${names.join(", ")}: ${Number(reach.toPrecision(2))} m`, top.x, top.y - 5, css("--accent"));
+  const words = `sees ${names.join(", ")}: ${Number(reach.toPrecision(2))} m`;
+  const top = highest(points, over.pen.measureText(words).width, covered(), [stage.canvas.clientWidth, stage.canvas.clientHeight]);
+  if (top && centre && Math.hypot(centre.x - top.x, centre.y - top.y) > 24) over.words(words, top.x, top.y - 5, css("--accent"));
+}
+
+/**
+ * The highest of some points above which words have room: clear of cards and within the stage; else the highest of all.
+ * @param {({x: number, y: number} | null)[]} points @param {number} wide @param {number[][]} cards left, top, right and bottom of each
+ * @param {number[]} size of the stage
+ */
+export function highest(points, wide, cards, [width, height]) {
+  const there = points.filter((point) => point !== null).sort((a, b) => a.y - b.y);
+  const clear = (/** @type {{x: number, y: number}} */ { x, y }) => x > wide / 2 && x < width - wide / 2 && y > 18 && y < height
+    && !cards.some(([left, top, right, bottom]) => x + wide / 2 > left && x - wide / 2 < right && y > top && y - 18 < bottom);
+  return there.find(clear) ?? there[0] ?? null;
 }
 
 /** A line to the nearest of a kind. @param {Over} over @param {Found} me @param {Vector3} at @param {number} angle @param {import("./protocol.js").SeeingEye} eye @param {string} target */

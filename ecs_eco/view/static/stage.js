@@ -1,7 +1,7 @@
 // The scene: takes frames, draws them smoothly one after the other, and tells who is where on the screen.
 
 import {
-  AmbientLight, ColorManagement, DirectionalLight, Group, LinearSRGBColorSpace, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+  AmbientLight, ColorManagement, DirectionalLight, Group, LinearSRGBColorSpace, Scene, Vector2, Vector3, WebGLRenderer,
 } from "./vendor.js";
 import { legible, rampOf, rampTexture, rgb, safe } from "./colours.js";
 import { Eye } from "./eye.js";
@@ -10,7 +10,9 @@ import { Ground, Relief } from "./ground.js";
 import { Layer } from "./layer.js";
 import { kindsOf } from "./marks.js";
 import { FieldMap, Meadow } from "./meadow.js";
+import { clear, fadeable } from "./occlusion.js";
 import { Over } from "./over.js";
+import { onFrames } from "./pace.js";
 import { Trail } from "./trail.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello */
@@ -23,8 +25,9 @@ export class Stage {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {Hello} hello
+   * @param {HTMLCanvasElement} over what lies over it
    */
-  constructor(canvas, hello) {
+  constructor(canvas, hello, over) {
     this.canvas = canvas;
     this.hello = hello;
     this.kinds = kindsOf(hello);
@@ -48,16 +51,19 @@ export class Stage {
       lens: { value: 500 },
       day: { value: 1 },
       murk: { value: this.ground.murk },
+      clear: { value: [0, 0, 0, 0] }, // where what hides the followed organism fades
       sun: { value: new Vector3(0.3, -0.4, 0.86) },
       mute: { value: [0.6, 0.63, 0.65] },
       ramp: { value: this.ramps.sequential }, edge: { value: [0.1, 0.1, 0.1] }, // of bodies
       relief: { value: this.relief.texture },
       cells: { value: new Vector2(this.relief.nx, this.relief.ny) },
     };
+    fadeable(this.ground.stone, this.shared);
     this.layers = this.kinds.map((kind) => new Layer(kind, group, this.shared));
     this.colours = this.kinds.map((kind) => kind.color);
     this.frames = 0;
     this.tick = hello.tick;
+    this.end = 0; // of its frame in the bytes of the last message
     this.light = 1;
     this.elevation = 1;
     this.arrived = 0;
@@ -70,25 +76,28 @@ export class Stage {
     /** @type {number | null} */
     this.selected = null;
     this.trail = new Trail(this);
-    this.over = new Over(this);
+    this.over = new Over(this, over);
     this.meadow = new Meadow(this);
     this.field = new FieldMap(this);
     this.dirty = true;
     this.onrender = () => {};
     this.onlight = () => {};
     this.eye.controls.addEventListener("change", () => (this.dirty = true));
-    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.sized = new ResizeObserver(() => this.resize());
+    this.sized.observe(canvas);
     this.resize();
-    requestAnimationFrame((now) => this.loop(now));
+    this.halt = onFrames((now) => this.draw(now));
   }
 
   /**
    * Takes a binary frame; returns its number.
    * @param {ArrayBuffer} buffer
+   * @param {number} [from] where it begins
    */
-  take(buffer) {
+  take(buffer, from = 0) {
     const start = performance.now();
-    const frame = decode(buffer);
+    const frame = decode(buffer, from);
+    this.end = frame.end;
     const jump = this.jump || frame.tick < this.tick || frame.tick - this.tick > JUMP;
     const share = this.share(start);
     const same = frame.tick === this.tick && !jump;
@@ -176,13 +185,15 @@ export class Stage {
     this.dirty = true;
   }
 
-  /** @param {number} now [ms] */
-  loop(now) {
-    requestAnimationFrame((next) => this.loop(next));
+  /**
+   * Draws where there is anything new; returns whether it did.
+   * @param {number} now [ms]
+   */
+  draw(now) {
     const moved = this.eye.update(now);
     const share = this.share(performance.now());
     const moving = share < 1 || this.shared.alpha.value < 1;
-    if (!moved && !moving && !this.dirty) return;
+    if (!moved && !moving && !this.dirty) return false;
     this.dirty = false;
     this.shared.alpha.value = share;
     const crowd = this.layers.reduce((sum, layer) => sum + layer.block.n, 0);
@@ -190,12 +201,23 @@ export class Stage {
     const place = this.selected === null ? null : this.place(this.selected);
     this.eye.follow(place);
     this.trail.step(place);
+    clear(this, place);
     const start = performance.now();
     this.renderer.render(this.scene, this.eye.camera);
     this.renderMs += (performance.now() - start - this.renderMs) * (this.renders < 10 ? 1 : 0.1);
     this.renders++;
     this.over.draw();
     this.onrender();
+    return true;
+  }
+
+  /** Draws no more, and gives its memory back. */
+  close() {
+    this.halt();
+    this.sized.disconnect();
+    this.eye.controls.dispose();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
   }
 
   /** Whether the last frame is drawn, and neither organisms nor the camera are on their way. */
@@ -261,64 +283,6 @@ export class Stage {
     const seen = place.clone().project(this.eye.camera);
     if (seen.z > 1) return null;
     return { x: ((seen.x + 1) / 2) * this.canvas.clientWidth, y: ((1 - seen.y) / 2) * this.canvas.clientHeight };
-  }
-
-  /**
-   * The organism nearest to a point of the canvas: animals before plants, plants before things.
-   * @param {number} x [px]
-   * @param {number} y [px]
-   * @param {number} reach [px]
-   */
-  pick(x, y, reach) {
-    const at = new Vector3();
-    const matrix = this.eye.camera.projectionMatrix.clone().multiply(this.eye.camera.matrixWorldInverse);
-    const m = matrix.elements;
-    const [w, h] = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2];
-    let best = null;
-    let least = reach * reach;
-    for (const layer of this.layers) {
-      if (!layer.shown) continue;
-      const handicap = layer.kind.inanimate ? 16 : layer.kind.moves ? 0 : 9; // [px²]
-      for (let row = 0; row < layer.block.n; row++) {
-        this.spot(layer, row, at);
-        const depth = m[3] * at.x + m[7] * at.y + m[11] * at.z + m[15];
-        if (depth <= 0) continue;
-        const dx = ((m[0] * at.x + m[4] * at.y + m[8] * at.z + m[12]) / depth + 1) * w - x;
-        const dy = (1 - (m[1] * at.x + m[5] * at.y + m[9] * at.z + m[13]) / depth) * h - y;
-        const distance = dx * dx + dy * dy + handicap;
-        if (distance < least) {
-          least = distance;
-          best = { layer, row };
-        }
-      }
-    }
-    return best && { uid: best.layer.uid(best.row), kind: best.layer.kind };
-  }
-
-  /**
-   * The place of the ground (of the water's middle) under a point of the canvas [m].
-   * @param {number} x [px]
-   * @param {number} y [px]
-   */
-  under(x, y) {
-    const { size } = this.hello;
-    const ray = new Raycaster();
-    ray.setFromCamera(new Vector2((x / this.canvas.clientWidth) * 2 - 1, 1 - (y / this.canvas.clientHeight) * 2), this.eye.camera);
-    const { origin, direction } = ray.ray;
-    const at = new Vector3();
-    if (size.length > 2) {
-      const middle = this.eye.middle();
-      const normal = this.eye.camera.getWorldDirection(new Vector3());
-      at.copy(direction).multiplyScalar(middle.sub(origin).dot(normal) / direction.dot(normal)).add(origin);
-    } else {
-      let level = 0;
-      for (let k = 0; k < 8; k++) { // walks towards where the ray meets the ground
-        at.copy(direction).multiplyScalar((level - origin.z) / direction.z).add(origin);
-        level = this.relief.at(at.x, at.y);
-      }
-    }
-    const inside = [at.x, at.y, at.z].slice(0, size.length).every((value, axis) => value >= 0 && value <= size[axis]);
-    return inside ? [at.x, at.y, at.z].slice(0, size.length) : null;
   }
 
   /** Where the corners of the world are on the canvas [px]. */

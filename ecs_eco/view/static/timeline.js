@@ -1,44 +1,47 @@
-// The timeline: labelled ticks, a lane for each species with births above and deaths below, and diamonds for what happened. It is dragged.
+// The timeline: labelled ticks, a lane for each species with births above and deaths below, and diamonds for what happened. It is dragged, and shows
+// the whole time or a stretch of it.
 
+import { bars, heightOf, words } from "./detailed.js";
 import { $, h, number } from "./dom.js";
 import { round } from "./ground.js";
+import { Lanes, density } from "./lanes.js";
+import { soon } from "./pace.js";
+import { Stretch } from "./stretch.js";
 import { css, onTheme } from "./theme.js";
-
-/** @typedef {import("./charts.js").Line} Line */
-/** @typedef {{ticks: number[], births: Record<string, Line>, deaths: (name: string) => Line, colourOf: (name: string) => string}} Lanes what was counted, from the charts */
 
 const EDGE = 4; // [px] left and right of the axis
 const AXIS = 15; // [px] for labelled ticks
 const ROOMY = 60; // [px] of height from which there are lanes and labels
-const LANES = 5;
+const MOST = 5; // lanes
 const NAMED = 13; // [px] for names of diamonds
 
 export class Timeline {
   /**
    * @param {import("./protocol.js").Hello} hello
    * @param {(tick: number) => void} seek
-   * @param {Lanes} lanes
+   * @param {import("./lanes.js").Counted} counted
    */
-  constructor(hello, seek, lanes) {
+  constructor(hello, seek, counted) {
     this.hello = hello;
-    this.lanes = lanes;
+    this.colourOf = counted.colourOf;
+    this.lanes = new Lanes(counted);
     this.tick = hello.tick;
     /** @type {import("./protocol.js").Marks} */
     this.marks = { kind: "marks", births: [], deaths: [], interventions: [] };
     /** @type {import("./protocol.js").Entry[]} */
     this.entries = [];
     this.held = false;
-    this.state = ""; // what the painted lanes show
-    /** @type {HTMLCanvasElement | null} */
-    this.paint = null;
+    this.redraw = () => this.draw();
+    /** @type {import("./stretch.js").Ends | null} what is played again and again */
+    this.loop = null;
+    this.stretch = new Stretch(() => [hello.first, this.last()], () => this.fit());
     this.canvas = h("canvas", { "aria-hidden": "true" });
     this.input = h("input", { type: "range", step: 1, min: hello.first, max: this.last(), value: hello.tick, "aria-label": "Time, in ticks" });
     const replay = hello.mode === "replay";
     let waiting = 0;
     const go = () => {
       clearTimeout(waiting);
-      this.tick = Math.min(Number(this.input.value), replay ? Infinity : this.newest);
-      seek(this.tick);
+      seek((this.tick = Math.min(Number(this.input.value), replay ? Infinity : this.newest)));
     };
     this.newest = hello.tick; // of a living world: where it is
     this.input.addEventListener("input", () => {
@@ -54,7 +57,10 @@ export class Timeline {
     });
     this.input.addEventListener("pointermove", (event) => this.hover(event));
     const root = $("timeline");
-    root.replaceChildren(this.canvas, ...(replay || hello.rewinds ? [this.input] : []));
+    this.about = h("span", { id: "timelineAbout", class: "unseen" });
+    this.input.setAttribute("aria-describedby", "timelineAbout");
+    root.replaceChildren(this.canvas, ...(replay || hello.rewinds ? [this.input] : []), this.about);
+    this.stretch.listen(root, (x) => this.tickAt(x));
     new ResizeObserver(() => this.draw()).observe(root);
     onTheme(() => this.draw());
   }
@@ -66,6 +72,7 @@ export class Timeline {
   /** @param {import("./protocol.js").Marks} marks */
   mark(marks) {
     this.marks = { ...this.marks, ...marks };
+    this.about.textContent = (this.marks.stretches ?? []).map((stretch) => `${words(stretch)}.`).join(" ");
     this.draw();
   }
 
@@ -79,11 +86,26 @@ export class Timeline {
   at(tick) {
     if (this.hello.mode === "live") this.newest = tick;
     if (this.held || tick === this.tick) return;
+    const before = this.tick;
     this.tick = tick;
-    this.input.max = String(this.last());
-    this.input.value = String(tick);
-    this.input.setAttribute("aria-valuetext", `tick ${tick}`);
-    this.draw();
+    this.stretch.follow(before, tick);
+    this.fit();
+  }
+
+  /** The slider covers what is shown. */
+  fit() {
+    const [from, to] = this.stretch.ends;
+    Object.assign(this.input, { min: String(from), max: String(to) });
+    if (!this.held) this.input.value = String(this.tick);
+    this.input.setAttribute("aria-valuetext", `tick ${this.tick}${this.stretch.part ? `, of ${from} to ${to}` : ""}`);
+    soon(this.redraw);
+  }
+
+  /** The tick at a place of the window. @param {number} x [px] */
+  tickAt(x) {
+    const { left, width } = this.canvas.getBoundingClientRect();
+    const [from, to] = this.stretch.ends;
+    return Math.min(to, Math.max(from, from + ((x - left - EDGE) / Math.max(1, width - 2 * EDGE)) * (to - from)));
   }
 
   /** What happened, oldest first: interventions, and entries of the story. */
@@ -95,11 +117,12 @@ export class Timeline {
 
   /** Tells what happened near the pointer. @param {PointerEvent} event */
   hover(event) {
-    const { left, width } = this.input.getBoundingClientRect();
-    const per = (this.last() - this.hello.first) / width;
-    const tick = this.hello.first + (event.clientX - left) * per;
-    const near = this.happened().filter((mark) => Math.abs(mark.tick - tick) < 6 * per);
-    this.input.title = near.length ? near.map((mark) => `${number(mark.tick)}: ${mark.text}`).join("\n") : `tick ${number(Math.round(tick))}`;
+    const [from, to] = this.stretch.ends;
+    const tick = this.tickAt(event.clientX);
+    const near = this.happened().filter((mark) => Math.abs(mark.tick - tick) < (6 * (to - from)) / this.canvas.clientWidth);
+    const told = near.length ? near.map((mark) => `${number(mark.tick)}: ${mark.text}`) : [`tick ${number(Math.round(tick))}`];
+    const known = (this.marks.stretches ?? []).filter(({ first, last }) => tick >= first && tick <= last).map(words);
+    this.input.title = [...told, ...known].join("\n");
   }
 
   draw() {
@@ -107,30 +130,45 @@ export class Timeline {
     const pen = this.canvas.getContext("2d");
     if (!width || !pen) return;
     const ratio = devicePixelRatio || 1;
-    this.canvas.width = width * ratio;
-    this.canvas.height = height * ratio;
-    pen.scale(ratio, ratio);
+    const [wide, high] = [Math.round(width * ratio), Math.round(height * ratio)];
+    if (this.canvas.width !== wide || this.canvas.height !== high) [this.canvas.width, this.canvas.height] = [wide, high];
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, width, height);
     const roomy = height >= ROOMY;
-    const [top, low] = roomy ? [NAMED + 5, height - AXIS] : [0, height];
-    const { first } = this.hello;
-    const at = (/** @type {number} */ tick) => EDGE + ((tick - first) / Math.max(1, this.last() - first)) * (width - 2 * EDGE);
-    if (roomy) this.axis(pen, at, low, width);
-    const rows = roomy ? this.hello.species.slice(0, LANES).map(({ name }) => name) : [];
-    if (rows.length && this.lanes.ticks.length > 1) pen.drawImage(this.painted(at, rows, top, low, ratio), 0, 0, width, height);
+    const stretches = this.marks.stretches ?? [];
+    const [top, bottom] = roomy ? [NAMED + 5, height - AXIS] : [0, height];
+    const low = bottom - heightOf(stretches); // of the lanes
+    const [from, to] = this.stretch.ends;
+    const at = (/** @type {number} */ tick) => EDGE + ((tick - from) / Math.max(1, to - from)) * (width - 2 * EDGE);
+    if (roomy) this.axis(pen, at, bottom, width);
+    pen.save();
+    pen.beginPath();
+    pen.rect(0, 0, width - EDGE + 1, height);
+    pen.clip();
+    const rows = roomy ? this.hello.species.slice(0, MOST).map(({ name }) => name) : [];
+    if (rows.length && this.lanes.any) pen.drawImage(this.lanes.painted(at, rows, { top, low, left: EDGE, right: width - EDGE }, this.canvas, ratio), 0, 0, width, height);
     else {
       const middle = (top + low) / 2;
-      this.density(pen, this.marks.births ?? [], middle - 3, -(middle - top - 7), css("--plus"), width);
-      this.density(pen, this.marks.deaths ?? [], middle + 3, low - middle - 7, css("--minus"), width);
+      const place = (/** @type {number[]} */ bins) => (/** @type {number} */ i) => at(this.hello.first + (i * (this.last() + 1 - this.hello.first)) / bins.length);
+      const { births, deaths } = this.marks;
+      if (births) density(pen, births, place(births), middle - 3, -(middle - top - 7), css("--plus"));
+      if (deaths) density(pen, deaths, place(deaths), middle + 3, low - middle - 7, css("--minus"));
     }
-    const line = roomy ? top - 4 : Math.round(height / 2) - 2;
+    bars(pen, at, stretches, bottom);
+    if (this.loop) this.band(pen, at, this.loop, top, low, css("--accent"));
+    if (this.stretch.choosing) this.band(pen, at, this.stretch.choosing, top, low, css("--ink"));
+    pen.restore();
+    const line = roomy ? top - 4 : Math.round(low / 2) - 2;
     pen.fillStyle = css("--line");
     pen.fillRect(EDGE, line, width - 2 * EDGE, 3);
     pen.fillStyle = css("--accent");
-    pen.fillRect(EDGE, line, at(this.tick) - EDGE, 3);
-    if (roomy) pen.fillRect(at(this.tick) - 0.75, line, 1.5, low - line);
+    const here = at(this.tick), inside = this.tick >= from && this.tick <= to;
+    pen.fillRect(EDGE, line, Math.min(width - 2 * EDGE, Math.max(0, here - EDGE)), 3);
+    if (roomy && inside) pen.fillRect(here - 0.75, line, 1.5, low - line);
     this.diamonds(pen, at, line + 1.5, roomy, width);
+    if (!inside) return;
     pen.beginPath();
-    pen.arc(at(this.tick), line + 1.5, 6, 0, 7);
+    pen.arc(here, line + 1.5, 6, 0, 7);
     pen.fillStyle = css("--accent");
     pen.strokeStyle = css("--card");
     pen.lineWidth = 2;
@@ -139,24 +177,24 @@ export class Timeline {
   }
 
   /**
-   * All lanes, painted anew only where something of them has changed.
+   * A stretch of ticks, as a band with an edge at either side.
+   * @param {CanvasRenderingContext2D} pen
    * @param {(tick: number) => number} at
-   * @param {string[]} rows
+   * @param {import("./stretch.js").Ends} ends
    * @param {number} top
    * @param {number} low
-   * @param {number} ratio
+   * @param {string} colour
    */
-  painted(at, rows, top, low, ratio) {
-    const { ticks, colourOf } = this.lanes;
-    const { width, height } = this.canvas;
-    const state = [ticks.length, ticks[ticks.length - 1], this.last(), width, height, css("--plus"), ...rows.map(colourOf)].join();
-    if (state === this.state && this.paint) return this.paint;
-    this.state = state;
-    this.paint = h("canvas", { width, height });
-    const pen = /** @type {CanvasRenderingContext2D} */ (this.paint.getContext("2d"));
-    pen.scale(ratio, ratio);
-    rows.forEach((name, k) => this.lane(pen, at, name, top + ((low - top) * k) / rows.length, (low - top) / rows.length));
-    return this.paint;
+  band(pen, at, [from, to], top, low, colour) {
+    const [left, right] = [at(from), at(to)];
+    pen.fillStyle = colour;
+    pen.globalAlpha = 0.16;
+    pen.fillRect(left, top, right - left, low - top);
+    pen.globalAlpha = 1;
+    for (const [x, way] of [[left, 1], [right, -1]]) {
+      pen.fillRect(x - 1, top, 2, low - top);
+      pen.fillRect(way > 0 ? x : x - 5, low - 2, 5, 2);
+    }
   }
 
   /**
@@ -167,11 +205,11 @@ export class Timeline {
    * @param {number} width
    */
   axis(pen, at, low, width) {
-    const { first } = this.hello;
-    const step = Math.max(1, round(((this.last() - first) / width) * 100));
+    const [from, to] = this.stretch.ends;
+    const step = Math.max(1, round(((to - from) / width) * 100));
     pen.font = `11px ${css("--font")}`;
     pen.textBaseline = "bottom";
-    for (let tick = Math.ceil(first / step) * step; tick <= this.last(); tick += step) {
+    for (let tick = Math.ceil(from / step) * step; tick <= to; tick += step) {
       const x = at(tick);
       pen.fillStyle = css("--line");
       pen.fillRect(x, NAMED, 1, low - NAMED + 3);
@@ -179,40 +217,6 @@ export class Timeline {
       pen.textAlign = x < 16 ? "left" : x > width - 22 ? "right" : "center";
       pen.fillText(number(tick), x, low + AXIS);
     }
-  }
-
-  /**
-   * Births and deaths of a species, each on its own scale.
-   * @param {CanvasRenderingContext2D} pen
-   * @param {(tick: number) => number} at
-   * @param {string} name
-   * @param {number} top
-   * @param {number} high
-   */
-  lane(pen, at, name, top, high) {
-    const { ticks } = this.lanes;
-    const middle = top + high / 2;
-    const ups = this.lanes.births[name] ?? [], downs = this.lanes.deaths(name);
-    const columns = Math.ceil(at(ticks[ticks.length - 1])) + 1;
-    const sums = [ups, downs].map((line) => {
-      const sum = new Float64Array(columns), n = new Uint32Array(columns);
-      ticks.forEach((tick, i) => {
-        const x = Math.min(columns - 1, Math.max(0, Math.round(at(tick))));
-        sum[x] += line[i] ?? 0;
-        n[x]++;
-      });
-      let known = 0;
-      return sum.map((value, x) => (known = n[x] ? value / n[x] : known)); // a point stands for the ticks up to the next
-    });
-    const most = Math.max(1e-9, ...sums[0], ...sums[1]);
-    sums.forEach((sum, down) => {
-      pen.fillStyle = css(down ? "--minus" : "--plus");
-      pen.globalAlpha = 0.75;
-      sum.forEach((value, x) => value && pen.fillRect(x, middle, 1, ((down ? 1 : -1) * (high / 2 - 1) * Math.sqrt(value)) / Math.sqrt(most)));
-    });
-    pen.globalAlpha = 1;
-    pen.fillStyle = this.lanes.colourOf(name);
-    pen.fillRect(0, top + 1.5, 3, high - 3);
   }
 
   /**
@@ -229,8 +233,9 @@ export class Timeline {
     pen.textAlign = "left";
     for (const { tick, name, species } of this.happened()) {
       const x = at(tick);
-      diamond(pen, x, y, 4, species ? this.lanes.colourOf(species) : css("--ink"), css("--card"));
-      const short = name.length > 26 ? `${name.slice(0, 25)}…` : name;
+      if (x < 0 || x > width) continue;
+      diamond(pen, x, y, 4, species ? this.colourOf(species) : css("--ink"), css("--card"));
+      const short = name.length > 34 ? `${name.slice(0, 33)}…` : name;
       const wide = pen.measureText(short).width;
       const from = Math.min(x - 3, width - wide);
       if (!named || from < free) continue;
@@ -238,24 +243,6 @@ export class Timeline {
       pen.fillStyle = css("--soft");
       pen.fillText(short, from, NAMED - 1);
     }
-  }
-
-  /**
-   * @param {CanvasRenderingContext2D} pen
-   * @param {number[]} bins
-   * @param {number} base
-   * @param {number} reach height of the fullest bin
-   * @param {string} colour
-   * @param {number} width
-   */
-  density(pen, bins, base, reach, colour, width) {
-    const most = bins.reduce((a, b) => Math.max(a, b), 0);
-    if (!most) return;
-    pen.fillStyle = colour;
-    pen.globalAlpha = 0.55;
-    const each = (width - 8) / bins.length;
-    bins.forEach((n, i) => pen.fillRect(4 + i * each, base, Math.max(0.6, each - 0.3), reach * Math.sqrt(n / most)));
-    pen.globalAlpha = 1;
   }
 }
 

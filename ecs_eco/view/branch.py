@@ -1,0 +1,180 @@
+"""A living world beside another one: from a tick of that one on, with a change or without."""
+
+from __future__ import annotations
+
+import json
+import time
+from bisect import bisect_left
+from collections.abc import Callable
+from functools import partial
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
+
+from ecs_eco.checkpoint import freeze as frozen
+from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.engine.section import Use, function_name
+from ecs_eco.runs.requests import repeat_requests, waiting, without
+from ecs_eco.systems.intervene import checked
+from ecs_eco.view.live import Live
+from ecs_eco.view.rerun import near
+from ecs_eco.view.source import Message
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+    from ecs_eco.view.replay import Replay
+    from ecs_eco.view.rewind import Point
+
+Ask = Callable[["World"], None]
+
+
+class Branch:
+    """A world that follows the clock of another: `start` is the tick at which it parts from that one.
+
+    `ask` requests of it what was done to the other before each tick; `change` is the intervention that makes
+    the difference, None for none. `refused` gets what it would not do. Organisms with uids below `common`
+    were born before the worlds parted.
+    """
+
+    def __init__(self, live: Live, start: int, change: Message | None, ask: Ask) -> None:
+        self.live, self.start, self.change, self._ask = live, start, change, ask
+        self.refused, self.common = list[str](), int(live.world.next_uid)
+        live.ring.used = True
+        live.world.before_tick.append(self._before)
+
+    @property
+    def tick(self) -> int:
+        """The next tick of its world."""
+        return self.live.world.tick
+
+    @property
+    def first(self) -> int:
+        """The first tick to which it can go back."""
+        first = self.live.ring.first
+        return self.tick if self.live.ring.why or first is None else max(self.start, first)
+
+    def follow(self, tick: int, seconds: float, sampled: Callable[[int], bool] = lambda tick: False) -> bool:
+        """Let ticks pass up to `tick`, for about so many seconds at most; return whether it is there.
+
+        `sampled(tick)` says at which ticks after the start a point of the curves is wanted.
+        """
+        until, world = time.monotonic() + seconds, self.live.world
+        while world.tick < tick:
+            if sampled(world.tick):
+                self.sample()
+            world.run(1)
+            if time.monotonic() > until:
+                break
+        return world.tick >= tick
+
+    def back(self, tick: int) -> None:
+        """Go back to a tick, or to the start where that is later; ValueError where it cannot."""
+        if self.tick > (tick := max(tick, self.start)):
+            self.live.handle({"kind": "seek", "tick": tick})
+
+    def sample(self) -> None:
+        """Note a point of the curves, once a tick, from the start on."""
+        ticks = self.live.curves.ticks
+        if self.tick >= self.start and (not ticks or ticks[-1] < self.tick):
+            self.live.sample()
+
+    def _before(self) -> None:
+        world = self.live.world
+        if not self.live.ring.busy:
+            self.live.ring.look()
+        self.live.passed()
+        if world.tick <= self.start:
+            self.common = int(world.next_uid)
+        try:
+            self._ask(world)
+        except (ValueError, RuntimeError) as error:
+            self.refused.append(str(error))
+        if self.change is not None and world.tick == self.start:
+            world.intervene(self.change)
+
+
+def of_living(live: Live, tick: int, change: Message | None) -> Branch:
+    """Return a branch of a living world from a tick, now or one that is kept.
+
+    Raises ValueError for a tick that is not, and for a change that does not fit; CheckpointError for a world
+    that cannot be copied. The living world stays as it is.
+    """
+    world, now = live.world, live.world.tick
+    if world.config is None:
+        raise CheckpointError("what if: this world was made by hand; only one from a world file is copied")
+    if tick > now:
+        raise ValueError(f"what if: tick = {tick}; the world has not come there: it is at {now}")
+    check(world, change)
+    if tick == now:
+        meta, arrays = frozen.freeze(world, recording=False)
+        made = _made(world, world.config, meta, {name: array.copy() for name, array in arrays.items()})
+    else:
+        point = _nearest(live, tick)
+        made = _made(world, point.config, point.meta, point.arrays)
+    return Branch(Live(made), tick, change, partial(as_done_to, live))
+
+
+def of_recorded(replay: Replay, change: Message | None) -> Branch:
+    """Return a branch of a recorded run from the end of the tick that it shows; it may have to be run up to
+    there first. Raises CheckpointError, RecordingError or ConfigError for a run that cannot be run here."""
+    manifest, start = replay.recording.manifest, replay.tick + 1
+    if replay.done:
+        raise ValueError("what if: this is the last tick that was recorded; go to an earlier one")
+    world = near(replay.recording.path, manifest, start)
+    check(world, change)
+    return Branch(Live(world), start, change, partial(repeat_requests, manifest=manifest))
+
+
+def check(world: World, change: Message | None) -> None:
+    """Raise ConfigError or ValueError for a change that this world would refuse."""
+    if change is not None:
+        if not isinstance(change, dict):
+            raise ValueError("what if: `what` is no intervention; see [[interventions]] of a world file")
+        checked(world, change, waiting(world))
+
+
+def kept(live: Live) -> int:
+    """Return the first tick from which a living world can be branched."""
+    first = live.ring.first
+    return live.tick if live.ring.why or first is None else first
+
+
+def _nearest(live: Live, tick: int) -> Point:
+    points = [] if live.ring.why else [point for point in live.ring.points if point.tick <= tick]
+    if not points:
+        raise ValueError(f"what if: tick {tick:,} is no longer kept; "
+                         f"allowed: {kept(live):,} to {live.tick:,}")
+    return points[-1]
+
+
+def _made(world: World, config: Any, meta: dict[str, Any], arrays: dict[str, Any]) -> Any:
+    """Return another world in a frozen state of this one."""
+    if handed := [s for s in config.systems if not isinstance(s, str | type | Use)]:
+        raise CheckpointError(f"what if: the system {function_name(handed[0])} was handed to this world as "
+                              "an instance, and an instance is of one world")
+    where, meta = f"what if of the world {world.name!r}", json.loads(json.dumps(meta))
+    made = frozen.thaw(type(world), meta, world.threads, config, (), where)
+    made.reporters = {**world.reporters, **made.reporters}
+    frozen.load(made, meta, arrays, where)
+    return made
+
+
+def as_done_to(live: Live, world: World) -> None:
+    """Request of a world what was done by hand to the living one in the tick that comes next, and does not
+    wait already; the living one has passed that tick."""
+    done = live.world.intervened
+    begin = bisect_left(done, world.tick, key=itemgetter(0))
+    if begin == len(done) or done[begin][0] != world.tick:
+        return
+    for what in without(by_hand(live.world, world.tick, world.tick + 1), waiting(world)):
+        world.intervene({key: value for key, value in what.items() if key != "at"})
+
+
+def by_hand(world: World, first: int, end: int) -> list[Message]:
+    """Return the interventions that were carried out in ticks from `first` to before `end` and that its world
+    file does not plan, as in a world file."""
+    plan = () if world.config is None else world.config.interventions
+    out: list[Message] = []
+    for tick in dict.fromkeys(tick for tick, _ in world.intervened if first <= tick < end):
+        done = [what for when, what in world.intervened if when == tick]
+        out += without(done, [one.once(tick) for one in plan if one.due(tick)])
+    return out

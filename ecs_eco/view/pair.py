@@ -1,0 +1,244 @@
+"""Two worlds as one source: a world, and beside it what would be if, or another world altogether.
+
+The first is the one whose page it is: its clock, its charts, its organisms. The second follows that clock, in
+the same thread. Of it pages get the frame, behind that of the first, and messages "beside".
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+from ecs_eco.view.fork import choices, fork, forks
+from ecs_eco.view.live import Live
+from ecs_eco.view.picker import Picker, reason
+from ecs_eco.view.recipe import Start
+from ecs_eco.view.second import Second, beside
+from ecs_eco.view.source import Message, Source
+
+if TYPE_CHECKING:
+    from ecs_eco.view.player import Player
+
+SLICE = 0.05  # [s] that the second runs on end to come up with the first, before pages are served again
+ALONE = 0.2  # [s] the same, while time stands still for the first
+WORDS = 0.25  # [s] from one sentence to the next
+
+
+class Pair:
+    """A source, and beside it a second one where somebody wants it; see `ecs_eco.view.source.Source`.
+
+    `start` says how a living world began, for the command that has a branch of it again; `picker` what may be
+    begun in its place. `attend(player)` is to be called before `run`.
+    """
+
+    def __init__(self, first: Source, second: Source | None = None, names: tuple[str, str] = ("", ""),
+                 start: Start | None = None, picker: Picker | None = None) -> None:
+        self.first, self.begun, self.picker = first, start, picker
+        self._why = reason(first, second)
+        self.player: Player | None = None
+        self.second: Second | None = None if second is None else beside(first, second, names)
+        self._told: list[Message] = []  # messages for all pages
+        self._said_at, self._said_tick = -math.inf, -1
+
+    def attend(self, player: Player) -> Player:
+        """Take note of the player, which serves pages while the second world comes up."""
+        self.player = player
+        return player
+
+    # --- what is of the first alone -------------------------------------------------------------------------
+
+    @property
+    def tick(self) -> int:
+        """The tick that is shown."""
+        return self.first.tick
+
+    @property
+    def done(self) -> bool:
+        """Whether this is the last tick."""
+        return self.first.done
+
+    def counts(self) -> dict[str, int]:
+        """Return the numbers in the first world."""
+        return self.first.counts()
+
+    def fates(self, after: int) -> Sequence[Sequence[float]]:
+        """Return deaths in the first world."""
+        return self.first.fates(after)
+
+    def field(self, name: str) -> Message:
+        """Return the map of a field of the first world."""
+        return self.first.field(name)
+
+    def scales(self, colour: str) -> dict[str, tuple[float, float]]:
+        """Return the scales of colours, which both share."""
+        return self.first.scales(colour)
+
+    def series(self, after: int) -> Message | None:
+        """Return points of the first world; those of the second are news."""
+        return self.first.series(after)
+
+    def organism(self, uid: int) -> Message:
+        """Return an organism of the first world; beside a second one, with the name of its world."""
+        state = self.first.organism(uid)
+        return state if self.second is None else self.second.labelled(state, second=False)
+
+    # --- both -----------------------------------------------------------------------------------------------
+
+    def run(self, turn: Callable[[], bool]) -> None:
+        """Let time pass in both."""
+        def both() -> bool:
+            go = turn()
+            while go and self._behind():  # the tick that is due waits for the second world
+                self._come_up()
+                go = self.player is None or self.player.attend()
+            return go
+
+        self.first.run(both)
+
+    def hello(self) -> Message:
+        """Return the first message, which says whether there can be a branch, and what may be begun anew."""
+        begins = {"why": self._why} if self.picker is None else self.picker.offered()
+        return self.first.hello() | {"forks": forks(self.first), "begins": begins}
+
+    def greeting(self) -> list[Message]:
+        """Return what a new page needs of both."""
+        own = [self._marked(message) for message in self.first.greeting()]
+        return own if self.second is None else [*own, *self.second.greeting(), self._sentence()]
+
+    def news(self) -> list[Message]:
+        """Return what is new in either, and let the second come up while nothing else happens."""
+        if self._behind():
+            self._come_up(ALONE)
+        out = [self._marked(message) for message in self.first.news()]
+        out, self._told = [*self._told, *out], []
+        if self.second is None:
+            return out
+        out += self.second.news()
+        now = time.monotonic()
+        if self.second.tick != self._said_tick and now >= self._said_at + WORDS:
+            out.append(self._sentence())
+        return out
+
+    def passed(self) -> None:
+        """Let the second world pass the tick that the first has passed."""
+        self.first.passed()
+        if self.second is not None:
+            self._come_up()
+
+    def frame(self, number: int, colour: str) -> bytes:
+        """Return the frames of both, one behind the other; of the first alone while the second has no state
+        of this tick."""
+        frame = self.first.frame(number, colour)
+        if self.second is None or not self.second.there:
+            return frame
+        return frame + self.second.frame(number, colour)
+
+    def sample(self) -> None:
+        """Note a point of both."""
+        self.first.sample()
+        if self.second is not None:
+            self.second.sample()
+
+    def handle(self, request: Message) -> list[Message]:
+        """Make or close a branch; let the first carry out all else, and the second come along."""
+        if request["kind"] == "whatif":
+            return self._whatif(request)
+        if request["kind"] == "begin":
+            if self.picker is None:
+                raise ValueError(f"begin: {self._why}")
+            return [self.picker.ask(request)]
+        if request["kind"] == "params":
+            return [choices(self.first)]
+        if self.second is not None and request["kind"] in ("fill", "tree") and request.get("second"):
+            return self.second.tell(request)
+        if self.second is None or not isinstance(self.first, Live):
+            return self.first.handle(request)
+        if request["kind"] == "act" and self.second.forked and self.tick < self.second.start:
+            raise ValueError(f"act: the worlds part at tick {self.second.start:,}; "
+                             "go there, or close the other one, to change what comes before")
+        return self._seek(request) if request["kind"] == "seek" else self.first.handle(request)
+
+    # --- the second -----------------------------------------------------------------------------------------
+
+    def _whatif(self, request: Message) -> list[Message]:
+        if request.get("close"):
+            return self._close("The worlds side by side are closed; the original goes on.")
+        tick, change = request.get("tick"), request.get("what")
+        if tick is not None and (isinstance(tick, bool) or not isinstance(tick, int)):
+            raise ValueError(f"what if: tick = {str(tick)[:60]}; allowed: a whole number")
+        try:
+            made = fork(self.first, tick, change, self.begun)
+        except (CheckpointError, ConfigError, RecordingError, ValueError, RuntimeError, OSError) as error:
+            problems = error.problems if isinstance(error, ConfigError) else []
+            field = ".".join(map(str, problems[0].key)) if problems else ""
+            return [_said("error", str(error), "whatif") | ({"at": field} if field else {})]
+        self._close("")
+        self.second = made
+        self._show([*made.greeting(), self._sentence(), *self._marks()])
+        return [_said("info", f"forked at tick {made.start:,}: {made.told['change']}", "whatif")]
+
+    def _close(self, why: str, level: str = "info") -> list[Message]:
+        if self.second is None:
+            return []
+        self.second = None
+        self._show([{"kind": "beside", "closed": why}, *self._marks()])
+        return [_said(level, why, "whatif")] if why else []
+
+    def _show(self, messages: list[Message]) -> None:
+        """Send messages to all pages, and the frame of this tick again."""
+        self._told += messages
+        if self.player is not None:
+            self.player.again()
+
+    def _seek(self, request: Message) -> list[Message]:
+        """Go back in both, no further than both can."""
+        assert self.second is not None
+        tick = request.get("tick")
+        if isinstance(tick, int | float) and math.isfinite(tick) and tick > self.second.start:
+            request = request | {"tick": max(round(tick), self.second.first)}
+        answers = self.first.handle(request)
+        self.second.back()
+        self._said_tick = -1
+        return answers
+
+    def _behind(self) -> bool:
+        return self.second is not None and not self.second.there and self.second.comes
+
+    def _come_up(self, seconds: float = SLICE) -> None:
+        """Let the second world run on for a moment, up to the first; close it where it fails."""
+        second = self.second
+        if second is None:
+            return
+        was = second.there
+        try:
+            second.follow(seconds)
+        except KeyboardInterrupt:
+            raise
+        except Exception as error:
+            self._close("")
+            self._told.append(_said("error", f"the other world stopped: {error}", "whatif"))
+            return
+        self._told += [_said("warning", f"the other world: {text}", "act") for text in second.refusals()]
+        if second.there and not was and self.player is not None:
+            self.player.again()
+
+    def _sentence(self) -> Message:
+        assert self.second is not None
+        self._said_at, self._said_tick = time.monotonic(), self.second.tick
+        return self.second.sentence()
+
+    def _marks(self) -> list[Message]:
+        return [self._marked(message) for message in self.first.greeting() if message["kind"] == "marks"]
+
+    def _marked(self, message: Message) -> Message:
+        """Return the marks with that of the branch: when it was made, and what was changed."""
+        if message["kind"] != "marks" or self.second is None or self.second.mark is None:
+            return message
+        return message | {"interventions": [*message["interventions"], self.second.mark]}
+
+
+def _said(level: str, text: str, field: str) -> Message:
+    return {"kind": "said", "level": level, "text": text, "field": field}

@@ -1,0 +1,253 @@
+"""The second of two worlds side by side: it follows the clock of the first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any, Protocol
+
+from ecs_eco.view.branch import Branch, as_done_to
+from ecs_eco.view.families import asked
+from ecs_eco.view.live import Live
+from ecs_eco.view.replay import Replay
+from ecs_eco.view.source import Message, Source
+from ecs_eco.view.versus import Side, differences, side
+
+
+class Follower(Protocol):
+    """What lets a world follow a clock: a branch, or a recording."""
+
+    start: int
+    refused: list[str]
+    common: int
+
+    @property
+    def tick(self) -> int:
+        """Its own tick."""
+
+    @property
+    def first(self) -> int:
+        """The first tick to which it can go back."""
+
+    def follow(self, tick: int, seconds: float, sampled: Callable[[int], bool]) -> bool:
+        """Go on to a tick, for about so many seconds at most; return whether it is there."""
+
+    def back(self, tick: int) -> None:
+        """Go back to a tick."""
+
+    def sample(self) -> None:
+        """Note a point of the curves."""
+
+
+class Shown:
+    """A recorded run that follows a clock."""
+
+    def __init__(self, replay: Replay) -> None:
+        self.replay, self.refused, self.common = replay, list[str](), 0
+        self.start = self.first = replay.recording.first
+
+    @property
+    def tick(self) -> int:
+        """The tick that is shown."""
+        return self.replay.tick
+
+    def follow(self, tick: int, seconds: float, sampled: Callable[[int], bool]) -> bool:
+        """Show a tick, or the last one."""
+        self.back(tick)
+        return True
+
+    def back(self, tick: int) -> None:
+        """Show a tick."""
+        self.replay.handle({"kind": "seek", "tick": tick})
+
+    def sample(self) -> None:
+        """Do nothing: the series were recorded."""
+
+
+class Second:
+    """A source beside the `first` one. `told` is what pages have to know of it: names, tick of the fork and
+    change, and how to have it again; `ticks` are the first one's, all of them."""
+
+    def __init__(self, first: Source, source: Source, follower: Follower, told: Message) -> None:
+        self.of, self.source, self.follower, self.told = first, source, follower, told
+        # a living world's tick is the next one, a recording's the last one
+        self.shift = int(isinstance(source, Live)) - int(isinstance(first, Live))
+        self._sent, self._fated = -1, -1
+        if isinstance(first, Live | Replay) and isinstance(source, Live | Replay):
+            source.ranges = first.ranges  # a colour means the same in both
+
+    @property
+    def start(self) -> int:
+        """The first tick of the first world's clock that it has."""
+        return self.follower.start - self.shift
+
+    @property
+    def first(self) -> int:
+        """The first tick of that clock to which it can go back."""
+        return self.follower.first - self.shift
+
+    @property
+    def tick(self) -> int:
+        """Where it is on that clock."""
+        return self.follower.tick - self.shift
+
+    @property
+    def forked(self) -> bool:
+        """Whether it is a branch of the first."""
+        return self.told["at"] is not None
+
+    @property
+    def mark(self) -> Message | None:
+        """The entry in the log of interventions: when it was forked, and what was changed."""
+        if not self.forked:
+            return None
+        return {"tick": self.start, "text": f"what if: {self.told['change']}"}
+
+    @property
+    def comes(self) -> bool:
+        """Whether it has to go on, or back, to come to where the first is, and can."""
+        target = self._target()
+        back = self.follower.first <= target < self.follower.tick
+        return self.of.tick >= self.start and (self.follower.tick < target or back)
+
+    @property
+    def there(self) -> bool:
+        """Whether it has a state of the tick at which the first is."""
+        return self.follower.tick == self._target() and self.of.tick >= self.start
+
+    def _target(self) -> int:
+        tick = self.of.tick + self.shift
+        return min(tick, self.source.recording.last) if isinstance(self.source, Replay) else tick
+
+    def follow(self, seconds: float) -> None:
+        """Go on to where the first is, for about so many seconds at most; or back."""
+        if self.comes and self.follower.tick > self._target():
+            self.back()
+        elif self.comes:
+            self.follower.follow(self._target(), seconds, self._sampled)
+
+    def back(self) -> None:
+        """Go back to where the first is, as far as there is anything."""
+        self.follower.back(max(self._target(), self.follower.start))
+        self._sent = min(self._sent, self.follower.tick - 1)
+        self._fated = -1
+
+    def _sampled(self, tick: int) -> bool:
+        """Whether the first has a point of its curves at a tick of this one."""
+        if isinstance(self.of, Live):
+            return tick in self.of.curves.ticks
+        return isinstance(self.of, Replay) and tick - self.shift in self.of.recording.curves["tick"]
+
+    # --- what pages get -------------------------------------------------------------------------------------
+
+    def frame(self, number: int, colour: str) -> bytes:
+        """Return its frame."""
+        known, of = self.source.hello()["colours"], asked(colour)
+        shown = colour in known if of is None else self.shares(of)
+        return self.source.frame(number, colour if shown else "species")
+
+    def sample(self) -> None:
+        """Note a point of its curves, where the first notes one."""
+        if self.there:
+            self.follower.sample()
+
+    def greeting(self) -> list[Message]:
+        """Return what a new page needs to know."""
+        hello = self.source.hello()
+        marks = [message for message in self.source.greeting() if message["kind"] == "marks"]
+        return [{"kind": "beside", "hello": hello, **self.told}, *self._points(-1), *map(_wrapped, marks)]
+
+    def news(self) -> list[Message]:
+        """Return new points of its curves, marks, and deaths."""
+        out = [_wrapped(message) if message["kind"] == "marks" else self.passed_on(message)
+               for message in self.source.news() if message["kind"] in ("marks", "said", "organism")]
+        points = self._points(self._sent)
+        if points:
+            self._sent = points[0]["series"]["tick"][-1] + self.shift
+        if self.there and self._fated != self.follower.tick:
+            fates = self.source.fates(self._fated if self._fated < self.follower.tick else -1)
+            self._fated = self.follower.tick
+            out += [{"kind": "beside", "fates": fates}] if fates else []
+        return [*out, *points]
+
+    def _points(self, after: int) -> list[Message]:
+        series = self.source.series(after)
+        if series is None:
+            return []
+        ticks = [tick - self.shift for tick in series["tick"]]
+        return [{"kind": "beside", "series": series | {"tick": ticks}}]
+
+    def organism(self, uid: int) -> Message:
+        """Return one of its organisms, living or dead; KeyError for an unknown one."""
+        return self.labelled(self.source.organism(uid), second=True)
+
+    def tell(self, request: Message) -> list[Message]:
+        """Let it fill in what was not recorded around the tick that it shows, or tell a family tree."""
+        return [self.passed_on(message) for message in self.source.handle(request)]
+
+    def passed_on(self, message: Message) -> Message:
+        """Return a message of its own as one for pages."""
+        return self.labelled(message, second=True) if message["kind"] in ("organism", "tree") else message
+
+    def labelled(self, message: Message, second: bool) -> Message:
+        """Return a message about an organism with the name of its world, whether that is the second one, and
+        whether both have the organism, as it was born before they parted."""
+        both = {"both": self.shares(message["uid"])} if self.forked else {}
+        return message | {"world": self.told["names"][second], "second": second} | both
+
+    def shares(self, uid: int) -> bool:
+        """Whether an organism was born before the worlds parted."""
+        return self.forked and uid < self.follower.common
+
+    def refusals(self) -> list[str]:
+        """Return what it would not do that was done to the first, since the last call."""
+        out, self.follower.refused = self.follower.refused, []
+        return out
+
+    def sentence(self) -> Message:
+        """Return numbers, and what differs by now."""
+        tick = self.of.tick
+        n = self.source.counts()
+        if self.there:
+            since = self.start if self.forked else None
+            told = differences(self._animals_first(), _side(self.of), _side(self.source), since, tick)
+        elif tick < self.start:
+            told = {"text": f"It parts from the original at tick {self.start:,}.", "clauses": {}}
+        elif self.comes:
+            told = {"text": f"It comes up: tick {self.tick:,} of {tick:,}.", "clauses": {}}
+        else:
+            told = {"text": f"It is kept from tick {self.first:,} on.", "clauses": {}}
+        return {"kind": "beside", "state": {"tick": self.tick, "there": self.there, "n": n, **told}}
+
+    def _animals_first(self) -> list[str]:
+        kinds = self.of.hello()["species"]
+        return [kind["name"] for kind in sorted(kinds, key=lambda kind: not kind["moves"])]
+
+
+def beside(first: Source, second: Source, names: tuple[str, str]) -> Second:
+    """Return another world beside the first; what is done to a living first one is done to a living second
+    one, too."""
+    told = {"at": None, "change": "", "names": list(names), "recipe": None}
+    if isinstance(second, Live):
+        ask = partial(as_done_to, first) if isinstance(first, Live) else _nothing
+        return Second(first, second, Branch(second, second.tick, None, ask), told)
+    assert isinstance(second, Replay)
+    return Second(first, second, Shown(second), told)
+
+
+def _nothing(world: Any) -> None:
+    """Ask nothing."""
+
+
+def _side(source: Source) -> Side:
+    entries: Sequence[Mapping[str, Any]] = []
+    if isinstance(source, Live):
+        entries = source.tally.story.entries
+    elif isinstance(source, Replay):
+        entries = source.past.entries
+    kinds = {kind["name"] for kind in source.hello()["species"]}
+    return side({name: n for name, n in source.counts().items() if name in kinds}, entries, source.tick)
+
+
+def _wrapped(message: Message) -> Message:
+    return {"kind": "beside", "marks": message}

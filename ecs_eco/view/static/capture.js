@@ -1,0 +1,64 @@
+// Pictures and videos of the scene, as they are on the screen, saved as files.
+
+import { $, h } from "./dom.js";
+import { save, slug } from "./save.js";
+import { css } from "./theme.js";
+
+const [RATE, KIND] = [30, "video/webm"]; // pictures a second
+
+/**
+ * Adds the buttons; the scene has its `onrender` already.
+ * @param {import("./stage.js").Stage} stage
+ * @param {import("./protocol.js").Hello} hello
+ */
+export function capture(stage, hello) {
+  const name = () => `${slug(hello.world)}-tick-${stage.tick}`;
+  /** @type {MediaRecorder | null} */
+  let film = null;
+  const sheet = h("canvas");
+  const told = stage.onrender;
+  stage.onrender = () => {
+    told();
+    if (film) paint(stage, sheet);
+  };
+  const still = h("button", { type: "button", text: "Picture", title: "Save a picture of the scene", onclick: () => {
+    stage.renderer.render(stage.scene, stage.eye.camera); // what was drawn before is gone by now
+    paint(stage, sheet);
+    sheet.toBlob((blob) => blob && save(`${name()}.png`, blob));
+  } });
+  const moving = h("button", { type: "button", "aria-pressed": "false", text: "Video", title: "Film the scene; a second click saves it", onclick: () => {
+    if (film) return film.stop();
+    stage.renderer.render(stage.scene, stage.eye.camera);
+    paint(stage, sheet);
+    film = new MediaRecorder(sheet.captureStream(RATE), { mimeType: KIND });
+    /** @type {Blob[]} */
+    const parts = [];
+    film.ondataavailable = ({ data }) => parts.push(data);
+    film.onstop = () => {
+      film = null;
+      moving.setAttribute("aria-pressed", "false");
+      save(`${name()}.webm`, new Blob(parts, { type: KIND }));
+    };
+    film.start(1000);
+    moving.setAttribute("aria-pressed", "true");
+  } });
+  const films = typeof MediaRecorder !== "undefined" && MediaRecorder.isTypeSupported(KIND);
+  $("cameras").append(h("div", { class: "segments small", role: "group", "aria-label": "Save the scene" }, still, films && moving));
+}
+
+/**
+ * Copies the sky, the scene and what is drawn over it; right after the scene was drawn.
+ * @param {import("./stage.js").Stage} stage
+ * @param {HTMLCanvasElement} sheet
+ */
+function paint(stage, sheet) {
+  const { width, height } = stage.canvas;
+  if (sheet.width !== width || sheet.height !== height) [sheet.width, sheet.height] = [width, height];
+  const pen = sheet.getContext("2d");
+  if (!pen) return;
+  const sky = pen.createLinearGradient(0, 0, 0, height), root = getComputedStyle($("stage"));
+  ["high", "low"].forEach((end, i) => sky.addColorStop(i, root.getPropertyValue(`--sky-${end}`).trim() || css(`--sky-day-${end}`)));
+  pen.fillStyle = sky;
+  pen.fillRect(0, 0, width, height);
+  for (const layer of [stage.canvas, /** @type {HTMLCanvasElement} */ ($("over"))]) if (layer.width) pen.drawImage(layer, 0, 0, width, height);
+}

@@ -1,0 +1,25 @@
+// Classroom mode: large words and few controls, for a page that many look at.
+
+import { $, h } from "./dom.js";
+
+const KEPT = "ecs-eco-classroom"; // in localStorage: whether it is on
+
+/** Adds the button, and takes up what was chosen before. */
+export function classroom() {
+  const button = h("button", { id: "classroom", class: "icon", type: "button", text: "Aa", title: "Classroom: large words, few controls", "aria-label": "Classroom: large words, few controls", onclick: () => turn(!document.documentElement.hasAttribute("data-classroom")) });
+  const turn = (/** @type {boolean} */ on) => {
+    document.documentElement.toggleAttribute("data-classroom", on);
+    button.setAttribute("aria-pressed", String(on));
+    if (on && ["tab-all", "tab-act"].some((id) => $(id).getAttribute("aria-selected") === "true")) $("tab-charts").click();
+    try {
+      localStorage.setItem(KEPT, on ? "on" : "off");
+    } catch {} // private windows may forbid it
+    window.dispatchEvent(new Event("resize"));
+  };
+  $("theme").before(button);
+  try {
+    turn(localStorage.getItem(KEPT) === "on");
+  } catch {
+    turn(false);
+  }
+}

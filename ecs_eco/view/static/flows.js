@@ -1,0 +1,262 @@
+// Who eats how much of whom: a band from each that is eaten to each that eats it, as wide as the energy, or the number, of the stretch that the charts show.
+
+import { h, number, s } from "./dom.js";
+import { kindsOf } from "./marks.js";
+import { drawing, saves } from "./save.js";
+import { css } from "./theme.js";
+import { levels } from "./world.js";
+
+/** @typedef {import("./charts.js").Charts} Charts */
+/** @typedef {{from: string, to: string, energy: number, meals: number | null}} Meal */
+/** @typedef {{name: string, level: number, colour: string, light: number, other: number, burnt: number, dead: number, died: number, given: number}} Node what each does in a tick */
+
+const KEPT = "ecs-eco-flows"; // in localStorage: energy or numbers
+const UNITS = [["energy", "energy a tick"], ["meals", "organisms eaten a tick"]];
+const [BAR, TOP, GAP, STUB, TALL] = [9, 18, 24, 30, 76]; // [px] of the drawing
+const THIN = 1.2; // [px] of a band that is there at all
+
+export class Flows {
+  /** @param {Charts} charts */
+  constructor(charts) {
+    this.charts = charts;
+    this.unit = recalled();
+    /** @type {HTMLElement | null} where it stands; null where it is not shown */
+    this.place = null;
+    this.root = h("div");
+    this.wide = 0; // [px] of the last drawing
+    new ResizeObserver(() => this.place && this.place.clientWidth !== this.wide && this.draw()).observe(this.root);
+  }
+
+  /** Whether this world has what it shows: somebody eats, and what is eaten is known. */
+  has() {
+    return Object.values(this.charts.hello.foods ?? {}).some((foods) => foods.length) && Object.keys(this.charts.lines.flows).length > 0;
+  }
+
+  /** Builds its frame, or takes it away. @param {boolean} shown */
+  rebuild(shown) {
+    this.place = null;
+    this.root.replaceChildren();
+    if (!shown) return;
+    const choice = h("select", { class: "input", "aria-label": "Bands are as wide as", onchange: () => {
+      this.unit = choice.value;
+      remember(this.unit);
+      this.draw();
+    } }, ...UNITS.map(([value, text]) => h("option", { value, text, selected: value === this.unit })));
+    this.place = h("div", { class: "flows" });
+    this.table = h("tbody");
+    this.about = h("p", { class: "about" });
+    this.keys = h("span", { class: "row" });
+    const heads = ["from", "to", "energy a tick", "organisms a tick"].map((text) => h("th", { scope: "col", text }));
+    const numbers = h("details", {}, h("summary", { text: "as a table" }), h("table", { class: "all" }, h("thead", {}, h("tr", {}, ...heads)), this.table));
+    this.root.append(h("div", { class: "chart" },
+      h("div", { class: "chart-head" }, h("h2", { text: "Who eats whom" }), choice, this.keys, h("span", { class: "grow" }),
+        saves("Who eats whom", () => this.csv(), () => undefined)[0], drawing("Who eats whom", () => this.place?.querySelector("svg"))),
+      this.place, this.about, numbers));
+    this.draw();
+  }
+
+  /** Means a tick over the stretch that the charts show. @param {(number | null)[] | undefined} line rates since the point before */
+  mean(line) {
+    const { ticks } = this.charts, [from, to] = this.charts.range();
+    let sum = 0, span = 0;
+    for (let i = 1; line && i < line.length; i++) {
+      const value = line[i], length = ticks[i] - ticks[i - 1];
+      if (value === null || ticks[i] <= from || ticks[i] > to) continue;
+      sum += value * length;
+      span += length;
+    }
+    return span ? sum / span : null;
+  }
+
+  /** What each eats: what it gains by, and all else that it has eaten. @returns {Record<string, string[]>} */
+  foods() {
+    /** @type {Record<string, Set<string>>} */
+    const foods = Object.fromEntries(Object.entries(this.charts.hello.foods ?? {}).map(([eater, all]) => [eater, new Set(all)]));
+    for (const key of Object.keys(this.charts.lines.causes)) {
+      const [food, eater] = key.split(": eaten by ");
+      if (eater) (foods[eater] ??= new Set()).add(food);
+    }
+    return Object.fromEntries(Object.entries(foods).map(([eater, all]) => [eater, [...all]]));
+  }
+
+  /** Who there is, and what went from whom to whom. @returns {{nodes: Node[], meals: Meal[]}} */
+  found() {
+    const { charts } = this, foods = this.foods();
+    const eaten = new Set(Object.values(foods).flat());
+    const kinds = kindsOf(charts.hello).filter(({ name, inanimate }) => !charts.away.has(name) && (eaten.has(name) || (!inanimate && foods[name]?.length)));
+    const names = kinds.map(({ name }) => name), level = levels(names, foods);
+    const flow = (/** @type {string} */ name, /** @type {string} */ what) => this.mean(charts.lines.flows[`${name}: ${what}`]);
+    const meals = names.flatMap((to) => names.filter((food) => foods[to]?.includes(food)).map((from) => ({
+      from, to, energy: flow(to, `eaten: ${from}`) ?? 0, meals: this.mean(charts.lines.causes[`${from}: eaten by ${to}`]),
+    })));
+    const nodes = names.map((name) => {
+      const all = meals.filter(({ to }) => to === name).reduce((sum, { energy }) => sum + energy, 0);
+      const passed = meals.filter(({ from }) => from === name).reduce((sum, { energy }) => sum + Math.max(0, energy), 0);
+      const taken = flow(name, "taken in") ?? 0, rest = Math.max(0, taken - all) > 1e-6 * Math.max(taken, 1e-9) ? taken - all : 0;
+      const died = Object.keys(charts.lines.causes).filter((key) => key.startsWith(`${name}: `) && !key.includes(": eaten by "));
+      return { name, level: level[name], colour: charts.colourOf(name), light: foods[name]?.length ? 0 : rest, other: foods[name]?.length ? rest : 0,
+        burnt: flow(name, "burnt") ?? 0, given: flow(name, "given") ?? 0, dead: Math.max(0, (flow(name, "lost") ?? 0) - passed),
+        died: died.reduce((sum, key) => sum + (this.mean(charts.lines.causes[key]) ?? 0), 0) };
+    });
+    return { nodes, meals };
+  }
+
+  draw() {
+    if (!this.place?.isConnected) return;
+    const { nodes, meals } = this.found();
+    const [from, to] = this.charts.range().map(Math.round);
+    const now = this.charts.ticks[this.charts.ticks.length - 1] ?? 0;
+    const words = sentences(nodes, meals);
+    this.wide = this.place.clientWidth;
+    const svg = picture(nodes, meals, this.unit === "energy", Math.max(260, this.wide || 300));
+    svg.setAttribute("aria-label", `Who eats whom, ticks ${from} to ${Math.min(to, now)}: ${words.join("; ") || "nobody has eaten anybody"}`);
+    this.place.replaceChildren(svg);
+    const shared = this.charts.shared ? " This record does not say what each food gave: energy is shared among foods by number." : "";
+    if (this.about) this.about.textContent = `Means of ticks ${number(Math.max(0, from))} to ${number(Math.min(to, now))}; energy is what eaters gained.${shared}`;
+    this.keys?.replaceChildren(...keysOf(nodes, meals, this.unit === "energy"));
+    this.table?.replaceChildren(...rows(nodes, meals).map((row) => h("tr", {}, ...row.map((cell, i) => (i < 2 ? h("th", { scope: "row", text: cell }) : h("td", { text: typeof cell === "number" ? number(cell) : cell ?? "–" }))))));
+  }
+
+  /** The numbers, with commas. */
+  csv() {
+    const { nodes, meals } = this.found();
+    return ["from,to,energy a tick,organisms a tick", ...rows(nodes, meals).map((row) => row.map((cell) => cell ?? "").join(","))].join("\n") + "\n";
+  }
+}
+
+/** What is said to who does not see. @param {Node[]} nodes @param {Meal[]} meals */
+function sentences(nodes, meals) {
+  const eats = meals.filter(({ meals: n, energy }) => n || energy).map(({ from, to, energy, meals: n }) => `${to} eats ${n === null ? "" : `${number(n)} `}${from} and gains ${number(energy)} a tick`);
+  return [...nodes.filter(({ light }) => light).map(({ name, light }) => `${name} gains ${number(light)} a tick from light`), ...eats,
+    ...nodes.filter(({ burnt }) => burnt).map(({ name, burnt }) => `${name} burns ${number(burnt)} a tick`)];
+}
+
+/** @param {Node[]} nodes @param {Meal[]} meals @returns {(string | number | null)[][]} */
+function rows(nodes, meals) {
+  return [
+    ...nodes.filter(({ light }) => light).map(({ name, light }) => ["light", name, light, null]),
+    ...nodes.filter(({ other }) => other).map(({ name, other }) => ["parents and reactions", name, other, null]),
+    ...meals.map(({ from, to, energy, meals: n }) => [from, to, energy, n]),
+    ...nodes.flatMap(({ name, burnt, given, dead, died }) => [[name, "burnt", burnt, null], [name, "young", given, null], [name, "dead, not eaten", dead, died]])
+      .filter(([, , energy, n]) => energy || n),
+  ];
+}
+
+/** @param {Node[]} nodes @param {Meal[]} meals @param {boolean} energy */
+function keysOf(nodes, meals, energy) {
+  const key = (/** @type {string} */ fill, /** @type {string} */ text, opacity = 0.9) => h("span", { class: "key" }, s("svg", { viewBox: "0 0 18 8", "aria-hidden": "true" }, s("rect", { width: 18, height: 8, rx: 2, fill, opacity })), text, " ");
+  if (!energy) return nodes.some(({ died }) => died) ? [key(css("--soft"), "died otherwise")] : [];
+  return [nodes.some(({ light }) => light) && key(css("--light"), "light"), nodes.some(({ burnt }) => burnt) && key(css("--soft"), "burnt", 0.35),
+    nodes.some(({ dead }) => dead) && key(css("--soft"), "dead, not eaten"), meals.some((meal) => meal.energy < 0) && key(css("--minus"), "harms who eats it", 0.5)].filter((one) => one !== false);
+}
+
+/**
+ * The drawing: who eats stands to the right of whom it eats.
+ * @param {Node[]} nodes
+ * @param {Meal[]} meals
+ * @param {boolean} energy whether bands are energy; else numbers
+ * @param {number} wide [px]
+ */
+function picture(nodes, meals, energy, wide) {
+  const size = (/** @type {Meal} */ meal) => Math.abs((energy ? meal.energy : meal.meals) ?? 0);
+  const enters = (/** @type {Node} */ node) => (energy ? node.light + node.other : 0);
+  const leaves = (/** @type {Node} */ node) => (energy ? [node.burnt, node.dead] : [0, node.died]);
+  const through = (/** @type {Node} */ node) => Math.max(enters(node) + sum(meals.filter(({ to }) => to === node.name).map(size)), sum(leaves(node)) + sum(meals.filter(({ from }) => from === node.name).map(size)));
+  const columns = [...new Set(nodes.map(({ level }) => level))].sort((a, b) => a - b).map((level) => nodes.filter((node) => node.level === level));
+  const scale = TALL / Math.max(1e-12, ...columns.map((column) => sum(column.map(through))));
+  const left = energy && nodes.some(({ light }) => light) ? STUB : 2;
+  const x = (/** @type {number} */ c) => left + (columns.length > 1 ? ((wide - left - STUB - BAR - 2) * c) / (columns.length - 1) : 0);
+  /** @type {Record<string, {x: number, y: number, high: number, in: number, out: number, column: number}>} */
+  const at = {};
+  columns.forEach((column, c) => {
+    let y = TOP;
+    for (const node of column) {
+      const high = Math.max(3, scale * through(node));
+      at[node.name] = { x: x(c), y, high, in: y, out: y, column: c };
+      y += high + GAP;
+    }
+  });
+  const bottom = Math.max(...Object.values(at).map(({ y, high }) => y + high)) + 6;
+  const root = s("svg", { viewBox: `0 0 ${wide} ${bottom}`, width: wide, height: bottom, role: "img", class: "flow-picture", "font-family": css("--font"), "font-size": 11 });
+  for (const node of nodes) {
+    const place = at[node.name], given = enters(node) * scale;
+    if (given) {
+      root.append(s("rect", { x: place.x - STUB + 2, y: place.in, width: STUB - 2, height: Math.max(THIN, given), fill: css("--light"), opacity: 0.8, "data-light": node.name }, s("title", {}, `${node.name} from ${node.light ? "light" : "parents and reactions"}: ${number(enters(node))} energy a tick`)));
+      place.in += given;
+    }
+  }
+  for (const meal of meals) root.append(band(meal, at, size(meal), scale, nodes, energy));
+  for (const node of nodes) {
+    const place = at[node.name];
+    leaves(node).forEach((value, i) => {
+      const high = value * scale, what = i ? "dead, not eaten" : "burnt";
+      if (value) root.append(s("rect", { x: place.x + BAR, y: place.out, width: STUB - 4, height: Math.max(THIN, high), fill: css("--soft"), opacity: i ? 0.9 : 0.35, "data-loss": `${node.name} ${what}` }, s("title", {}, `${node.name}, ${what}: ${number(value)} a tick`)));
+      place.out += high;
+    });
+    const last = columns.length > 1 && place.column === columns.length - 1;
+    const next = place.column + 1, ends = next === columns.length - 1; // names in the last column end at their bars
+    const room = last || next === columns.length ? Infinity : x(next) - place.x - 8 + (ends ? BAR - Math.max(...columns[next].map(({ name }) => breadth(`${name} 0.00`))) : 0);
+    const given = energy ? enters(node) + sum(meals.filter(({ to }) => to === node.name).map(({ energy: value }) => value)) : sum(meals.filter(({ to }) => to === node.name).map(size));
+    root.append(s("rect", { x: place.x, y: place.y, width: BAR, height: place.high, rx: 2, fill: node.colour, "data-node": node.name }),
+      s("text", { x: last ? place.x + BAR : place.x, y: place.y - 5, "text-anchor": last ? "end" : "start", fill: css("--ink"), class: "flow-name" }, fitting(node.name, given ? ` ${number(given, 2)}` : "", room)));
+  }
+  return root;
+}
+
+/**
+ * A band from who is eaten to who eats; a dashed line where nothing went that way.
+ * @param {Meal} meal
+ * @param {Record<string, {x: number, y: number, high: number, in: number, out: number, column: number}>} at
+ * @param {number} size
+ * @param {number} scale
+ * @param {Node[]} nodes
+ * @param {boolean} energy
+ */
+function band(meal, at, size, scale, nodes, energy) {
+  const [from, to] = [at[meal.from], at[meal.to]], high = Math.max(size * scale, THIN);
+  const [x0, y0, x1, y1] = [from.x + BAR, from.out + high / 2, to.x, to.in + high / 2];
+  const reach = Math.max(24, Math.abs(x1 - x0) / 2);
+  const colour = nodes.find(({ name }) => name === meal.from)?.colour ?? css("--soft");
+  const harms = energy && meal.energy < 0;
+  const d = meal.from === meal.to ? `M${x0},${y0}c26,-22 ${-BAR - 52},-22 ${-BAR - 26 + 26},0` : `M${x0},${y0}C${x0 + reach},${y0} ${x1 - reach},${y1} ${x1},${y1}`;
+  from.out += size * scale;
+  to.in += size * scale;
+  const words = `${meal.to} eats ${meal.meals === null ? "" : `${number(meal.meals)} `}${meal.from} a tick: ${number(meal.energy)} energy`;
+  const drawn = s("path", { d, fill: "none", stroke: harms ? css("--minus") : colour, "stroke-width": high.toFixed(2), "stroke-opacity": size ? 0.5 : 0.9,
+    "stroke-dasharray": size && !harms ? null : "3 3", "data-meal": `${meal.from} ${meal.to}`, "data-size": size }, s("title", {}, words));
+  const other = energy ? meal.meals : meal.energy;
+  if (high < 13 || other === null || Math.abs(x1 - x0) < 70) return drawn;
+  const text = energy ? `${number(other, 2)} eaten` : `${number(other, 2)} energy`;
+  return s("g", {}, drawn, s("text", { x: (x0 + x1) / 2, y: (y0 + y1) / 2 + 4, "text-anchor": "middle", fill: css("--ink"), "pointer-events": "none" }, text));
+}
+
+/** A name with its number, or without, or cut, as there is room [px]. @param {string} name @param {string} amount @param {number} room */
+function fitting(name, amount, room) {
+  const cuts = Array.from({ length: name.length - 3 }, (_, i) => `${name.slice(0, name.length - 1 - i)}…`);
+  return [name + amount, name, ...cuts].find((text) => breadth(text) < room) ?? `${name.slice(0, 2)}…`;
+}
+
+/** Breadth of a bold word [px]. @param {string} text */
+function breadth(text) {
+  const pen = document.createElement("canvas").getContext("2d");
+  if (pen) pen.font = `560 11px ${css("--font")}`;
+  return pen?.measureText(text).width ?? 7 * text.length;
+}
+
+const sum = (/** @type {number[]} */ values) => values.reduce((a, b) => a + b, 0);
+
+/** @returns {string} */
+function recalled() {
+  try {
+    const kept = localStorage.getItem(KEPT);
+    if (UNITS.some(([value]) => value === kept)) return /** @type {string} */ (kept);
+  } catch {} // as if nothing was kept
+  return UNITS[0][0];
+}
+
+/** @param {string} unit */
+function remember(unit) {
+  try {
+    localStorage.setItem(KEPT, unit);
+  } catch {} // private windows may forbid it
+}

@@ -1,0 +1,130 @@
+// The knobs that a world names, as sliders, and what was changed in this page, to be taken back.
+
+import { h, number } from "./dom.js";
+
+/** @typedef {import("./protocol.js").Parameter} Parameter @typedef {import("./protocol.js").Knob} Knob */
+
+/** Parameters as they are now, and what they were before this page changed them. */
+export class Changes {
+  /** @param {(what: Record<string, unknown>, as?: string) => void} send */
+  constructor(send) {
+    this.send = send;
+    /** @type {{key: string, value: unknown}[]} what changed parameters were before, the last one last */
+    this.before = [];
+    /** @type {{key: string, value: unknown} | undefined} the last change, until it is taken back or refused */
+    this.last = undefined;
+    /** @type {Parameter[]} */
+    this.list = [];
+    /** @type {Map<string, unknown>} values that parameters had when this page opened */
+    this.first = new Map();
+    /** @type {(() => void)[]} called when values have changed */
+    this.heard = [];
+  }
+
+  /** @param {Parameter[]} list as the world has them now */
+  offer(list) {
+    this.list = list;
+    for (const { key, value } of list) if (!this.first.has(key)) this.first.set(key, value);
+    this.tell();
+  }
+
+  /** @param {string} key */
+  find(key) {
+    return this.list.find((parameter) => parameter.key === key);
+  }
+
+  /** @param {string} key @param {unknown} value */
+  make(key, value) {
+    const parameter = this.find(key);
+    if (!parameter) return;
+    this.before.push({ key, value: parameter.value });
+    this.set({ [key]: value });
+    this.last = this.before.at(-1);
+  }
+
+  /** Takes the last changes back. @param {number} n @param {string} as */
+  back(n, as) {
+    this.last = undefined;
+    this.set(Object.fromEntries(this.before.splice(-n).reverse().map(({ key, value }) => [key, value])), as);
+  }
+
+  /** The last change was refused: all is as before it. */
+  refused() {
+    const { last } = this, parameter = last && this.find(last.key);
+    if (!parameter || this.before.at(-1) !== last) return;
+    parameter.value = this.before.pop()?.value;
+    this.last = undefined;
+    this.tell();
+  }
+
+  /** @param {Record<string, unknown>} values @param {string} [as] */
+  set(values, as) {
+    for (const [key, value] of Object.entries(values)) {
+      const parameter = this.find(key);
+      if (parameter) parameter.value = value;
+    }
+    this.send({ kind: "set", set: values }, as);
+    this.tell();
+  }
+
+  tell() {
+    for (const listener of this.heard) listener();
+  }
+
+  /** Buttons that take the last change back, and all of them. */
+  buttons() {
+    const undo = h("button", { class: "button", type: "button", text: "Undo", title: "As it was before the last change", disabled: true, onclick: () => this.back(1, "undo") });
+    const reset = h("button", { class: "button", type: "button", text: "Reset all", title: "As it was before the first change", disabled: true, onclick: () => this.back(this.before.length, "reset") });
+    this.heard.push(() => (undo.disabled = reset.disabled = !this.before.length));
+    return [undo, reset];
+  }
+}
+
+/** Sliders of the knobs of a world in a frame of their own, which is hidden where there are none. */
+export class Knobs {
+  /** @param {Changes} changes */
+  constructor(changes) {
+    this.changes = changes;
+    this.list = h("div", { class: "knobs" });
+    this.element = h("fieldset", { hidden: true }, h("legend", { text: "Knobs" }), this.list, h("div", { class: "row" }, ...changes.buttons()));
+    /** @type {{knob: Knob, slider: HTMLInputElement, show: () => void}[]} */
+    this.sliders = [];
+    changes.heard.push(() => this.sliders.forEach(({ show }) => show()));
+  }
+
+  /** @param {Knob[]} knobs */
+  offer(knobs) {
+    this.element.hidden = !knobs.length;
+    if (JSON.stringify(knobs) === JSON.stringify(this.sliders.map(({ knob }) => knob))) return;
+    this.sliders = knobs.map((knob, i) => this.slider(knob, `knob${i}`));
+    for (const { show } of this.sliders) show();
+  }
+
+  /** @param {Knob} knob @param {string} id */
+  slider(knob, id) {
+    if (id === "knob0") this.list.replaceChildren();
+    const { changes } = this, { key, label, unit } = knob;
+    const text = h("output", { for: id }), parameter = () => changes.find(key);
+    const tell = (/** @type {number} */ value) => (text.textContent = `${number(value)}${unit && unit !== "1" ? ` ${unit}` : ""}`);
+    const chosen = () => {
+      const value = Math.min(Number(slider.max), Math.max(Number(slider.min), Number(Number(slider.value).toPrecision(3))));
+      return parameter()?.whole ? Math.round(value) : value;
+    };
+    let sliding = false;
+    const slider = h("input", { type: "range", id, oninput: () => [(sliding = true), tell(chosen())], onchange: () => {
+      sliding = false;
+      if (chosen() !== parameter()?.value) changes.make(key, chosen());
+    } });
+    const reset = h("button", { class: "mini", type: "button", text: "↺", title: "As it was when this page opened", "aria-label": `Reset ${label}`, onclick: () => changes.make(key, changes.first.get(key)) });
+    const show = () => {
+      const value = Number(parameter()?.value), ends = [Math.min(knob.low, value), Math.max(knob.high, value)];
+      if (sliding || Number.isNaN(value)) return;
+      Object.assign(slider, { min: String(ends[0]), max: String(ends[1]), step: parameter()?.whole ? "1" : String((ends[1] - ends[0]) / 200) });
+      slider.value = String(value);
+      tell(value);
+      reset.disabled = changes.first.get(key) === value;
+    };
+    this.list.append(h("label", { for: id, text: label, title: [key, parameter()?.about].filter(Boolean).join(": ") }), text, slider, reset);
+    return { knob, slider, show };
+  }
+}

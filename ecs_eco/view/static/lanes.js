@@ -1,0 +1,96 @@
+// Lanes of the timeline: births above and deaths below, by species; without room for lanes, all together.
+
+import { h } from "./dom.js";
+import { css } from "./theme.js";
+
+/** @typedef {import("./charts.js").Line} Line */
+/** @typedef {{ticks: number[], births: Record<string, Line>, deaths: (name: string) => Line, colourOf: (name: string) => string}} Counted what was counted, from the charts */
+/** @typedef {(tick: number) => number} Place of a tick [px] */
+
+export class Lanes {
+  /** @param {Counted} counted */
+  constructor(counted) {
+    this.counted = counted;
+    this.state = ""; // what the picture shows
+    /** @type {HTMLCanvasElement | null} */
+    this.picture = null;
+  }
+
+  /** Whether there is anything to draw. */
+  get any() {
+    return this.counted.ticks.length > 1;
+  }
+
+  /**
+   * All lanes, painted anew only where something of them has changed.
+   * @param {Place} at
+   * @param {string[]} rows species
+   * @param {{top: number, low: number, left: number, right: number}} box [px]
+   * @param {{width: number, height: number}} canvas [pixels]
+   * @param {number} ratio
+   */
+  painted(at, rows, { top, low, left, right }, { width, height }, ratio) {
+    const { ticks, colourOf } = this.counted;
+    const state = [ticks.length, ticks[ticks.length - 1], at(0), at(1000), top, low, width, height, css("--plus"), ...rows.map(colourOf)].join();
+    if (state === this.state && this.picture) return this.picture;
+    this.state = state;
+    this.picture = h("canvas", { width, height });
+    const pen = /** @type {CanvasRenderingContext2D} */ (this.picture.getContext("2d"));
+    pen.scale(ratio, ratio);
+    rows.forEach((name, k) => this.lane(pen, at, name, { top: top + ((low - top) * k) / rows.length, high: (low - top) / rows.length, left, right }));
+    return this.picture;
+  }
+
+  /**
+   * Births and deaths of a species, each on its own scale.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {Place} at
+   * @param {string} name
+   * @param {{top: number, high: number, left: number, right: number}} box [px]
+   */
+  lane(pen, at, name, { top, high, left, right }) {
+    const { ticks } = this.counted;
+    const middle = top + high / 2;
+    const lines = [this.counted.births[name] ?? [], this.counted.deaths(name)];
+    const end = Math.min(Math.floor(right), Math.ceil(at(ticks[ticks.length - 1]))) + 1;
+    const sums = lines.map((line) => {
+      const sum = new Float64Array(Math.max(0, end)), n = new Uint32Array(Math.max(0, end));
+      let known = 0;
+      ticks.forEach((tick, i) => {
+        const x = Math.round(at(tick));
+        if (x < left) known = line[i] ?? 0;
+        if (x < left || x >= end) return;
+        sum[x] += line[i] ?? 0;
+        n[x]++;
+      });
+      return sum.map((value, x) => (x < left ? 0 : (known = n[x] ? value / n[x] : known))); // a point stands for the ticks up to the next
+    });
+    const most = Math.max(1e-9, ...sums[0], ...sums[1]);
+    sums.forEach((sum, down) => {
+      pen.fillStyle = css(down ? "--minus" : "--plus");
+      pen.globalAlpha = 0.75;
+      sum.forEach((value, x) => value && pen.fillRect(x, middle, 1, ((down ? 1 : -1) * (high / 2 - 1) * Math.sqrt(value)) / Math.sqrt(most)));
+      pen.globalAlpha = 1;
+    });
+    pen.fillStyle = this.counted.colourOf(name);
+    pen.fillRect(0, top + 1.5, 3, high - 3);
+  }
+}
+
+/**
+ * Births or deaths of all, in bins of the whole time.
+ * @param {CanvasRenderingContext2D} pen
+ * @param {number[]} bins
+ * @param {(bin: number) => number} at where a bin begins [px]
+ * @param {number} base
+ * @param {number} reach height of the fullest bin
+ * @param {string} colour
+ */
+export function density(pen, bins, at, base, reach, colour) {
+  const most = bins.reduce((a, b) => Math.max(a, b), 0);
+  if (!most) return;
+  pen.fillStyle = colour;
+  pen.globalAlpha = 0.55;
+  bins.forEach((n, i) => pen.fillRect(at(i), base, Math.max(0.6, at(i + 1) - at(i) - 0.3), reach * Math.sqrt(n / most)));
+  pen.globalAlpha = 1;
+}

@@ -1,0 +1,86 @@
+// A stretch of time that is played again and again: once its end is passed, the page asks to go back to its beginning.
+
+import { $, announce, number } from "./dom.js";
+
+const NAME = "Play the stretch of time that is shown again and again (R)";
+
+export class Loop {
+  /**
+   * @param {import("./protocol.js").Hello} hello
+   * @param {import("./timeline.js").Timeline} timeline
+   * @param {(request: {kind: string, [key: string]: unknown}) => void} send
+   */
+  constructor(hello, timeline, send) {
+    this.hello = hello;
+    this.timeline = timeline;
+    this.send = send;
+    /** @type {import("./protocol.js").State | null} */
+    this.state = null;
+    this.asked = false; // to go back
+    this.held = false; // somebody has stopped time, and the server has not said so yet
+    this.possible = hello.mode === "replay" || Boolean(hello.rewinds);
+    this.why = this.possible ? "" : hello.stays || "this world does not go back in time";
+    this.say();
+  }
+
+  /** What is played again and again, null for nothing. */
+  get ends() {
+    return this.timeline.loop;
+  }
+
+  /** @param {import("./stretch.js").Ends | null} ends */
+  set(ends) {
+    this.timeline.loop = ends;
+    this.asked = false;
+    this.say();
+    this.timeline.draw();
+  }
+
+  /** On, for the stretch that is shown, or off. */
+  toggle() {
+    if (!this.possible) return announce(`No repetition: ${this.why}`);
+    if (this.ends) this.set(null);
+    else {
+      const [from, to] = this.timeline.stretch.ends, { newest } = this.timeline;
+      const end = this.hello.mode === "live" ? Math.min(to, Math.max(newest, from + 1)) : to;
+      this.set([from, end]);
+      if (this.state?.playing && this.timeline.tick < from && from <= newest) this.again();
+    }
+    announce(this.ends ? this.words() : "No repetition");
+  }
+
+  words() {
+    return this.ends ? `Ticks ${number(this.ends[0])} to ${number(this.ends[1])} are played again and again` : "";
+  }
+
+  say() {
+    const button = $("loop");
+    button.disabled = !this.possible;
+    button.setAttribute("aria-pressed", String(this.ends !== null));
+    button.title = this.why ? `${NAME}: not here, ${this.why}` : this.ends ? `${this.words()} (R)` : NAME;
+  }
+
+  /** Goes back to the beginning, and on. */
+  again() {
+    if (!this.ends) return;
+    this.asked = true;
+    this.send({ kind: "seek", tick: this.ends[0] });
+    this.send({ kind: "play" }); // at its end a recorded run stands still
+  }
+
+  /** Time has come to a tick. @param {number} tick */
+  at(tick) {
+    if (this.ends && this.state?.playing && !this.held && !this.asked && tick >= this.ends[1]) this.again();
+  }
+
+  /** @param {import("./protocol.js").State} now */
+  heard(now) {
+    const before = this.state;
+    this.state = now;
+    this.held = false;
+    if (!this.ends) return;
+    if (now.tick < this.ends[1]) this.asked = false;
+    if (now.done && before?.playing && !now.playing && !this.asked) this.again();
+    this.at(now.tick);
+  }
+}

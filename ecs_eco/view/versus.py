@@ -1,0 +1,77 @@
+"""What differs by now between two worlds that are shown side by side, in a sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+MOST = 4  # species of which the sentence speaks; the others are counted
+
+
+class Side(NamedTuple):
+    """One of the two worlds: numbers by species, and the ticks at which species died out."""
+
+    n: Mapping[str, int]
+    extinct: Mapping[str, int]
+
+
+def side(counts: Mapping[str, int], entries: Sequence[Mapping[str, Any]], tick: int) -> Side:
+    """Return a world's side at a tick, from its numbers and its story."""
+    gone = {entry["species"]: int(entry["tick"]) for entry in entries
+            if entry["kind"] == "extinct" and entry["tick"] <= tick}
+    return Side(counts, {name: at for name, at in gone.items() if not counts.get(name)})
+
+
+def differences(species: Sequence[str], one: Side, other: Side, since: int | None,
+                tick: int) -> dict[str, Any]:
+    """Return the sentence, and of which species it speaks with the clause for each: {"text", "clauses"}.
+
+    `other` branched from `one` at tick `since`; None: they are two worlds that have nothing in common.
+    Those that live in one alone come first, then those whose numbers are farthest apart.
+    """
+    shared = [name for name in species if name in one.n and name in other.n]
+    told = sorted(((_weight(one, other, name), name) for name in shared), key=lambda pair: -pair[0])
+    parted = [name for weight, name in told if weight > 0]
+    clauses = {name: _clause(name, one, other, since is not None) for name in parted[:MOST]}
+    alone = _alone("first", one, other) + _alone("second", other, one)
+    same = ["the same numbers in both"] if shared and not parted else []
+    rest = [f"{len(parted) - len(clauses)} more differ"] if len(parted) > len(clauses) else []
+    words = "; ".join([*clauses.values(), *same, *rest, *alone])
+    return {"text": f"{_when(since, tick)}: {words}.", "clauses": clauses}
+
+
+def _alone(which: str, mine: Side, theirs: Side) -> list[str]:
+    """Return what one of two worlds has that the other does not know."""
+    own = [f"{n:,} {name}" for name, n in mine.n.items() if name not in theirs.n]
+    return [f"the {which} alone has {', '.join(own)}"] if own else []
+
+
+def _when(since: int | None, tick: int) -> str:
+    if since is None:
+        return f"At tick {tick:,}"
+    past = tick - since
+    return f"After {past:,} tick{'' if past == 1 else 's'}"
+
+
+def _weight(one: Side, other: Side, name: str) -> float:
+    """Return how much a species differs: 0 for equal numbers, above 1 where it lives in one alone."""
+    a, b = one.n[name], other.n[name]
+    if a == b:
+        return 0.01 if one.extinct.get(name) != other.extinct.get(name) else 0.0
+    return 2.0 if not a or not b else abs(b - a) / max(a, b)
+
+
+def _clause(name: str, one: Side, other: Side, forked: bool) -> str:
+    a, b = one.n[name], other.n[name]
+    here, there = ("here", "as it was") if forked else ("in the second", "in the first")
+    if not a and not b:
+        ends = [f"at {ends.extinct[name]:,} {place}" for ends, place in ((other, here), (one, there))
+                if name in ends.extinct]
+        return f"{name} died out {' and '.join(ends)}"
+    if not a or not b:
+        (gone, place), (n, other_place) = ((other, here), (a, there)) if not b else ((one, there), (b, here))
+        lost = f"died out at {gone.extinct[name]:,} {place}" if name in gone.extinct else f"are not {place}"
+        return f"{name} {lost}, {n:,} {'lives' if n == 1 else 'live'} {other_place}"
+    if forked:
+        return f"{name} {b:,} instead of {a:,}"
+    return f"{name} {a:,} {there}, {b:,} {here}"

@@ -1,0 +1,146 @@
+"""A branch: the world from a tick on, with a change or without, beside the original that stays as it is."""
+
+import gc
+import weakref
+
+import pytest
+
+from ecs_eco import World
+from ecs_eco.components import Position
+from ecs_eco.config import load
+from ecs_eco.engine.errors import CheckpointError, ConfigError
+from ecs_eco.record import run_to_folder
+from ecs_eco.systems.schedule import schedule
+from ecs_eco.view.branch import kept, of_living, of_recorded
+from ecs_eco.view.live import Live
+from ecs_eco.view.replay import Replay
+from tests.view.parks import ACTS, SMALL, small
+
+WITHOUT = {"kind": "cull", "species": "wolf", "share": 1.0}
+
+
+def lived(ticks, acts=None):
+    """A living world that has been watched for so long, and acted on by pages."""
+    live = Live(small())
+    live.ring.used = True
+    for tick in range(ticks):
+        live.ring.look()
+        if acts and tick in acts:
+            assert live.handle({"kind": "act", "what": acts[tick]})[0]["level"] == "info"
+        live.world.run(1)
+        live.passed()
+    return live
+
+
+@pytest.mark.parametrize("tick", [9, 14, 25])
+def test_a_branch_without_a_change_is_the_original_to_the_bit(tick):
+    live = lived(25, ACTS)
+    branch = of_living(live, tick, None)
+    assert branch.follow(25, 60)
+    assert branch.live.world.digest() == live.world.digest()
+    branch.follow(40, 60)
+    assert branch.live.world.digest() == live.world.run(15).digest()
+
+
+def test_what_is_asked_of_the_original_and_waits_is_done_to_the_branch_once():
+    live = lived(10)
+    live.handle({"kind": "act", "what": ACTS[5]})
+    branch = of_living(live, 10, None)
+    live.world.run(3)
+    branch.follow(13, 60)
+    assert len(branch.live.world.intervened) == 1
+    assert branch.live.world.digest() == live.world.digest()
+
+
+def test_what_is_done_to_the_original_later_is_done_to_the_branch_too():
+    live = lived(10)
+    branch = of_living(live, 6, None)
+    live.handle({"kind": "act", "what": ACTS[3]})
+    live.world.run(5)
+    branch.follow(15, 60)
+    assert branch.live.world.digest() == live.world.digest()
+
+
+def test_a_change_makes_the_world_that_a_world_file_with_it_makes():
+    live = lived(20)
+    before = live.world.digest()
+    branch = of_living(live, 12, WITHOUT)
+    branch.follow(30, 60)
+    file = load("predator-prey", SMALL | {"interventions": [{"at": 12, **WITHOUT}]})
+    made = World.from_config(file, seed=5, policies="random", record=False)
+    assert branch.live.world.digest() == made.run(30).digest()
+    assert branch.live.counts()["wolf"] == 0
+    assert live.world.digest() == before
+    assert live.world.run(10).digest() == small().run(30).digest() != branch.live.world.digest()
+
+
+def test_a_branch_goes_back_as_far_as_its_start_and_comes_to_the_same():
+    live = lived(20)
+    branch = of_living(live, 12, WITHOUT)
+    branch.follow(30, 60)
+    then = branch.live.world.digest()
+    for tick in (20, 3):  # before its start it stays there
+        branch.back(tick)
+        assert branch.tick == max(tick, 12)
+        branch.follow(30, 60)
+        assert branch.live.world.digest() == then
+        assert [tick for tick, _ in branch.live.world.intervened] == [12]
+
+
+def test_what_cannot_be_is_refused_with_what_is_allowed():
+    live = lived(10)
+    with pytest.raises(ValueError, match="tick = 11; the world has not come there: it is at 10"):
+        of_living(live, 11, None)
+    with pytest.raises(ConfigError, match='did you mean "wolf"'):
+        of_living(live, 5, WITHOUT | {"species": "wulf"})
+    with pytest.raises(ValueError, match="is no intervention"):
+        of_living(live, 5, "cull")
+    live.ring.points.popleft()
+    first = kept(live)
+    with pytest.raises(ValueError, match=f"tick 0 is no longer kept; allowed: {first} to 10"):
+        of_living(live, 0, None)
+    live.ring.why = "this run is recorded, and its records stand"
+    assert kept(live) == 10
+    assert of_living(live, 10, None).live.world.digest() == live.world.digest()
+
+
+def test_a_world_that_was_made_by_hand_is_refused():
+    world = World((10, 10))
+    world.add_table("stone", Position)
+    for system in schedule():
+        world.add_system(system)
+    with pytest.raises(CheckpointError, match="made by hand"):
+        of_living(Live(world), 0, None)
+
+
+def test_a_branch_that_nobody_holds_is_gone():
+    live = lived(6)
+    branch = of_living(live, 6, None)
+    branch.follow(9, 60)
+    world = weakref.ref(branch.live.world)
+    del branch
+    gc.collect()
+    assert world() is None
+
+
+def test_a_recorded_run_goes_on_as_it_did_where_nothing_is_changed(tmp_path):
+    acts = dict(ACTS)
+
+    def prepare(world):
+        world.before_tick.append(lambda: world.intervene(acts[world.tick]) if world.tick in acts else None)
+
+    manifest = run_to_folder(load("predator-prey", SMALL), 5, 24, tmp_path, "random", checkpoint_every=10,
+                             prepare=prepare, report=False)
+    replay = Replay(tmp_path)
+    replay.handle({"kind": "seek", "tick": 7})
+    same, other = of_recorded(replay, None), of_recorded(replay, WITHOUT)
+    assert same.start == 8
+    for branch in (same, other):
+        branch.follow(24, 60)
+    assert same.live.world.digest() == manifest["digest"]
+    assert {n: same.live.counts()[n] for n in ("deer", "wolf")} == {
+        n: int(replay.recording.numbers(23)[n]) for n in ("deer", "wolf")}
+    assert other.live.world.digest() != manifest["digest"]
+    replay.handle({"kind": "seek", "tick": 23})
+    with pytest.raises(ValueError, match="last tick that was recorded"):
+        of_recorded(replay, None)

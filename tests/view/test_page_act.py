@@ -1,0 +1,93 @@
+"""What people do to a world in its page: fences by clicks, values taken back, switches as they stand."""
+
+import pytest
+
+from ecs_eco.testing.browser import until
+from tests.view.pages import IN_A_BROWSER, in_sight, passed, pause
+
+pytestmark = IN_A_BROWSER
+LOG = "document.querySelector('#act .log').textContent"
+
+
+@pytest.fixture
+def act(page):
+    page.locator("#tab-act").click()
+    pause(page)
+    return page
+
+
+def test_a_fence_goes_around_two_clicked_corners_and_is_taken_away(act):
+    page = act
+    page.locator("[data-eye=top]").click()
+    until(page, "ecs.still")
+    button = page.get_by_role("button", name="Click two corners into the scene")
+    button.click()
+    corners = page.evaluate("ecs.corners()")
+    middle = [sum(axis) / len(corners) for axis in zip(*corners, strict=True)]
+    page.mouse.click(middle[0] - 60, middle[1] - 50)
+    page.get_by_role("button", name="Click the other corner").wait_for()
+    assert "fence" not in page.evaluate(LOG)
+    page.mouse.click(middle[0] + 60, middle[1] + 50)
+    until(page, f"{LOG}.includes('fence')")
+    button.wait_for()
+    assert button.get_attribute("aria-pressed") == "false"
+    page.get_by_role("button", name="Remove all fences").click()
+    until(page, f"{LOG}.split('fence').length > 2")
+
+
+def test_escape_takes_a_half_made_fence_back(act):
+    page = act
+    page.get_by_role("button", name="Click two corners into the scene").click()
+    page.locator("#canvas").focus()
+    page.keyboard.press("Escape")
+    assert "aim" not in (page.locator("#canvas").get_attribute("class") or "")
+    assert page.evaluate("ecs.acts") >= 0
+    in_sight(page, "deer")  # clicks select again
+
+
+def test_a_changed_value_is_taken_back_and_all_of_them(act):
+    page = act
+    key, value = page.get_by_label("Parameter"), page.get_by_label("New value")
+    group = page.locator("#act fieldset", has=page.get_by_label("New value"))
+    undo, reset = (group.get_by_role("button", name=name) for name in ("Undo", "Reset all"))
+    assert undo.is_disabled()
+    key.fill("species.deer.metabolism.digestion")
+    first = float(value.input_value())
+    for number in (2.5, 3.5):
+        value.fill(str(number))
+        page.get_by_role("button", name="Change", exact=True).click()
+        until(page, f"{LOG}.includes('{number}')")
+    undo.click()
+    assert float(value.input_value()) == 2.5
+    reset.click()
+    assert float(value.input_value()) == first
+    assert undo.is_disabled()
+    passed(page)
+
+
+def test_a_value_is_chosen_by_sliding_between_its_bounds(act):
+    page = act
+    page.get_by_label("Parameter").fill("species.deer.diet.0.chance")
+    slider = page.get_by_label("Slide to another value")
+    assert (slider.get_attribute("min"), slider.get_attribute("max")) == ("0", "1")
+    slider.focus()
+    page.keyboard.press("Home")
+    assert page.get_by_label("New value").input_value() == "0"
+
+
+def test_switches_say_how_they_stand(act):
+    page = act
+    off, on = (page.get_by_label(f"reproduction {word}", exact=True) for word in ("off", "on"))
+    assert on.get_attribute("aria-pressed") == "true"
+    page.get_by_label("Species", exact=True).select_option("deer")
+    off.click()
+    passed(page)
+    until(page, "document.querySelector('[data-switch=\"reproduction false\"]').ariaPressed === 'true'")
+    assert on.get_attribute("aria-pressed") == "false"
+    page.get_by_label("Species", exact=True).select_option("wolf")
+    assert on.get_attribute("aria-pressed") == "true"
+    page.get_by_label("Species", exact=True).select_option("all species")
+    assert on.get_attribute("aria-pressed") == off.get_attribute("aria-pressed") == "false"
+    on.click()
+    passed(page)
+    until(page, "document.querySelector('[data-switch=\"reproduction true\"]').ariaPressed === 'true'")

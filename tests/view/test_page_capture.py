@@ -1,0 +1,75 @@
+"""What is taken away from the page: pictures, videos, drawings; and the page for a classroom."""
+
+import io
+from xml.etree import ElementTree
+
+import pytest
+
+from ecs_eco.testing.browser import until
+from tests.view.pages import IN_A_BROWSER, pause, play
+
+pytestmark = IN_A_BROWSER
+
+
+def saved(page, click):
+    with page.expect_download() as waiting:
+        click()
+    return waiting.value.suggested_filename, waiting.value.path().read_bytes()
+
+
+def test_a_picture_of_the_scene_has_its_animals_on_its_ground(page):
+    from matplotlib.image import imread
+
+    pause(page)
+    name, data = saved(page, page.get_by_role("button", name="Picture", exact=True).click)
+    assert name == f"predator-prey-tick-{page.evaluate('ecs.tick')}.png"
+    picture = imread(io.BytesIO(data))
+    assert picture.shape[0] >= 400
+    assert (picture[..., 3] == 1).all()  # with its sky
+    brown = (picture[..., 0] > picture[..., 2] + 0.2) & (picture[..., 0] < 0.7)
+    assert brown.mean() > 0.002  # deer
+
+
+def test_a_video_is_saved_at_the_second_click(page):
+    button = page.get_by_role("button", name="Video", exact=True)
+    if not button.count():
+        pytest.skip("this browser films no webm")
+    play(page)
+    button.click()
+    assert button.get_attribute("aria-pressed") == "true"
+    tick = page.evaluate("ecs.tick")
+    until(page, f"ecs.tick > {tick + 8}")
+    name, data = saved(page, button.click)
+    assert name.endswith(".webm")
+    assert data[:4] == b"\x1aE\xdf\xa3"  # EBML
+    assert len(data) > 2000
+    assert button.get_attribute("aria-pressed") == "false"
+
+
+@pytest.mark.parametrize("title", ["Phase plane", "Distribution", "Organisms"])
+def test_figures_are_saved_as_drawings(page, title):
+    pause(page)
+    toggle = page.locator("#charts .tools .toggle", has_text=title)
+    toggle.click()
+    if title == "Distribution":
+        page.get_by_label("Value whose distribution is shown").select_option("energy")
+    page.locator("#charts svg.figure-axes").wait_for()
+    _, data = saved(page, page.get_by_label(f"Save the drawing: {title}").click)
+    assert ElementTree.fromstring(data.decode()).tag.endswith("svg")
+    page.locator("#colour").select_option("species")
+    toggle.click()
+
+
+def test_a_classroom_has_large_words_and_few_controls_and_is_kept(page):
+    size = "parseFloat(getComputedStyle(document.querySelector('#legend .named')).fontSize)"
+    before, buttons = page.evaluate(size), "[...document.querySelectorAll('button')]"
+    shown = f"{buttons}.filter(button => button.checkVisibility()).length"
+    many = page.evaluate(shown)
+    page.locator("#classroom").click()
+    assert page.evaluate(size) > before + 2
+    assert page.evaluate(shown) < 0.6 * many
+    assert not page.locator("#tab-act").is_visible()
+    assert page.locator("#play").is_visible()
+    assert page.evaluate("localStorage.getItem('ecs-eco-classroom')") == "on"
+    page.locator("#classroom").click()
+    assert page.evaluate(shown) == many

@@ -1,0 +1,196 @@
+"""What if: the world twice on one page, as it was and with a change; and two worlds beside each other."""
+
+import pytest
+
+from ecs_eco.testing.browser import served, until
+from tests.view.pages import IN_A_BROWSER, PHONE, SMALL, WIDE, opened, pause, play
+from tests.view.test_page_access import CONTRAST
+from tests.view.test_page_time import go
+
+pytestmark = IN_A_BROWSER
+WALL = "document.querySelector('#stage').classList.contains('alone')"
+
+
+@pytest.fixture
+def standing(page):
+    """The page of a living world at tick 20 or later, standing still, without a second world at its end."""
+    if page.evaluate("ecs.tick") < 20:
+        play(page)
+        until(page, "ecs.tick >= 20")
+    pause(page)
+    yield page
+    page.keyboard.press("Escape")
+    if page.evaluate("ecs.second !== null"):
+        page.locator("#pairClose").click()
+        until(page, "ecs.second === null")
+
+
+@pytest.fixture
+def forked(standing):
+    """The same, with a second world in which there are no wolves."""
+    standing.locator("#whatif").click()
+    standing.get_by_role("button", name="without wolf").click()
+    until(standing, "ecs.second && ecs.second.frames > 0 && ecs.second.still")
+    return standing
+
+
+def steps(page, ticks):
+    """Let so many ticks pass."""
+    tick = page.evaluate("ecs.tick")
+    page.locator("#canvas").focus()
+    for _ in range(ticks):
+        page.keyboard.press("Period")
+    until(page, f"ecs.tick === {tick + ticks} && ecs.still && "
+                "ecs.second?.tick === ecs.tick && ecs.second.still")
+
+
+def test_without_wolves_the_world_goes_on_beside_the_one_with_wolves(forked):
+    page, tick = forked, forked.evaluate("ecs.tick")
+    assert not page.locator("#ask").is_visible()
+    steps(page, 3)
+    assert page.evaluate("[ecs.counts.wolf, ecs.second.counts.wolf]") == [12, 0]
+    assert page.evaluate("ecs.counts.deer === ecs.second.counts.deer")
+    until(page, "document.querySelector('#pairSays').innerText.includes('12 live as it was')")
+    assert f"wolf died out at {tick} here" in page.locator("#pairSays").inner_text()
+    assert f"from tick {tick} on: cull 100 % of wolf" in page.locator("#pairWhat").inner_text()
+    row = page.locator(".legend-row", has_text="wolf")
+    assert row.locator("b").all_inner_texts() == ["12", "0"]
+    assert row.locator("b.differs").count() == 1
+    left, sign, name, right = (row.locator(part).bounding_box()
+                               for part in ("b:not(.other)", ":scope > svg:first-child", ".named", "b.other"))
+    assert left["x"] + left["width"] <= sign["x"] < sign["x"] + sign["width"] <= name["x"]
+    assert name["x"] + name["width"] <= right["x"]
+    until(page, "[...document.querySelectorAll('#charts .chart-head')].some((head) => "
+                "/wolf\\s*12 \\| 0/.test(head.innerText))")
+    page.locator("#tab-why").click()
+    assert "what if: cull 100 % of wolf" in page.locator("#why").inner_text()
+
+
+def test_both_are_looked_at_from_the_same_place(forked):
+    page = forked
+    first, second = page.locator("#canvas").bounding_box(), page.locator("#canvas2").bounding_box()
+    assert (first["width"], first["height"]) == pytest.approx((second["width"], second["height"]), abs=1.5)
+    assert second["x"] >= first["x"] + first["width"] - 1
+    page.locator("[data-eye=top]").click()
+    until(page, "ecs.still && ecs.second.still")
+    before = page.evaluate("ecs.camera")
+    assert page.evaluate("ecs.second.camera") == pytest.approx(before, rel=1e-6)
+    page.mouse.move(second["x"] + 150, second["y"] + 300)
+    page.mouse.wheel(0, -400)
+    until(page, f"ecs.camera.join() !== '{','.join(map(str, before))}' && ecs.still && ecs.second.still")
+    assert page.evaluate("ecs.camera") == pytest.approx(page.evaluate("ecs.second.camera"), rel=1e-6)
+    page.locator("[data-eye=side]").click()
+
+
+def test_both_go_back_in_time_and_before_the_fork_there_is_one(forked):
+    page, tick = forked, forked.evaluate("ecs.tick")
+    steps(page, 6)
+    go(page, tick + 2)
+    until(page, f"ecs.tick === {tick + 2} && ecs.second.tick === {tick + 2} && ecs.second.counts.wolf === 0")
+    go(page, tick - 5)
+    until(page, f"ecs.tick === {tick - 5} && {WALL}")
+    until(page, f"document.querySelector('#pairSays').innerText.includes('original at tick {tick}')")
+    steps(page, 8)
+    assert not page.evaluate(WALL)
+    assert page.evaluate("[ecs.counts.wolf, ecs.second.counts.wolf]") == [12, 0]
+
+
+def test_a_change_that_does_not_fit_is_refused_in_the_dialog_and_a_kept_tick_is_forked(standing):
+    page, tick = standing, standing.evaluate("ecs.tick")
+    page.locator("#canvas").focus()
+    page.keyboard.press("y")
+    until(page, f"Number(document.querySelector('#ask [aria-label=\"From tick\"]').max) === {tick}")
+    page.locator("#ask").get_by_label("Value", exact=True).fill("species.deer.metabolism.basal")
+    page.locator("#ask").get_by_label("New value").fill("-1")
+    page.get_by_role("button", name="Show both").click()
+    problem = page.locator("#ask .problem")
+    problem.wait_for()
+    assert "species.deer.metabolism.basal" in problem.inner_text()
+    assert page.evaluate("ecs.second") is None
+    page.locator("#ask").get_by_label("New value").fill("0.5")
+    page.locator("#ask").get_by_label("From tick").fill("12")
+    page.get_by_role("button", name="Show both").click()
+    until(page, f"ecs.second && ecs.second.tick === {tick} && ecs.second.still")
+    assert "from tick 12 on: species.deer.metabolism.basal = 0.5" in page.locator("#pairWhat").inner_text()
+    page.locator("#pairAgain").click()
+    command = page.locator("#again .recipe").first.inner_text()
+    assert command.startswith("ecs-eco run predator-prey --seed 3 --policies random --set")
+    assert "interventions=[{at = 12, kind = \"set\"" in command
+    page.locator("#again").get_by_role("button", name="Close").click()
+
+
+def test_what_is_closed_is_gone_and_the_page_is_as_before(forked):
+    page = forked
+    page.locator("#pairClose").click()
+    until(page, "ecs.second === null")
+    assert page.locator("#canvas2, #over2, .pane-name, .pair-key").count() == 0
+    assert not page.locator("#pair").is_visible()
+    width = page.locator("#stage").bounding_box()["width"]
+    assert page.locator("#canvas").bounding_box()["width"] == pytest.approx(width, abs=1)
+    assert page.locator(".legend-row b.other:visible").count() == 0
+
+
+@pytest.mark.parametrize("size", [(390, 844), (844, 390)])
+def test_on_phones_both_have_room_one_above_the_other_or_side_by_side(forked, size):
+    page = forked
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
+    first, second = page.locator("#canvas").bounding_box(), page.locator("#canvas2").bounding_box()
+    if size == tuple(PHONE.values()):
+        assert second["y"] >= first["y"] + first["height"] - 1
+        assert min(first["height"], second["height"]) > 200
+        page.locator("#tab-charts").scroll_into_view_if_needed()
+        assert page.locator("#charts").bounding_box()["height"] > 300
+    else:
+        assert second["x"] >= first["x"] + first["width"] - 1
+        assert min(first["height"], second["height"]) > 130
+    page.set_viewport_size(WIDE)
+
+
+def test_all_of_it_is_accessible_and_its_words_stand_out_in_both_themes(forked):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe-playwright-python here")
+    page = forked
+    page.emulate_media(reduced_motion="reduce")  # colours change at once
+    for opens in (None, "#pairAgain", "#whatif"):
+        if opens:
+            page.locator(opens).click()
+        for _ in range(2):
+            page.locator("#theme").evaluate("button => button.click()")
+            assert axe.Axe().run(page).response["violations"] == []
+            assert page.evaluate(CONTRAST) == []
+        page.keyboard.press("Escape")
+    page.emulate_media(reduced_motion="no-preference")
+
+
+def test_two_worlds_stand_beside_each_other_from_the_beginning(browser):
+    words = ("watch", "happiness", "lamb", "--policies", "random", "--seed", "3")
+    with served(*words) as run, opened(browser, run.address()) as page:
+        until(page, "ecs.second && ecs.second.frames > 0")
+        pause(page)
+        until(page, "ecs.second.tick === ecs.tick")
+        names = page.locator("#pairWhat").inner_text().split(" beside ")
+        assert page.locator(".pane-name").all_inner_texts() == names
+        assert "lamb" in page.evaluate("Object.keys(ecs.second.counts)")
+        assert not page.locator("#pairAgain").is_visible()
+
+
+def test_a_recorded_run_is_forked_where_it_stands(browser, tmp_path):
+    from ecs_eco.config import load
+    from ecs_eco.record import run_to_folder
+
+    changes = dict(word.split("=", 1) for word in SMALL[1 : SMALL.index("--policies") : 2])
+    run_to_folder(load("predator-prey", [f"{key}={value}" for key, value in changes.items()]), 3, 30,
+                  tmp_path / "run", "random", report=False)
+    with served("watch", str(tmp_path / "run")) as run, opened(browser, run.address()) as page:
+        until(page, "!ecs.playing && ecs.still")  # a click on pause might come at its end
+        go(page, 12)
+        until(page, "ecs.tick === 12 && ecs.still")
+        page.locator("#whatif").click()
+        page.get_by_role("button", name="without wolf").click()
+        until(page, "ecs.second && ecs.second.frames > 0")
+        go(page, 20)
+        until(page, "ecs.tick === 20 && ecs.second.tick === 21 && ecs.second.still")
+        assert page.evaluate("[ecs.counts.wolf, ecs.second.counts.wolf]") == [12, 0]
+        assert page.evaluate("ecs.counts.deer === ecs.second.counts.deer")
+        page.locator("#pairAgain").click()
+        assert "ecs-eco resume" in page.locator("#again .recipe").first.inner_text()
