@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.analysis.palette import AXIS, INK
 from ecs_eco.analysis.runs import Series, load_series, parts
 from ecs_eco.analysis.style import colors, panels, styled
 from ecs_eco.config.models.archipelago import Archipelago
@@ -96,7 +97,7 @@ def chart(islands: Islands) -> Figure:
         for j in targets:
             ax.add_patch(FancyArrowPatch(
                 tuple(at[i]), tuple(at[j]), arrowstyle="-|>", mutation_scale=10, shrinkA=26, shrinkB=26,
-                connectionstyle="arc3,rad=0.12", color="#777777", alpha=0.8,
+                connectionstyle="arc3,rad=0.12", color=AXIS, alpha=0.8,
                 linewidth=0.4 + 3.6 * moved[i, j] / max(moved.max(), 1), zorder=1))
     for (x, y), (name, n) in zip(at, now.items(), strict=True):
         radius, total, turned = 0.025 + 0.04 * math.sqrt(sum(n) / most), max(sum(n), 1), 90.0
@@ -125,7 +126,7 @@ def numbers(islands: Islands) -> Figure:
             top.plot(series.ticks, series.of(species), color=hue[species], alpha=0.6, linewidth=0.9,
                      label=name)
         total = np.sum([series.of(species) for series in islands.series.values()], axis=0)
-        top.plot(next(iter(islands.series.values())).ticks, total / len(islands.series), color="black",
+        top.plot(next(iter(islands.series.values())).ticks, total / len(islands.series), color=INK,
                  linewidth=1.6, label="mean")
         top.set(title=species, ylabel="number on an island" if not column else "", ylim=(0, None))
         ticks, count = islands.over_time(species)

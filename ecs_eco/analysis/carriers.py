@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from ecs_eco.analysis.palette import CLEAR, GREY
 from ecs_eco.analysis.style import DASHES, PALETTE, panels, styled
 from ecs_eco.engine.errors import UnknownName, unknown_name
 
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 
     from ecs_eco.analysis.pedigree import Pedigree
 
-CLEAR = {"red": "#d7191c", "yellow": "#e6b800", "green": "#1a9641", "blue": "#0571b0", "white": "#b8bec4",
-         "orange": "#f28c28"}
 """Shades, legible on paper, for genes named after a colour."""
 FEW = 8  # the most values of a gene that a figure can show
 
@@ -188,13 +187,13 @@ def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Lin
     """
     from matplotlib.colors import is_color_like
 
-    rest = [c for c in PALETTE[::-1] if c != "#F0E442"]  # the last is pale
+    rest = PALETTE[::-1]
     lines: list[Line] = []
     for g in genes:
         for j in range(0 if all_values and len(g.values) > 2 else 1, len(g.values)):
             label = g.gene if len(g.values) == 2 else f"{g.gene} = {g.values[j]}"
             named = is_color_like(g.gene) and len(g.values) == 2
-            hue = CLEAR.get(g.gene, g.gene) if named else rest[len(lines) % len(rest)]
+            hue = CLEAR[g.gene][0] if g.gene in CLEAR else g.gene if named else rest[len(lines) % len(rest)]
             lines.append((g, j, label, hue, DASHES[len(lines) % len(DASHES)]))
     return lines
 
@@ -211,8 +210,8 @@ def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
     for g, j, label, hue, dash in lines:
         ax.plot(g.ticks, g.count[:, j], color=hue, ls=dash, lw=1.7, label=label)
     if genes:
-        ax.plot(genes[0].ticks, genes[0].n, color="#b8bec4", lw=1, zorder=1.5, label="all")
+        ax.plot(genes[0].ticks, genes[0].n, color=GREY, lw=1, zorder=1.5, label="all")
         ax.set_xlim(genes[0].ticks[0], max(genes[0].ticks[-1], 1))
     ax.set(xlabel="tick", ylabel="number of carriers", ylim=(0, None), title=title)
-    figure.legend(loc="outside upper center", ncols=min(max(len(lines) + 1, 1), 6))
+    figure.legend(loc="outside upper left", ncols=min(max(len(lines) + 1, 1), 6))
     return figure

@@ -181,7 +181,7 @@ def blocks(out: Path, genes: Sequence[Gene], result: Mapping[str, Any], referenc
             if chosen:
                 labels = {g.label: "allele frequency" if g.value else g.trait or g.gene for g in chosen}
                 figure = genes_figures.arms({g.label: bands(g) for g in chosen}, labels, s, kind == "alleles")
-                file = figures.save(figure, out / "figures" / f"{kind}-{k}.png")
+                file = figures.save_svg(figure, out / "figures" / f"{kind}-{k}.svg")
                 rows = {g.label: result[s][g.label] for g in chosen}
                 tabled = _alleles(rows) if kind == "alleles" else _quantities(rows)
                 parts += [picture(file, _FIGURE.format(words, s)), note, tabled, _against(rows, reference)]

@@ -34,7 +34,7 @@ def write(
         *_against(result),
         *_depth(out, result, loaded),
         "<h2>Numbers</h2>",
-        picture(figures.save(figures.arms(loaded), out / "figures" / "numbers.png"), _MEANS),
+        picture(figures.save_svg(figures.arms(loaded), out / "figures" / "numbers.svg"), _MEANS),
         *_measured(out, result, loaded),
         *compare_genes.blocks(out, genes, result.get("genes", {}), result["reference"]),
         *_cycles(result),
@@ -82,16 +82,16 @@ def _draw_survival(out: Path, result: dict[str, Any],
     until = max(arm["ticks"] for arm in result["arms"].values())
     shown = [s for s in result["species"] if any(c.died.any() for c in curves[s].values())]
     drawn = {s: figures.survival(curves[s], until, f"{s} persists") for s in shown}
-    return [picture(figures.save(f, out / "figures" / f"survival_{s}.png"), _CURVE.format(s))
+    return [picture(figures.save_svg(f, out / "figures" / f"survival_{s}.svg"), _CURVE.format(s))
             for s, f in drawn.items()]
 
 
 def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
     """Survival by training seed and the map of first extinctions of one arm, as HTML."""
-    curve = figures.save(seed_grid_figures.persistence(grid, f"{arm}: all species persist"),
-                         folder / f"persistence_{arm}.png")
-    cells = figures.save(seed_grid_figures.lifetimes(grid, f"{arm}: first extinction"),
-                         folder / f"first_extinction_{arm}.png")
+    curve = figures.save_svg(seed_grid_figures.persistence(grid, f"{arm}: all species persist"),
+                         folder / f"persistence_{arm}.svg")
+    cells = figures.save_svg(seed_grid_figures.lifetimes(grid, f"{arm}: first extinction"),
+                         folder / f"first_extinction_{arm}.svg")
     return [picture(curve, _BY_SEED), picture(cells, _CELLS)]
 
 
@@ -171,7 +171,7 @@ def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Seri
     if not depths:
         return []
     names = [s for s in result["species"] if any(s == name for _, name, _ in depths)]
-    file = figures.save(depth_figures.arms(loaded, names), out / "figures" / "depth.png")
+    file = figures.save_svg(depth_figures.arms(loaded, names), out / "figures" / "depth.svg")
     rows = [[arm, s, d["n"], *(_interval(d[k]) for k in ("amplitude", "along_day", "r"))]
             for arm, s, d in depths]
     head = ["arm", "species", "runs with two days", "amplitude", "along the sun", "correlation with light"]
@@ -183,7 +183,7 @@ def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[S
     if "measured" not in result:
         return []
     found, gaps = result["measured"]["arms"], result["measured"]["effects"]
-    file = figures.save(measures.arms_figure(loaded), out / "figures" / "measured.png")
+    file = figures.save_svg(measures.arms_figure(loaded), out / "figures" / "measured.svg")
     rows = [[name, "the world" if of == measures.WORLD else of, arm, x["n"], _interval(x["mean"]),
              _interval(gaps[name][of].get(arm))]
             for name, kinds in found.items() for of, arms in kinds.items() for arm, x in arms.items()]

@@ -3,6 +3,7 @@ and its distribution by hour."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -115,12 +116,8 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
     top = float(series.manifest["config"]["space"]["size"][2])
     out = {s: np.zeros((layers, HOURS))
            for s, here in zip(series.species, series.present, strict=True) if here}
-    for file in parts(run, "snapshots"):
-        rows = read_part(file, ["tick", "species", "z"], seal.has_seals(Path(run)))
-        tick, z, name = (rows["tick"].to_numpy(), rows["z"].to_numpy(),
-                         rows["species"].cast("string").to_numpy(zero_copy_only=False))
+    for tick, layer, name in _snapshots(run, top, layers):
         hour = _part_of_day(series, tick)
-        layer = np.clip(((top - z) / top * layers).astype(int), 0, layers - 1)
         for s, counts in out.items():
             mine = (name == s) & (tick >= series.ticks[0] + day_of(series))
             np.add.at(counts, (layer[mine], hour[mine]), 1)
@@ -128,6 +125,40 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
         total = counts.sum(0)
         counts /= np.where(total > 0, total, np.nan)
     return out
+
+
+def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.ndarray, ...]]:
+    """Tick, layer from the surface down, and species of all organisms in snapshots, a part at a time."""
+    for file in parts(run, "snapshots"):
+        rows = read_part(file, ["tick", "species", "z"], seal.has_seals(Path(run)))
+        layer = np.clip(((top - rows["z"].to_numpy()) / top * layers).astype(int), 0, layers - 1)
+        yield (rows["tick"].to_numpy(), layer,
+               rows["species"].cast("string").to_numpy(zero_copy_only=False))
+
+
+def depths_over_time(run: Path | str, series: Series, species: Sequence[str], layers: int = 20,
+                     most: int = 120) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Mean number of each of some species in each layer, f64[layers, bins] by species, and the ticks between
+    bins i64[bins + 1], from the snapshots; a bin holds as many snapshots as leave at most `most` bins.
+
+    No bins where there are no snapshots, or no depth.
+    """
+    size = series.manifest.get("config", {}).get("space", {}).get("size", ())
+    found: dict[int, np.ndarray] = {}
+    if len(size) > 2 and size[2] > 0:
+        for tick, layer, name in _snapshots(run, float(size[2]), layers):
+            for t in np.unique(tick):
+                held = found.setdefault(int(t), np.zeros((len(species), layers)))
+                for s, of in enumerate(species):
+                    held[s] += np.bincount(layer[(tick == t) & (name == of)], minlength=layers)
+    if not found:
+        return np.zeros(1, np.int64), {s: np.zeros((layers, 0)) for s in species}
+    ticks = np.array(sorted(found))
+    first = np.arange(0, len(ticks), -(-len(ticks) // most))
+    counts = np.add.reduceat(np.stack([found[t] for t in ticks.tolist()]), first)
+    counts /= np.diff(np.append(first, len(ticks)))[:, None, None]
+    step = int(np.diff(ticks)[-1]) if len(ticks) > 1 else 1
+    return np.append(ticks[first], ticks[-1] + step), {s: counts[:, i].T for i, s in enumerate(species)}
 
 
 def is_night(series: Series, ticks: np.ndarray) -> np.ndarray:

@@ -10,13 +10,15 @@ import numpy as np
 
 from ecs_eco.analysis.depth import HOURS, day_by_hour, day_of, hours_of, mean_of_there, surface_light
 from ecs_eco.analysis.escapes import AROUND, Escape
+from ecs_eco.analysis.palette import AXIS, NIGHT, SUN
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.style import colors_of, panels, styled
+from ecs_eco.analysis.style import PALETTE, colors_of, panels, styled
+from ecs_eco.analysis.svg import DIM
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-NIGHT, NOON = "#a9b4c2", "#fff6d1"
+NOON = "#fff6d1"
 
 
 @styled
@@ -25,6 +27,7 @@ def mean_depth(series: Series, species: Sequence[str], hue: Mapping[str, str], d
     from matplotlib.colors import LinearSegmentedColormap
 
     figure, ((ax,),) = panels(1, 1, 9.5, 3.6)
+    figure.set_gid(DIM)
     time = (series.ticks - series.ticks[0]) / day
     height = float(series.manifest["config"]["space"]["size"][2])
     shade = LinearSegmentedColormap.from_list("light", [NIGHT, NOON])
@@ -40,7 +43,7 @@ def mean_depth(series: Series, species: Sequence[str], hue: Mapping[str, str], d
     ax.set(xlim=(0, time[-1]), ylim=(height, 0), xlabel="day", ylabel="mean depth [m]")
     ax.grid(visible=False)
     figure.colorbar(seen, ax=ax, label="light at the surface", pad=0.015)
-    figure.legend(loc="outside upper center", ncols=len(species))
+    figure.legend(loc="outside upper left", ncols=len(species))
     return figure
 
 
@@ -52,16 +55,33 @@ def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) 
                           height_ratios=[1, 6])
     top = max(0.05, min(1.0, max(float(np.nanmax(x, initial=0)) for x in shares.values())))
     seen: Any = None
+    light = light[np.linspace(0, len(light) - 1, min(len(light), 240)).astype(int)]
     for (above, ax), (s, share) in zip(axes.T, shares.items(), strict=True):
-        above.fill_between(np.linspace(0, 24, len(light)), 0, light, color="#f0c808", lw=0)
+        above.fill_between(np.linspace(0, 24, len(light)), 0, light, color=SUN, lw=0)
         above.set(title=s, ylim=(0, max(1e-9, light.max()) * 1.05), yticks=[])
         seen = ax.pcolormesh(np.linspace(0, 24, HOURS + 1), np.linspace(0, height, len(share) + 1), share,
-                             cmap="viridis", vmin=0, vmax=top)
+                             cmap="viridis", vmin=0, vmax=top, rasterized=True)
         ax.set(xlabel="hour of the day", xlim=(0, 24), xticks=[0, 6, 12, 18, 24], ylim=(height, 0))
         ax.grid(visible=False)
     axes[0, 0].set_ylabel("light")
     axes[1, 0].set_ylabel("depth [m]")
     figure.colorbar(seen, ax=axes[1].tolist(), label="share of the species", pad=0.015)
+    return figure
+
+
+@styled
+def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: float) -> Figure:
+    """Mean number of each species in each layer (rows) of each stretch of time (columns), the surface at the
+    top."""
+    figure, axes = panels(len(numbers), 1, 9, 1.9 * len(numbers) + 0.6, sharex=True)
+    for ax, (s, count) in zip(axes[:, 0], numbers.items(), strict=True):
+        deep = np.linspace(0, height, len(count) + 1)
+        seen = ax.pcolormesh(edges, deep, count, cmap="viridis", vmin=0, vmax=max(float(count.max()), 1e-9),
+                             rasterized=True)
+        ax.set(title=s, ylabel="depth [m]", ylim=(height, 0), xlim=(edges[0], edges[-1]))
+        ax.grid(visible=False)
+        figure.colorbar(seen, ax=ax, label="mean number", pad=0.015)
+    axes[-1, 0].set_xlabel("tick")
     return figure
 
 
@@ -109,10 +129,10 @@ def escape(result: Escape, prey: str, predator: str, dt: float) -> Figure:
     time = np.arange(-AROUND, AROUND + 1) * dt
     words = f"speed of {prey} [m/s]", f"cosine of its way\nand away from {predator}"
     for ax, values, word in zip(axes[0], (result.speed, result.away), words, strict=True):
-        ax.axvline(0, color="#7a838c", lw=1, ls="--")
-        ax.plot(time, values, "o-", color="#0072B2", ms=4)
+        ax.axvline(0, color=AXIS, lw=1, ls="--")
+        ax.plot(time, values, "o-", color=PALETTE[2], ms=4)
         ax.set(xlabel=f"time from the approach of {predator} [s]", ylabel=word)
     axes[0, 0].set_ylim(0, None)
-    axes[0, 1].axhline(0, color="#7a838c", lw=0.8)
+    axes[0, 1].axhline(0, color=AXIS, lw=0.8)
     axes[0, 1].set_ylim(-1, 1)
     return figure

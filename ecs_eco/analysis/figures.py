@@ -12,10 +12,12 @@ import numpy as np
 
 from ecs_eco.analysis.cycles import Surrogates, cross_correlation, living_stretch
 from ecs_eco.analysis.land import Land, draw_land
+from ecs_eco.analysis.palette import AXIS, BAND, INK, SOFT, TIME
 from ecs_eco.analysis.relief import Relief, draw_relief
 from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
-from ecs_eco.analysis.style import DASHES, PALETTE, colors, colors_of, panels, save, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, colors, colors_of, panels, save, save_svg, styled
+from ecs_eco.analysis.svg import DIM
 from ecs_eco.config.models.interventions import describe
 
 if TYPE_CHECKING:
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
     from ecs_eco.analysis.survival import SurvivalCurve
 
 __all__ = ["PALETTE", "arms", "binned", "colors", "deaths", "energy", "interventions", "lags", "mark",
-           "phase", "populations", "positions", "save", "spectra", "survival"]  # fmt: skip
+           "phase", "populations", "positions", "save", "save_svg", "spectra", "survival"]  # fmt: skip
 
 
 @styled
@@ -50,7 +52,7 @@ def populations(series: Series) -> Figure:
         right.spines["right"].set_visible(True)
         ax.set_ylabel("number of " + ", ".join(s for i, s in enumerate(series.species) if i != alone))
     lines = [line for a in figure.axes for line in a.get_lines() if not str(line.get_label()).startswith("_")]
-    figure.legend(handles=lines, loc="outside upper center", ncols=max(1, min(5, len(lines))))
+    figure.legend(handles=lines, loc="outside upper left", ncols=max(1, min(5, len(lines))))
     ax.margins(x=0)
     mark(figure.axes[-1], interventions(series))
     return figure
@@ -67,13 +69,13 @@ def mark(ax: Any, done: Sequence[tuple[int, str]]) -> None:
     room = float(np.ptp(ax.get_xlim())) / 45  # the width of a line of text
     last, labelled = -np.inf, set[str]()
     for tick in sorted({t for t, _ in done}):
-        ax.axvline(tick, color="#444c54", lw=0.9, ls=(0, (3, 2)), zorder=1)
+        ax.axvline(tick, color=SOFT, lw=0.9, ls=(0, (3, 2)), zorder=1)
         fresh = dict.fromkeys(label for t, label in done if t == tick and label not in labelled)
         if fresh and tick - last >= room:
             text = "; ".join(fresh)
             ax.annotate(text if len(text) <= 44 else text[:43] + "…", (tick, 1),
                         xycoords=("data", "axes fraction"), xytext=(2, -3), textcoords="offset points",
-                        rotation=90, ha="left", va="top", fontsize=7.5, color="#222222",
+                        rotation=90, ha="left", va="top", fontsize=7.5, color=INK,
                         bbox={"facecolor": "white", "alpha": 0.8,
                               "edgecolor": "none", "pad": 0.6})  # fmt: skip
             last = tick
@@ -84,23 +86,21 @@ def mark(ax: Any, done: Sequence[tuple[int, str]]) -> None:
 def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
     """Trajectories of pairs of species (prey on x, consumer on y), coloured by time;
     smoothed over 1 % of the run."""
-    from matplotlib.collections import LineCollection
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
 
     figure, axes = panels(1, len(pairs), 4.4 * len(pairs) + 0.7, 3.9)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         window = max(1, len(series.ticks) // 100)
         x, y = (thin(smooth(series.of(s), window), 1500)[0] for s in (a, b))
-        points = np.stack([x, y], 1)
-        lines = LineCollection(list(np.stack([points[:-1], points[1:]], 1)), cmap="viridis")
-        lines.set_linewidth(1.3)
-        lines.set_clim(series.ticks[0], series.ticks[-1])
-        lines.set_array(np.linspace(series.ticks[0], series.ticks[-1], max(len(x) - 1, 1)))
-        ax.add_collection(lines)
-        ax.plot(*points[0], "o", color="#440154", ms=6, label="start")
-        ax.plot(*points[-1], "s", color="#d9a400", ms=6, label="end")
-        ax.autoscale_view()
+        ends = np.linspace(0, len(x) - 1, len(TIME) + 1).astype(int)
+        for a_end, b_end, colour in zip(ends, ends[1:], TIME, strict=False):
+            ax.plot(x[a_end : b_end + 1], y[a_end : b_end + 1], color=colour, lw=1.3)
+        ax.plot(x[0], y[0], "o", color=TIME[0], ms=6, label="start")
+        ax.plot(x[-1], y[-1], "s", color=TIME[-1], ms=6, label="end")
         ax.set(xlabel=a, ylabel=b, title=f"{a} and {b}")
-    axes[0, 0].legend(loc="upper right")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+    lines = ScalarMappable(Normalize(series.ticks[0], series.ticks[-1]), ListedColormap(TIME))
     figure.colorbar(lines, ax=axes[0].tolist(), label="tick", pad=0.02)
     return figure
 
@@ -115,12 +115,12 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
         used = slice(1, len(peak.frequency) // 2)
         periods = 1 / peak.frequency[used]
         band = (peak.expected * peak.limit)[used]
-        ax.fill_between(periods, 1e-12, band, color="#dfe3e8", lw=0, label="red noise, 95 %")
-        ax.loglog(periods, peak.expected[used], color="#7a838c", lw=1.1, ls="--", label="red noise, fitted")
+        ax.fill_between(periods, 1e-12, band, color=BAND, lw=0, label="red noise, 95 %")
+        ax.loglog(periods, peak.expected[used], color=AXIS, lw=1.1, ls="--", label="red noise, fitted")
         ax.loglog(periods, peak.power[used], color=hue[s], label=s)
         named = f"{peak.period:,.0f} ticks" if peak.recurs else "nothing recurs"
         if peak.recurs:
-            ax.axvline(peak.period, color="#1b1f23", lw=0.8, ls=":")
+            ax.axvline(peak.period, color=INK, lw=0.8, ls=":")
         ax.set_ylim(max(peak.power[used].min(), 1e-6 * peak.power.max()) / 2,
                     3 * max(band.max(), peak.power.max()))
         ax.minorticks_off()
@@ -144,21 +144,21 @@ def lags(
         band = (surrogates or {}).get(f"{a}→{b}")
         if band is not None:
             ax.fill_between(
-                band.lags, band.low, band.high, color="#dfe3e8", lw=0,
+                band.lags, band.low, band.high, color=BAND, lw=0,
                 label=f"{a} and {b} of different runs, 95 %"
             )
-            ax.plot(band.lags, band.real.T, color="#0072B2", lw=0.8, alpha=0.5)
+            ax.plot(band.lags, band.real.T, color=PALETTE[2], lw=0.8, alpha=0.5)
             x, y = band.lags, band.real.mean(0)
         else:
             chosen = Series(series.ticks, (a, b), {"n": np.stack([series.of(a), series.of(b)], 1)})
             numbers, factor = thin(transform(living_stretch(chosen).T), 2048)
             at, y = cross_correlation(numbers[0], numbers[1], round(period / factor))
             x = at * factor / period
-        ax.plot(x, y, color="#0072B2", lw=2, label="same run")
+        ax.plot(x, y, color=PALETTE[2], lw=2, label="same run")
         after = x >= 0
         best = x[after][y[after].argmax()]
-        ax.axvline(0, color="#7a838c", lw=0.8)
-        ax.axvline(best, color="#D55E00", lw=1.2, ls="--", label=f"highest at {best:.2f}")
+        ax.axvline(0, color=AXIS, lw=0.8)
+        ax.axvline(best, color=PALETTE[3], lw=1.2, ls="--", label=f"highest at {best:.2f}")
         ax.set(xlabel=f"{b} behind {a} [periods]", title=f"{a} → {b}", xlim=(-1, 1), ylim=(-1, 1.05))
         ax.legend(loc="lower left", fontsize=8)
     axes[0, 0].set_ylabel("correlation")
@@ -180,7 +180,7 @@ def deaths(series: Series) -> Figure:
     shown = [i for i in range(len(series.species)) if counts[:, i].any()]
     used = [j for j in range(len(series.causes)) if counts[..., j].any()]
     figure, axes = panels(max(1, len(shown)), 1, 9, 1.9 * max(1, len(shown)) + 0.7, sharex=True)
-    hatches = ("", "////", "....", "\\\\\\\\", "xx", "++")
+    hatches = ("", "////", "\\\\\\\\", "xx", "++", "||")
     for ax, i in zip(axes[:, 0], shown, strict=False):
         middle, rate = binned(series, counts[:, i][:, used])
         ax.stackplot(middle, rate.T, colors=[PALETTE[(k + 1) % len(PALETTE)] for k in range(len(used))], lw=0)
@@ -191,7 +191,7 @@ def deaths(series: Series) -> Figure:
     axes[-1, 0].set_xlabel("tick")
     if shown:
         areas = axes[0, 0].collections
-        figure.legend(areas, [series.causes[j] for j in used], loc="outside upper center",
+        figure.legend(areas, [series.causes[j] for j in used], loc="outside upper left",
                       ncols=min(5, len(used)))
     return figure
 
@@ -221,12 +221,12 @@ def energy(series: Series) -> Figure:
                 labels=[FLOWS[k][1] for k, _ in flows],
                 lw=0,
             )
-        ax.axhline(0, color="#1b1f23", lw=0.8)
+        ax.axhline(0, color=INK, lw=0.8)
         ax.set(title=s, ylabel="energy per tick")
         ax.margins(x=0)
     axes[-1, 0].set_xlabel("tick")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=5)
+    figure.legend(handles, labels, loc="outside upper left", ncols=5)
     return figure
 
 
@@ -240,10 +240,10 @@ def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[
     high = size[2] if volume else size[1]
     figure, ((ax,),) = panels(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)
     for i, (s, xyz) in enumerate(at.items()):
-        area = float(np.clip(9000 / max(len(xyz), 1), 2, 26)) * (0.6, 1.0, 1.4)[min(i, 2)]
+        area = float(np.clip(9000 / max(len(xyz), 1), 3, 26)) * (0.6, 1.0, 1.4)[min(i, 2)]
         xy = xyz[:, [0, 2]] if volume else xyz[:, :2]
         ax.scatter(
-            *xy.T,
+            *_apart(xy, size[0]).T,
             s=area,
             color=hue[s],
             marker="os^Dv"[i % 5],
@@ -263,14 +263,23 @@ def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[
     if land is not None and not volume:
         draw_land(ax, land)
     if relief is not None and not volume:
+        figure.set_gid(DIM)
         draw_relief(ax, relief, size)
     ax.grid(visible=False)
     for side in ("top", "right"):
         ax.spines[side].set_visible(True)
-    shown = figure.legend(loc="outside upper center", ncols=max(1, min(5, len(at))))
+    shown = figure.legend(loc="outside upper left", ncols=max(1, min(5, len(at))))
     for handle in shown.legend_handles:
         handle.set_sizes([28])  # type: ignore[union-attr]
     return figure
+
+
+def _apart(xy: np.ndarray, wide: float) -> np.ndarray:
+    """Of thousands of places one in each square of a 300th of the width: more dots would look the same."""
+    if len(xy) < 5000:
+        return xy
+    column, row = np.floor(xy * (300 / wide)).astype(np.int64).T
+    return xy[np.sort(np.unique(column << 32 | row, return_index=True)[1])]
 
 
 @styled

@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.analysis.carriers import Frequencies, lines_of
 from ecs_eco.analysis.genes import Course
+from ecs_eco.analysis.palette import GREY, INK
 from ecs_eco.analysis.style import DASHES, PALETTE, panels, styled
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
     ax.set(xlabel="tick", ylabel="allele frequency", ylim=(-0.02, 1.02), title=title)
     if genes:
         ax.set_xlim(genes[0].ticks[0], max(genes[0].ticks[-1], 1))
-    figure.legend(loc="outside upper center", ncols=min(max(len(lines), 1), 5))
+    figure.legend(loc="outside upper left", ncols=min(max(len(lines), 1), 5))
     return figure
 
 
@@ -46,15 +47,15 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], hue: str,
     from matplotlib.colors import LinearSegmentedColormap
 
     figure, axes = panels(len(genes), 1, 9, 2.3 * len(genes) + 0.7, sharex=True)
-    shades = LinearSegmentedColormap.from_list("share", ["#ffffff", hue])
+    shades = LinearSegmentedColormap.from_list("share", [GREY + "00", GREY])
     for k, (ax, g) in enumerate(zip(axes[:, 0], genes, strict=True)):
         half = np.diff(g.ticks)[0] / 2 if len(g.ticks) > 1 else 0.5
         sides, share = np.append(g.ticks - half, g.ticks[-1] + half), np.nan_to_num(g.share.T)
         top = max(float(share.max(initial=0.0)), 1e-9)
         mesh = ax.pcolormesh(sides, g.edges, share, cmap=shades, norm=_root(top), rasterized=True)
-        ax.plot(g.ticks, g.mean, color="#1b1f23", lw=1.6, label="mean")
+        ax.plot(g.ticks, g.mean, color=INK, lw=1.6, label="mean")
         for sign in (-1, 1):
-            ax.plot(g.ticks, g.mean + sign * g.sd, color="#1b1f23", lw=0.9, ls=(0, (4, 2)),
+            ax.plot(g.ticks, g.mean + sign * g.sd, color=INK, lw=0.9, ls=(0, (4, 2)),
                     label="± 1 standard deviation" if sign > 0 else None)
         ax.set(title=f"{title}: {g.gene}" if title else g.gene, xlim=(g.ticks[0], max(g.ticks[-1], 1)),
                ylabel=traits.get(g.gene) or g.gene)
@@ -63,7 +64,7 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], hue: str,
         bar.set_label("share of the living", fontsize=8.5)
         bar.set_ticks([0, top / 4, top])
         if k == 0:
-            figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2)
+            figure.legend(*ax.get_legend_handles_labels(), loc="outside upper left", ncols=2)
     axes[-1, 0].set_xlabel("tick")
     return figure
 
@@ -102,5 +103,5 @@ def arms(bands: Mapping[str, Mapping[str, Band]], labels: Mapping[str, str], tit
     if title:
         figure.suptitle(title, x=0.01, ha="left", fontweight="bold", fontsize=11)
     handles, names = axes.flat[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside upper center", ncols=min(len(names), 5))
+    figure.legend(handles, names, loc="outside upper left", ncols=min(len(names), 5))
     return figure

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
+from ecs_eco.analysis.palette import AXIS, GREY
 from ecs_eco.analysis.runs import Series, parts
 from ecs_eco.analysis.style import PALETTE, panels, styled
 from ecs_eco.record import seal
-from ecs_eco.record.parquet import read_part
+from ecs_eco.record.parquet import read_part, to_numpy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,9 +56,10 @@ class Acts:
 def updates_of(table: pa.Table) -> dict[str, Updates]:
     """Return the updates of each species in a table as `Recorder.learning_series` gives it."""
     species = np.array(table["species"].cast(pa.string()).to_pylist(), object)
-    columns = {name: np.asarray(table[name].to_numpy(), float) for name in table.column_names
+    columns = {name: np.asarray(c.to_numpy() if c.null_count else to_numpy(c), float)
+               for name, c in zip(table.column_names, table.columns, strict=True)
                if name not in ("tick", "species")}
-    ticks = table["tick"].to_numpy()
+    ticks = to_numpy(table["tick"])
     return {s: Updates(ticks[species == s], {name: v[species == s] for name, v in columns.items()})
             for s in dict.fromkeys(species.tolist())}
 
@@ -66,7 +68,7 @@ def acts_of(table: pa.Table) -> dict[str, Acts]:
     """Return what each species did, from a table as `Recorder.action_series` gives it."""
     species, action = (np.array(table[name].cast(pa.string()).to_pylist(), object)
                        for name in ("species", "action"))
-    ticks, done, of = (table[name].to_numpy() for name in ("tick", "n", "of"))
+    ticks, done, of = (to_numpy(table[name]) for name in ("tick", "n", "of"))
     out = {}
     for s in dict.fromkeys(species.tolist()):
         chosen = species == s
@@ -120,14 +122,14 @@ def diagnostics(updates: Mapping[str, Updates], happiness: Mapping[str, tuple[np
         if word == "explained_variance":
             low = ax.get_ylim()[0]
             ax.set_ylim(max(low, -1.0), 1.02)
-            ax.axhline(0, color="#7a838c", lw=0.8, ls=":")
+            ax.axhline(0, color=AXIS, lw=0.8, ls=":")
         elif word in ("entropy", "approx_kl", "clip_fraction"):
             low, high = ax.dataLim.intervaly if ax.has_data() else (0.0, 1.0)
             ax.set_ylim(min(0.0, low), 1.08 * max(high, 1e-6))
     for ax in axes[-1]:
         ax.set_xlabel("tick")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=min(max(len(labels), 1), 6))
+    figure.legend(handles, labels, loc="outside upper left", ncols=min(max(len(labels), 1), 6))
     return figure
 
 
@@ -141,7 +143,7 @@ def actions(acts: Acts, title: str = "") -> Figure:
         curves = [thinned(acts.ticks, acts.share[:, i]) for i in at]
         ax.stackplot(curves[0][0], [np.nan_to_num(c[1]) for c in curves], lw=0,
                      labels=[acts.actions[i].partition(".")[2] for i in at],
-                     colors=[PALETTE[(k + 1) % 6] if k < 6 else "#b8bec4" for k in range(len(at))])
+                     colors=[PALETTE[(k + 1) % 6] if k < 6 else GREY for k in range(len(at))])
         ax.set(ylabel="share", ylim=(0, 1), title=f"{title}: {group}" if title else group)
         ax.margins(x=0)
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))

@@ -123,5 +123,5 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
         ax.margins(x=0)
     axes[-1, 0].set_xlabel("tick")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 5))
+    figure.legend(handles, labels, loc="outside upper left", ncols=min(len(labels), 5))
     return figure

@@ -10,6 +10,7 @@ import numpy as np
 
 from ecs_eco.analysis.figures import interventions, mark
 from ecs_eco.analysis.page import number, table
+from ecs_eco.analysis.palette import INK
 from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.seed_grid import Grid, mean_interval
 from ecs_eco.analysis.style import colors_of, panels, styled
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 WORLD = "(world)"
 """Stands where a species would, for what is one number of the whole world."""
-INK = "#334155"
 
 
 def measured(*runs: Series) -> dict[str, list[str]]:

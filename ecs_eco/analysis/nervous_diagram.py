@@ -18,6 +18,8 @@ KINDS = {
     "own": "interoception",
     "touch": "touch",
     "smell": "smell",
+    "gradient": "smell",
+    "approach": "touch",
     "nearest": "vision",
     "rays": "vision",
     "property": "bodies around",
@@ -199,6 +201,10 @@ def _text(sensor: Any) -> str:
             where = ("all round" if end - begin >= 2 * math.pi - 1e-5
                      else f"{math.degrees(begin):.0f}° to {math.degrees(end):.0f}°")
             return f"{'anything' if sensor.target == 'any' else sensor.target}, {where.replace('-', '−')}"
+        case "approach":
+            return f"flow of the nearest {sensor.target} that approaches, within {sensor.radius:g} m"
+        case "gradient":
+            return f"direction in which {sensor.field} rises, over {sensor.span:g} m"
         case "custom":
             return function_name(sensor.function)
     property_ = sensor.field if sensor.kind == "smell" else sensor.kind

@@ -15,8 +15,24 @@ import numpy as np
 
 from ecs_eco.analysis.nervous_diagram import ActionNode, Diagram, SensorNode, diagram, nervous_species
 from ecs_eco.analysis.nervous_layout import LINE, Layout, action_mark, cut, width
-from ecs_eco.analysis.nervous_pen import BLUE, GREY, HUES, INK, NODE, ORANGE, SOFT, Pen, look, minus
-from ecs_eco.analysis.style import as_delivered
+from ecs_eco.analysis.nervous_pen import (
+    BLUE,
+    GREY,
+    HAPPINESS,
+    HUES,
+    INK,
+    NIGHT,
+    NODE,
+    ORANGE,
+    POLICY,
+    SOFT,
+    WEIGHTS,
+    Pen,
+    look,
+    minus,
+)
+from ecs_eco.analysis.style import as_delivered, svg_of
+from ecs_eco.analysis.svg import themed
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, unknown_name
@@ -51,14 +67,18 @@ def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Fi
 
 def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
     """Write a PNG, SVG or PDF, by its suffix, completely or not at all; the same figure gives the same file.
+
+    An SVG follows the theme: light, and dark where the system or its page is.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    undated: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None},
-                                          ".png": {"Software": None}}
+    undated: dict[str, dict[str, Any]] = {".pdf": {"CreationDate": None}, ".png": {"Software": None}}
     kind = path.suffix.lower()
-    chosen: Any = {"svg.hashsalt": "ecs-eco", "svg.fonttype": "path", "text.parse_math": False}
-    with files.writing(path) as beside, as_delivered(chosen):
+    if kind == ".svg":
+        text = svg_of(figure)
+        files.write(path, themed(text, text, NIGHT))
+        return path
+    with files.writing(path) as beside, as_delivered({"text.parse_math": False}):
         figure.savefig(beside, dpi=dpi, facecolor="white", format=kind.removeprefix("."),
                        metadata=undated.get(kind))
     return path
@@ -219,7 +239,7 @@ class _Drawing:
 
     def _policy(self, y: float, height: float) -> None:
         policy, middle = self.d.policy, self.at.x_box + self.at.box / 2
-        self.pen.box(self.at.x_box, y, self.at.box, height, "#eaf3f9", BLUE)
+        self.pen.box(self.at.x_box, y, self.at.box, height, POLICY, BLUE)
         self._say(y - 0.41, "policy network", 9, INK, bold=True)
         n = len(policy.layers)
         xs = np.linspace(middle - 0.8, middle + 0.8, n).tolist()
@@ -227,7 +247,7 @@ class _Drawing:
         for i in range(n - 1):
             for a, b in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
                 self.pen.line(xs[i : i + 2], [y - 0.05 + a * tall[i] / 2, y - 0.05 + b * tall[i + 1] / 2],
-                              "#9cc4df", 0.7, 5)
+                              WEIGHTS, 0.7, 5)
         for x, high in zip(xs, tall, strict=True):
             self.pen.block(x - 0.035, y - 0.05, 0.07, high, BLUE, 6)
         self._say(y + 0.27, policy.way, 8, INK)
@@ -237,7 +257,7 @@ class _Drawing:
 
     def _happiness(self, y: float, height: float) -> None:
         assert self.d.happiness is not None
-        self.pen.box(self.at.x_box, y, self.at.box, height, "#fdf5e1", ORANGE)
+        self.pen.box(self.at.x_box, y, self.at.box, height, HAPPINESS, ORANGE)
         top = y - height / 2 + 0.07 + LINE / 2
         self._say(top, "happiness", 9, INK, bold=True)
         for i, line in enumerate(self.at.happy, 1):

@@ -11,14 +11,19 @@ import numpy as np
 from ecs_eco.analysis.formula_signs import Sign
 from ecs_eco.analysis.nervous_diagram import SensorNode
 from ecs_eco.analysis.nervous_layout import BAR
-from ecs_eco.analysis.style import PALETTE
+from ecs_eco.analysis.palette import ON_DARK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 INK, GREY, SOFT, FAINT = "#1b1f23", "#5f6870", "#aab2ba", "#e6eaee"
-GREEN, ORANGE, BLUE, RED = PALETTE[:4]
+GREEN, ORANGE, BLUE, RED = "#009E73", "#E69F00", "#0072B2", "#D55E00"
 HUES = {1: GREEN, -1: RED}
+POLICY, HAPPINESS, WEIGHTS, SECTOR = "#eaf3f9", "#fdf5e1", "#9cc4df", "#bcdcf0"
+NIGHT = {**ON_DARK, GREY: "#98a5aa", SOFT: "#5f6c74", FAINT: "#283136", GREEN.lower(): "#2fc69b",
+                   ORANGE.lower(): "#e6a522", BLUE.lower(): "#4aa3dc", RED.lower(): "#ff8a4c",
+                   POLICY: "#15303f", HAPPINESS: "#352a0e", WEIGHTS: "#3f7599", SECTOR: "#2c5b7c"}
+"""The colours of a drawing on a dark ground, by those on a light one."""
 NODE = 0.055  # radius
 
 
@@ -126,7 +131,7 @@ class Pen:
         angles = np.linspace(begin, end if end > begin else end + 2 * math.pi, 40)
         ring = [(x - outer * math.sin(a), y - outer * math.cos(a)) for a in angles]
         back = [(x - inner * math.sin(a), y - inner * math.cos(a)) for a in angles[::-1]]
-        self.polygon(ring + back, "#bcdcf0" if sensor.vision else ORANGE, 2)
+        self.polygon(ring + back, SECTOR if sensor.vision else ORANGE, 2)
 
 
 def look(sign: Sign, dotted: bool = False, width: float = 1.6) -> dict[str, Any]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import base64
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 from string import Template
 
+from ecs_eco.analysis.svg import embedded
 from ecs_eco.engine import files
+
+_WORDS = re.compile(r"[^\W\d_]{3}")  # how a cell of text begins, unlike "nan" … in one of numbers
 
 
 def page(title: str, *blocks: str) -> str:
@@ -19,8 +22,13 @@ def page(title: str, *blocks: str) -> str:
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """A table; cells that are `Markup` are HTML, all others plain text."""
-    top = "".join(f"<th>{_cell(x)}</th>" for x in head)
-    body = "\n".join("<tr>" + "".join(f"<td>{_cell(x)}</td>" for x in row) + "</tr>" for row in rows)
+    held = [list(row) for row in rows]
+    mark = [" class='words'" if any(row[i:] and _WORDS.match(str(row[i])) for row in held) else ""
+            for i in range(max(map(len, [head, *held])))]
+    top = "".join(f"<th{m}>{_cell(x)}</th>" if x else "<td></td>"
+                  for m, x in zip(mark, head, strict=False))
+    body = "\n".join("<tr>" + "".join(f"<td{m}>{_cell(x)}</td>" for m, x in zip(mark, row, strict=False))
+                     + "</tr>" for row in held)
     return f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>\n{body}\n</tbody></table></div>'
 
 
@@ -32,13 +40,12 @@ def _cell(x: object) -> str:
     return str(x) if isinstance(x, Markup) else escape(str(x))
 
 
-def picture(png: Path, caption: str) -> str:
-    """A figure with the PNG, or SVG, embedded, so that the page needs no other file."""
-    code = base64.b64encode(png.read_bytes()).decode("ascii")
-    kind = "svg+xml" if png.suffix == ".svg" else "png"
-    text = escape(caption)
-    return (f'<figure><img alt="{text}" '
-            f'src="data:image/{kind};base64,{code}"><figcaption>{text}</figcaption></figure>')
+def picture(svg: Path, caption: str) -> str:
+    """A figure with the SVG of `style.save_svg` in it, so that the page needs no other file; where it is
+    wider than the screen, it is scrolled."""
+    drawn = embedded(svg.read_text(encoding="utf-8"), caption)
+    return (f'<figure><div class="wide" tabindex="0">{drawn}</div>'
+            f"<figcaption>{escape(caption)}</figcaption></figure>")
 
 
 def number(x: float, digits: int = 3) -> str:

@@ -45,7 +45,7 @@ def over_time(series: Series, column: str) -> Figure:
             ax.plot(series.ticks, values, color=hue[name], label=name)
     ax.set(xlabel="tick", ylabel=column)
     if ax.get_lines():
-        figure.legend(loc="outside upper center", ncols=len(series.species))
+        figure.legend(loc="outside upper left", ncols=len(series.species))
     ax.margins(x=0)
     mark(ax, interventions(series))
     return figure

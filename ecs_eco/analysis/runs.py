@@ -14,7 +14,7 @@ import pyarrow as pa
 
 from ecs_eco.config.models.reporters import is_reporter
 from ecs_eco.record import belonging, seal
-from ecs_eco.record.parquet import read_part, to_numpy
+from ecs_eco.record.parquet import read_part, to_codes, to_numpy
 
 DIED = "died: "
 """Prefix of the series columns that count deaths by cause."""
@@ -141,15 +141,11 @@ def _pivot(table: pa.Table, manifest: dict[str, Any]) -> Series:
     for name in ("tick", "species", "n"):
         if name not in table.column_names:
             raise ValueError(f"the series has no column {name!r}: it has {', '.join(table.column_names)}")
-    table = _plain(table)
-    names = table["species"].combine_chunks().dictionary_encode()
-    if isinstance(names, pa.ChunkedArray):
-        names = names.combine_chunks()
-    seen = names.dictionary.to_pylist()
+    seen, which = to_codes(table["species"])
     species = [*manifest.get("species", []), *(s for s in seen if s not in manifest.get("species", []))]
     ticks, row = np.unique(to_numpy(table["tick"]), return_inverse=True)
     code = np.array([species.index(s) for s in seen], dtype=np.int64)
-    column = code[to_numpy(pa.chunked_array([names.indices]))] if len(seen) else np.zeros(0, np.int64)
+    column = code[which]
     columns = {}
     for name in table.column_names:
         if name not in ("tick", "species"):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.analysis.extinction import declines, lifetime
+from ecs_eco.analysis.palette import AXIS, ON_CELL
 from ecs_eco.analysis.seed_grid import Grid, survival_band
 from ecs_eco.analysis.style import PALETTE, panels, styled
 from ecs_eco.analysis.survival import kaplan_meier
@@ -30,7 +31,7 @@ def persistence(grid: Grid, title: str = "") -> Figure:
         curve = kaplan_meier(t, d)
         shift = 0.006 * (k - (len(lived) - 1) / 2)  # seeds that agree stay apart
         ax.step(np.append(curve.time, until), np.append(curve.survival, curve.survival[-1]) + shift,
-                where="post", color="#7a838c", lw=0.8,
+                where="post", color=AXIS, lw=0.8,
                 label="one training seed" if k == 0 else None)  # fmt: skip
     curve = kaplan_meier(lived.ravel(), died.ravel())
     ax.step(np.append(curve.time, until), np.append(curve.survival, curve.survival[-1]), where="post",
@@ -54,7 +55,7 @@ def lifetimes(grid: Grid, title: str = "") -> Figure:
             first = declines(grid.runs[i][j])[:1]
             text = f"{first[0].tick:,}\n{first[0].species}" if first else "all live"
             ax.text(j, i, text, ha="center", va="center", fontsize=8.5,
-                    color="#1b1f23" if lived[i, j] > 0.55 * top else "white")
+                    color=ON_CELL[bool(lived[i, j] > 0.55 * top)])
     for edge in range(1, rows):
         ax.axhline(edge - 0.5, color="white", lw=1.2)
     for edge in range(1, columns):

@@ -7,13 +7,15 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import wraps
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
 
-from ecs_eco.analysis.palette import safe
+from ecs_eco.analysis.palette import AXIS, GRID, INK, SAFE, SOFT, safe
 from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.svg import themed
 from ecs_eco.engine import files
 
 if TYPE_CHECKING:
@@ -21,8 +23,8 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 
-PALETTE = ("#009E73", "#E69F00", "#0072B2", "#D55E00", "#CC79A7", "#56B4E9", "#000000", "#F0E442")
-"""Okabe and Ito's colours, which colour-blind readers can distinguish."""
+PALETTE = (*(SAFE[i][0] for i in (0, 1, 6, 2, 4, 3)), INK, SAFE[5][0])
+"""The colours of kinds on a light ground, in the order of Okabe and Ito, and the ink of texts."""
 HUE = re.compile("#[0-9a-fA-F]{6}")  # the form that worlds allow; a manifest may hold anything
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
 STYLE: dict[Any, Any] = {
@@ -33,15 +35,23 @@ STYLE: dict[Any, Any] = {
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
     "axes.grid": True,
-    "grid.color": "#e6eaee",
+    "grid.color": GRID,
     "grid.linewidth": 0.8,
     "axes.axisbelow": True,
-    "axes.edgecolor": "#7a838c",
+    "axes.edgecolor": AXIS,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "xtick.color": AXIS,
+    "ytick.color": AXIS,
+    "xtick.labelcolor": SOFT,
+    "ytick.labelcolor": SOFT,
     "legend.frameon": False,
     "lines.linewidth": 1.4,
     "path.simplify_threshold": 0.5,
     "text.parse_math": False,  # a $ in a name or cause given by the world's author is a $
 }
+
+RASTER = 110  # dots an inch of what is no line: relief, and maps of colours
 
 _bare = False  # whether matplotlib's settings are its defaults, by `as_delivered`
 
@@ -85,15 +95,25 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        from matplotlib.ticker import LogFormatter
+
         with as_delivered(STYLE):
             figure = draw(*args, **kwargs)
         for ax in figure.axes:
             for axis in (ax.xaxis, ax.yaxis):
-                if axis.get_scale() == "linear" and max(map(abs, axis.get_view_interval())) >= 1000:
+                if isinstance(axis.get_major_formatter(), LogFormatter):
+                    axis.set_major_formatter(_power)
+                elif axis.get_scale() == "linear" and max(map(abs, axis.get_view_interval())) >= 1000:
                     axis.set_major_formatter("{x:,.0f}")
         return figure
 
     return drawn
+
+
+def _power(x: float, _place: float = 0) -> str:
+    """A label of a log axis; matplotlib's own would have to be parsed, and so would all texts."""
+    power = round(float(np.log10(x)))
+    return "10" + str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
@@ -116,11 +136,19 @@ def _lay_out(figure: Figure, dpi: int) -> None:
 
 
 def save_svg(figure: Figure, path: Path | str) -> Path:
-    """Write an SVG, whole or not at all, the same bytes for the same figure."""
+    """Write an SVG for light and dark pages, whole or not at all, the same bytes for the same figure."""
     Path(path).parent.mkdir(parents=True, exist_ok=True)
-    with files.writing(path) as beside, as_delivered({"text.parse_math": False, "svg.hashsalt": "ecs-eco"}):
-        figure.savefig(beside, facecolor="white", format="svg", metadata={"Date": None, "Creator": None})
+    files.write(Path(path), themed(svg_of(figure), Path(path).stem))
     return Path(path)
+
+
+def svg_of(figure: Figure) -> str:
+    """Return the SVG that matplotlib writes, with texts as texts: the same for the same figure."""
+    drawn, more = StringIO(), {"Date": None, "Creator": None}
+    with as_delivered({"text.parse_math": False, "svg.hashsalt": "ecs-eco", "svg.fonttype": "none"}):
+        _lay_out(figure, 72)
+        figure.savefig(drawn, transparent=True, format="svg", metadata=more, dpi=RASTER)
+    return drawn.getvalue()
 
 
 def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> dict[str, str]:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import ast
-import tomllib
 from pathlib import Path
 
-from ecs_eco.config.shipped import shipped
+from ecs_eco.config.shipped import titles
 
 ROOT = Path(__file__).parent.parent
 
@@ -14,22 +13,12 @@ ROOT = Path(__file__).parent.parent
 def listing() -> str:
     """Worlds, sensors, components and systems, a line each."""
     sections = {
-        "Worlds": _worlds(),
+        "Worlds": titles(),
         "Sensors": dict(_classes(ROOT / "config" / "models" / "sensors.py", "kind")),
         "Components": dict(_folder("components")),
         "Systems": dict(_folder("systems", "System")),
     }
     return "\n\n".join(_table(title, rows) for title, rows in sections.items())
-
-
-def _worlds() -> dict[str, str]:
-    titles = {}
-    for name, path in shipped().items():
-        try:
-            titles[name] = str(tomllib.loads(path.read_text(encoding="utf-8")).get("title", ""))
-        except (OSError, ValueError) as error:
-            titles[name] = f"cannot be read: {error}"
-    return titles
 
 
 def _folder(name: str, base: str = "") -> list[tuple[str, str]]:

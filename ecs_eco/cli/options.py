@@ -48,6 +48,14 @@ Trust = Annotated[
     bool, typer.Option("--trust", help="Allow the code that it brings along to run here, "
                                        "until that code changes; read it first.")
 ]
+Bands = Annotated[
+    bool, typer.Option("--bands", help="Share its work with the other processes of `mpiexec -n N ecs-eco … "
+                                       "--bands`; the result is the same.")
+]
+Divided = Annotated[
+    bool, typer.Option("--divided", help="As --bands, and each process holds its own part of the world "
+                                         "alone: memory is divided, too.")
+]
 On = Annotated[
     str, typer.Option("--on", metavar="local|ray",
                       help="Where it is done: processes of this machine, or a Ray cluster.")

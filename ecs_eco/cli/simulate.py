@@ -79,13 +79,10 @@ def _given(**options: Any) -> dict[str, Any]:
 def run_in_bands(world: str, changes: list[str], ticks: int | None, seed: int | None, out: Path | None,
                  quiet: bool, threads: int, learn: bool | None, policies: str, report: bool,
                  checkpoint_every: int | None, keep: int, shown: tuple[int, bool] | None,
-                 record: str | None) -> None:
-    """Run one world in all processes that mpiexec started; process 0 records it and prints."""
-    from ecs_eco.bands.run import together
-
-    if shown is not None:
-        refuse("--watch", "is not possible with --bands: what a page does reaches one process alone", "",
-               "one of them; or watch the folder afterwards")
+                 record: str | None, divided: bool = False) -> None:
+    """Run one world in all processes that mpiexec started; process 0 records it and prints. Where it is
+    `divided`, each holds a part of it."""
+    unwatched(shown)
 
     def build() -> Any:
         from ecs_eco.ecosystem import World
@@ -97,10 +94,46 @@ def run_in_bands(world: str, changes: list[str], ticks: int | None, seed: int | 
         run_world(world, changes, ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every,
                   keep, None, record, prepare=prepare)
 
-    led = together(lead, build, ticks)
+    in_all(lead, build, ticks, divided)
+
+
+def resume_in_bands(folder: Path, until: int | None, forks: bool, quiet: bool, threads: int, report: bool,
+                    shown: tuple[int, bool] | None, divided: bool) -> None:
+    """Resume a run in all processes that mpiexec started, however many it had before."""
+    from ecs_eco.runs.run import read_manifest, world_at
+
+    unwatched(shown)
+    if forks:
+        refuse("--bands", "goes on with a run; a fork begins in one process", "",
+               "resume without --from-tick, --set and --out")
+    manifest = read_manifest(folder)
+
+    def build() -> Any:
+        return world_at(folder, manifest, None, threads, lambda text: None, trust=False)
+
+    def lead(prepare: Callable[[Any], None]) -> None:
+        resume_run(folder, until, None, [], None, quiet, threads, report, prepare=prepare)
+
+    in_all(lead, build, manifest["ticks"] if until is None else until, divided)
+
+
+def unwatched(shown: tuple[int, bool] | None) -> None:
+    """Refuse a viewer of a world in several processes."""
+    if shown is not None:
+        refuse("--watch", "is not possible with --bands: what a page does reaches one process alone", "",
+               "one of them; or watch the folder afterwards")
+
+
+def in_all(lead: Callable[..., None], build: Callable[[], Any], ticks: int | None, divided: bool) -> None:
+    """Run a world in all processes; process 0 says what it exchanged."""
+    from ecs_eco.bands.run import together
+
+    led = together(lead, build, ticks, state=divided)
     if led is not None:
         bands = led[1]
-        say(f"  {bands.size} processes, the same world in all; process 0 received "
+        many, held = ((bands.processes, "each with its own part of the world") if divided
+                      else (bands.size, "the same world in all"))
+        say(f"  {many} processes, {held}; process 0 received "
             f"{bands.traffic.received / 1e6:.1f} MB, and spent {bands.traffic.seconds:.1f} s exchanging and "
             "waiting")
 
@@ -142,8 +175,9 @@ def resume_run(
     shown: tuple[int, bool] | None = None,
     workers: int | None = None,
     on: str = LOCAL,
+    prepare: Callable[[Any], None] | None = None,
 ) -> None:
-    """Resume a run in its folder, or fork it into another; `shown` is as for a run."""
+    """Resume a run in its folder, or fork it into another; `shown` and `prepare` are as for a run."""
     from ecs_eco.runs.run import fork, read_manifest, resume
 
     forks = from_tick is not None or bool(changes) or out is not None
@@ -160,7 +194,7 @@ def resume_run(
         progress(folder.name, quiet) as bar,
     ):
         more: dict[str, Any] = {"threads": threads, "report": report, "complain": complain}
-        more |= {} if viewer is None else {"prepare": viewer.open}
+        more |= _given(prepare=prepare if viewer is None else viewer.open)
         try:
             if claim is not None:
                 command = f"ecs-eco resume {shlex.quote(str(folder))} --out DIR"

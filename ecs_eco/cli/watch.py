@@ -21,12 +21,17 @@ def watch_it(
     policies: str,
     port: int,
     browser: bool,
+    other: str | None = None,
 ) -> None:
-    """Show a living world, or a recorded run, until Ctrl-C."""
+    """Show a living world or a recorded run until Ctrl-C, or two side by side."""
     from ecs_eco.record.archipelago import is_archipelago
 
+    shown = [what] if other is None else [what, other]
+    if other is not None and (maps := [one for one in shown if is_archipelago(one)]):
+        refuse("WORLD", "is an archipelago, whose map is shown alone", maps[0],
+               "worlds and folders of single runs")
     islands = is_archipelago(what)
-    recorded = os.path.isfile(Path(what) / "manifest.json") or islands
+    recorded = all(os.path.isfile(Path(one) / "manifest.json") for one in shown) or islands
     if recorded and (changes or ticks or seed is not None or learn is not None):
         allowed = ("a world; a recording is shown as it is, "
                    "and `resume --from-tick T --set … --out NEW` forks it")
@@ -35,10 +40,13 @@ def watch_it(
         _map(Path(what), port, browser)
         return
     with _port(port):
+        from ecs_eco.view.pair import Pair
         from ecs_eco.view.watch import watch
 
-        source = _replay(Path(what)) if recorded else _live(what, changes, ticks, seed, threads,
-                                                            learn, policies)
+        first, *others = [_source(one, changes, ticks, seed, threads, learn, policies) for one in shown]
+        source = (Pair(first, others[0], _names(shown, [first, others[0]])) if others else
+                  Pair(first, start=_start(first, what, changes, ticks, learn, policies),
+                       picker=_picker(first, what, changes, ticks, threads, learn, policies)))
         try:
             watch(source, _Announcer(source.hello()["title"]), port=port, browser=browser)
         except KeyboardInterrupt:
@@ -65,6 +73,60 @@ def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Any]:
 
     with _port(port), Window(ticks, _Announcer(title), port=port, browser=browser) as opened:
         yield opened
+
+
+def _source(what: str, *how: Any) -> Any:
+    """Return a recorded run, or a living world; the options are for those that live."""
+    return _replay(Path(what)) if os.path.isfile(Path(what) / "manifest.json") else _live(what, *how)
+
+
+def _names(shown: list[str], sources: list[Any]) -> tuple[str, str]:
+    """Return what two worlds are called beside each other: by their titles, or as they were asked for where
+    these are the same."""
+    titles = [str(source.hello()["title"]) for source in sources]
+    names = next((both for both in (titles, shown) if both[0] != both[1]),
+                 [f"{shown[0]}, {place}" for place in ("the first", "the second")])
+    return names[0], names[1]
+
+
+def _start(source: Any, world: str, changes: list[str], ticks: int | None, learn: bool | None,
+           policies: str) -> Any:
+    """Return how a living world began, as words of `run`; None for a recorded one."""
+    from ecs_eco.view.live import Live
+    from ecs_eco.view.recipe import Start
+
+    if not isinstance(source, Live):
+        return None
+    config = source.world.config
+    words = ["run", world, "--seed", str(source.world.seed)]
+    words += [] if ticks is None else ["--ticks", str(ticks)]
+    words += [] if learn is None else ["--learn" if learn else "--no-learn"]
+    words += [] if policies == "trained" else ["--policies", policies]
+    words += [word for change in changes for word in ("--set", change)]
+    planned = [] if config is None else config.interventions
+    return Start(words, [x.model_dump(mode="json", exclude_none=True) for x in planned])
+
+
+def _picker(source: Any, what: str, changes: list[str], ticks: int | None, threads: int, learn: bool | None,
+            policies: str) -> Any:
+    """Return what may be begun in the place of a living world, None for a recorded one; --set and a folder of
+    policies are for the world that they were given for."""
+    from ecs_eco.cli.folders import POLICIES
+    from ecs_eco.view.live import Live
+    from ecs_eco.view.pair import Pair
+    from ecs_eco.view.picker import Picker
+
+    if not isinstance(source, Live):
+        return None
+
+    def build(world: str, seed: int | None) -> Any:
+        own = world == picker.first
+        set_, brains = changes if own else [], policies if own or policies in POLICIES else "trained"
+        live = _live(world, set_, ticks, seed, threads, learn, brains)
+        return Pair(live, start=_start(live, world, set_, ticks, learn, brains))
+
+    picker = Picker(what, source.hello()["title"], build)
+    return picker
 
 
 def _live(world: str, changes: list[str], ticks: int | None, seed: int | None, threads: int,

@@ -96,7 +96,7 @@ OURS = {  # what a run writes, by folder
     "births": (PARTS,), "deaths": (PARTS,), "snapshots": (PARTS,), "matter": (PARTS,), "learning": (PARTS,),
     "actions": (PARTS,), "arrivals": (PARTS,), "departures": (PARTS,), "details-*": (PARTS,),
     "checkpoints": ("tick-*.safetensors",),
-    "policies": ("*.safetensors",), "figures": ("*.png",),
+    "policies": ("*.safetensors",), "figures": ("*.svg", "*.png"),
 }  # fmt: skip
 
 

@@ -64,6 +64,16 @@ def to_numpy(column: pa.ChunkedArray) -> np.ndarray:
     return np.concatenate(parts) if parts else np.zeros(0, column.type.to_pandas_dtype())
 
 
+def to_codes(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
+    """Return the words that a column of texts without gaps holds, and the place of each row's among them."""
+    column = column.cast(pa.string()).combine_chunks().dictionary_encode()
+    if isinstance(column, pa.ChunkedArray):
+        column = column.combine_chunks()
+    if not len(column):
+        return [], np.zeros(0, np.int64)
+    return column.dictionary.to_pylist(), to_numpy(pa.chunked_array([column.indices]))
+
+
 def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
     """Write one Parquet part with its mark and seal, completely or not at all; return the seal."""
     floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]

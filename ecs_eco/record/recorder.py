@@ -16,6 +16,7 @@ from ecs_eco.record.dead import dead, total
 from ecs_eco.record.details import Details, how_many
 from ecs_eco.record.events import EVENTS, MIGRATION, as_numbers, as_text
 from ecs_eco.record.genomes import letters_of, texts_of
+from ecs_eco.record.intake import Intake
 from ecs_eco.record.learning import LearningPages
 from ecs_eco.record.ledger import COUNTS_ROW, FLOWS, LEDGER, LEDGER_ROW
 from ecs_eco.record.matter import MatterPages
@@ -68,6 +69,7 @@ class Recorder(System):
         self._counts = np.zeros((block, s), ISLAND_COUNTS_ROW if island else COUNTS_ROW)
         self.means = ("energy_mean", "happiness_mean", *(("depth_mean",) if world.space.volume else ()))
         self._means = np.zeros((block, s), np.dtype([(name, np.float32) for name in self.means]))
+        self._moods = np.zeros((block, s))  # sums of happiness
         self._ledger = np.zeros((block, s), ISLAND_LEDGER_ROW if island else LEDGER_ROW)
         self._sums = self._ledger.view(np.float64).reshape(block, s, -1)  # the same, by LEDGER
         self._died = np.zeros((block, s, 256), np.int32)
@@ -78,8 +80,7 @@ class Recorder(System):
                 self._stock[i] = table[Metabolism].energy[table.rows()].sum(dtype=np.float64)
         self._at, self._last = 0, -1  # the row to write next; the last tick that is over
         self._blocks: list[dict[str, np.ndarray]] = []
-        # blocks of the series that stay in memory; None: all without a sink, else none
-        self.remembered: int | None = None
+        self.remembered: int | None = None  # blocks that stay in memory; None: all without a sink, else none
         self._events: dict[str, list[tuple[np.ndarray, ...]]] = {kind: [] for kind in EVENTS}
         # of each species with a genome: a letter per number, "S1" or "U1"
         self._letters: dict[str, np.ndarray] = {}
@@ -89,6 +90,7 @@ class Recorder(System):
         both: dict[str, Any] = {"learning": self.learning, "matter": self.matter}
         self._pages = {kind: pages for kind, pages in both.items() if pages is not None}
         self.reports = Reports(world, self.names, block) if world.reporters else None
+        self.intake = Intake(world, self.names, block, self._sums.shape[-1])
         world.on_birth.append(self.born)
         world.on_death.append(self.died)
         self.migrations = Migrations(self, world) if island else None
@@ -182,7 +184,8 @@ class Recorder(System):
             self._ledger[at, s] = (self._stock[s], endowed, *map(add, dead, flows), lost, energy,
                                    *page[len(LEDGER) :])
             n, (_, _, *depth) = max(table.n, 1), self._means[at, s].item()
-            self._stock[s], self._means[at, s] = energy, (energy / n, mood / n, *depth)
+            self._stock[s], self._moods[at, s] = energy, mood
+            self._means[at, s] = energy / n, mood / n, *depth
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
         if self.details is not None:
@@ -191,6 +194,7 @@ class Recorder(System):
             pages.turn(world)
         if self.reports is not None:
             self.reports.note(world, at)
+        self.intake.note(at, self._sums[at])
         self._at, self._last = self._at + 1, world.tick
         if self._at == self.block:
             self.flush()
@@ -208,6 +212,7 @@ class Recorder(System):
 
     def flush(self) -> None:
         """Pass on what has been recorded since the last time, of all ticks that are over."""
+        self.world.bands.collect(self)
         if self._at:
             block = self._columns(self._at)
             if self.sink is not None:
@@ -217,7 +222,7 @@ class Recorder(System):
                 del self._blocks[: -self.remembered if self.remembered else 0]
             for pages in self._pages.values():
                 pages.flush(self.sink)
-            for array in (self._counts, self._means, self._ledger, self._died):
+            for array in (self._counts, self._means, self._ledger, self._moods, self._died):
                 # the page of a tick that is not over
                 begun = array[self._at].copy() if self._at < self.block else 0
                 array[...] = 0
@@ -291,7 +296,7 @@ class Recorder(System):
                                       "species": np.tile(np.arange(s, dtype=np.int8), n)}
         for array in (self._counts, self._means, self._ledger):
             out |= {name: array[name][:n].ravel() for name in array.dtype.names or ()}
-        out |= {} if self.reports is None else self.reports.columns(n)
+        out |= self.intake.columns(n) | ({} if self.reports is None else self.reports.columns(n))
         return out | {f"died: {cause}": self._died[:n, :, i + 1].ravel()
                       for i, cause in enumerate(self.world.causes)}
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ecs_eco.config.checks.reporters import fault_of_name
 from ecs_eco.config.formula import FormulaError
-from ecs_eco.config.models.reporters import is_reporter
+from ecs_eco.config.models.reporters import EATEN, is_reporter
 from ecs_eco.config.reporter_formula import ReporterFormula, Scope, compile_reporter
 from ecs_eco.engine.errors import ConfigError, Problem, listed, unknown_name
 
@@ -125,4 +125,6 @@ def _has(table: Any, component: str, field: str) -> bool:
 
 def absent(column: str, n: int) -> np.ndarray:
     """Return n values of a column of the series for ticks that have none."""
+    if column.startswith(EATEN):
+        return np.zeros(n)
     return np.full(n, np.nan) if is_reporter(column) else np.zeros(n, np.int32)

@@ -80,8 +80,8 @@ def test_bands_are_students_t_over_runs(arms):
 def test_page_and_figures_are_written_and_tables_have_every_arm(arms, tmp_path):
     genes = genes_of(arms)
     parts = "".join(blocks(tmp_path, genes, summary(genes, ROWS, "world"), "world"))
-    assert {p.name for p in (tmp_path / "figures").iterdir()} == {"alleles-0.png", "genes-0.png"}
-    assert parts.count("<td>neutral</td>") == 4
+    assert {p.name for p in (tmp_path / "figures").iterdir()} == {"alleles-0.svg", "genes-0.svg"}
+    assert parts.count(">neutral</td>") == 4
     assert "Against world" in parts
 
 

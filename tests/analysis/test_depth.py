@@ -4,6 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from ecs_eco import World
@@ -69,6 +71,23 @@ def test_the_day_by_hours_leaves_the_first_one_out_and_knows_when_nobody_lived(s
             == pytest.approx([2, 5, np.nan], nan_ok=True))
 
 
+def test_depths_over_time_are_means_of_snapshots(small, tmp_path: Path) -> None:
+    at = [(0, "copepod", 15.9), (0, "copepod", 0.1), (0, "krill", 8.1), (5, "copepod", 15.5),
+          (10, "krill", 7.9), (15, "krill", 16.0)]
+    folder = tmp_path / "snapshots"
+    folder.mkdir()
+    for k, rows in enumerate((at[:4], at[4:])):
+        tick, name, z = zip(*rows, strict=True)
+        pq.write_table(pa.table({"tick": pa.array(tick), "species": pa.array(name).dictionary_encode(),
+                                 "z": pa.array(z, pa.float32())}), folder / f"part-{k:05d}.parquet")
+    series = wave(small)
+    edges, numbers = depths.depths_over_time(tmp_path, series, ["copepod", "krill"], layers=2, most=2)
+    assert edges.tolist() == [0, 10, 20]  # two snapshots each
+    assert numbers["copepod"].tolist() == [[1.0, 0.0], [0.5, 0.0]]  # the upper half, the lower
+    assert numbers["krill"].tolist() == [[0.5, 0.5], [0.0, 0.5]]
+    assert depths.depths_over_time(tmp_path / "none", series, ["krill"])[0].tolist() == [0]
+
+
 def test_arms_are_compared_by_depth(small, tmp_path):
     def runs(amplitude, lag):
         return [wave(small, a, lag) for a in amplitude]
@@ -84,7 +103,7 @@ def test_arms_are_compared_by_depth(small, tmp_path):
     assert two["along_day"][0] == pytest.approx(-0.125)
     assert two["r"][0] < -0.9
     assert "Depth over the day" in (tmp_path / "compare.html").read_text()
-    assert (tmp_path / "figures" / "depth.png").is_file()
+    assert (tmp_path / "figures" / "depth.svg").is_file()
 
 
 def test_a_world_without_sun_or_depth_has_no_day(small):
@@ -117,7 +136,7 @@ def test_a_run_of_two_days_is_reported_with_depths_hours_and_escapes(small, tmp_
     text = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     for words in ("Depth and the day", "r with light", "approaches of krill to 1.5 m"):
         assert words in text
-    assert {"depth.png", "hours.png", "escape-1-2.png"} <= {p.name
+    assert {"depth.svg", "depths.svg", "hours.svg", "escape-1-2.svg"} <= {p.name
                                                             for p in (tmp_path / "run" / "figures").iterdir()}
     shares = depths.depths_by_hour(tmp_path / "run", load_series(tmp_path / "run"))["copepod"]
     sums = shares.sum(0)

@@ -95,6 +95,17 @@ def test_a_map_shows_a_plane_from_above_and_a_volume_from_the_side(size: list[fl
     assert ax.collections[0].get_offsets()[1].tolist() == [4, 5 if len(size) == 2 else 6]
 
 
+def test_a_map_of_very_many_has_a_dot_in_each_place_that_can_be_told_apart() -> None:
+    rng = np.random.default_rng(5)
+    xyz = rng.uniform(0, 90, (400_000, 3))
+    crowd = np.concatenate([xyz, np.full((1, 3), 90.0)])
+    (ax,) = figures.positions({"grass": crowd}, [90.0, 90.0], figures.colors(["grass"])).axes
+    shown = ax.collections[0].get_offsets()
+    assert 0.98 * 300**2 < len(shown) <= 300**2 + 1
+    assert shown[-1].tolist() == [90, 90]
+    assert ax.collections[0].get_label() == "grass (400,001)"
+
+
 def test_survival_starts_at_one(tmp_path: Path) -> None:
     figure = figures.survival({"a": kaplan_meier([3, 5], [True, False]), "b": kaplan_meier([2], [True])}, 5)
     assert figure.axes[0].get_lines()[0].get_ydata().tolist() == [1, 0.5, 0.5]

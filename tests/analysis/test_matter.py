@@ -65,7 +65,7 @@ def test_report_and_why_show_matter_where_there_is_some(tmp_path):
     assert np.diff(pages.stock[:, pages.holders.index("soil"), 0]).min() > 0
     page = write_report(tmp_path / "run").read_text()
     assert "<h2>Matter</h2>" in page
-    assert (tmp_path / "run" / "figures" / "matter.png").is_file()
+    assert (tmp_path / "run" / "figures" / "matter.svg").is_file()
     found = write_why(tmp_path / "run")
     assert found["matter"] == found["sentences"]["Matter"] == matter.told(pages)
     assert json.loads((tmp_path / "run" / "why.json").read_text())["matter"] == found["matter"]

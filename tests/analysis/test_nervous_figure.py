@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import itertools
+import re
+import runpy
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from ecs_eco.analysis import nervous_figure
+from ecs_eco.analysis import nervous_figure, nervous_pen
 from ecs_eco.analysis.nervous_diagram import diagram, nervous_species
 from ecs_eco.analysis.nervous_figure import draw_nervous_system, draw_nervous_systems, save
 from ecs_eco.analysis.nervous_layout import BETWEEN, Layout, spread
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 from tests.analysis.nervous_worlds import heritable, lamb, many
+
+contrast = runpy.run_path(str(Path(__file__).with_name("test_palette.py")))["contrast"]
 
 
 def test_a_network_of_ones_own_is_drawn_with_its_name(tmp_path: Path) -> None:
@@ -102,12 +106,29 @@ def test_blocking_is_told_from_forcing_without_colour() -> None:
 # files and errors
 
 
-@pytest.mark.parametrize(("ending", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+@pytest.mark.parametrize(("ending", "begins"), [("png", b"\x89PNG"), ("svg", b"<svg"), ("pdf", b"%PDF")])
 def test_the_same_drawing_gives_the_same_file(tmp_path: Path, ending: str, begins: bytes) -> None:
     files = [save(draw_nervous_system(lamb(), "lamb"), tmp_path / f"{i}.{ending}", dpi=50).read_bytes()
              for i in range(2)]
     assert files[0].startswith(begins)
     assert files[0] == files[1]
+
+
+def test_an_svg_follows_the_theme_and_its_words_stand_out_on_a_dark_ground(tmp_path: Path) -> None:
+    night, words = nervous_pen.NIGHT, set()
+    for name, config in (("lamb", lamb()), ("deer", load("predator-prey"))):
+        drawn = draw_nervous_system(config, name)
+        text = save(drawn, tmp_path / "x.svg").read_text(encoding="utf-8")
+        used = set(re.findall(r' (fill|stroke)="(#[0-9a-f]{6})"', text))
+        assert len(used) > 8
+        assert [hue for what, hue in used if f'[{what}="{hue}"]{{{what}:{night.get(hue)}}}' not in text] == []
+        assert f">{name}<" in text  # words can be searched
+        words |= set(re.findall(r'<text [^>]*fill="(#[0-9a-f]{6})"', text))
+    assert {nervous_pen.INK, nervous_pen.GREY} <= words
+    grounds = [night[ground] for ground in ("#ffffff", nervous_pen.POLICY, nervous_pen.HAPPINESS)]
+    assert min(contrast(night[hue], ground) for hue in words for ground in grounds) >= 4.5
+    signs = [night[hue.lower()] for hue in (nervous_pen.GREEN, nervous_pen.RED, nervous_pen.BLUE)]
+    assert min(contrast(sign, ground) for sign in signs for ground in grounds) >= 3
 
 
 def test_all_species_with_nerves_are_drawn_below_each_other() -> None:

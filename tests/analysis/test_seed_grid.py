@@ -170,6 +170,6 @@ def test_a_crossed_comparison_opens_with_who_persisted_and_tells_the_variance(tm
     assert page.index("All species persisted in 4 of 6 runs (67%)") < page.index("<h2>")
     assert "world: 3 training seeds × 2 world seeds" in page
     assert "world runs with policies trained." in page
-    assert {"persistence_world.png", "first_extinction_world.png"} <= {
+    assert {"persistence_world.svg", "first_extinction_world.svg"} <= {
         p.name for p in (tmp_path / "figures").iterdir()
     }

@@ -332,7 +332,7 @@ def test_a_recorded_run_is_explained_in_a_page_a_figure_and_json(starving: Path,
     page = (tmp_path / "why.html").read_text()
     assert "wolf died out at tick" in page
     assert "species.wolf.diet.0.chance" in page
-    assert (tmp_path / "figures" / "why.png").stat().st_size > 10_000
+    assert (tmp_path / "figures" / "why.svg").stat().st_size > 10_000
     assert findings["conduct"]["wolf"][0]["enemies"] == {}
     assert findings["conduct"]["deer"][0]["enemies"]["wolf"]["mean"] > 0
 

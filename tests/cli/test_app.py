@@ -90,6 +90,12 @@ def test_version_is_said() -> None:
     assert invoke("--version").startswith("ecs-eco")
 
 
+def test_the_package_can_be_run_as_a_module() -> None:
+    done = subprocess.run([sys.executable, "-m", "ecs_eco", "--version"], check=True, capture_output=True,
+                          text=True, env=environment())
+    assert done.stdout == invoke("--version")
+
+
 def test_the_list_has_every_world_sensor_component_and_system() -> None:
     from ecs_eco import components, systems
 

@@ -34,7 +34,7 @@ def test_a_run_stops_at_a_tick_is_resumed_and_reported(here: Path) -> None:
     assert "3 islands, graph ring, 8 ticks with a barrier every 4" in page
     assert 'href="islands/east/report.html"' in page
     assert "species.newt.count = 40" in page
-    assert (here / "run" / "figures" / "map.png").stat().st_size > 1000
+    assert (here / "run" / "figures" / "map.svg").stat().st_size > 1000
     assert "12 ticks" in invoke("resume", "run", "--until", "12", "--quiet")
     invoke("report", "run", "--out", "elsewhere")
     assert "12 ticks" in (here / "elsewhere" / "report.html").read_text()

@@ -110,7 +110,7 @@ def test_pages_of_a_run_that_is_read_only_are_refused_with_the_way_out(command: 
 
 
 @pytest.mark.parametrize(("command", "page", "figure"),
-                         [("report", "report.html", "deaths.png"), ("why", "why.html", "why.png")])
+                         [("report", "report.html", "deaths.svg"), ("why", "why.html", "why.svg")])
 def test_pages_go_elsewhere_and_the_run_stays_as_it_is(command: str, page: str, figure: str, run: Path,
                                                        tmp_path: Path) -> None:
     before = {p: p.stat().st_mtime_ns for p in run.rglob("*")}

@@ -33,7 +33,7 @@ def test_it_says_what_happened_and_writes_the_page(run: Path) -> None:
     assert "Nothing died out in 12 ticks." in output
     assert "What limited whom" in output
     assert f"written: {run / 'why.html'}" in output
-    assert all((run / name).is_file() for name in ("why.html", "why.json", "figures/why.png"))
+    assert all((run / name).is_file() for name in ("why.html", "why.json", "figures/why.svg"))
 
 
 def test_json_is_for_machines(run: Path, tmp_path: Path) -> None:

@@ -181,7 +181,7 @@ def test_a_report_shows_what_was_measured(tmp_path: Path):
     assert "<h2>Measured</h2>" in page
     for words in ("mean energy", "ferns per moss", "the world"):
         assert words in page
-    assert (tmp_path / "run" / "figures" / "measured.png").stat().st_size > 5000
+    assert (tmp_path / "run" / "figures" / "measured.svg").stat().st_size > 5000
 
 
 def test_a_comparison_has_means_and_differences_of_what_was_measured(tmp_path: Path):

@@ -20,6 +20,7 @@ from ecs_eco.analysis.against import (
     outside_of,
 )
 from ecs_eco.analysis.page import number, picture, table
+from ecs_eco.analysis.palette import AXIS
 from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.signature import spectrum
 from ecs_eco.analysis.spectrum import thin
@@ -54,7 +55,7 @@ def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
             for (a, b), shares in both.lags.items()]
     note = ("<p>Both are described by the same rule: the wave that explains most of the variance of log "
             "numbers without their trend. Nothing here is a test: see Cycles for that of the run.</p>")
-    drawn = figures.save(figure(series, outside, both), place / "figures" / "against.png")
+    drawn = figures.save_svg(figure(series, outside, both), place / "figures" / "against.svg")
     head = ["", "", "samples", "period", "cycles", "variance explained", "amplitude [log10]"]
     return ["<h2>Beside the outside series</h2>", note, table(head, rows),
             *([table(["", "this run", "outside"], lags)] if lags else []),
@@ -91,7 +92,7 @@ def figure(series: Series, outside: Outside, both: Both) -> Figure:
             axes[1, k].plot(factor / frequency / period, share, color=hue[name])
         axes[0, k].set(title="outside" if k else "this run", xlabel=f"time [periods of {first}]")
         axes[1, k].set(xlim=(0.2, 4), xlabel=f"period [of {first}]")
-        axes[1, k].axvline(1, color="#7a838c", lw=0.8)
+        axes[1, k].axvline(1, color=AXIS, lw=0.8)
     axes[0, 0].set_ylabel("log10 number, from its mean")
     axes[1, 0].set_ylabel("share of the variance")
     axes[0, 0].legend(loc="upper left", ncols=3)

@@ -13,7 +13,7 @@ from ecs_eco.record.archipelago import ISLANDS
 
 
 def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path:
-    """Write report.html and figures/*.png into the folder of an archipelago, or into `out`; return the path
+    """Write report.html and figures/*.svg into the folder of an archipelago, or into `out`; return the path
     of the report. RecordingError where there is none, or a file of it is damaged."""
     root = Path(folder)
     place = root if out is None else Path(out)
@@ -22,9 +22,9 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
     title = str(m.get("title") or m.get("world"))
     drawn = {"map": (archipelago.chart(islands), "The islands at the end. The area of a disc is the number "
                      "of those that wander; an arrow is as wide as migrants were many."),
-             "islands": (archipelago.numbers(islands), "Numbers on each island, with their mean in black, "
+             "islands": (archipelago.numbers(islands), "Numbers on each island, with their mean thick, "
                          "and how many migrants arrived at each barrier.")}
-    shown = {name: picture(figures.save(f, place / "figures" / f"{name}.png"), caption)
+    shown = {name: picture(figures.save_svg(f, place / "figures" / f"{name}.svg"), caption)
              for name, (f, caption) in drawn.items()}
     plan = islands.plan
     what = (f"World {m['world']}, seed {m['seed']}: {len(plan.names)} islands, graph {plan.graph}, "

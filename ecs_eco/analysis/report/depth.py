@@ -20,22 +20,34 @@ if TYPE_CHECKING:
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Depth by day, and escapes and smells where single organisms were recorded;
-    nothing without a sun or a depth.
+    """Depth over time, by day where there is a sun, and escapes and smells where single organisms were
+    recorded; nothing without a depth.
 
     Figures are written below `place`.
     """
     day = depth.day_of(series) if len(series.ticks) else 0
     species = depth.swimmers(series) if day else []
+    density = list(_density(run, place, series))
     if not species:
-        return []
+        return ["<h2>Depth over time</h2>", *density] if density else []
     head = "<h2>Depth and the day</h2>"
     days, hours = _days(place, series, species, day), _hours(run, place, series, day)
-    return [head, *days, *hours, *_escapes(run, place, series), *_smells(run, series)]
+    return [head, *days, *density, *hours, *_escapes(run, place, series), *_smells(run, series)]
 
 
 def _drawn(place: Path, name: str, figure: Figure, caption: str) -> str:
-    return picture(figures.save(figure, place / "figures" / f"{name}.png"), caption)
+    return picture(figures.save_svg(figure, place / "figures" / f"{name}.svg"), caption)
+
+
+def _density(run: Path, place: Path, series: Series) -> Iterator[str]:
+    species = depth.swimmers(series) if "depth_mean" in series.columns and len(series.ticks) else []
+    edges, numbers = depth.depths_over_time(run, series, species)
+    if species and len(edges) > 2:
+        height = float(series.manifest["config"]["space"]["size"][2])
+        layer = height / len(numbers[species[0]])
+        caption = (f"Where they are over time: the mean number in each {number(layer)} m of depth, "
+                   f"in stretches of {number(int(np.diff(edges)[0]))} ticks, of the snapshots in each.")
+        yield _drawn(place, "depths", depth_figures.over_time(edges, numbers, height), caption)
 
 
 def _days(place: Path, series: Series, species: list[str], day: int) -> Iterator[str]:

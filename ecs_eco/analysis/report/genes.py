@@ -70,7 +70,7 @@ def _species(lineage: Lineage, series: Series, s: str, place: Path) -> Iterator[
 
 
 def _drawn(place: Path, name: str, figure: Figure, caption: str) -> str:
-    return picture(figures.save(figure, place / "figures" / f"{name}.png"), caption)
+    return picture(figures.save_svg(figure, place / "figures" / f"{name}.svg"), caption)
 
 
 def _selection(counts: list[Any], generation: float) -> str:

@@ -59,4 +59,4 @@ def learnt(updates: Mapping[str, learning.Updates], happiness: Mapping[str, tupl
 
 def drawn(place: Path, name: str, figure: Figure, caption: str) -> str:
     """A figure, written below `place`, as HTML."""
-    return picture(figures.save(figure, place / "figures" / f"{name}.png"), caption)
+    return picture(figures.save_svg(figure, place / "figures" / f"{name}.svg"), caption)

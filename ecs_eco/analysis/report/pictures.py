@@ -25,7 +25,7 @@ def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dic
     if not len(series.ticks) or not len(series.species):
         return {}
     drawn = [*_numbers(series), *_cycles(series, cycles), *_flows(series), *_places(run, series)]
-    return {name: picture(figures.save(f, place / "figures" / f"{name}.png"), caption)
+    return {name: picture(figures.save_svg(f, place / "figures" / f"{name}.svg"), caption)
             for name, f, caption in drawn}
 
 

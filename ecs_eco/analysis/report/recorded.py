@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.compute as pc
 
 from ecs_eco.analysis.runs import Series, parts
 from ecs_eco.record import seal
 from ecs_eco.record.ledger import imbalance
-from ecs_eco.record.parquet import each_batch, read_part
+from ecs_eco.record.parquet import each_batch, read_part, to_codes, to_numpy
 
 
 def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
@@ -20,11 +18,11 @@ def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
     sealed = seal.has_seals(Path(run))
     for file in parts(run, "deaths"):
         for batch in each_batch(file, ["species", "age"], sealed):
-            summed = batch.group_by("species",
-                                    use_threads=False).aggregate([("age", "count"), ("age", "sum")])
-            for row in summed.to_pylist():
-                got = totals.setdefault(row["species"], np.zeros(2))
-                got += row["age_count"], row["age_sum"] or 0.0
+            names, code = to_codes(batch["species"])
+            age = to_numpy(batch["age"])
+            for i, s in enumerate(names):
+                here = age[code == i]
+                totals[s] = totals.get(s, np.zeros(2)) + (len(here), here.sum(dtype=np.float64))
     return {s: (int(n), float(total / n) if n else np.nan) for s, (n, total) in totals.items()}
 
 
@@ -36,11 +34,10 @@ def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[
     rows = read_part(files[-1], ["tick", "species", "x", "y", "z"], seal.has_seals(Path(run)))
     if not len(rows):
         return None
-    tick = pc.max(rows["tick"]).as_py()
-    rows = rows.filter(pc.equal(rows["tick"], tick))
-    name = rows["species"].cast(pa.string())
-    of = {s: rows.filter(pc.equal(name, s)) for s in species}
-    return tick, {s: np.stack([t[c].to_numpy() for c in "xyz"], 1) for s, t in of.items() if len(t)}
+    ticks, place = to_numpy(rows["tick"]), np.stack([to_numpy(rows[c]) for c in "xyz"], 1)
+    tick, (names, code) = int(ticks.max()), to_codes(rows["species"])
+    of = {s: place[(code == names.index(s)) & (ticks == tick)] for s in species if s in names}
+    return tick, {s: at for s, at in of.items() if len(at)}
 
 
 def ledger_gap(series: Series) -> dict[str, tuple[float, float, int]]:

@@ -11,6 +11,7 @@ from ecs_eco.analysis import figures
 from ecs_eco.analysis.cycles import CycleStatistics, Lag
 from ecs_eco.analysis.extinction import opening
 from ecs_eco.analysis.page import Markup, number, table
+from ecs_eco.analysis.palette import ON_DARK
 from ecs_eco.analysis.report.recorded import ledger_gap
 from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.spectrum import Peak
@@ -58,7 +59,8 @@ def _numbers_of(series: Series, i: int, ages: Mapping[str, tuple[int, float]]) -
     died = series.columns["deaths"][:, i].sum() if "deaths" in series.columns else 0
     expected = n.sum() * series.dt / died if died else np.nan
     hue = figures.colors(series.species, series.manifest.get("colors"))[species]
-    name = Markup(f"<span class='swatch' style='background:{escape(hue)}'></span>{escape(species)}")
+    both = f"--light:{hue};--dark:{ON_DARK.get(hue, hue)}"
+    name = Markup(f"<span class='swatch' style='{both}'></span>{escape(species)}")
     over_time = (number(round(x)) for x in (n[0], n.mean(), n.min(), n.max(), n[-1]))
     return [name, *over_time, *sums, number(ages.get(species, (0, np.nan))[1]), number(expected)]
 

@@ -12,7 +12,7 @@ from ecs_eco.analysis import measures
 from ecs_eco.analysis.against import Outside, read_outside
 from ecs_eco.analysis.cycles import CycleStatistics, cycle_statistics
 from ecs_eco.analysis.page import number, page, table, write_text
-from ecs_eco.analysis.report import depth, genes, learning, matter, tables
+from ecs_eco.analysis.report import depth, flows, genes, learning, matter, tables
 from ecs_eco.analysis.report.against import blocks as against_blocks
 from ecs_eco.analysis.report.against import of_run
 from ecs_eco.analysis.report.pictures import draw
@@ -24,7 +24,7 @@ from ecs_eco.engine.errors import ConfigError
 
 def write_report(run_dir: Path | str, out: Path | str | None = None, against: Path | str | None = None,
                  match: Mapping[str, str] | None = None) -> Path:
-    """Write report.html and figures/*.png into a run folder, or into `out`,
+    """Write report.html and figures/*.svg into a run folder, or into `out`,
     and return the path of the report; beside an outside series, a CSV file, if `against` names one, whose
     columns `match` tells the species of (`ecs_eco.analysis.against`), else that of the world's [data].
 
@@ -65,6 +65,7 @@ def _written(run: Path, out: Path | str | None, against: Path | str | None,
         "<h2>Energy</h2>",
         tables.energy(series),
         pictures.get("energy", ""),
+        *flows.blocks(series, place),
         *matter.blocks(run, series, place),
         *depth.blocks(run, series, place),
         *learning.blocks(run, series, place),

@@ -150,8 +150,17 @@ def _starved(case: Case, s: str, victim: str) -> Iterator[Advice]:
     for i, sensor in enumerate(case.of(s).get("sensors") or ()):
         if sensor.get("target") in {f.eats for f in case.diet(s)}:
             yield f"species.{s}.sensors.{i}.radius", "higher", f"{s} see {sensor['target']} from further away"
-    if not case.diet(s):
-        yield f"species.{s}.metabolism.growth", "higher", f"{s} make more energy of light"
+
+
+def _ran_out(case: Case, s: str, victim: str) -> Iterator[Advice]:
+    yield f"species.{s}.metabolism.growth", "higher", f"{s} make more energy of light"
+    yield from _upkeep(case, s)
+
+
+def _failed(case: Case, s: str, victim: str) -> Iterator[Advice]:
+    yield f"species.{s}.count", "higher", f"more {s} at the start"
+    yield from _growth(case, s)
+    yield from _catch(case, victim)
 
 
 def _unborn(case: Case, s: str, victim: str) -> Iterator[Advice]:
@@ -200,5 +209,6 @@ def _of_limit(case: Case, s: str, limit: str | None) -> Iterator[Advice]:
 REMEDIES: dict[str, Callable[[Case, str, str], Iterator[Advice]]] = {
     "overgrazing": _overgrazing, "predators too good": _too_good, "predators too few": _too_few,
     "newborns starve": _newborns, "poisoned": _poisoned, "starved amid plenty": _starved,
+    "food failed": _failed, "energy ran out": _ran_out,
     "too few births": _unborn, "removed": _removed, "surroundings": _surroundings,
 }  # fmt: skip

@@ -15,6 +15,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from ecs_eco.analysis.runs import DIED, Series, load_series, parts
+from ecs_eco.config.models.reporters import EATEN
 from ecs_eco.record import seal
 from ecs_eco.record.parquet import each_batch, read_part
 
@@ -72,9 +73,22 @@ class Case:
             for i, line in enumerate(self.of(s).get("diet") or ()):
                 poison = ((self.of(line["eats"]).get("defence") or {}).get("poison", 0.0)
                           + max(0.0, -line["gain"]))
-                eaten.append(Food(s, line["eats"], f"species.{s}.diet.{i}", max(0.0, line["gain"]), poison,
+                eaten.append(Food(s, line["eats"], f"species.{s}.diet.{i}", self._gain(s, line), poison,
                                   bool(line.get("deadly"))))
         return tuple(eaten)
+
+    def _gain(self, eater: str, line: Mapping[str, Any]) -> float:
+        """What one of a food gives: by the file or, where that is a share of what the eaten held, as it was
+        on average, or else as the share of what the living held on average."""
+        share, food = line.get("efficiency") or 0.0, line["eats"]
+        if not share or food not in self.species:
+            return max(0.0, line["gain"])
+        meals = float(self.eaten(food, eater).sum())
+        if meals and EATEN + food in self.series.columns:
+            return max(0.0, float(self.flow(eater, EATEN + food).sum()) / meals)
+        n = self.series.of(food)
+        held = float((self.flow(food, "energy_mean") * n).sum() / max(n.sum(), 1.0))
+        return max(0.0, line["gain"] + share * held)
 
     def diet(self, species: str) -> tuple[Food, ...]:
         """The foods of a species."""

@@ -25,6 +25,8 @@ VERDICTS = {
     "newborns starve": "newborn starved before they could feed themselves",
     "poisoned": "food was poisonous",
     "starved amid plenty": "food was there and not found or not caught",
+    "food failed": "food was lacking, and nobody had eaten it",
+    "energy ran out": "those that eat nobody burnt more than they gained",
     "too few births": "the old were not replaced though they were fed",
     "removed": "interventions took too many",
     "surroundings": "the surroundings were deadly",
@@ -109,7 +111,7 @@ def blame(case: Case, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]
 
 def causes(case: Case, fall: Fall) -> dict[str, float]:
     """The causes of a fall, as shares: "eaten: wolf", "scarce: grass", "amid plenty", "newborns starve",
-    "poisoned", "unreplaced", …"""
+    "poisoned", "unreplaced", …; of those that eat nobody "energy ran out" in place of "amid plenty"."""
     s, first, last = fall.species, fall.first, fall.last
     span = slice(first, last + 1)
     dead = {kind: float(case.died(s, kind)[span].sum()) for kind in KINDS}
@@ -128,10 +130,11 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
     newborns = starved * young["of_hunger"] + lean * young["of_births"]
     out["newborns starve"] = newborns * (1 - poison)
     starved = (starved + lean - newborns) * (1 - poison)
-    out["amid plenty"] = starved
+    rest = "amid plenty" if case.diet(s) else "energy ran out"
+    out[rest] = starved
     for food in supply(case, fall):
         out[f"scarce: {food['eats']}"] = starved * food["scarce"]
-        out["amid plenty"] -= starved * food["scarce"]
+        out[rest] -= starved * food["scarce"]
     heirs = min(1.0, young["births"] / max(float(case.died(s, "old")[: last + 1].sum()), 1.0))
     out["newborns starve"] += dead["old"] / total * young["of_births"] * heirs
     out["unreplaced"] = dead["old"] / total * (1 - young["of_births"] * heirs)
@@ -185,7 +188,10 @@ def _scarce(case: Case, scores: Scores, food: str, weight: float, fall: Fall, fa
             scores[key] += weight * w
         return
     eaten = {e: float(case.eaten(food, e)[: fall.last + 1].sum()) for e in case.eaters(food)}
-    total = sum(eaten.values()) or 1.0
+    total = sum(eaten.values())
+    if not total:
+        scores["food failed", food, fall.species] += weight
+        return
     for eater, k in eaten.items():
         _taken(case, scores, eater, food, weight * k / total, fall, fall_of)
 
@@ -199,6 +205,8 @@ def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
             "deaths": int(case.flow(fall.species, "deaths")[fall.first : fall.last + 1].sum()),
             "births": int(case.flow(fall.species, "births")[fall.first : fall.last + 1].sum()),
             "food": supply(case, fall), "newborn": newborn(case, fall),
+            "budget": {flow: float(case.flow(fall.species, flow)[fall.first : at + 1].sum()
+                                   / max(n[fall.first : at + 1].sum(), 1)) for flow in ("taken_in", "burnt")},
             "offspring": heirs if (heirs := offspring(case, fall.species)) < np.inf else None}  # fmt: skip
 
 

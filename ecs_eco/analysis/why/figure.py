@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.analysis.figures import binned, interventions, mark
+from ecs_eco.analysis.palette import GREY, SOFT
 from ecs_eco.analysis.runs import DIED
 from ecs_eco.analysis.style import DASHES, PALETTE, colors_of, panels, styled
 from ecs_eco.analysis.why.case import Case
@@ -15,9 +16,9 @@ from ecs_eco.analysis.why.case import Case
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-HATCHES = ("", "////", "....", "\\\\\\\\", "xx", "++", "oo", "--")
+HATCHES = ("", "////", "\\\\\\\\", "xx", "++", "||", "--", "//\\\\")
 OUT = (("burnt", "burnt", PALETTE[3]), ("given", "given to newborn", PALETTE[5]),
-       ("lost", "lost with the dead", "#9aa3ab"))
+       ("lost", "lost with the dead", GREY))
 MOST = 5  # species that have rows of their own
 
 
@@ -122,7 +123,7 @@ def _energy(ax: Any, case: Case, species: str) -> None:
         ax.fill_between(middle, base, base - per[:, k + 1], color=colour, lw=0, alpha=0.85, hatch=HATCHES[k],
                         edgecolor="white")
         base = base - per[:, k + 1]
-    ax.axhline(0, color="#444c54", lw=0.8)
+    ax.axhline(0, color=SOFT, lw=0.8)
     span = np.nanquantile(np.abs(np.concatenate([per[:, 0], base])), 0.98) if np.isfinite(base).any() else 1.0
     ax.set(title=species, ylim=(-1.15 * span, 1.15 * span) if span > 0 else None)
 

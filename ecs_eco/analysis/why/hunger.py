@@ -65,7 +65,7 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
         # by one eater, of one item, in a tick
         caught = float(case.eaten(f.eats, s)[span].sum() / max((n * food[span]).sum(), 1.0))
         out.append({"eats": f.eats, "left": left, "caught": caught, "intake": caught * full * f.gain,
-                    "full": full})
+                    "gain": f.gain, "full": full})
     intake = sum(f["intake"] for f in out)
     feeds = intake / burnt if burnt else np.inf
     for line in out:

@@ -1,4 +1,4 @@
-"""Explain a run folder: why.json for machines, why.html and figures/why.png for people."""
+"""Explain a run folder: why.json for machines, why.html and figures/why.svg for people."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from ecs_eco.analysis import matter
 from ecs_eco.analysis.compare import clean
 from ecs_eco.analysis.page import page, picture, table, write_text
-from ecs_eco.analysis.style import save
+from ecs_eco.analysis.style import save_svg
 from ecs_eco.analysis.why.advice import advise
 from ecs_eco.analysis.why.case import Case
 from ecs_eco.analysis.why.conduct import conduct
@@ -51,7 +51,7 @@ def explain(case: Case) -> dict[str, Any]:
 
 
 def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
-    """Explain a run folder; write why.json, why.html and figures/why.png there, or in `out`,
+    """Explain a run folder; write why.json, why.html and figures/why.svg there, or in `out`,
     and return the content of why.json.
 
     FileNotFoundError where the folder holds no run, RecordingError where a file of it is damaged.
@@ -64,7 +64,7 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     findings = clean(findings | {"sentences": sections})
     write_text(folder / "why.json",
                json.dumps(findings, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    drawn = (picture(save(draw(case, findings), folder / "figures" / "why.png"), CAPTION)
+    drawn = (picture(save_svg(draw(case, findings), folder / "figures" / "why.svg"), CAPTION)
              if len(case.series.ticks) else "")
     title = f"Why: {case.series.manifest.get('title') or case.series.manifest.get('world', 'a run')}"
     blocks = [f"<h1>{escape(title)}</h1>",

@@ -112,8 +112,13 @@ def _link(f: Mapping[str, Any], cause: str, share: float) -> str:
     if kind == "amid plenty":
         fed = max((x["feeds"] for x in food.values()), default=0.0)
         rate = "at the rate at which they found and caught it"
+        worth = " and ".join(f"{number(x['gain'], 2)} from each {name}" for name, x in food.items())
         return (f"{part}: hunger though there was food. All of it would have fed {number(fed, 2)} times what "
-                f"{s} burn, {rate}.")
+                f"{s} burn, {rate}{f', with {worth}' if worth else ''}.")
+    if kind == "energy ran out":
+        budget = f["budget"]
+        return (f"{part}: they took in {number(budget['taken_in'], 2)} per head and tick and burnt "
+                f"{number(budget['burnt'], 2)}. They eat nobody: they live on light, parents or reactions.")
     if kind == "newborns starve":
         lasts = (f"Their initial energy lasts {number(young['lasts'], 2)} ticks; "
                  f"a meal comes every {number(young['meal_every'], 2)}")

@@ -6,6 +6,8 @@ from typing import Annotated
 import typer
 
 from ecs_eco.cli.options import (
+    Bands,
+    Divided,
     Learn,
     NoBrowser,
     On,
@@ -54,19 +56,17 @@ def run(
     trust: Trust = False,
     workers: Workers = None,
     on: On = "local",
-    bands: Annotated[
-        bool, typer.Option("--bands", help="Share its work with the other processes of `mpiexec -n N ecs-eco "
-                                           "run … --bands`; the result is the same.")
-    ] = False,
+    bands: Bands = False,
+    divided: Divided = False,
 ) -> None:
     """Run a world and record it in a folder; `resume` continues it."""
     allow(trust, world, set_)
     from ecs_eco.cli.simulate import run_in_bands, run_world
 
     shown = (port, not no_browser) if watch else None
-    if bands:
+    if bands or divided:
         run_in_bands(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report,
-                     checkpoint_every, keep, shown, record)
+                     checkpoint_every, keep, shown, record, divided)
         return
     run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every,
               keep, shown, record, workers, on)
@@ -77,6 +77,8 @@ def watch(
     world: Annotated[str, typer.Argument(metavar="WORLD|DIR",
                                          help="A shipped world, a TOML file, or a folder written by `run`: "
                                               "of an archipelago, its map.")],
+    other: Annotated[str | None, typer.Argument(metavar="[WORLD|DIR]",
+                                                help="Another one, beside it on the same page.")] = None,
     ticks: Annotated[
         int | None, typer.Option(parser=whole(1), metavar="N", help="Last tick. Default: no end.")
     ] = None,
@@ -89,11 +91,13 @@ def watch(
     no_browser: NoBrowser = False,
     trust: Trust = False,
 ) -> None:
-    """Watch a living world, or a recorded run, in the browser."""
+    """Watch a living world or a recorded run in the browser, or two side by side."""
     allow(trust, world, set_)
+    if other is not None:
+        allow(trust, other, set_)
     from ecs_eco.cli.watch import watch_it
 
-    watch_it(world, set_ or [], ticks, seed, threads, learn, policies, port, not no_browser)
+    watch_it(world, set_ or [], ticks, seed, threads, learn, policies, port, not no_browser, other)
 
 
 @exits
@@ -140,12 +144,18 @@ def resume(
     trust: Trust = False,
     workers: Workers = None,
     on: On = "local",
+    bands: Bands = False,
+    divided: Divided = False,
 ) -> None:
     """Resume a run from its last checkpoint, or fork it with changed values."""
     allow(trust, folder)
-    from ecs_eco.cli.simulate import resume_run
+    from ecs_eco.cli.simulate import resume_in_bands, resume_run
 
     shown = (port, not no_browser) if watch else None
+    if bands or divided:
+        forks = from_tick is not None or bool(set_) or out is not None
+        resume_in_bands(folder, until, forks, quiet, threads, report, shown, divided)
+        return
     resume_run(folder, until, from_tick, set_ or [], out, quiet, threads, report, shown, workers, on)
 
 

@@ -25,7 +25,7 @@ def test_table_and_figure_show_both(tmp_path):
     assert "deer (hare)" in text
     assert "year" in text
     assert "wolf behind deer" in text
-    assert (tmp_path / "figures" / "against.png").stat().st_size > 10_000
+    assert (tmp_path / "figures" / "against.svg").stat().st_size > 10_000
 
 
 def test_the_command_takes_a_file_and_which_column_is_which_species(tmp_path, monkeypatch):

@@ -36,7 +36,7 @@ def test_a_run_in_which_all_persist_and_cycle(tmp_path: Path) -> None:
     assert "The ledger closes" in text
     assert "ecs-eco run predator-prey --seed 1 --ticks 4000" in page.read_text()
     drawn = {p.stem for p in (run / "figures").iterdir()}
-    assert drawn == {"populations", "spectra", "lags", "phase", "deaths", "energy"}
+    assert drawn == {"populations", "spectra", "lags", "phase", "deaths", "energy", "flows"}
 
 
 def test_interventions_have_a_table_with_a_row_for_what_was_done_many_times(tmp_path: Path) -> None:
@@ -53,7 +53,7 @@ def test_interventions_have_a_table_with_a_row_for_what_was_done_many_times(tmp_
 
 def test_a_page_asks_for_nothing_from_outside(tmp_path: Path) -> None:
     page = write_report(chains.write_run(tmp_path / "run", chains.chain(200))).read_text()
-    assert not re.findall(r"""(?:src|href)=["'](?!data:)""", page)
+    assert not re.findall(r"""(?:src|href)=["'](?!data:|#)""", page)
     assert "://" not in page
     assert not list((tmp_path / "run").glob(".report*"))
 

@@ -1,0 +1,197 @@
+"""Who ate how much of whom in a run: means of a tick, and their drawing as SVG, for light and dark pages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis.page import number
+from ecs_eco.analysis.palette import safe
+from ecs_eco.analysis.runs import DIED, Series
+from ecs_eco.analysis.style import colors, own_colors
+from ecs_eco.config.models.reporters import EATEN
+
+WIDE, BAR, TOP, GAP, STUB, TALL = 760, 9, 20, 26, 44, 130  # of the drawing [px]
+THIN = 1.2  # of a band that is there at all [px]
+BY = "eaten by "
+INK, SOFT = ("#1b1f23", "#e6eaee"), ("#57606a", "#98a5aa")  # on light ground and on dark
+LIGHT, HARM = ("#e3b505", "#f0cf57"), ("#c04a00", "#ff8a4c")
+
+
+@dataclass(frozen=True)
+class Meal:
+    """What an eater gained from a food, and how many of it it ate, a tick."""
+
+    food: str
+    eater: str
+    energy: float
+    number: float
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What else went into and out of a species, energy a tick: from light, or from parents and reactions;
+    burnt; and with the dead, less what their eaters gained."""
+
+    light: float
+    other: float
+    burnt: float
+    dead: float
+
+
+@dataclass(frozen=True)
+class Flows:
+    """The food web of a run, in means of a tick. `shared`: what each food gave is not recorded, so that what
+    an eater took in is shared among its foods by number."""
+
+    meals: tuple[Meal, ...]
+    budgets: Mapping[str, Budget]
+    shared: bool
+
+
+def flows(series: Series) -> Flows | None:
+    """What flowed in a run; None where nobody ate, or the run has no ledger of energy."""
+    if not len(series.ticks) or "taken_in" not in series.columns:
+        return None
+    mean = {name: values.mean(axis=0) for name, values in series.columns.items()}
+    shared = not any(name.startswith(EATEN) for name in mean)
+    meals = [Meal(food, cause.removeprefix(BY), 0.0, float(mean[DIED + cause][f]))
+             for cause in series.causes if cause.startswith(BY) and cause.removeprefix(BY) in series.species
+             for f, food in enumerate(series.species) if mean[DIED + cause][f]]
+    total = {eater: sum(m.number for m in meals if m.eater == eater) for eater in series.species}
+    meals = [Meal(m.food, m.eater, _energy(series, mean, m, shared, total[m.eater]), m.number) for m in meals]
+    if not meals:
+        return None
+    budgets = {}
+    for s, name in enumerate(series.species):
+        ate = [m.energy for m in meals if m.eater == name]
+        passed = sum(max(m.energy, 0.0) for m in meals if m.food == name)
+        rest = max(0.0, float(mean["taken_in"][s]) - sum(ate))
+        rest = rest if rest > 1e-6 * max(float(mean["taken_in"][s]), 1e-9) else 0.0
+        budgets[name] = Budget(0.0 if ate else rest, rest if ate else 0.0, float(mean["burnt"][s]),
+                               max(0.0, float(mean["lost"][s]) - passed))
+    return Flows(tuple(meals), budgets, shared)
+
+
+def _energy(series: Series, mean: Mapping[str, np.ndarray], meal: Meal, shared: bool, total: float) -> float:
+    eater = series.index(meal.eater)
+    if shared:
+        return float(mean["taken_in"][eater]) * meal.number / total
+    return float(mean[EATEN + meal.food][eater]) if EATEN + meal.food in mean else 0.0
+
+
+def levels(found: Flows) -> dict[str, int]:
+    """How far each species is from those that eat nobody."""
+    names = list(dict.fromkeys(name for m in found.meals for name in (m.food, m.eater)))
+    level = dict.fromkeys(names, 0)
+    for _ in names:
+        for name in names:
+            below = [level[m.food] for m in found.meals if m.eater == name and m.food != name]
+            level[name] = min(len(names) - 1, 1 + max(below)) if below else 0
+    order = sorted(set(level.values()))
+    return {name: order.index(height) for name, height in level.items()}
+
+
+def draw(series: Series, found: Flows) -> str:
+    """The drawing, as a part of a page: a band from each that is eaten to each that eats it, as wide as the
+    energy gained."""
+    level = levels(found)
+    names = sorted(level, key=lambda name: series.species.index(name))
+    through = {name: _through(found, name) for name in names}
+    columns = [[n for n in names if level[n] == k] for k in range(max(level.values()) + 1)]
+    scale = TALL / max(1e-12, *(sum(through[n] for n in column) for column in columns))
+    left = STUB if any(found.budgets[n].light + found.budgets[n].other for n in names) else 2
+    step = (WIDE - left - STUB - BAR) / max(1, len(columns) - 1)
+    at: dict[str, list[float]] = {}  # x, y, height, and how far what goes in and what goes out has come
+    for k, column in enumerate(columns):
+        y = float(TOP)
+        for n in column:
+            high = max(3.0, scale * through[n])
+            at[n] = [left + k * step, y, high, y, y]
+            y += high + GAP
+    high = max(y + h for _, y, h, *_ in at.values()) + 8
+    parts = [part for n in names for part in _enters(n, found.budgets[n], at[n], scale)]
+    parts += [_band(m, at[m.food], at[m.eater], names.index(m.food), scale)
+              for m in sorted(found.meals, key=lambda m: (names.index(m.eater), names.index(m.food)))]
+    parts += [part for i, n in enumerate(names)
+              for part in _node(n, i, found.budgets[n], at[n], scale, level[n] == len(columns) - 1 > 0)]
+    words = "; ".join(f"{m.eater} eats {number(m.number)} {m.food} a tick and gains {number(m.energy)}"
+                      for m in found.meals)
+    return (f'<svg class="flows" viewBox="0 0 {WIDE} {high:.0f}" role="img" '
+            f'aria-label="{escape(words, quote=True)}" font-family="system-ui, sans-serif" font-size="13">'
+            f"<style>{_style(series, names)}</style>{''.join(parts)}</svg>")
+
+
+def _through(found: Flows, name: str) -> float:
+    """The larger of what goes into a species and what goes out."""
+    b = found.budgets[name]
+    return max(b.light + b.other + sum(abs(m.energy) for m in found.meals if m.eater == name),
+               b.burnt + b.dead + sum(abs(m.energy) for m in found.meals if m.food == name))
+
+
+def _style(series: Series, names: list[str]) -> str:
+    """Colours of bars and bands, on light ground and on dark."""
+    rules = []
+    chosen: Any = series.manifest.get("colors")
+    for dark in (False, True):
+        hue = colors(series.species, chosen) | safe(own_colors(chosen), dark=dark)
+        lines = [f".flows .s{i}{{fill:{hue[n]}}}.flows .b{i}{{stroke:{hue[n]}}}" for i, n in enumerate(names)]
+        lines += [f".flows text{{fill:{INK[dark]}}}.flows .soft{{fill:{SOFT[dark]}}}",
+                  f".flows .light{{fill:{LIGHT[dark]}}}.flows .harm{{stroke:{HARM[dark]}}}"]
+        rules.append("".join(lines))
+    return f"{rules[0]}@media (prefers-color-scheme:dark){{{rules[1]}}}"
+
+
+def _enters(name: str, budget: Budget, at: list[float], scale: float) -> list[str]:
+    given = budget.light + budget.other
+    if not given:
+        return []
+    x, y = at[0], at[3]
+    at[3] += given * scale
+    source = "light" if budget.light else "parents and reactions"
+    words = f"{name} from {source}: {number(given)}"
+    return [_rect("light", x - STUB + 2, y, STUB - 2, given * scale, 0.8, words)]
+
+
+def _band(meal: Meal, food: list[float], eater: list[float], number_of: int, scale: float) -> str:
+    size = abs(meal.energy) * scale
+    wide = max(size, THIN)
+    x0, y0, x1, y1 = food[0] + BAR, food[4] + wide / 2, eater[0], eater[3] + wide / 2
+    food[4] += size
+    eater[3] += size
+    reach = max(24.0, abs(x1 - x0) / 2)
+    harms = meal.energy < 0
+    curve = (f"M{x0:.1f},{y0:.1f}c30,-26 {-BAR - 60},-26 {-BAR},0" if food is eater else
+             f"M{x0:.1f},{y0:.1f}C{x0 + reach:.1f},{y0:.1f} {x1 - reach:.1f},{y1:.1f} {x1:.1f},{y1:.1f}")
+    dash = ' stroke-dasharray="3 3"' if harms or not size else ""
+    words = f"{meal.eater} eats {number(meal.number)} {meal.food} a tick: {number(meal.energy)} energy"
+    text = (f'<text x="{(x0 + x1) / 2:.1f}" y="{(y0 + y1) / 2 + 4:.1f}" text-anchor="middle">'
+            f"{number(meal.number, 2)} eaten</text>" if wide > 15 else "")
+    return (f'<path d="{curve}" fill="none" class="{"harm" if harms else f"b{number_of}"}" '
+            f'stroke-width="{wide:.2f}" stroke-opacity=".5"{dash}><title>{escape(words)}</title></path>'
+            f"{text}")
+
+
+def _node(name: str, i: int, budget: Budget, at: list[float], scale: float, last: bool) -> list[str]:
+    """The bar of a species, what it burnt and what died, and its name with the energy that went in."""
+    x, y, high, into, out = at
+    parts = []
+    for value, what, opacity in ((budget.burnt, "burnt", 0.35), (budget.dead, "dead, not eaten", 0.9)):
+        if value:
+            parts.append(_rect("soft", x + BAR, out, STUB - 4, value * scale, opacity,
+                               f"{name}, {what}: {number(value)}"))
+        out += value * scale
+    given = f" {number((into - y) / scale, 2)}" if into - y > 0.01 else ""
+    where, anchor = (x + BAR, "end") if last else (x, "start")
+    return [*parts, f'<rect class="s{i}" x="{x:.1f}" y="{y:.1f}" width="{BAR}" height="{high:.1f}" rx="2"/>',
+            f'<text x="{where:.1f}" y="{y - 5:.1f}" text-anchor="{anchor}" font-weight="600">'
+            f"{escape(name)}{given}</text>"]
+
+
+def _rect(kind: str, x: float, y: float, wide: float, high: float, opacity: float, words: str) -> str:
+    return (f'<rect class="{kind}" x="{x:.1f}" y="{y:.1f}" width="{wide:.1f}" height="{max(THIN, high):.1f}" '
+            f'opacity="{opacity}"><title>{escape(words)}</title></rect>')

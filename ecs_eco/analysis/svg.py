@@ -1,0 +1,206 @@
+"""What matplotlib draws, as SVG that follows the theme of the page in which it stands.
+
+Colours become attributes, so that few rules of CSS replace them on a dark ground, and programs that know no
+CSS draw the light ones; texts stay texts; ids are short, and belong to one figure; thousands of dots become
+one path.
+"""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping
+from html import escape
+from zlib import crc32
+
+from ecs_eco.analysis.palette import INK, ON_DARK
+
+FONT = "system-ui, sans-serif"
+DENSE = 400
+"""From so many equal marks on they are drawn as one path of round dots."""
+DIM = "over-ground"
+"""The gid of figures in which images are a ground for curves: they are darker on dark pages."""
+_LEFT_OUT = {"font-family", "font-style", "font-variant", "font-stretch", "image-rendering"}
+_NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
+_REFERENCE = re.compile(r"url\(#([^)]+)\)")
+
+
+def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
+    """Return the SVG that matplotlib wrote, as said above; `name` tells its ids from those of others, `dark`
+    holds for colours on a light ground those on a dark one."""
+    root = ET.fromstring(text)
+    _plain_names(root)
+    dim = any(part.get("id") == DIM for part in root.iter("g"))
+    for part in [*root.findall("metadata"), *root.iter("defs")]:
+        for style in part.findall("style"):
+            part.remove(style)
+    root[:] = [part for part in root if part.tag != "metadata"]
+    for part in root.iter():
+        _attributes(part)
+    _rename(root, f"f{crc32(name.encode()):08x}")
+    _bare_marks(root)
+    _dots(root)
+    _hoist(root)
+    wide, high = (float(x) for x in root.get("viewBox", "0 0 1 1").split()[2:])
+    inside = "".join(ET.tostring(part, encoding="unicode") for part in root)
+    return (f'<svg xmlns="http://www.w3.org/2000/svg" class="plot{" dim" * dim}" width="{wide * 4 / 3:.0f}" '
+            f'height="{high * 4 / 3:.0f}" viewBox="0 0 {wide:g} {high:g}" font-family="{FONT}" '
+            f'fill="{INK}" stroke-linejoin="round"><style>{_rules(inside, dark)}</style>'
+            f'<rect class="under" width="100%" height="100%" fill="#ffffff"/>{inside}</svg>\n')
+
+
+def embedded(text: str, caption: str) -> str:
+    """Return such an SVG as a part of a page: on the page's ground, with a caption for those who hear it."""
+    wide = float(re.search(r'viewBox="0 0 ([\d.]+)', text)[1])  # type: ignore[index]
+    alt = escape(caption, quote=True)
+    text = text.strip().replace(' xmlns="http://www.w3.org/2000/svg"', "", 1)
+    text = re.sub(r'<rect class="under"[^>]*/>', "", text, count=1)
+    # letters of 10 units stay 9 pixels high on a phone, where wide figures are scrolled
+    return text.replace("<svg ", f'<svg role="img" aria-label="{alt}" '
+                                 f'style="min-width:{min(0.9 * wide, 900):.0f}px" ', 1)
+
+
+def _rules(inside: str, dark: Mapping[str, str]) -> str:
+    """The rules for a dark ground, of the colours that are used."""
+    used = {*re.findall(r' (fill|stroke)="(#[0-9a-f]{6})"', inside), ("fill", "#ffffff")}
+    rules = [f'.plot [{what}="{colour}"]{{{what}:{dark[colour]}}}' for what, colour in sorted(used)
+             if colour in dark]
+    return ("@media (prefers-color-scheme:dark){" + f".plot{{fill:{dark[INK]}}}" + "".join(rules)
+            + ".plot.dim image{filter:brightness(.28)}}")
+
+
+def _plain_names(root: ET.Element) -> None:
+    """Leave the namespaces away."""
+    for part in root.iter():
+        part.tag = part.tag.rpartition("}")[2]
+        for key in [key for key in part.attrib if "}" in key]:
+            part.set(key.rpartition("}")[2], part.attrib.pop(key))
+        if part.tag != "text" and part.tag != "tspan":
+            part.text = None
+        part.tail = None
+
+
+def _attributes(part: ET.Element) -> None:
+    """Turn style into attributes, and numbers into ones of a tenth of a unit where paths are long."""
+    for pair in part.attrib.pop("style", "").split(";"):
+        key, _, value = pair.partition(":")
+        key, value = key.strip(), value.strip()
+        if key and key not in _LEFT_OUT:
+            part.set(key, value.removesuffix("px") if key == "font-size" else value)
+    path = part.get("d")
+    if path is not None:
+        part.set("d", _short(path))
+    if part.tag in ("use", "text"):
+        for key in {"x", "y"} & part.attrib.keys():
+            part.set(key, f"{float(part.attrib[key]):.1f}")
+        if part.get("transform", "").startswith("rotate(-0 "):
+            del part.attrib["transform"]
+    if part.tag == "image":
+        part.set("href", "".join(part.get("href", "").split()))
+
+
+def _short(path: str) -> str:
+    """A path with numbers of two digits after the point; a long one of straight lines alone with numbers of
+    one digit, from point to point."""
+    words = path.split()
+    if len(words) < 60 or not {word for word in words if word.isalpha()} <= {"M", "L", "z"}:
+        return " ".join(_NUMBER.sub(lambda found: f"{float(found[0]):.2f}", " ".join(words)).split())
+    out: list[str] = []
+    at, begun = (0, 0), (0, 0)
+    rest = iter(words)
+    for word in rest:
+        if word == "z":
+            out.append("z")
+            at = begun
+            continue
+        x, y = (round(10 * float(next(rest))) for _ in range(2))
+        if (x, y) != at or word == "M":
+            out.append(f"{word.lower()}{_tenth(x - at[0])} {_tenth(y - at[1])}".replace(" -", "-"))
+        at = (x, y)
+        begun = at if word == "M" else begun
+    return re.sub(r"(?<=\d)l(?=-)", "", re.sub(r"(?<=\d)l(?=\d|\.)", " ", "".join(out)))
+
+
+def _tenth(x: int) -> str:
+    return f"{x / 10:g}".replace("0.", ".", 1) if abs(x) < 10 else f"{x / 10:.1f}".removesuffix(".0")
+
+
+def _rename(root: ET.Element, prefix: str) -> None:
+    """Keep ids that are used, under short names of this figure."""
+    used = {part.get("href", "")[1:] for part in root.iter("use")}
+    used |= {found for part in root.iter() for value in part.attrib.values()
+             for found in _REFERENCE.findall(value)}
+    new: dict[str, str] = {}
+    for part in root.iter():
+        old = part.attrib.pop("id", None)
+        if old in used:
+            part.set("id", new.setdefault(old, f"{prefix}-{len(new)}"))
+    for part in root.iter():
+        for key, value in part.attrib.items():
+            if key == "href" and value.startswith("#"):
+                part.set(key, "#" + new[value[1:]])
+            elif "url(#" in value:
+                part.set(key, _REFERENCE.sub(lambda found: f"url(#{new[found[1]]})", value))
+
+
+def _bare_marks(root: ET.Element) -> None:
+    """Leave colours to where a mark is used: rules of a page do not reach into its uses."""
+    used = {part.get("href", "")[1:] for part in root.iter("use")}
+    for part in root.iter("path"):
+        if part.get("id") in used:
+            for key in ("fill", "stroke"):
+                part.attrib.pop(key, None)
+
+
+def _dots(root: ET.Element) -> None:
+    """Draw many equal marks as one path of round dots."""
+    size = {part.get("id"): _extent(part.get("d", "")) for part in root.iter("path") if part.get("id")}
+    for group in root.iter("g"):
+        marks = list(_marks(group))
+        kinds = {(mark.get("href"), mark.get("fill")) for mark in marks}
+        if len(marks) < DENSE or len(kinds) != 1:
+            continue
+        href, fill = kinds.pop()
+        at = sorted({(round(float(mark.get("y", 0)), 1), round(float(mark.get("x", 0)), 1))
+                     for mark in marks})
+        clip = next((part.attrib for part in group if "clip-path" in part.attrib), {})
+        group[:] = []
+        ET.SubElement(ET.SubElement(group, "g", clip), "path", {
+            "d": "".join(_steps(at)), "fill": "none", "stroke": fill or INK, "stroke-linecap": "round",
+            "stroke-width": f"{20 * size[(href or '')[1:]]:.1f}", "transform": "scale(.1)"})
+
+
+def _marks(group: ET.Element) -> Iterator[ET.Element]:
+    """The marks that a group holds, each within a group of its own or not."""
+    for part in group:
+        if part.tag == "use":
+            yield part
+        elif part.tag == "g" and len(part) == 1 and part[0].tag == "use":
+            yield part[0]
+
+
+def _steps(at: list[tuple[float, float]]) -> Iterator[str]:
+    """A path in tenths of a unit from dot to dot."""
+    x = y = 0
+    for v, u in at:
+        a, b = round(10 * u), round(10 * v)
+        yield f"m{a - x}{'' if b < y else ' '}{b - y}h0"
+        x, y = a, b
+
+
+def _extent(path: str) -> float:
+    """How far a mark reaches from its middle."""
+    return max((abs(float(x)) for x in re.findall(r"-?[\d.]+", path)), default=1.0)
+
+
+def _hoist(part: ET.Element) -> None:
+    """Leave groups away that say nothing."""
+    for child in part:
+        _hoist(child)
+    kept: list[ET.Element] = []
+    for child in part:
+        if child.tag == "g" and not child.attrib:
+            kept += list(child)
+        elif child.tag not in ("g", "defs") or len(child):
+            kept.append(child)
+    part[:] = kept

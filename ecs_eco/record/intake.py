@@ -1,0 +1,43 @@
+"""What each species gained by eating each other, in each tick: columns of the series, and their sums."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.config.models.reporters import EATEN
+
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
+
+
+class Intake:
+    """What all of a species gained from each food, in each tick of a block: f64[ticks, species, foods]
+    [energy].
+
+    It is part of what they took in; what is left came from light, from parents, or from reactions. `total`
+    is the sum over all ticks that it has noted, and `flows` that of the ledger, f64[species, columns]: a
+    recording that goes on from a checkpoint begins both at 0.
+    """
+
+    def __init__(self, world: SpatialWorld, names: list[str], block: int, columns: int) -> None:
+        tables = [world.tables[name] for name in names]
+        self.foods = list(dict.fromkeys(food.eats for table in tables for food in table.species.diet))
+        self._places = [(s, self.foods.index(food.eats), food.eats, table)
+                        for s, table in enumerate(tables) for food in table.species.diet]
+        self.values = np.zeros((block, len(names), len(self.foods)))
+        self.total = np.zeros((len(names), len(self.foods)))
+        self.flows = np.zeros((len(names), columns))
+
+    def note(self, at: int, page: np.ndarray) -> None:
+        """Note the tick that has just passed: `page` f64[species, columns] of the ledger."""
+        row = self.values[at]
+        for s, k, food, table in self._places:
+            row[s, k] = table.species.eaten.get(food, 0.0)
+        self.total += row
+        self.flows += page
+
+    def columns(self, n: int) -> dict[str, np.ndarray]:
+        """Return copies of the first n ticks as flat columns, by tick, then species."""
+        return {EATEN + food: self.values[:n, :, k].flatten() for k, food in enumerate(self.foods)}
