@@ -21,7 +21,8 @@ import numpy as np
 from studies.common.moved import Policies
 from studies.common.policies import trained, without_policies
 from studies.common.registration import registration
-from studies.common.selection import pooled
+from studies.common.seed_grid import by_training
+from studies.common.selection import mean_interval
 from studies.common.study import Study, verdict
 
 REGISTERED = registration("arms_race")
@@ -179,29 +180,12 @@ def changed(entries: Entries, arm: str, species: str, gene: str) -> dict[int, fl
 
 def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[float]:
     """Return the mean difference over training seeds that both have, and its 95 % interval (t)."""
-    return interval([one[k] - other[k] for k in one if k in other])
-
-
-def interval(values: list[float]) -> list[float]:
-    """Return a mean and its 95 % interval (t); NaN where there are fewer than two."""
-    if len(values) < 2:
-        return [float(np.mean(values)) if values else float("nan"), float("nan"), float("nan")]
-    estimate = pooled(values)
-    return [estimate.mean, *estimate.interval95]
+    return mean_interval([one[k] - other[k] for k in one if k in other])
 
 
 def persisting(entries: Entries, arm: str) -> float:
     """Return the share of runs in which all persist."""
     return float(np.mean([r["persisted"] for of in by_training(entries, arm).values() for r in of]))
-
-
-def by_training(entries: Entries, arm: str) -> dict[int, list[dict[str, Any]]]:
-    """Return the results of an arm by training seed."""
-    out: dict[int, list[dict[str, Any]]] = {}
-    for e in entries:
-        if e["case"]["arm"] == arm:
-            out.setdefault(e["case"]["training"], []).append(e["result"])
-    return out
 
 
 # --- conclusions ------------------------------------------------------------------------------------------
@@ -216,7 +200,7 @@ def summarise(entries: Entries) -> dict[str, Any]:
     lines = [REGISTERED.verdict("persists", share, share >= 0.8)]
     for arm in ("both", "genes", "learning"):
         for of in ("hunters", "prey", "contemporary"):
-            value, name = interval(shifts(entries, arm, of, ticks)), f"{arm}-{of}"
+            value, name = mean_interval(shifts(entries, arm, of, ticks)), f"{arm}-{of}"
             if name not in REGISTERED.hypotheses:
                 continue
             margin = REGISTERED.hypotheses[name].get("margin")

@@ -18,8 +18,8 @@ import numpy as np
 from studies.common.policies import trained, without_policies
 from studies.common.pursuit import Pursuit, share
 from studies.common.registration import registration
-from studies.common.seed_grid import both_peaks, record
-from studies.common.selection import pooled
+from studies.common.seed_grid import both_peaks, by_training, record
+from studies.common.selection import mean_interval
 from studies.common.study import Study, verdict
 
 REGISTERED = registration("deer_that_flee")
@@ -124,24 +124,7 @@ def persisting(entries: Entries, arm: str, what: str = "persisted") -> dict[int,
 def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[float]:
     """Return the mean difference over training seeds that both have, and its 95 % interval (t)."""
     both = [one[k] - other[k] for k in one if k in other and np.isfinite(one[k] - other[k])]
-    return interval(both)
-
-
-def interval(values: list[float]) -> list[float]:
-    """Return a mean and its 95 % interval (t); NaN where there are fewer than two."""
-    if len(values) < 2:
-        return [float(np.mean(values)) if values else float("nan"), float("nan"), float("nan")]
-    estimate = pooled(values)
-    return [estimate.mean, *estimate.interval95]
-
-
-def by_training(entries: Entries, arm: str) -> dict[int, list[dict[str, Any]]]:
-    """Return the results of an arm by training seed."""
-    out: dict[int, list[dict[str, Any]]] = {}
-    for e in entries:
-        if e["case"]["arm"] == arm:
-            out.setdefault(e["case"]["training"], []).append(e["result"])
-    return out
+    return mean_interval(both)
 
 
 # --- conclusions ------------------------------------------------------------------------------------------
@@ -167,8 +150,8 @@ def summarise(entries: Entries) -> dict[str, Any]:
 def of_approaches(made: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Lines on approaches."""
     fleeing, shipped = ([gain(m["worlds"][name]) for m in made] for name in ("fleeing", "shipped"))
-    pays = interval(fleeing)
-    more = interval([a - b for a, b in zip(fleeing, shipped, strict=True)])
+    pays = mean_interval(fleeing)
+    more = mean_interval([a - b for a, b in zip(fleeing, shipped, strict=True)])
     close = [p for m in made for p in m["grid"] if p["sight"] == 3.0 and p["speed"] == 1.3]
     most = max(map(gain, close))
     lives = [float(np.mean([m["worlds"][name][way]["survival"] for m in made]))
@@ -184,7 +167,7 @@ def of_learning(entries: Entries) -> list[dict[str, Any]]:
     learnt = difference(running(entries, "fleeing", "deer", 0, 3), running(entries, "shipped", "deer", 0, 3))
     cue = difference(running(entries, "fleeing", "deer", 0, 3), running(entries, "fleeing", "deer", 8, 12))
     toward = running(entries, "fleeing", "deer", 0, 3, "toward, running")
-    away = interval([-v for v in toward.values()])
+    away = mean_interval([-v for v in toward.values()])
     hunt = difference(running(entries, "fleeing", "wolf", 0, 3), running(entries, "shipped", "wolf", 0, 3))
     return [REGISTERED.verdict(name, value, bool(value[1] > margin)) for name, value, margin in
             (("learnt", learnt, 0.1), ("cue", cue, 0.1), ("away", away, 0.3), ("pursuit", hunt, 0.0))]

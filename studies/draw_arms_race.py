@@ -6,15 +6,14 @@ hunters of each time catch among prey of each.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from studies.arms_race import REGISTERED
+from studies.common.figure import draw_result
 
-ROOT = Path(__file__).parents[1]
 COLOURS = {"both": "#009e73", "genes": "#0072b2", "drift": "#999999", "no hunters": "#d55e00"}
 SAYS = {"both": "genes and learning", "genes": "genes alone", "learning": "learning alone",
         "drift": "genes that say nothing", "no hunters": "genes, no wolves"}
@@ -82,5 +81,4 @@ def meetings(figure: Any, result: dict[str, Any]) -> None:
 
 
 if __name__ == "__main__":
-    RESULT = json.loads((ROOT / "studies" / "results" / "arms_race.json").read_text(encoding="utf-8"))
-    print(draw(RESULT, ROOT / "docs" / "img" / "arms_race.svg"))
+    draw_result(str(__doc__), "arms_race", "arms_race.svg", draw)

@@ -6,16 +6,15 @@ who runs at which distance, and how deer go in each arm.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from studies.common.figure import draw_result
 from studies.common.pursuit import EDGES
 from studies.deer_that_flee import REGISTERED, gain
 
-ROOT = Path(__file__).parents[1]
 COLOURS = dict(zip(REGISTERED.arms, ("#555555", "#009e73", "#d55e00"), strict=True))  # Okabe and Ito 2008
 SAYS = {"shipped": "as shipped", "fleeing": "running is cheap", "walkers": "the same, deer that walk"}
 BLOCK = 40  # [ticks] of the means kept
@@ -100,5 +99,4 @@ def numbers(axis: Any, result: dict[str, Any], arm: str) -> None:
 
 
 if __name__ == "__main__":
-    RESULT = json.loads((ROOT / "studies" / "results" / "deer_that_flee.json").read_text(encoding="utf-8"))
-    print(draw(RESULT, ROOT / "docs" / "img" / "deer_that_flee.svg"))
+    draw_result(str(__doc__), "deer_that_flee", "deer_that_flee.svg", draw)

@@ -4,9 +4,6 @@ Above: wolves over time, a line for each run, by who learns. Below: what a wolf 
 policies of the beginning and of the end put together; and how far the policies of deer and of wolves moved.
 """
 
-import argparse
-import json
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +15,10 @@ import numpy as np
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from ecs_eco.analysis.palette import GREY, SAFE
+from studies.common.figure import draw_result
 from studies.common.seed_grid import BLOCK
 from studies.full_rate import CONFIG, LEARNERS, PAIRS, caught, pace
 
-ROOT = Path(__file__).parent.parent
 LIVED, DIED = SAFE[6][0], SAFE[2][0]
 ARMS = {"neither": "nobody learns", "deer": "deer learn", "wolves": "wolves learn", "both": "both learn",
         "individual": "both, a brain for each", "regime": "both, other wolves"}
@@ -91,21 +88,5 @@ def moves(ax: Any, of: dict[str, list[dict[str, Any]]], drawn: list[dict[str, An
     ax.set_title("how far policies move; grey: .05", loc="left", fontsize=9)
 
 
-def main() -> None:
-    """Read the result and draw."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("--results", type=Path, default=ROOT / "studies" / "results" / "full_rate.json")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "img" / "full_rate.svg")
-    parser.add_argument("--short", action="store_true", help="for CI: draw into a temporary folder")
-    asked = parser.parse_args()
-    if asked.short:
-        asked.out = Path(tempfile.mkdtemp(prefix="ecs-eco-figure-")) / asked.out.name
-        if not asked.results.is_file():
-            print(f"{asked.results}: the study was not run yet")
-            return
-    draw(json.loads(asked.results.read_text(encoding="utf-8")), asked.out)
-    print(asked.out)
-
-
 if __name__ == "__main__":
-    main()
+    draw_result(str(__doc__), "full_rate", "full_rate.svg", draw)

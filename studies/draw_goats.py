@@ -4,10 +4,7 @@ docs/img/goats_carriers.png.
 Above the run of the first seed, as in the paper's figure; below the share of carriers in all runs of an arm.
 """
 
-import argparse
 import io
-import json
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +14,10 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 from PIL import Image
 
-from ecs_eco.analysis.carriers import CLEAR
+from ecs_eco.analysis.palette import CLEAR
+from studies.common.figure import draw_result
 from studies.common.goats import GENES, numbers
 
-ROOT = Path(__file__).parent.parent
 SHOWN = {"goats": "goats that learn", "frozen learning": "goats that do not learn"}
 DASHES = {"red": "-", "yellow": "-", "green": "-", "blue": "--"}
 
@@ -46,13 +43,13 @@ def draw(record: dict[str, Any], path: Path) -> None:
 def one(ax: Any, series: dict[str, str]) -> None:
     """Numbers of carriers over ticks."""
     for gene in GENES:
-        ax.plot(numbers(series["tick"]), numbers(series[gene]), color=CLEAR[gene], ls=DASHES[gene],
+        ax.plot(numbers(series["tick"]), numbers(series[gene]), color=CLEAR[gene][0], ls=DASHES[gene],
                 lw=1.5, label=gene)
     ax.plot(numbers(series["tick"]), numbers(series["n"]), color="#888888", lw=0.8, label="all goats")
     ax.set_xlabel("tick")
     there = numbers(series["green"]) > 0
-    ax.plot(numbers(series["tick"])[there], 0 * numbers(series["n"])[there] - 25, "|", color=CLEAR["green"],
-            ms=5, label="some green")
+    ax.plot(numbers(series["tick"])[there], 0 * numbers(series["n"])[there] - 25, "|", ms=5,
+            color=CLEAR["green"][0], label="some green")
     ax.set_ylim(-50)
     ax.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
@@ -62,22 +59,9 @@ def share(ax: Any, series: dict[str, str]) -> None:
     n = numbers(series["n"])
     for gene in GENES:
         ax.plot(numbers(series["generation"])[n > 0], (numbers(series[gene])[n > 0] / n[n > 0]),
-                color=CLEAR[gene], ls=DASHES[gene], lw=0.8)
+                color=CLEAR[gene][0], ls=DASHES[gene], lw=0.8)
     ax.set_ylim(0, 1.02)
 
 
-def main() -> None:
-    """Read the result and draw."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("--results", type=Path, default=ROOT / "studies" / "results" / "goats.json")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "img" / "goats_carriers.png")
-    parser.add_argument("--short", action="store_true", help="for CI: draw into a temporary folder")
-    asked = parser.parse_args()
-    if asked.short:
-        asked.out = Path(tempfile.mkdtemp(prefix="ecs-eco-figure-")) / asked.out.name
-    draw(json.loads(asked.results.read_text(encoding="utf-8")), asked.out)
-    print(asked.out)
-
-
 if __name__ == "__main__":
-    main()
+    draw_result(str(__doc__), "goats", "goats_carriers.png", draw)

@@ -6,15 +6,14 @@ on islands between which none, few or many goats move, and in one world of their
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from studies.common.figure import draw_result
 from studies.isolation import ARMS, numbers
 
-ROOT = Path(__file__).parents[1]
 COLOURS = dict(zip(ARMS, ("#0072b2", "#009e73", "#d55e00", "#555555"), strict=True))  # Okabe and Ito 2008
 PANELS = {"H_S": "heterozygosity within an island, $H_S$", "H_T": "of all goats together, $H_T$",
           "F_ST": "share of it between islands, $F_{ST}$",
@@ -54,5 +53,4 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 if __name__ == "__main__":
-    RESULT = json.loads((ROOT / "studies" / "results" / "isolation.json").read_text(encoding="utf-8"))
-    print(draw(RESULT, ROOT / "docs" / "img" / "isolation.svg"))
+    draw_result(str(__doc__), "isolation", "isolation.svg", draw)

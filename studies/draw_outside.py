@@ -5,13 +5,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-ROOT = Path(__file__).parents[1]
+from studies.common.figure import draw_result
+
 COLOURS = {"built-in PPO": "#1b1b1b", "SB3 on slots": "#2a78b5", "PPO on PettingZoo": "#c4572a",
            "function": "#4d9221", "chance": "#999999"}  # fmt: skip
 
@@ -50,5 +50,4 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 if __name__ == "__main__":
-    RESULT = json.loads((ROOT / "studies" / "results" / "outside.json").read_text(encoding="utf-8"))
-    print(draw(RESULT, ROOT / "docs" / "img" / "outside.png"))
+    draw_result(str(__doc__), "outside", "outside.png", draw)

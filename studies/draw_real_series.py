@@ -5,10 +5,7 @@ Above the series, each on a scale of its own period; below what was measured of 
 their central 95 %, measured pairs as points.
 """
 
-import argparse
 import csv
-import json
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +16,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ecs_eco.analysis.signature import period_of
+from studies.common.figure import draw_result
 from studies.common.goats import numbers
 from studies.real_series import BLOCK, DATA, MEASURES, SERIES, compare, measured
 
-ROOT = Path(__file__).parent.parent
 PREY, PREDATOR = "#0072b2", "#d55e00"  # told apart by the colour-blind (Okabe and Ito 2008)
 NAMES = {"lynx-hare": "hare, lynx (pelts)", "isle-royale": "moose, wolf", "fir-moose": "fir rings, moose",
          "huffaker-60": "mites, 60 weeks", "huffaker-24": "mites, 24 weeks",
@@ -95,18 +92,5 @@ def against(ax: Any, compared: dict[tuple[str, str, str], dict[str, Any]], measu
     ax.tick_params(labelsize=7)
 
 
-def main() -> None:
-    """Read the result and draw."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("--results", type=Path, default=ROOT / "studies" / "results" / "real_series.json")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "img" / "real_series.svg")
-    parser.add_argument("--short", action="store_true", help="for CI: draw into a temporary folder")
-    asked = parser.parse_args()
-    if asked.short:
-        asked.out = Path(tempfile.mkdtemp(prefix="ecs-eco-figure-")) / asked.out.name
-    draw(json.loads(asked.results.read_text(encoding="utf-8")), asked.out)
-    print(asked.out)
-
-
 if __name__ == "__main__":
-    main()
+    draw_result(str(__doc__), "real_series", "real_series.svg", draw)

@@ -4,9 +4,6 @@ Above, for each of ten worlds, the true numbers and the 90 % intervals of their 
 posterior of pelts of hares and lynx, and its runs beside what was measured.
 """
 
-import argparse
-import json
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +16,9 @@ import numpy as np
 from ecs_eco.analysis.palette import GREY, SAFE
 from ecs_eco.search.posterior_page import density
 from ecs_eco.search.sampler import value_at
+from studies.common.figure import draw_result
 from studies.recovery import CHANCE, CONFIG, RATE, plan_of, posterior, split, within
 
-ROOT = Path(__file__).parent.parent
 POSTERIOR, MISSED = SAFE[6][0], SAFE[2][0]
 TICKS = {CHANCE: [0.1, 0.2, 0.3, 0.5], RATE: [0.01, 0.02, 0.03]}
 NAMES = {CHANCE: "chance that a lynx catches", RATE: "rate at which lynx breed [1/s]"}
@@ -97,21 +94,5 @@ def beside(ax: Any, pelts: dict[str, Any]) -> None:
     ax.set_title("pelts, and runs of their posterior (90 %)", loc="left", fontsize=9)
 
 
-def main() -> None:
-    """Read the result and draw."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("--results", type=Path, default=ROOT / "studies" / "results" / "recovery.json")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "img" / "recovery.svg")
-    parser.add_argument("--short", action="store_true", help="for CI: draw into a temporary folder")
-    asked = parser.parse_args()
-    if asked.short:
-        asked.out = Path(tempfile.mkdtemp(prefix="ecs-eco-figure-")) / asked.out.name
-        if not asked.results.is_file():
-            print(f"{asked.results}: the study was not run yet")
-            return
-    draw(json.loads(asked.results.read_text(encoding="utf-8")), asked.out)
-    print(asked.out)
-
-
 if __name__ == "__main__":
-    main()
+    draw_result(str(__doc__), "recovery", "recovery.svg", draw)

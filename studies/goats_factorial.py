@@ -14,7 +14,7 @@ import numpy as np
 
 from studies.common.goats import GENES, carriers, identity, live
 from studies.common.registration import registration
-from studies.common.selection import path_coefficient, pooled
+from studies.common.selection import mean_interval, path_coefficient, pooled
 from studies.common.study import Study, verdict
 from studies.inheritance import change
 
@@ -80,9 +80,8 @@ def eating(world: Any, last: int, ticks: int) -> list[float]:
 
 
 def coefficient(results: list[dict[str, Any]], gene: str) -> list[float]:
-    """Return mean and 95 % interval of a gene's coefficient over runs."""
-    over = pooled([r["s"][gene] for r in results if r["s"][gene] is not None])
-    return [over.mean, *over.interval95]
+    """Return mean and 95 % interval of a gene's coefficient over runs; NaN where no goat ever carried it."""
+    return mean_interval([r["s"][gene] for r in results if r["s"][gene] is not None])
 
 
 def gap(of: dict[int, float], than: dict[int, float]) -> list[float]:

@@ -284,3 +284,12 @@ def _load(world: str, changes: Mapping[str, Any]) -> Any:
 
 def _hash(x: Any) -> str:
     return hashlib.sha256(canonical(x).encode()).hexdigest()[:24]
+
+
+def by_training(entries: list[dict[str, Any]], arm: str) -> dict[int, list[dict[str, Any]]]:
+    """Return the results of an arm by training seed."""
+    out: dict[int, list[dict[str, Any]]] = {}
+    for e in entries:
+        if e["case"]["arm"] == arm:
+            out.setdefault(e["case"]["training"], []).append(e["result"])
+    return out

@@ -105,6 +105,14 @@ def pooled(values: Numbers) -> Pooled:
     return Pooled(len(v), float(v.mean()), _interval(v, 0.95), _interval(v, 0.90))
 
 
+def mean_interval(values: list[float]) -> list[float]:
+    """Return a mean and its 95 % interval (t): [mean, low, high]; NaN where there are fewer than two."""
+    if len(values) < 2:
+        return [float(np.mean(values)) if values else float("nan"), float("nan"), float("nan")]
+    estimate = pooled(values)
+    return [estimate.mean, *estimate.interval95]
+
+
 def equivalence(values: Numbers, margin: float, alpha: float = 0.05) -> Equivalence:
     """Test that the mean over runs lies within ± margin: two one-sided t tests (Schuirmann 1987).
 
