@@ -64,6 +64,8 @@ def page(server: Server) -> Any:
     words = [sys.executable, __file__, "--page", str(server.port), server.credentials.credential]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     while not server.clients:
+        if process.poll() is not None:
+            raise RuntimeError(f"the page is gone, status {process.returncode}: {process.stdout.read()}")
         time.sleep(0.01)
     try:
         yield process

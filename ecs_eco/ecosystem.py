@@ -71,13 +71,20 @@ class World(SpatialWorld):
             raise RuntimeError("this world has no system that intervenes; "
                                "begin its schedule with add_system(Intervene())")
         require_whole(self, "intervene", within=True)
+        self._undivided("intervene")
         system.ask(what)
 
     def reconfigure(self, config: Any, learners: Iterable[str] = ()) -> None:
         """Give this living world another configuration; see `ecs_eco.worlds.reconfigure`."""
         from ecs_eco.worlds.reconfigure import reconfigure
 
+        self._undivided("reconfigure")
         reconfigure(self, config, learners)
+
+    def _undivided(self, what: str) -> None:
+        if self.bands.divided:
+            raise RuntimeError(f"world {self.name!r}: it cannot {what} while its state is divided between "
+                               "processes")
 
     def add_reporter(self, name: str, what: Any) -> None:
         """Measure something in every tick from now on: a column `name` of the series.
@@ -112,6 +119,8 @@ class World(SpatialWorld):
         if self.recorder is None:
             raise RuntimeError("this world has no recorder; build it with World.from_config, or add one: "
                                "ecs_eco.record.Recorder(world)")
+        if self.bands.divided:
+            self.recorder.flush()  # what the other processes have
         return SeriesTable(self.recorder.series())
 
     def plot(self, column: str = "n", species: Sequence[str] | None = None) -> Any:

@@ -21,9 +21,9 @@ from ecs_eco import World
 from ecs_eco.components import Body, Position
 from ecs_eco.config import load
 
-PYTHON_CALLS, ALL_CALLS = 376, 756  # a tick of predator-prey: 840 animals, 5,200 plants; C's functions too
-KERNELS = 38  # with types, that Python calls in 100 ticks of predator-prey
-MODULES = 1000  # that a frozen run of predator-prey loads
+PYTHON_CALLS, ALL_CALLS = 382, 772  # a tick of predator-prey: 840 animals, 5,200 plants; C's functions too
+KERNELS = 39  # with types, that Python calls in 100 ticks of predator-prey
+MODULES = 1005  # that a frozen run of predator-prey loads
 BYTES_OF_COLUMNS = 70  # an organism with Position and Body
 BYTES_KNOWN_TO_ESPER = 1  # an organism more, where esper has been asked for all numbers
 BYTES_LOOKED_AT = 520  # an organism more, where esper's loop has looked at one component of each
@@ -57,6 +57,17 @@ def test_a_frozen_run_loads_no_library_that_it_does_not_need(frozen):
     heavy = {"torch", "pandas", "matplotlib", "deap", "scipy.stats", "scipy.special", "scipy.linalg",
              "starlette", "IPython", "ray", "numba.np.linalg", "numba.np.arraymath"}  # fmt: skip
     assert heavy & set(frozen["modules"]) == set()
+
+
+def test_a_report_loads_no_library_that_it_does_not_need(frozen, tmp_path):
+    code = FROZEN.replace('"--no-report", ', "").replace('"100"', '"20"')
+    assert code != FROZEN
+    done = subprocess.run([sys.executable, "-c", code, str(tmp_path / "run")], check=True, text=True,
+                          env=os.environ | {"PYTHONPATH": os.path.dirname(ecs_eco.__path__[0])},
+                          capture_output=True, timeout=600)
+    loaded = set(json.loads(done.stdout.splitlines()[-1])["modules"])
+    assert "matplotlib" in loaded  # there is one
+    assert {"torch", "pandas", "scipy.stats", "IPython", "starlette"} & loaded == set()
 
 
 def test_a_frozen_run_loads_few_modules(frozen):

@@ -56,10 +56,12 @@ def line_of(claim: Mapping[str, Any], record: Mapping[str, Any]) -> Mapping[str,
 
 
 def replicates(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
-    """Return how many seeds of each kind a claim's cases have, and how many cases they are."""
+    """Return how many seeds of each kind a claim's cases have, or the `lives` in their results, and how many
+    these are."""
     wanted = claim.get("of", {})
-    cases = [entry["case"] for entry in record["cases"]
-             if all(entry["case"].get(key) == value for key, value in wanted.items())]
+    cases = [life for entry in record["cases"]
+             if all(entry["case"].get(key) == value for key, value in wanted.items())
+             for life in entry.get("result", {}).get("lives", [entry["case"]])]
     if not cases:
         raise ValueError(f"claim {claim['id']!r}: no case of {claim['study']} has {wanted}")
     training, worlds = ({case[key] for case in cases if key in case} for key in ("training", "seed"))

@@ -3,8 +3,8 @@
     python tools/make_paper.py [--check]
 
 {study | how a statement begins} is the value of that line of studies/results/study.json,
-{bench: name | key=value, … | column} a cell of benchmarks/results/name.json; {goals}, {not met} and {stale}
-count over all studies.
+{bench: name | key=value, … | column} a cell of benchmarks/results/name.json; {goals} and {not met} count over
+all studies.
 """
 
 import argparse
@@ -15,7 +15,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from make_results import RESULTS, counted, stale, text
+from make_results import RESULTS, counted, text
 from make_tables import show
 
 ROOT = Path(__file__).parents[1]
@@ -32,7 +32,7 @@ def written(template: str) -> str:
 def number(place: str) -> str:
     """Return what stands at a place."""
     words = [word.strip() for word in place.split("|")]
-    if place in ("goals", "not met", "stale"):
+    if place in ("goals", "not met"):
         return str(total(place))
     if words[0].startswith("bench:"):
         return cell(words[0].removeprefix("bench:").strip(), words[1], words[2])
@@ -64,11 +64,9 @@ def cell(benchmark: str, where: str, column: str) -> str:
 
 
 def total(what: str) -> int:
-    """Return how many goals there are, how many were not met, and how many results are stale."""
+    """Return how many goals there are, or how many were not met."""
     records = [json.loads(path.read_text(encoding="utf-8")) for path in RESULTS.glob("*.json")]
     done = [r for r in records if "verdicts" in r and r["complete"] and not r["short"]]
-    if what == "stale":
-        return sum(stale(record["name"], record) for record in done)
     met, goals = map(sum, zip(*(map(int, counted(record).split(" of ")) for record in done), strict=True))
     return goals if what == "goals" else goals - met
 

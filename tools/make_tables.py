@@ -17,8 +17,8 @@ MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
 ORDER = ("animals", "animals_threads", "animals_pairs", "animals_pairs_million", "breakdown", "main_job",
          "main_job_training", "main_job_calls", "animals_learning", "peers",
          "peers_frames", "plants",
-         "memory", "startup", "checkpoints", "checkpoints_cost", "bands", "bands_model", "portable",
-         "sweep_overhead", "sweep_overhead_ray", "firm_ground", "doors", "ppo", "individual_ppo",
+         "memory", "startup", "checkpoints", "checkpoints_cost", "bands", "bands_halo", "bands_model",
+         "portable", "sweep_overhead", "sweep_overhead_ray", "firm_ground", "doors", "ppo", "individual_ppo",
          "births", "variable_births", "genomes", "viewer_cost", "viewer_frames", "page",
          "page_memory", "viewer_rewind", "viewer_stall",
          "wolf_sheep", "wolf_sheep_same", "wolf_sheep_profile")

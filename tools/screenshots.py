@@ -80,6 +80,20 @@ def deer(page: Any) -> None:
     survivor(page, "deer")
 
 
+def family(page: Any) -> None:
+    """The family tree of a deer that is no founder."""
+    for nth in range(40):
+        select(page, "deer", nth)
+        tree = page.locator("#organism .tree")
+        tree.evaluate("tree => { tree.open = true }")
+        until(page, "document.querySelector('.tree-node.focal')?.dataset.key === String(ecs.selected)")
+        if page.locator(".tree-node").count() > 4:
+            break
+        page.keyboard.press("Escape")
+    tree.evaluate("tree => tree.scrollIntoView({block: 'center'})")
+    until(page, "ecs.still")
+
+
 def genes(page: Any) -> None:
     """Goats by what a gene says."""
     colours = page.locator("#colour option").evaluate_all("all => all.map(option => option.value)")
@@ -96,6 +110,15 @@ def lamb(page: Any) -> None:
 def sea(page: Any) -> None:
     """The water by night, with the curves of the days before."""
     until(page, "ecs.still")
+
+
+def what_if(page: Any) -> None:
+    """The same world without wolves, from this tick on, beside it."""
+    page.locator("#whatif").click()
+    page.get_by_role("button", name="without wolf").click()
+    until(page, "ecs.second && ecs.second.frames > 0", 600)
+    advance(page, 140)
+    until(page, "ecs.still && ecs.second.still && ecs.second.tick === ecs.tick", 600)
 
 
 def replayed(page: Any) -> None:
@@ -116,11 +139,13 @@ def replayed(page: Any) -> None:
 
 SHOTS = {
     "page_predator_prey": Shot("predator-prey", 400, deer),
+    "page_family_tree": Shot("predator-prey", 600, family),
     "page_reflexes": Shot("reflexes", 300, genes, dark=True),
     "page_lamb": Shot("lamb", 200, lamb),
     "page_diel_migration": Shot("diel-migration", 530, sea),
     "page_replay": Shot("predator-prey", 0, replayed, dark=True,
                         run=("--ticks", "600", "--record", "focal=50", "--no-report", "--quiet")),
+    "page_what_if": Shot("predator-prey", 60, what_if),
     "page_islands": Shot("examples/islands.toml", 0, lambda page: None, map=True,
                          run=("--ticks", "400", "--no-report", "--quiet")),
 }

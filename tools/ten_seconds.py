@@ -19,6 +19,7 @@ IMAGES = Path(__file__).parents[1] / "docs" / "img" / "ten_seconds"
 SIZE = {"width": 1400, "height": 800}
 PANELS = 710  # [px] of the panels: charts stay beside the others
 SHADES = 255
+LAST = 6  # ticks, a frame each, before a picture
 LONGEST = 4000  # ticks until somebody is extinct
 
 
@@ -64,10 +65,9 @@ def go_to(page: Any, tick: int) -> None:
             "slider.dispatchEvent(new Event('change')) }", tick)
         until(page, f"ecs.tick === {tick} && ecs.still", 600)
     left = tick - page.evaluate("ecs.tick")
-    advance(page, left // 10 * 10)
-    for _ in range(left % 10):
-        page.keyboard.press("Period")
-    until(page, f"ecs.tick === {tick} && ecs.still", 600)
+    advance(page, max(0, left - LAST) // 10 * 10)
+    while page.evaluate("ecs.tick") < tick:
+        one(page)
 
 
 def die_out(page: Any, name: str) -> None:
@@ -76,7 +76,15 @@ def die_out(page: Any, name: str) -> None:
         if page.evaluate("ecs.tick") > LONGEST:
             raise RuntimeError(f"{name} lives on")
         advance(page, 20)
-    advance(page, 20)
+    for _ in range(LAST):
+        one(page)
+
+
+def one(page: Any) -> None:
+    """Let one tick pass, with a frame of its own, so that marks are of the last ticks."""
+    goal = page.evaluate("ecs.tick") + 1
+    page.keyboard.press("Period")
+    until(page, f"ecs.tick === {goal} && ecs.still", 600)
 
 
 def choose(page: Any, kind: str, near: int) -> None:
@@ -84,8 +92,8 @@ def choose(page: Any, kind: str, near: int) -> None:
     for uid in page.evaluate(f"ecs.uids('{kind}', 60)"):
         page.evaluate(f"location.hash = 'uid={uid}&tab=organism'")
         until(page, f"ecs.selected === {uid} && ecs.still && ecs.messages.organism > 0")
-        if page.evaluate("ecs.over.seen + ecs.over.rays"):
-            break
+        if page.evaluate("ecs.over.seen + ecs.over.rays") and page.locator("#organism .nerves").count():
+            break  # a newborn has no readings yet
     if near:
         page.locator("[data-eye=follow]").click()
         until(page, "ecs.still")
@@ -114,7 +122,7 @@ def take(browser: Any, moment: Moment) -> bytes:
         page.mouse.move(0, 0)
         page.evaluate("document.activeElement.blur()")
         if moment.panel == "why":
-            until(page, "ecs.messages.why > 0", 600)
+            until(page, "ecs.messages.why > 0 && document.querySelector('.account section')", 600)
         page.wait_for_timeout(1500)
         until(page, "ecs.still")
         png = page.screenshot()

@@ -15,6 +15,7 @@ from ecs_eco.config.archipelago import check_islands, seed_of
 from ecs_eco.config.checks.world import check
 from ecs_eco.config.document import Document, Key, read_document
 from ecs_eco.config.explain import problems_of, value_at
+from ecs_eco.config.knobs import check_knobs
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.names import names_in
 from ecs_eco.config.overrides import Overrides, apply_overrides, fix_ranges
@@ -53,6 +54,8 @@ def load(
     problems += wrong_ranges + [_beside(p, inline) for p in invalid]
     if config is not None:
         problems += check_search(config, inline, document.set)
+        if document.original is None:  # a modified world may have values beyond the ends of its knobs
+            problems += check_knobs(config, document.set)
     if config is None or problems:
         raise document.refused(problems)
     problems = _check_training(config)
@@ -215,10 +218,12 @@ def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
 def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, list[Problem]]:
     """The world of this data with what belongs to the document, and the problems across its sections;
     raises ValidationError."""
+    known = document.original
+    if known is not None and "viewer" not in data:
+        data = data | {"viewer": known.viewer}
     config = WorldConfig.model_validate(data)
     config._folder, config._source = document.folder, document.source
     config._code, problems = _read_code(document, config.code)
-    known = document.original
     if known is not None and (known.terrain, known.space) == (config.terrain, config.space):
         config._land = known._land
     return config, problems + check(config, document.folder, changed)

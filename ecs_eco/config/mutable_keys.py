@@ -108,6 +108,11 @@ def may_change(key: str) -> bool:
     return not _hint(key)
 
 
+def why_not(key: str) -> str:
+    """What there is to do instead where the value of a dotted key cannot change; "" where it may."""
+    return _hint(key)
+
+
 def _hint(key: str) -> str:
     return next(hint for pattern, hint in _RULES if pattern.fullmatch(key))
 

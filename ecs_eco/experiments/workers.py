@@ -62,14 +62,25 @@ def finishing() -> Iterator[None]:
         yield
         return
 
+    told = over = False
+
     def interrupt(*_: object) -> None:
+        nonlocal told
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        if over:
+            os._exit(ENDED)
+        told = True
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGTERM, interrupt)
     try:
-        yield
+        try:
+            yield
+        finally:
+            over = True
     except KeyboardInterrupt:
         os._exit(ENDED)
     finally:
+        if told:  # and what was raised got lost on its way, as it does in a destructor
+            os._exit(ENDED)
         signal.signal(signal.SIGTERM, before)

@@ -22,6 +22,7 @@ from ecs_eco.learning.settings import PPO
 # hyperparameters that the kernels get in one row for each animal
 SETTINGS = ("gae_lambda", "clip", "clip_value", "value_weight", "adam_epsilon", "max_grad_norm",
             "weight_decay")
+COUNTS = "epochs", "minibatch"
 
 
 class Individuals:
@@ -201,11 +202,7 @@ class Individuals:
         ppo, n = self.ppo, len(rows)
         settings = np.empty((3, n), np.float32)
         settings[0], settings[1], settings[2] = plasticity or (ppo.learning_rate, ppo.discount, ppo.entropy)
-        own = own or {}
-        others = np.stack([np.broadcast_to(own.get(field, shared), n).astype(np.float64)
-                           for field, shared in zip(SETTINGS, self._settings, strict=True)], axis=1)
-        epochs, minibatch = (np.broadcast_to(own.get(field, getattr(ppo, field)), n).astype(np.int64)
-                             for field in ("epochs", "minibatch"))
+        others, epochs, minibatch = self._settings_of(n, own or {})
         report, lengths = np.zeros((n, len(kernels.TERMS))), experience.length[rows]
         bootstrap = np.ascontiguousarray(bootstrap, np.float32)
 
@@ -231,7 +228,19 @@ class Individuals:
             experience.length[rows] = 0
         learnt = (settings[0] != 0) & (lengths > 0)
         require_finite(report, uid)
-        return summary(report[learnt], lengths[learnt], settings[0, learnt])
+        return summary(*self.bands.learnt(self, report[learnt], lengths[learnt], settings[0, learnt]))
+
+    def _settings_of(self, n: int, own: Mapping[str, np.ndarray]) -> tuple[np.ndarray, ...]:
+        """Return the hyperparameters f64[n, SETTINGS], epochs and minibatch i64[n] of n animals: those of the
+        species, but for their `own` [n]."""
+        others = self._settings[None].repeat(n, axis=0)
+        counts = np.array([[self.ppo.epochs], [self.ppo.minibatch]]).repeat(n, axis=1)
+        for field, values in own.items():
+            if field in SETTINGS:
+                others[:, SETTINGS.index(field)] = values
+            elif field in COUNTS:
+                counts[COUNTS.index(field)] = values
+        return others, *counts
 
     def _tell(self, policy: Any, rows: np.ndarray, report: np.ndarray) -> None:
         """Let all processes have what each of them has learnt for its part of the rows i64[n]."""
@@ -252,14 +261,16 @@ def require_finite(report: np.ndarray, uid: np.ndarray) -> None:
 
 def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[str, float]:
     """Return means over animals; of the reward over transitions; NaN where nobody learnt."""
-    n = len(report)
-    means = dict(zip(kernels.TERMS, report.mean(axis=0).tolist() if n else [np.nan] * len(kernels.TERMS),
-                     strict=True))
-    known = report[:, 6][np.isfinite(report[:, 6])]
-    means["explained_variance"] = float(known.mean()) if known.size else float("nan")
-    means["reward"] = float((report[:, 7] * lengths).sum() / lengths.sum()) if n else float("nan")
-    means["learning_rate"] = float(rates.mean(dtype=float)) if n else float("nan")
-    return means | {"n_transitions": int(lengths.sum()), "n_animals": n}
+    n, total = len(report), np.add.reduce
+    if not n:
+        return dict.fromkeys((*kernels.TERMS, "learning_rate"), float("nan")) | {"n_transitions": 0,
+                                                                                 "n_animals": 0}
+    means: dict[str, float] = dict(zip(kernels.TERMS, (total(report, axis=0) / n).tolist(), strict=True))
+    known, transitions = report[:, 6][np.isfinite(report[:, 6])], int(total(lengths))
+    means["explained_variance"] = float(total(known)) / known.size if known.size else float("nan")
+    means["reward"] = float(total(report[:, 7] * lengths)) / transitions
+    means["learning_rate"] = float(total(rates, dtype=float)) / n
+    return means | {"n_transitions": transitions, "n_animals": n}
 
 
 def _check(n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...]) -> None:

@@ -272,7 +272,7 @@ class Nerves:
                 self._learn_alone(table, world, np.flatnonzero(due))
         elif self.learner is not None and self.learner.full:
             _, values = self.think(table, world)
-            self.learner.bands = world.bands
+            self.learner.bands = world.bands.common
             if (report := self.learner.update(self.rows, values)) is not None:
                 self.reports.append({"tick": world.tick, **report})
 

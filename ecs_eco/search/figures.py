@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.analysis.style import panels, styled
+from ecs_eco.analysis.palette import AXIS, GREY, GRID, INK
+from ecs_eco.analysis.style import PALETTE, panels, styled
 from ecs_eco.search.importance import Importance
 from ecs_eco.search.optimise import merit
 from ecs_eco.search.plan import Parameter
@@ -16,8 +17,8 @@ from ecs_eco.search.plan import Parameter
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-STAGES = ("#b8c0c8", "#56B4E9", "#0072B2", "#08306b")
-BEST, START = "#D55E00", "#000000"
+STAGES = (GREY, PALETTE[5], PALETTE[2], INK)
+BEST, START = PALETTE[3], INK
 
 
 @styled
@@ -32,7 +33,7 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
         ax.plot(
             minutes[here], merits[here], "o", ms=5, color=_tone(stage, last), label=f"{word} ({sum(here)})"
         )
-        ax.axhline(stage + 1, color="#e6eaee", lw=1, zorder=0)
+        ax.axhline(stage + 1, color=GRID, lw=1, zorder=0)
     order = minutes.argsort()
     ax.step(
         minutes[order],
@@ -51,7 +52,7 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
         ylim=(0, last + 1.05),
         yticks=range(last + 2),
     )
-    figure.legend(loc="outside upper center", ncols=4)
+    figure.legend(loc="outside upper left", ncols=4)
     return figure
 
 
@@ -66,7 +67,7 @@ def importance(numbers: Sequence[Importance]) -> Figure:
     order = sorted(numbers, key=lambda i: i.share)
     figure, ((ax,),) = panels(1, 1, 8, 0.34 * len(order) + 1.3)
     places = np.arange(len(order))
-    ax.barh(places, [i.share for i in order], height=0.6, color="#0072B2")
+    ax.barh(places, [i.share for i in order], height=0.6, color=PALETTE[2])
     limits = np.minimum([i.by_chance for i in order], 1.0)
     ax.vlines(limits, places - 0.4, places + 0.4, color=BEST, lw=2, label="by luck, 19 of 20 cases")
     ax.set(
@@ -97,7 +98,7 @@ def scatter(
     rows = -(-len(parameters) // columns)
     figure, axes = panels(rows, columns, 2.9 * columns + 0.5, 2.3 * rows + 0.4, sharey=True)
     for ax, p in zip(axes.flat, parameters, strict=False):
-        ax.scatter([e["values"][p.name] for e in entries], worse, s=18, color="#0072B2", alpha=0.6, lw=0)
+        ax.scatter([e["values"][p.name] for e in entries], worse, s=18, color=PALETTE[2], alpha=0.6, lw=0)
         ax.axvline(start[p.name], color=START, lw=1.1, ls=":", label="as written")
         ax.axvline(best[p.name], color=BEST, lw=1.4, label="best")
         ax.set_ylim(0, 1)
@@ -128,7 +129,7 @@ def pairs(
         x, y = (parameters[k] for k in pair)
         at = [[e["values"][p.name] for e in entries] for p in (x, y)]
         dots = ax.scatter(
-            *at, c=worse, cmap="viridis", vmin=0, vmax=1, s=26, edgecolors="white", linewidths=0.5
+            *at, c=worse, cmap="viridis", vmin=0, vmax=1, s=26, edgecolors=AXIS, linewidths=0.5
         )
         for values, mark, hue, label in ((start, "X", START, "as written"), (best, "*", BEST, "best")):
             ax.plot(

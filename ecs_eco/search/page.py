@@ -11,7 +11,7 @@ import numpy as np
 
 from ecs_eco.analysis.figures import survival
 from ecs_eco.analysis.page import number, page, picture, table, write_text
-from ecs_eco.analysis.style import save
+from ecs_eco.analysis.style import save_svg
 from ecs_eco.analysis.survival import kaplan_meier
 from ecs_eco.search import figures
 from ecs_eco.search.importance import Importance, ranks
@@ -24,17 +24,18 @@ def write_page(search: Outcome, result: dict[str, Any]) -> None:
     """Write search.html and figures/ from the content of search.json."""
     folder = search.out / "figures"
     shutil.rmtree(folder, ignore_errors=True)
-    path = save(
-        figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1), folder / "history.png"
+    path = save_svg(
+        figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1), folder / "history.svg"
     )
     caption = "Each candidate: the stage that it reached, and its score there squeezed into one unit."
     sampled = [] if search.sampler is None else posterior_blocks(search.sampler, result["posterior"], folder)
-    blocks = [f"<p>{escape(_opening(result))}</p>", *_confirmed(result, folder), *sampled,
+    title = search.plan.config.title or search.plan.config.name
+    blocks = [f"<h1>Search: {escape(title)}</h1>", f"<p>{escape(_opening(result))}</p>",
+              *_confirmed(result, folder), *sampled,
               "<h2>The best worlds</h2>",
               _best_table(search, result),
               "<h2>How the search went</h2>", picture(path, caption), "<h2>Which numbers were important</h2>",
               *_important(search, result, folder)]  # fmt: skip
-    title = search.plan.config.title or search.plan.config.name
     write_text(search.out / "search.html", page(f"Search: {title}", *blocks))
 
 
@@ -64,7 +65,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
     drawn = survival(
         curves, result["confirmation"]["ticks"], "all species, on seeds that the search did not use"
     )
-    path = save(drawn, folder / "survival.png")
+    path = save_svg(drawn, folder / "survival.svg")
     rows = [[world, c["runs"], c["persisted"], number(c["share"]),
              f"{number(c['low'])} … {number(c['high'])}",
              ", ".join(f"{a}/{b}" for a, b in c["by_training_seed"].values()), _lost(c["lives"])]
@@ -109,14 +110,15 @@ def _important(search: Outcome, result: dict[str, Any], folder: Path) -> list[st
         "differently from all. A bar that does not pass its line may be chance.")  # fmt: skip
     blocks = [
         f"<p>{text}</p>",
-        picture(save(figures.importance(shares), folder / "importance.png"),
+        picture(save_svg(figures.importance(shares), folder / "importance.svg"),
                 "Share of all importance (PED-ANOVA); chance stays below the line in 19 of 20 cases."),
-        picture(save(figures.scatter(plan.parameters, entries, worse, start, best),
-                     folder / "dependence.png"),
+        picture(save_svg(figures.scatter(plan.parameters, entries, worse, start, best),
+                     folder / "dependence.svg"),
                 "Each candidate over each of its numbers: the higher, the more of the others are worse."),
     ]  # fmt: skip
     if len(plan.parameters) > 1:
         order = np.argsort([-i.share for i in shares]).tolist()
-        path = save(figures.pairs(plan.parameters, entries, worse, order, best, start), folder / "pairs.png")
+        drawn = figures.pairs(plan.parameters, entries, worse, order, best, start)
+        path = save_svg(drawn, folder / "pairs.svg")
         blocks.append(picture(path, "Pairs of the most important numbers; each dot is a candidate."))
     return blocks

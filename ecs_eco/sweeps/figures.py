@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.analysis.palette import AXIS, INK, ON_CELL
 from ecs_eco.analysis.style import DASHES, PALETTE, panels, styled
 from ecs_eco.sweeps.response import Answer, Outcome, Row, answers, by_point, group, interval, values_of
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
 FEW = 12  # values of a key that have an answer each; with more, each point has one
 CELLS = 9 * 9  # of a heat map whose cells have room for a number
-INK = "#334155"
 LABELS = 48  # characters under a panel before they are turned
 
 
@@ -49,7 +49,7 @@ def responses(rows: Sequence[Row], keys: Sequence[str], outcomes: Sequence[Outco
     figure.align_ylabels()
     if len(parts) > 1:
         handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=min(5, len(labels)))
+        figure.legend(handles, labels, loc="outside upper left", ncols=min(5, len(labels)))
     return figure
 
 
@@ -176,7 +176,7 @@ def _cells(ax: Any, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome
         for (i, j), mean in np.ndenumerate(means):
             if np.isfinite(mean):
                 ax.text(j, i, _cell(mean, outcome), ha="center", va="center", fontsize=8,
-                        color="white" if mean < middle else "black")
+                        color=ON_CELL[bool(mean >= middle)])
     return drawn
 
 
@@ -195,4 +195,4 @@ def _dots(ax: Any, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome,
         found.append((first[pair[0]], first[pair[1]], Answer(None, interval(part, outcome), ())))
     return ax.scatter([a for a, _, _ in found], [b for _, b, _ in found],
                       c=[answer.mean.value for *_, answer in found], cmap="viridis", s=46,
-                      edgecolor="#5b6570", lw=0.5, vmin=limits[0], vmax=limits[1])
+                      edgecolor=AXIS, lw=0.5, vmin=limits[0], vmax=limits[1])

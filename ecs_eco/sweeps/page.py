@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.analysis.page import number, page, picture, table, write_text
-from ecs_eco.analysis.style import colors, save
+from ecs_eco.analysis.style import colors, save_svg
 from ecs_eco.analysis.survival import Interval
 from ecs_eco.record.seal import read_manifest
 from ecs_eco.sweeps import figures
@@ -72,11 +72,12 @@ def _responses(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome], hu
     drawn = figures.responses(rows, keys[:4], outcomes, hue)
     each = all(len({str(row[key]) for row in rows}) <= figures.FEW for key in keys)
     blocks = ["<h2>Response</h2>",
-              picture(save(drawn, folder / "response.png"), _RESPONSE if each else f"{_RESPONSE} {_POINTS}")]
+              picture(save_svg(drawn, folder / "response.svg"),
+                      _RESPONSE if each else f"{_RESPONSE} {_POINTS}")]
     for i, pair in enumerate(figures.pairs_of(rows, keys)):
         drawn = figures.heat(rows, pair, outcomes[:MOST_PANELS])
         blocks += [f"<h2>{escape(figures.short(pair[0]))} and {escape(figures.short(pair[1]))}</h2>",
-                   picture(save(drawn, folder / f"heat-{i + 1}.png"), _HEAT)]
+                   picture(save_svg(drawn, folder / f"heat-{i + 1}.svg"), _HEAT)]
     return blocks
 
 

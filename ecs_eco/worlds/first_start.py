@@ -28,9 +28,8 @@ LIST, MARK = Path(__file__).with_name("kernels.txt"), ".warm"
 
 @dataclass
 class Compiled:
-    """How many kernels were compiled for a run, by all processes."""
+    """How many kernels were compiled for a run, by how many processes."""
 
-    before: int = 0
     number: int = 0
     processes: int = 1
 
@@ -123,18 +122,19 @@ def two_processes(world: str) -> Iterator[Compiled]:
     from ecs_eco.engine import jit
 
     path, helper = jit.FOLDER.path, None
-    out = Compiled(before=len(list(path.glob("*.nbc"))))
+    out, there, own = Compiled(), len(list(path.glob("*.nbc"))), jit.FOLDER.compiled
     try:
         if not _mark(world).exists() and cores() > 1 and _compiles() and jit.FOLDER.writable():
             jit.FOLDER.shared, out.processes = True, 2
             helper = _start(["backwards", world])
         yield out
     finally:
+        out.number = jit.FOLDER.compiled - own
         if helper is not None:
             jit.FOLDER.shared = False
             helper.terminate()
             helper.wait()
-        out.number = len(list(path.glob("*.nbc"))) - out.before
+            out.number = len(list(path.glob("*.nbc"))) - there
 
 
 def cores() -> int:

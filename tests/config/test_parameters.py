@@ -13,9 +13,9 @@ from ecs_eco import System, World, component, f32, u8
 from ecs_eco.analysis.runs import load_series
 from ecs_eco.components import Metabolism
 from ecs_eco.config import load
+from ecs_eco.config.parameters import parameters
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record import fork, resume, run_to_folder
-from ecs_eco.view.params import parameters
 
 MINE = '''
 from typing import Annotated

@@ -57,7 +57,7 @@ def test_trained_policies_are_measured_beside_random_ones_and_shown(trained, men
     page = write_training({**result, "against_random": found}, tmp_path).read_text()
     assert "Beside random policies" in page
     assert {p.name for p in (tmp_path / "figures").iterdir()} == {
-        "learning.png", "actions-0.png", "actions-1.png"}
+        "learning.svg", "actions-0.svg", "actions-1.svg"}
 
 
 def test_a_world_takes_up_the_policies_of_a_folder(trained, menagerie):

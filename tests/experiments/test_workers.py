@@ -1,6 +1,7 @@
 """Worker processes: threads, and how they end."""
 
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -11,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from ecs_eco.experiments.workers import PINS, finishing, one_thread_each
+from ecs_eco.experiments.workers import ENDED, PINS, finishing, one_thread_each
+from ecs_eco.record import run_to_folder
 
 SCRIPT = """
 import os, sys, time
@@ -47,6 +49,38 @@ def test_a_call_in_a_thread_of_a_worker_does_its_work_and_hears_no_signals():
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
         assert pool.submit(work_in_a_thread).result()
         assert not pool.submit(work).result()
+
+
+def last_tick(config, folder):
+    """Work that is told to end in the last tick of its run."""
+    def told(done, total):
+        if done == total:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    with finishing():
+        run_to_folder(config, 1, 4, folder, "untrained", progress=told, report=False)
+
+
+def lost(*_):
+    """Work that is told to end where nothing that is raised gets through."""
+    class Dying:
+        def __del__(self):
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(1)
+
+    with finishing():
+        Dying()
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("work", [last_tick, lost])
+def test_a_worker_that_is_told_to_end_ends_though_its_work_was_done_by_then(menagerie, tmp_path, work):
+    """A pool of which one worker was killed tells the others once, and waits for them."""
+    process = get_context("spawn").Process(target=work, args=(menagerie(), tmp_path / "run"))
+    process.start()
+    process.join(120)
+    assert process.exitcode == ENDED
+    process.close()
 
 
 def test_a_worker_ends_when_its_parent_is_killed(tmp_path):

@@ -173,7 +173,7 @@ def test_a_search_that_samples_writes_a_posterior_and_goes_on(world: Path, tmp_p
     assert set(rows[0]) == {"candidate", "generation", "weight", "distance", COUNT, BASAL, "mean mite"}
     page = (tmp_path / "s" / "search.html").read_text()
     assert "<h2>Posterior</h2>" in page
-    assert "image/svg+xml" in page
+    assert page.count('class="plot') >= 2
     assert (tmp_path / "s" / "figures" / "posterior-pairs.svg").is_file()
     near = load(tmp_path / "s" / "best-1.toml")
     assert near.file(near.data.file).is_file()

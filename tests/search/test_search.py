@@ -139,9 +139,9 @@ def test_a_search_finds_a_world_that_lives_and_confirms_it_on_seeds_of_its_own(w
     assert (confirmed["best"]["persisted"], confirmed["best"]["runs"],
             confirmed["start"]["persisted"]) == (3, 3, 0)
     assert min(w for _, w in confirmed["cells"]) > max(w for _, w in result["cells"])
-    for name in ("search.html", "search.json", "figures/survival.png", "figures/history.png",
-                 "figures/importance.png",
-                 "figures/dependence.png", "figures/pairs.png"):  # fmt: skip
+    for name in ("search.html", "search.json", "figures/survival.svg", "figures/history.svg",
+                 "figures/importance.svg",
+                 "figures/dependence.svg", "figures/pairs.svg"):  # fmt: skip
         assert (tmp_path / "out" / name).stat().st_size > 1000
     assert ("On fresh seeds all species persist"
             in (tmp_path / "out" / "search.html").read_text(encoding="utf-8"))

@@ -28,6 +28,13 @@ def test_a_row_says_how_it_was_seen_over_which_seeds_and_what_came_out():
     assert row[-1] == "**not met**"
 
 
+def test_lives_within_a_case_are_replicates():
+    lives = [{"training": t, "seed": s} for t in (1, 2, 3) for s in (5, 6)]
+    result = RESULT | {"cases": [{"case": {"arm": "goats"}, "result": {"lives": lives}}]}
+    (row,) = claims.rows({"goats": result}, [CLAIM])
+    assert row[2] == "3 × 2"
+
+
 @pytest.mark.parametrize(("change", "words"), [
     ({"line": "rad:"}, "did you mean 'red: coefficient'"),
     ({"line": ""}, "2 lines of goats begin with"),

@@ -116,3 +116,13 @@ def test_the_claim_of_a_process_that_has_ended_stops_nobody(two_kernels):
     claim.write_text(str(ended.pid))
     assert kernel(2.0) == 6
     assert not claim.exists()
+
+
+def test_only_kernels_that_this_process_compiles_are_counted(two_kernels):
+    two_kernels.mkdir(parents=True)
+    (two_kernels / f"meadow{first_start.MARK}").touch()
+    with first_start.two_processes("meadow") as kernels:
+        (two_kernels / "of_another_process.nbc").touch()
+        assert first_start.kernel_of("two_kernels:triple")(2.0) == 6
+    assert kernels.number == 1
+    assert "1 kernel compiled" in str(kernels)

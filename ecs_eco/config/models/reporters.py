@@ -16,11 +16,13 @@ COLUMNS = frozenset({
 """The columns that every series has, or may have: no reporter may be called so."""
 DIED = "died: "
 """Prefix of the series columns that count deaths by cause."""
+EATEN = "eaten: "
+"""Prefix of the series columns of what a species gained by eating another [energy]."""
 
 
 def is_reporter(column: str) -> bool:
     """Whether a column of a series is what a reporter measured."""
-    return column not in COLUMNS and not column.startswith(DIED)
+    return column not in COLUMNS and not column.startswith((DIED, EATEN))
 
 
 def _known(value: Any, check: Any) -> Any:

@@ -17,6 +17,7 @@ from ecs_eco.config.models.reporters import Reporter
 from ecs_eco.config.models.search import Search
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
+from ecs_eco.config.models.viewer import Viewer
 from ecs_eco.config.models.water import Sun, Water, Year
 from ecs_eco.config.names import code_of
 from ecs_eco.engine.code import NONE, Code
@@ -123,6 +124,8 @@ class WorldConfig(Section):
                               exclude_if=is_absent)
     search: Search = Field(default_factory=Search, exclude=True,
                            description="settings of `ecs-eco search`; runs ignore them")
+    viewer: Viewer = Field(default_factory=Viewer, exclude=True,
+                           description="what the viewer's page offers first; runs ignore it")
 
     _folder: Path = PrivateAttr(default_factory=Path)  # base of relative file names
     _source: str = PrivateAttr(default="dict")  # for messages

@@ -1,0 +1,94 @@
+"""The values of a world file that may change while its world lives, for the page's list."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import BaseModel
+
+from ecs_eco.config.mutable_keys import may_change
+from ecs_eco.config.numbers import labels
+from ecs_eco.engine.section import LARGEST, Use, function_name
+
+NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
+
+
+def parameters(config: Any) -> list[dict[str, Any]]:
+    """Return every number and switch that an intervention of kind "set" may change: key, value, whether
+    it is whole, unit, low, high, about.
+
+    `low` and `high` are null if the file sets no bound. Values that genes code for are left out.
+    """
+    genes = coded(config)
+    rows = _walk(config, (), {})
+    return [row for row in rows if row["key"] not in genes and row["key"].split(".")[0] not in NOT_NOW
+            and may_change(row["key"])]
+
+
+def coded(config: Any) -> dict[str, str]:
+    """Return the gene that codes for a value, by dotted key."""
+    return {".".join(map(str, ("species", name, *key))): gene.name
+            for name, species in config.species.items() if species.genome
+            for gene in species.genome.genes if gene.trait and (key := _key_of(species, gene.trait))}
+
+
+def _key_of(species: Any, trait: str) -> tuple[str | int, ...] | None:
+    """Return where a species' section has the value of a trait; None where it has none."""
+    from ecs_eco.config.traits import label_of
+
+    kind, _, rest = trait.partition(".")
+    name, _, field = rest.rpartition(".")
+    if kind == "reflex" and species.reflex is not None:
+        for i, connection in enumerate(species.reflex.connections):
+            if label_of(connection) == name:
+                threshold = "above" if connection.above is not None else "below"
+                return ("reflex", "connections", i, threshold if field == "threshold" else field)
+    if kind == "happiness" and species.happiness is not None and rest in species.happiness.weights:
+        return ("happiness", "weights", rest)
+    if trait == "life.age_max":
+        return next((("lethal", i, "max") for i, limit in enumerate(species.lethal)
+                     if limit.property == "age" and limit.max is not None), None)
+    key, value = [], species
+    for part in trait.split("."):
+        if isinstance(value, list):
+            entries = {label: str(i) for i, label in enumerate(labels(value))}
+            part = entries.get(part, part)
+            value = value[int(part)] if part in entries.values() else None
+        else:
+            value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
+        key.append(part)
+    return None if value is None else tuple(key)
+
+
+def _walk(value: Any, key: tuple[str, ...], field: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    if isinstance(value, Use):
+        for name, inner in value.parameters.items():
+            about = f"parameter of {function_name(value)}"
+            yield from _walk(inner, (*key, name), {"unit": "", "low": None, "high": None, "about": about})
+    elif isinstance(value, BaseModel):
+        for name, info in type(value).model_fields.items():
+            yield from _walk(getattr(value, name), (*key, name), _field(info))
+    elif isinstance(value, dict):
+        for name, inner in value.items():
+            yield from _walk(inner, (*key, str(name)), field)
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            if isinstance(inner, BaseModel):
+                yield from _walk(inner, (*key, str(i)), field)
+    elif isinstance(value, bool | int | float) and key:
+        yield {"key": ".".join(key), "value": value, "whole": isinstance(value, int), **field}
+
+
+def _field(info: Any) -> dict[str, Any]:
+    """Return unit, bounds and description of a field."""
+    extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
+    bounds: dict[str, float | None] = {"low": None, "high": None}
+    for rule in info.metadata:
+        for name, words in (("low", ("ge", "gt")), ("high", ("le", "lt"))):
+            for word in words:
+                bound = getattr(rule, word, None)
+                if bound is not None and abs(bound) < LARGEST:
+                    bounds[name] = bound
+    return {"unit": str(extra.get("unit", "")), **bounds,
+            "about": (info.description or "").rpartition(" [")[0] or info.description or ""}
