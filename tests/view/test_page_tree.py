@@ -61,6 +61,12 @@ def show(page, uid):
     return drawn(page)
 
 
+def step(page):
+    tick = page.evaluate("ecs.tick")
+    page.locator("#step").click()
+    until(page, f"ecs.tick > {tick} && ecs.still")
+
+
 def drawn(page):
     return {node["key"]: node for node in page.evaluate(NODES)}
 
@@ -81,13 +87,12 @@ def clear_of_each_other(nodes):
 
 def test_nothing_is_asked_for_while_the_tree_is_closed(alive):
     uid = alive.evaluate("ecs.uids('deer')")[0]
-    alive.evaluate(f"location.hash = 'uid={uid}'")
+    alive.evaluate(f"location.hash = 'uid={uid}&at={next(COUNT)}'")
     until(alive, f"ecs.selected === {uid} && document.querySelector('#organism .who')")
     alive.evaluate("document.querySelector('.tree').open = false")  # a test before may have left it open
+    step(alive)  # what was asked for by then has been answered
     before = alive.evaluate("ecs.messages.tree ?? 0")
-    tick = alive.evaluate("ecs.tick")
-    alive.locator("#step").click()
-    until(alive, f"ecs.tick > {tick} && ecs.still")
+    step(alive)
     assert alive.evaluate("ecs.messages.tree ?? 0") == before
     assert alive.locator(".tree-node:visible").count() == 0
     alive.locator(".tree summary").click()
@@ -97,9 +102,10 @@ def test_nothing_is_asked_for_while_the_tree_is_closed(alive):
 
 
 def test_parents_are_above_children_below_and_many_of_them_together(alive):
-    show(alive, FIRST)
+    uids = count(FIRST)
+    show(alive, next(uids))
     while not children_of(alive) > 5:
-        show(alive, alive.evaluate("ecs.selected") + 1)
+        show(alive, next(uids))
     nodes = drawn(alive)
     focal = nodes[str(alive.evaluate("ecs.selected"))]
     rest = nodes[f"down {focal['key']}"]

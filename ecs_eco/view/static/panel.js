@@ -97,7 +97,7 @@ export class Panel {
     this.saidAt = h("p", { class: "said" });
     this.factsAt = h("dl", { class: "facts" });
     this.diedAt = h("dl", { class: "facts died", hidden: true });
-    this.seesAt = h("div", { class: "kin", hidden: true });
+    this.seesAt = h("div", { class: "sees", hidden: true });
     this.kinAt = h("div");
     this.traceAt = h("div", { class: "chart" });
     const head = h("div", { class: "who" }, sign(kind, this.calls.colourOf(organism.species)), h("strong", { text: `${organism.species} #${organism.uid}` }),
