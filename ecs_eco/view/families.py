@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,6 +40,11 @@ def asked(colour: object) -> int | None:
     return int(digits) if digits.isascii() and digits.isdigit() and 0 < int(digits) < 2**63 else None
 
 
+def _shade(slot: int | None) -> int:
+    """Return the value of a family: the middle of its part of the ramp; 0 for one without a colour."""
+    return 0 if slot is None else int(1 + 21 * (slot + 0.5))
+
+
 class Families:
     """Founders and descendants, from lives that grow; families are followed along the first parent."""
 
@@ -68,10 +73,21 @@ class Families:
             if int(founders[i]) not in slots:
                 slots[int(founders[i])] = free.pop(0)
         self._slots[name] = slots
-        value = np.array([1 + 21 * (slots[root] + 0.5) if root in slots else 0 for root in founders.tolist()],
-                         np.uint8)
+        value = np.array([_shade(slots.get(root)) for root in founders.tolist()], np.uint8)
         out: np.ndarray = value[family] if founders.size else np.zeros(0, np.uint8)
         return out
+
+    def clades(self, colour: object, names: Sequence[str | None], uid: np.ndarray) -> list[int | None]:
+        """Return the value of each u64[n] of these species for a colour by descent, None for any other one;
+        "family" has the values that the species has been given last."""
+        of = asked(colour)
+        if of is not None:
+            return list(self.kin(of, uid).tolist())
+        if colour != "family":
+            return [None] * uid.size
+        slots = (self._slots.get(name or "", {}).get(root)
+                 for name, root in zip(names, self.roots(uid).tolist(), strict=True))
+        return [_shade(slot) for slot in slots]
 
     def descendants(self, of: int) -> np.ndarray:
         """Return one and all that descend from it, by either parent: uids u64[n], ascending."""

@@ -302,7 +302,7 @@ class Live:
         if kind == "why":
             return [of_world(self.world, self.pedigree)]
         if kind == "tree":
-            return [tree(Logged(self.pedigree), request)]
+            return [tree(Logged(self.pedigree), self.families, request)]
         if kind in ("table", "scatter"):
             return [getattr(listing, kind)(partial(listed.living, self), self.species, request)]
         if kind == "params":

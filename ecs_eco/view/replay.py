@@ -312,7 +312,7 @@ class Replay:
         if kind == "why":
             return [of_run(self.recording.path, self._tick)]
         if kind == "tree":
-            return [tree(Recorded(self.recording), request)]
+            return [tree(Recorded(self.recording), self.families, request)]
         if kind == "params":
             return [{"kind": "params", "list": []}]
         how = "ecs-eco resume DIR --from-tick T --set KEY=VALUE --out NEW"

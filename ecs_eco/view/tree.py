@@ -11,6 +11,7 @@ from ecs_eco.view.families import logged
 from ecs_eco.view.source import Message
 
 if TYPE_CHECKING:
+    from ecs_eco.view.families import Families
     from ecs_eco.view.pedigree import PedigreeLog
     from ecs_eco.view.recording import Recording
 
@@ -103,12 +104,13 @@ def described(species: str, born: int | None, died: dict[str, Any] | None, paren
     return {"species": species, "born": born, "died": died, "age": age, "parents": parents}
 
 
-def tree(known: Genealogy, request: Message) -> Message:
+def tree(known: Genealogy, families: Families, request: Message) -> Message:
     """Return the message "tree" about the organism of a request; ValueError for one that is not known.
 
     `lives` has the focal one, the nearest ABOVE ancestors, the last BESIDE siblings, BELOW children (those
     with the most young), and the last EACH grandchildren by each. `young` of a life counts all its children,
-    where it was counted, `siblings` all siblings and half-siblings of the focal one.
+    where it was counted, `siblings` all siblings and half-siblings of the focal one. `clade` is the value, 0
+    to 255, of each for the colour `by` of the request, where that is one by descent.
     """
     uid = request.get("uid")
     if isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63:
@@ -130,8 +132,10 @@ def tree(known: Genealogy, request: Message) -> Message:
     counts = [(_uids([uid]), children), (chosen, theirs), (grand, after), (parents, litter)]
     young = {one: n for uids, of in counts
              for one, n in zip(uids.tolist(), _counted(uids, of).tolist(), strict=True)}
+    clades = families.clades(request.get("by"), [life["species"] for life in lives.values()], _uids([*lives]))
     return {"kind": "tree", "uid": uid, "siblings": int(beside.size),
-            "lives": [{"uid": one, "young": young.get(one), **life} for one, life in lives.items()]}
+            "lives": [{"uid": one, "young": young.get(one), "clade": clade, **life}
+                      for (one, life), clade in zip(lives.items(), clades, strict=True)]}
 
 
 def _ancestors(known: Genealogy, uid: int, focal: dict[str, Any]) -> dict[int, dict[str, Any]]:

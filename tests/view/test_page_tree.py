@@ -157,6 +157,25 @@ def test_the_keyboard_goes_from_one_to_the_next_and_selects(alive):
     assert alive.evaluate("ecs.camera") == pytest.approx(camera, abs=0.01)
 
 
+def test_who_descends_from_the_tracked_one_has_a_dot_of_its_colour(alive):
+    dotted = "[...document.querySelectorAll('.tree-node:has(.clade)')].map(node => node.dataset.key)"
+    young = max(alive.evaluate("ecs.uids('deer')"))
+    show(alive, young)
+    assert alive.evaluate(dotted) == []
+    (parent,) = parents_of(alive)
+    alive.get_by_role("button", name="track descendants").click()
+    until(alive, f"{dotted}.length > 0")
+    assert alive.evaluate(dotted) == [str(young)]
+    assert "its descendants are tracked" in drawn(alive)[str(young)]["name"]
+    show(alive, parent)
+    alive.get_by_role("button", name="track descendants").click()
+    until(alive, f"{dotted}.length > 1")
+    assert {str(parent), str(young)} <= set(alive.evaluate(dotted))
+    assert f"descends from #{parent}" in drawn(alive)[str(young)]["name"]
+    alive.locator("#colour").select_option("species")
+    until(alive, "!document.querySelector('.tree .clade')")
+
+
 def test_an_open_tree_of_a_living_world_goes_on_with_time(alive):
     young = max(alive.evaluate("ecs.uids('deer')"))
     show(alive, young)

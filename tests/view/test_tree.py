@@ -7,6 +7,7 @@ from ecs_eco import World
 from ecs_eco.components import Position
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
+from ecs_eco.view.families import Families, logged, recorded
 from ecs_eco.view.live import Live
 from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.replay import Replay
@@ -40,8 +41,9 @@ def born(world, deer, *parents):
     return uid
 
 
-def asked(known, uid):
-    message = tree(known, {"kind": "tree", "uid": uid})
+def asked(known, uid, by=None):
+    lives = (lambda: logged(known.log)) if isinstance(known, Logged) else (lambda: recorded(known.recording))
+    message = tree(known, Families(lives), {"kind": "tree", "uid": uid, "by": by})
     return message, {life["uid"]: life for life in message["lives"]}
 
 
@@ -107,12 +109,29 @@ def test_a_parent_that_is_an_ancestor_twice_is_there_once():
     assert sorted(lives) == [1, son, inbred]
 
 
+def test_each_has_the_value_of_its_clade_where_the_colour_is_one_by_descent():
+    world, deer, log = family()
+    focal = born(world, deer, 1, 2)
+    child = born(world, deer, focal, 2)
+    families = Families(lambda: logged(log))
+    shown = families.values("deer", np.array([1, 2, focal, child], np.uint64))
+
+    def clades(by):
+        message = tree(Logged(log), families, {"uid": focal, "by": by})
+        return {life["uid"]: life["clade"] for life in message["lives"]}
+
+    assert shown[0] > 0 == shown[1]  # a family has two at least
+    assert clades("family") == dict(zip([1, 2, focal, child], shown.tolist(), strict=True))
+    assert clades(f"kin:{focal}") == {1: 0, 2: 0, focal: 255, child: 255}
+    assert clades(None) == clades("species") == clades(["kin:1"]) == dict.fromkeys([1, 2, focal, child])
+
+
 @pytest.mark.parametrize(("uid", "why"), [(None, "allowed: the uid"), (True, "allowed"), (-1, "allowed"),
                                           ("3", "allowed"), (77, "no organism 77 is known")])
 def test_a_request_about_nobody_is_refused(uid, why):
     _, _, log = family()
     with pytest.raises(ValueError, match=why):
-        tree(Logged(log), {"kind": "tree", "uid": uid})
+        tree(Logged(log), Families(lambda: logged(log)), {"kind": "tree", "uid": uid})
 
 
 def test_forgotten_parents_are_unknown():
@@ -151,7 +170,7 @@ def test_looking_at_trees_changes_nothing(both):
     live, _, _ = both
     before = live.world.digest()
     for uid in range(1, int(live.world.next_uid), 40):
-        tree(Logged(live.pedigree), {"uid": uid})
+        tree(Logged(live.pedigree), live.families, {"uid": uid})
     assert live.world.digest() == before
 
 

@@ -142,6 +142,7 @@ export interface Relative {
   age: number | null; // at death [s]
   parents: number[];
   young: number | null; // all its children
+  clade: number | null; // its value, 0 to 255, where the colour is one by descent
 }
 
 /** The family tree of an organism, which is the first of `lives`; then its ancestors, the nearest first. */

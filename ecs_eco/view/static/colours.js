@@ -103,6 +103,17 @@ const DESCENDANT = "#ee3377";
 /** The colour of a value, 0 … 255. @param {ReturnType<typeof rampOf>} name @param {number} value */
 const colourAt = (name, value) => (name === "families" ? rgb(FAMILIES[Math.min(11, Math.floor((value - 0.5) / 21))] ?? GREY) : name === "kin" ? rgb(DESCENDANT) : rampColour(name, value / 255));
 
+/**
+ * The clade of an organism in colour and words; null for none.
+ * @param {string} by
+ * @param {import("./protocol.js").Relative} life
+ */
+export function cladeOf(by, { uid, clade }) {
+  if (!clade) return null;
+  const whose = by === `kin:${uid}` ? "its descendants are tracked" : `descends from #${by.slice(4)}`;
+  return { fill: hexOf(colourAt(rampOf(by), clade)), words: by === "family" ? `family ${1 + Math.floor((clade - 0.5) / 21)}` : whose };
+}
+
 /** The colours of all 256 values, for the shader. @param {ReturnType<typeof rampOf>} name */
 export function rampTexture(name) {
   const data = new Uint8Array(256 * 4);

@@ -3,6 +3,7 @@
 import { Act } from "./act.js";
 import { All } from "./all.js";
 import { Charts } from "./charts.js";
+import { cladeOf } from "./colours.js";
 import { Connection } from "./connection.js";
 import { count } from "./counters.js";
 import { cameFrom, taken } from "./credential.js";
@@ -118,7 +119,7 @@ function begin(hello) {
   const colourOf = (/** @type {string} */ name) => stage.colours[stage.kinds.findIndex((kind) => kind.name === name)] ?? two.colourOf(name) ?? "#888888";
   const charts = new Charts(hello, colourOf, (tick) => connection.send({ kind: "seek", tick }),
     { layers: () => stage.layers, scales: () => state?.scales ?? {}, by: () => by, colours: hello.colours.filter((name) => name !== "family"), colour, select, ask: (x, y) => connection.send({ kind: "scatter", x, y }) });
-  const panel = new Panel(hello, { select: (uid) => select(uid, chosen.second), other: () => two.stage?.hello ?? null, fill: () => connection.send({ kind: "fill", ...chosen.asked }), follow: () => look("follow"), track: (uid) => colour(`kin:${uid}`), tree: () => connection.send({ kind: "tree", ...chosen.asked }), colourOf });
+  const panel = new Panel(hello, { select: (uid) => select(uid, chosen.second), other: () => two.stage?.hello ?? null, fill: () => connection.send({ kind: "fill", ...chosen.asked }), follow: () => look("follow"), track: (uid) => colour(`kin:${uid}`), tree: () => connection.send({ kind: "tree", ...chosen.asked, by }), clade: (life) => cladeOf(by, life), colourOf });
   const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }), charts.lanes());
   const loop = new Loop(hello, timeline, (request) => connection.send(request));
   const story = new Story(hello, { jump, colourOf, ask: () => connection.send({ kind: "why" }), tell: (entry) =>
@@ -258,6 +259,7 @@ function colour(name) {
   page?.charts.figures.draw();
   overlay.ramp(name);
   connection.send({ kind: "colour", by: name });
+  page?.panel.tree.again();
 }
 
 /** To where something happened: in time, where time can be chosen, else in the charts. @param {import("./protocol.js").Entry} entry */

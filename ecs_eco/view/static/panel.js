@@ -16,7 +16,7 @@ const KIN = 12; // shown before "and more"
 export class Panel {
   /**
    * @param {import("./protocol.js").Hello} hello
-   * @param {{select: (uid: number | null) => void, other: () => import("./protocol.js").Hello | null, fill: () => void, follow: () => void, track: (uid: number) => void, tree: () => void, colourOf: (name: string) => string}} calls
+   * @param {{select: (uid: number | null) => void, other: () => import("./protocol.js").Hello | null, fill: () => void, follow: () => void, track: (uid: number) => void, tree: () => void, clade: (life: import("./protocol.js").Relative) => ReturnType<typeof import("./colours.js").cladeOf>, colourOf: (name: string) => string}} calls
    */
   constructor(hello, calls) {
     this.hello = hello;
@@ -31,7 +31,7 @@ export class Panel {
     /** @type {uPlot | null} */
     this.plot = null;
     this.kept = "";
-    this.tree = new Tree({ select: calls.select, ask: calls.tree, colourOf: calls.colourOf });
+    this.tree = new Tree({ select: calls.select, ask: calls.tree, clade: calls.clade, colourOf: calls.colourOf });
     this.points = false; // whether the chart of one life shows points
     new ResizeObserver(() => this.plot?.setSize({ width: Math.max(200, this.root.clientWidth - 32), height: 130 })).observe(this.root);
     this.empty();

@@ -13,7 +13,7 @@ const WAYS = /** @type {Record<string, [number, number]>} */ ({ ArrowUp: [0, -1]
 
 export class Tree {
   /**
-   * @param {{select: (uid: number) => void, ask: () => void, colourOf: (name: string) => string}} calls
+   * @param {{select: (uid: number) => void, ask: () => void, clade: (life: import("./protocol.js").Relative) => ReturnType<typeof import("./colours.js").cladeOf>, colourOf: (name: string) => string}} calls
    */
   constructor(calls) {
     this.calls = calls;
@@ -82,6 +82,12 @@ export class Tree {
     if (wait > 0) return void (this.later = setTimeout(() => this.look(), wait));
     [this.at, this.asked] = [now, this.uid];
     this.calls.ask();
+  }
+
+  /** Asks anew, where it is open: the colours are others. */
+  again() {
+    this.asked = this.tree = null;
+    this.look();
   }
 
   /** @param {TreeMessage} tree */
@@ -169,6 +175,8 @@ export class Tree {
       s("text", { x, y: y + 14, class: "name" }, fit(`#${life.uid}`, BOX[0] - 6, 11.5)),
       s("text", { x, y: y + 26, class: dead ? "cause" : "" }, fit(dead ? `† ${dead.cause}` : SAYS[this.state(life)] ?? "", BOX[0] - 6, 10)),
       s("text", { x, y: y + 37, class: "age" }, dead ? `${number(life.age)} s` : ""));
+    const clade = this.calls.clade(life);
+    if (clade) root.append(s("circle", { class: "clade", cx: left + 2, cy: y + 2, r: 5.5, fill: clade.fill }));
     return root;
   }
 
@@ -178,7 +186,8 @@ export class Tree {
     const state = this.state(life);
     const fate = state === "dead" ? `${life.died?.cause} at ${number(life.age)} s, tick ${number(life.died?.tick)}` : state === "unborn" ? "not yet born" : "alive";
     const young = life.young === null ? "" : `, ${number(life.young)} ${life.young === 1 ? "child" : "children"}`;
-    return `${life.species} #${life.uid}, born at tick ${number(life.born)}, ${fate}${young}`;
+    const clade = this.calls.clade(life);
+    return `${life.species} #${life.uid}, born at tick ${number(life.born)}, ${fate}${young}${clade ? `, ${clade.words}` : ""}`;
   }
 
   /** How old the living are now. */
