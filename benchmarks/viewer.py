@@ -1,6 +1,6 @@
 """What a viewer costs a run, how long a frame takes to encode, and what a page that does not read costs.
 
-    python benchmarks/viewer.py [--organisms 11000] [--pairs 40] [--minutes 0.33]
+    python benchmarks/viewer.py [--organisms 11000] [--pairs 40] [--processes 5] [--minutes 0.33]
                                 [--only cost|frames|stall|rewind]
 """
 
@@ -82,7 +82,7 @@ def run(world: World, ticks: int) -> tuple[float, float]:
     return time.perf_counter() - wall, time.process_time() - work
 
 
-def cost(organisms: int, pairs: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+def cost(organisms: int, pairs: int) -> tuple[dict[str, float], dict[str, Any]]:
     """The same world twice, in turn for 0.4 s each: one alone,
     one with a server and a page that reads all.
 
@@ -113,14 +113,29 @@ def cost(organisms: int, pairs: int) -> tuple[list[dict[str, Any]], dict[str, An
         share = (spent[0] + time.clock_gettime(clock) - served) / watched
         seen.before_tick.remove(turn)
     n = sum(t.n for t in seen.tables.values())
-    rows = [{"cost of a page, as a share of": what, "median": statistics.median(shares),
-             "from": min(shares), "to": max(shares), "goal": 0.05}
-            for what, shares in (("the run's wall time", wall), ("the processor's time, all threads", work),
-                                ("one core, for turns and the server's thread", [share]))]  # fmt: skip
-    notes = {"organisms": n, "pairs": pairs, "ticks in each": ticks, "ms a tick": 1e3 * seconds,
+    shares = {"the run's wall time": statistics.median(wall),
+              "the processor's time, all threads": statistics.median(work),
+              "one core, for turns and the server's thread": share}  # fmt: skip
+    notes = {"organisms": n, "ticks in each": ticks, "ms a tick": 1e3 * seconds,
              "frames a second": (player.frames - frames) / watched,
              "same digest": alone.digest() == seen.digest()}  # fmt: skip
-    return rows, notes
+    return shares, notes
+
+
+def costs(organisms: int, pairs: int, processes: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    """The cost in processes that follow each other: where a process's memory lies shifts a ratio by 1 %."""
+    words = [sys.executable, __file__, "--cost", str(organisms), str(pairs)]
+    done = [json.loads(subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True).stdout)
+            for _ in range(processes)]  # fmt: skip
+    rows = []
+    for what in done[0][0]:
+        shares = [each[0][what] for each in done]
+        rows.append({"cost of a page, as a share of": what, "median": statistics.median(shares),
+                     "from": min(shares), "to": max(shares), "goal": 0.05})  # fmt: skip
+    notes = {name: statistics.median(each[1][name] for each in done)
+             for name in ("organisms", "ticks in each", "ms a tick", "frames a second")}  # fmt: skip
+    same = all(each[1]["same digest"] for each in done)
+    return rows, {"processes": processes, "pairs in each": pairs, **notes, "same digest": same}
 
 
 def encoding(sizes: list[int]) -> list[dict[str, Any]]:
@@ -253,15 +268,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--organisms", type=int, default=11_000)
     parser.add_argument("--pairs", type=int, default=40)
+    parser.add_argument("--processes", type=int, default=5)
     parser.add_argument("--minutes", type=float, default=1 / 3)
     parser.add_argument("--only", choices=("cost", "frames", "stall", "rewind"))
     parser.add_argument("--page", nargs=2, help=argparse.SUPPRESS)
+    parser.add_argument("--cost", nargs=2, type=int, help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.page:
         read_all(int(asked.page[0]), asked.page[1])
         return
+    if asked.cost:
+        print(json.dumps(cost(*asked.cost)))
+        return
     if asked.only in (None, "cost"):
-        rows, notes = cost(asked.organisms, asked.pairs)
+        rows, notes = costs(asked.organisms, asked.pairs, asked.processes)
         _bench.save("viewer_cost", "What a viewer with one page costs a run that goes as fast as it can",
                     rows, notes)
     if asked.only in (None, "frames"):

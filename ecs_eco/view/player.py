@@ -25,7 +25,7 @@ from ecs_eco.view.source import Message, Source
 
 USUAL = 10.0  # ticks a second that are called 1×
 FASTEST_FRAMES = 0.05  # [s] from frame to frame
-BUSY_FRAMES = 0.1  # [s] of a world that runs as fast as it can: motion in between is drawn by the page
+BUSY_FRAMES = 0.125  # [s] of a world that runs as fast as it can: motion in between is drawn by the page
 PATIENCE = 0.25  # [s] from state to state, and longest wait
 SHARE = 0.03  # share of the time that frames, charts and panels may take from a running world
 SPEEDS = (0.01, 100_000.0)
