@@ -2,14 +2,17 @@
 
 To wake a thread that sleeps, and to be woken by it, takes some 100 µs, as long as much of the work that a
 tick divides. A helper looks at a counter instead, free of the GIL, for up to a fifth of a millisecond before
-it sleeps; so does who waits for it.
+it sleeps; so does who waits for it. Who sees the counter change rests for a moment more: the other one still
+holds the GIL on its way into a kernel, and to find it taken is to sleep, and to be woken, too.
 """
 
 from __future__ import annotations
 
 import platform
 import threading
+import time
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numba
@@ -21,7 +24,8 @@ from numba.extending import intrinsic
 
 from ecs_eco.engine.jit import njit
 
-LOOKS = 5000  # at a counter, of some 40 ns each
+AWAKE = 200e-6  # [s] of looking at a counter before one sleeps
+ASKED, DONE = 10e-6, 2e-6  # [s] from a counter's change to the GIL, for a helper and for who waits for it
 PATIENCE = 5.0  # [s] for a thread that is to end
 X86 = platform.machine().lower() in ("x86_64", "amd64", "i386", "i686")
 _insert: Any = get_or_insert_function  # numba's are not annotated
@@ -54,19 +58,34 @@ number, rest = _intrinsic(_number), _intrinsic(_rest)
 
 
 @njit
-def changes(counter, last, looks):
-    """Return whether an array of one i64 holds another number than `last` before so many looks are over."""
+def changes(counter, last, looks, rests):
+    """Return whether an array of one i64 holds another number than `last` before so many looks are over; so
+    many rests after the change."""
     for _ in range(looks):
         if number(counter) != last:
+            for _ in range(rests):
+                rest()
             return True
         rest()
     return False
 
 
-def _moved(counter: np.ndarray, last: int) -> bool:
+@cache
+def _looks(seconds: float) -> int:
+    """Return how many looks at a counter take so long: one takes 10 to 50 ns, by processor."""
+    counter, took = np.zeros(1, np.int64), []
+    changes(counter, 0, 1, 1)
+    for _ in range(5):
+        begin = time.perf_counter()
+        changes(counter, 0, 2000, 1)
+        took.append(time.perf_counter() - begin)
+    return max(1, round(2000 * seconds / min(took)))
+
+
+def _moved(counter: np.ndarray, last: int, pause: float) -> bool:
     if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         return bool(counter[0] != last)
-    return bool(changes(counter, last, LOOKS))
+    return bool(changes(counter, last, _looks(AWAKE), _looks(pause)))
 
 
 class Helper:
@@ -95,7 +114,7 @@ class Helper:
     def finish(self) -> None:
         """Wait until it has done its work; raises what that raised."""
         asked = int(self._asked[0])
-        while self._done[0] != asked and not _moved(self._done, asked - 1):
+        while self._done[0] != asked and not _moved(self._done, asked - 1, DONE):
             self._awaited = True
             if self._done[0] != asked:
                 self._ready.acquire()
@@ -121,7 +140,7 @@ class Helper:
     def _live(self) -> None:
         while True:
             last = int(self._done[0])
-            while self._asked[0] == last and not _moved(self._asked, last):
+            while self._asked[0] == last and not _moved(self._asked, last, ASKED):
                 self._asleep = True
                 if self._asked[0] == last:
                     self._bell.acquire()

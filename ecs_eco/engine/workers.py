@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.helpers import Helper
 
 PARALLEL_FROM = 3000  # organisms of some 30 ns each: fewer do not repay a second thread; 0: all is divided
-EASE = 10  # pieces of Python take turns: so many times as many organisms repay a second thread
+EASE = 4  # pieces of Python take turns: so many times as many organisms repay a second thread
 SAMPLES = 5  # ticks of each way, of which the median counts: in some, kernels are compiled
 AGAIN = 32  # ticks after which the way that took longer is tried again
 

@@ -32,10 +32,12 @@ if portable.on():
 
 
 class Layer(NamedTuple):
-    """Weights, or their gradient, of one layer, as torch sees them: the bias is (b,), that of a head (b, 1).
+    """Weights, or their gradient, of one layer, as torch sees them: the bias is (b,), that of a head (b, 1);
+    `turned` is the matrix transposed, made once, as a view costs as much as a small product.
     """
 
     matrix: torch.Tensor
+    turned: torch.Tensor
     bias: torch.Tensor
     bias_numpy: np.ndarray
 
@@ -75,33 +77,36 @@ class Passes:
                 _addmm(layer.bias, below, layer.matrix, out=level.h)
                 _tanh_all(level.h_numpy)
                 below = level.h
-            _addmm(layers[-1].bias, layers[-1].matrix, below.t(), out=out)
+            _addmm(layers[-1].bias, layers[-1].matrix, levels[-1].h_turned if levels else rows.x_turned,
+                   out=out)
 
     def back(self, rows: Rows, gradient: Towers) -> None:
         """Turn the slopes of the loss in `rows.d_logits` and `rows.d_values` into the gradient
         of every weight."""
-        for layers, into, levels, d_out in zip(self.layers, gradient, rows.towers, rows.d_outs, strict=True):
-            d, matrix = d_out.t(), layers[-1].matrix
+        for layers, into, levels, (d_out, d) in zip(self.layers, gradient, rows.towers, rows.d_outs,
+                                                    strict=True):
+            matrix = layers[-1].matrix
             _mm(d_out, levels[-1].h, out=into[-1].matrix)
             _row_sums(d_out, out=into[-1].bias)
             for i in range(len(levels) - 1, -1, -1):
                 level = levels[i]
                 _mm(d, matrix, out=level.d)
                 _through_tanh(level.d_numpy, level.h_numpy, into[i].bias_numpy)
-                _mm((levels[i - 1].h if i else rows.x).t(), level.d, out=into[i].matrix)
-                d, matrix = level.d, layers[i].matrix.t()
+                _mm(levels[i - 1].h_turned if i else rows.x_turned, level.d, out=into[i].matrix)
+                d, matrix = level.d, layers[i].turned
 
 
 def _as_torch(layer: BrainLayer, head: bool) -> Layer:
-    bias = torch.from_numpy(layer.bias)
-    return Layer(torch.from_numpy(layer.matrix), bias[:, None] if head else bias, layer.bias)
+    matrix, bias = torch.from_numpy(layer.matrix), torch.from_numpy(layer.bias)
+    return Layer(matrix, matrix.t(), bias[:, None] if head else bias, layer.bias)
 
 
 class _Level(NamedTuple):
     """Activations h of one hidden layer and the slopes d of the loss, f32[n, width],
-    as torch and numpy see them."""
+    as torch and numpy see them; `h_turned` is h transposed."""
 
     h: torch.Tensor
+    h_turned: torch.Tensor
     h_numpy: np.ndarray
     d: torch.Tensor
     d_numpy: np.ndarray
@@ -125,16 +130,17 @@ class Rows:
 
         def level(width: int) -> _Level:
             h, d = buffer(n, width), buffer(n, width)
-            return _Level(h, h.numpy(), d, d.numpy())
+            return _Level(h, h.t(), h.numpy(), d, d.numpy())
 
         self.x = buffer(n, brain.n_observations)
-        self.observations = self.x.numpy()
+        self.x_turned, self.observations = self.x.t(), self.x.numpy()
         self.towers = [[level(width) for _, width in tower[:-1]] for tower in brain.towers]
         self.outs = [buffer(tower[-1][1], n) for tower in brain.towers]
-        self.d_outs = [buffer(tower[-1][1], n) for tower in brain.towers]
+        d_outs = [buffer(tower[-1][1], n) for tower in brain.towers]
+        self.d_outs = [(d_out, d_out.t()) for d_out in d_outs]
         k = brain.n_logits
-        self.logits, self.d_logits = self.outs[0].numpy()[:k], self.d_outs[0].numpy()[:k]
-        self.values, self.d_values = self.outs[-1].numpy()[-1], self.d_outs[-1].numpy()[-1]
+        self.logits, self.d_logits = self.outs[0].numpy()[:k], d_outs[0].numpy()[:k]
+        self.values, self.d_values = self.outs[-1].numpy()[-1], d_outs[-1].numpy()[-1]
 
 
 @fused_njit

@@ -72,7 +72,8 @@ class Learner(TorchLearner):
                     *weights, rows.d_logits, rows.d_values, terms[chunk],
                 )  # fmt: skip
                 passes.back(rows, self._layers[chunk])
-                self._layers[chunk][0][-1].matrix[brain.spreads] = 0  # biases alone
+                if len(brain.spreads):
+                    self._layers[chunk][0][-1].matrix[brain.spreads] = 0  # biases alone
 
         in_parallel(work, self.workers)
         self.bands.whole(n_chunks, self._gradient, terms)

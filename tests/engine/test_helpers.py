@@ -30,9 +30,9 @@ def helper():
     one.end()
 
 
-@pytest.mark.parametrize("looks", [0, 1, helpers.LOOKS])
-def test_it_does_what_it_is_asked_for_awake_or_asleep(helper, monkeypatch, looks):
-    monkeypatch.setattr(helpers, "LOOKS", looks)
+@pytest.mark.parametrize("awake", [0, 1e-6, helpers.AWAKE])
+def test_it_does_what_it_is_asked_for_awake_or_asleep(helper, monkeypatch, awake):
+    monkeypatch.setattr(helpers, "AWAKE", awake)
     numbers = np.zeros(100)
     for n in range(300):
         helper.start(add, 0, 100, numbers)
