@@ -104,9 +104,10 @@ def goals(folder: Path) -> str:
 
 GOALS = """## What was aimed at
 
-From `benchmarks/goals.toml`. Before and now are from the same run on the same machine, and not from a quiet \
-one: now over before is what to
-trust. What was tried and dropped stands below the tables.
+From `benchmarks/goals.toml`. Before and now are from the same run on the same machine. The machine is named \
+below with each table: on an
+older processor, or where other work takes a core, all take up to twice as long, and now over before stays. \
+What was tried and dropped stands below the tables.
 """
 
 
