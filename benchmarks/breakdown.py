@@ -19,7 +19,8 @@ _bench.pin_threads()
 
 import numpy as np
 
-from ecs_eco import World
+from ecs_eco import World, njit
+from ecs_eco.engine.workers import Workers
 
 
 def timed(world: World) -> Counter[str]:
@@ -87,6 +88,24 @@ def networks_alone(n: int = 20_000, repeats: int = 9) -> str:
     return f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
 
 
+@njit
+def nothing(first: int, last: int, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> None:
+    """Take eight arrays, and leave them."""
+
+
+def handing_over(repeats: int = 2000) -> str:
+    """Return how long it takes to divide a kernel that does nothing between two threads, and to have its
+    end: median and nine tenths [µs]."""
+    workers, arrays, took = Workers(2), [np.zeros(100) for _ in range(8)], []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        workers.split(nothing, 10_000, *arrays)
+        took.append(1e6 * (time.perf_counter() - start))
+    workers.end()
+    took = sorted(took[repeats // 10:])  # the kernel is compiled in the first
+    return f"{statistics.median(took):.0f} ({took[len(took) * 9 // 10]:.0f})"
+
+
 def main() -> None:
     """Profile each size with one and two threads in turn."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
@@ -108,7 +127,8 @@ def main() -> None:
                    key=lambda n: -next(iter(columns.values())).get(n, 0.0))
     _bench.save("breakdown", "Where the time of a tick goes [ns per animal]",
                 [{"part": n, **{c: round(v.get(n, 0.0), 1) for c, v in columns.items()}} for n in names],
-                {"two threads of networks alone, times one": networks_alone()})
+                {"two threads of networks alone, times one": networks_alone(),
+                 "a kernel of nothing on two threads, median (nine tenths) [µs]": handing_over()})
 
 
 if __name__ == "__main__":

@@ -33,8 +33,7 @@ TRIED = {
     "tried, and dropped: products in bfloat16, activations turned to it and back":
         "torch's product of 2,048 rows takes half the time, forward and backward together .98 of it",
     "tried, and dropped: what a minibatch takes from all over memory fetched 16 transitions ahead":
-        "a third of the time where nothing else happens, 1 of it between products: a core waits for no more "
-        "than a dozen lines at once",
+        "a third of the time where nothing else happens, 1 of it between products",
 }
 
 

@@ -105,8 +105,8 @@ def goals(folder: Path) -> str:
 GOALS = """## What was aimed at
 
 From `benchmarks/goals.toml`. Before and now are from the same run on the same machine. The machine is named \
-below with each table: on an
-older processor, or where other work takes a core, all take up to twice as long, and now over before stays. \
+below with each table, and its load:
+other work on it makes all of them longer, the first start, which takes both cores, up to three times. \
 What was tried and dropped stands below the tables.
 """
 
