@@ -14,6 +14,7 @@ from ecs_eco.engine.jit import njit
 # permits a * b + c in one instruction, everywhere alike: a row's result does not depend on where in a block
 # it stands.
 fused_njit: Any = partial(njit, fastmath={"contract"})
+lone_fused_njit: Any = partial(fused_njit, noalias=True)
 _f32, _i32 = np.float32, np.int32
 _LN2_HIGH = _f32(0.693359375)  # 10 bits: n * _LN2_HIGH is exact
 _LN2_LOW = _f32(0.6931471805599453 - 0.693359375)  # numbers, for log(2) is the C library's

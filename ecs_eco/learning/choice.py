@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ecs_eco.learning.arithmetic import fused_njit, softmax
+from ecs_eco.learning.arithmetic import exp, fused_njit, log, lone_fused_njit
 
 BLOCK = 128  # rows that are turned on their side at once
 
 
-@fused_njit
+@lone_fused_njit
 def choose(logits, offsets, uniforms, choice, log_probability):
     """Draw each row's choice int[n, G], and its log-probability f32[n], where the uniforms f32[n, G] fall.
 
@@ -17,23 +17,58 @@ def choose(logits, offsets, uniforms, choice, log_probability):
     along them become vectors.
     """
     n, width = logits.shape
-    side, p = np.zeros((width, BLOCK), np.float32), np.empty((width, BLOCK), np.float32)
-    log_sum_exp, entropy = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
+    side, total = np.zeros((width, BLOCK), np.float32), np.empty(BLOCK, np.float32)
+    rest, sure = np.zeros(BLOCK, np.float32), np.empty(BLOCK, np.float32)
+    taken, number = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
     for start in range(0, n, BLOCK):
         size = min(BLOCK, n - start)
-        for i in range(size):
-            log_probability[start + i] = 0
-            for k in range(width):
-                side[k, i] = logits[start + i, k]
-        for g in range(len(offsets) - 1):
-            softmax(side, offsets[g], offsets[g + 1], p, log_sum_exp, entropy)
+        for k in range(width):
             for i in range(size):
-                remaining, chosen = uniforms[start + i, g], offsets[g]
-                for k in range(offsets[g], offsets[g + 1] - 1):
-                    remaining -= p[k, i]
-                    chosen += remaining >= 0
-                choice[start + i, g] = chosen - offsets[g]
-                log_probability[start + i] += side[chosen, i] - log_sum_exp[i]
+                side[k, i] = logits[start + i, k]
+        for i in range(BLOCK):
+            sure[i] = 0
+        for g in range(len(offsets) - 1):
+            for i in range(size):
+                rest[i] = uniforms[start + i, g]
+            _draw(side, offsets[g], offsets[g + 1], rest, total, taken, number)
+            for i in range(BLOCK):
+                sure[i] += taken[i] - log(total[i])
+            for i in range(size):
+                choice[start + i, g] = np.int32(number[i])
+        for i in range(size):
+            log_probability[start + i] = sure[i]
+
+
+@lone_fused_njit
+def _draw(side, low, high, rest, total, taken, number):
+    """Choose one of the options low … high − 1 of each column where `rest`, uniform in [0, 1), falls.
+
+    `side` f32[k, BLOCK] are logits, here less their largest; `total` becomes the sum of their exponentials,
+    `taken` the chosen logit, `number` which it is, from 0 on: f32[BLOCK] each, as float32 for vectors.
+    """
+    zero, one = np.float32(0), np.float32(1)
+    for i in range(BLOCK):
+        taken[i] = side[low, i]
+        total[i] = zero
+    for k in range(low + 1, high):
+        for i in range(BLOCK):
+            a, b = side[k, i], taken[i]
+            taken[i] = a if a > b else b
+    for k in range(low, high):
+        for i in range(BLOCK):
+            less = side[k, i] - taken[i]
+            side[k, i] = less
+            total[i] += exp(less)
+    for i in range(BLOCK):
+        rest[i] *= total[i]
+        taken[i] = side[low, i]
+        number[i] = zero
+    for k in range(low, high - 1):
+        for i in range(BLOCK):
+            left, a, b = rest[i] - exp(side[k, i]), side[k + 1, i], taken[i]
+            rest[i] = left
+            number[i] = number[i] + (one if left >= zero else zero)
+            taken[i] = a if left >= zero else b
 
 
 @fused_njit

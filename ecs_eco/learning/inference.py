@@ -25,13 +25,11 @@ def infer(first, last, observations, weights, widths, starts, logits, values):
     layers] where each layer's matrix and bias begin in the weights: hidden matrices are (in, out), the last
     one (out, in). Output k is the value; a tower may have fewer.
     """
-    n_layers, widest = len(widths) - 1, widths.max()
+    n_layers, widest, n_logits = len(widths) - 1, widths.max(), logits.shape[1]
     below, above = np.zeros(widest * BLOCK, np.float32), np.zeros(widest * BLOCK, np.float32)
     for start in range(first, last, BLOCK):
         size = min(BLOCK, last - start)
-        for k in range(widths[0]):
-            for i in range(size):
-                below[k * BLOCK + i] = observations[k, start + i]
+        _take(observations, widths[0], start, size, below)
         for level in range(n_layers):
             n_in, n_out = widths[level], widths[level + 1]
             matrix = weights[starts[2 * level] : starts[2 * level] + n_in * n_out]
@@ -42,53 +40,49 @@ def infer(first, last, observations, weights, widths, starts, logits, values):
                 for i in range(n_out * BLOCK):
                     above[i] = tanh(above[i])
             below, above = above, below
-        for j in range(widths[n_layers]):
+        for j in range(min(widths[n_layers], n_logits)):
             for i in range(size):
-                if j < logits.shape[1]:
-                    logits[start + i, j] = below[j * BLOCK + i]
-                else:
-                    values[start + i] = below[j * BLOCK + i]
+                logits[start + i, j] = below[j * BLOCK + i]
+        if widths[n_layers] > n_logits:
+            for i in range(size):
+                values[start + i] = below[n_logits * BLOCK + i]
+
+
+@fused_njit
+def _take(observations, n, start, size, below):
+    """Put what organisms from `start` on observe into a block: as vectors where each of the n observations
+    lies in one piece."""
+    if size == BLOCK and observations.strides[1] == 4:
+        step = observations.strides[0] // 4
+        for k in range(n):
+            for lane in range(0, BLOCK, LANES):
+                store(below, k * BLOCK + lane, load(observations, k * step + start + lane))
+        return
+    for k in range(n):
+        for i in range(size):
+            below[k * BLOCK + i] = observations[k, start + i]
 
 
 @fused_njit
 def _product(matrix, bias, n_in, n_out, step_in, step_out, below, above):
-    """Write above[n_out, BLOCK] = bias + matrix · below[n_in, BLOCK], in tiles of four units and two vectors.
+    """Write above[n_out, BLOCK] = bias + matrix · below[n_in, BLOCK], in tiles of four units and two vectors,
+    and the units that are left one by one.
 
-    Four inputs are added up before they go to their unit.
+    Each input is added to its unit as it is multiplied, which many processors do in one step.
     """
     for j in range(0, n_out // 4 * 4, 4):
         for lane in range(0, BLOCK, 2 * LANES):
             _tile(matrix, bias, n_in, j, step_in, step_out, below, above, lane)
     for j in range(n_out // 4 * 4, n_out):
-        for lane in range(0, BLOCK, LANES):
-            _one(matrix, bias, n_in, j, step_in, step_out, below, above, lane)
+        _one(matrix, bias, n_in, j, step_in, step_out, below, above)
 
 
 @fused_njit
 def _tile(matrix, bias, n_in, j, step_in, step_out, below, above, lane):
     """Compute units j … j + 3 of two vectors of organisms, u and v."""
-    full = n_in // 4 * 4
     u0, u1, u2, u3 = every(bias, j), every(bias, j + 1), every(bias, j + 2), every(bias, j + 3)
     v0, v1, v2, v3 = u0, u1, u2, u3
-    for k in range(0, full, 4):
-        x, at = k * BLOCK + lane, k * step_in + j * step_out
-        x0, x1, x2, x3 = (load(below, x), load(below, x + BLOCK), load(below, x + 2 * BLOCK),
-                          load(below, x + 3 * BLOCK))
-        x += LANES
-        y0, y1, y2, y3 = (load(below, x), load(below, x + BLOCK), load(below, x + 2 * BLOCK),
-                          load(below, x + 3 * BLOCK))
-        u0 = u0 + _four(x0, x1, x2, x3, matrix, at, step_in)
-        v0 = v0 + _four(y0, y1, y2, y3, matrix, at, step_in)
-        at += step_out
-        u1 = u1 + _four(x0, x1, x2, x3, matrix, at, step_in)
-        v1 = v1 + _four(y0, y1, y2, y3, matrix, at, step_in)
-        at += step_out
-        u2 = u2 + _four(x0, x1, x2, x3, matrix, at, step_in)
-        v2 = v2 + _four(y0, y1, y2, y3, matrix, at, step_in)
-        at += step_out
-        u3 = u3 + _four(x0, x1, x2, x3, matrix, at, step_in)
-        v3 = v3 + _four(y0, y1, y2, y3, matrix, at, step_in)
-    for k in range(full, n_in):
+    for k in range(n_in):
         x, y = load(below, k * BLOCK + lane), load(below, k * BLOCK + lane + LANES)
         at = k * step_in + j * step_out
         p0, p1, p2, p3 = (every(matrix, at), every(matrix, at + step_out), every(matrix, at + 2 * step_out),
@@ -108,20 +102,15 @@ def _tile(matrix, bias, n_in, j, step_in, step_out, below, above, lane):
 
 
 @fused_njit
-def _one(matrix, bias, n_in, j, step_in, step_out, below, above, lane):
-    """Compute unit j of one vector of organisms."""
-    full, u = n_in // 4 * 4, every(bias, j)
-    for k in range(0, full, 4):
-        x = k * BLOCK + lane
-        u = u + _four(load(below, x), load(below, x + BLOCK), load(below, x + 2 * BLOCK),
-                      load(below, x + 3 * BLOCK), matrix, k * step_in + j * step_out, step_in)
-    for k in range(full, n_in):
-        u = u + load(below, k * BLOCK + lane) * every(matrix, k * step_in + j * step_out)
-    store(above, j * BLOCK + lane, u)
-
-
-@fused_njit
-def _four(x0, x1, x2, x3, matrix, at, step):
-    """The sum of four inputs times their weights, which stand `step` apart."""
-    return (x0 * every(matrix, at) + x1 * every(matrix, at + step)) + (
-        x2 * every(matrix, at + 2 * step) + x3 * every(matrix, at + 3 * step))
+def _one(matrix, bias, n_in, j, step_in, step_out, below, above):
+    """Compute unit j of the four vectors of a block."""
+    a = b = c = d = every(bias, j)
+    for k in range(n_in):
+        weight, at = every(matrix, k * step_in + j * step_out), k * BLOCK
+        a, b = a + weight * load(below, at), b + weight * load(below, at + LANES)
+        c, d = c + weight * load(below, at + 2 * LANES), d + weight * load(below, at + 3 * LANES)
+    at = j * BLOCK
+    store(above, at, a)
+    store(above, at + LANES, b)
+    store(above, at + 2 * LANES, c)
+    store(above, at + 3 * LANES, d)

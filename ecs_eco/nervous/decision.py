@@ -48,3 +48,15 @@ def first_on(decision, row, start, n, neutral):
         if decision[row, start + a]:
             return a
     return neutral
+
+
+@lone_njit
+def first_of(decision, first, size, start, n, neutral, way):
+    """Write `first_on` of the rows from `first` on to way i32[size]; without branches, for what organisms do
+    cannot be foreseen."""
+    for i in range(size):
+        way[i] = neutral
+    for k in range(n):
+        a = np.int32(n - 1 - k)
+        for i in range(size):
+            way[i] = a if decision[first + i, start + a] else way[i]

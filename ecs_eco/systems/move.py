@@ -8,14 +8,15 @@ import numpy as np
 
 from ecs_eco.components import Motor, Nervous, Position, Velocity, Vigour
 from ecs_eco.engine.elementary import power
-from ecs_eco.engine.jit import njit
+from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.per_row import is_own, of_row, row_of
 from ecs_eco.engine.system import System
+from ecs_eco.engine.trigonometry import sine_and_cosine
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.lifecycle.gaits import own_gaits
 from ecs_eco.lifecycle.sizes import share_of_adult
 from ecs_eco.lifecycle.torpor import awake
-from ecs_eco.nervous.decision import first_on
+from ecs_eco.nervous.decision import first_of, first_on
 from ecs_eco.space.barriers import barriers, hold_back
 from ecs_eco.space.geometry import back_into, cells_of, half_cells, into
 from ecs_eco.space.terrain import FENCE, OPEN, ground_at, height_at
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 NO_MOTOR = np.zeros((1, 1), np.float32)
 NO_VIGOUR = np.ones(0, np.float32)
+BLOCK = 64  # rows
 FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)
 
 
@@ -118,55 +120,84 @@ def paces(table: Table) -> np.ndarray:
     return young * pace[: table.high] if pace.size else young
 
 
-@njit
+@lone_njit
 def move(first, last, alive, decision, command, layout, speeds, costs, turns, climbs, pitches, drag, pace, dt,
          lengths, torus, volume, height, ground, inverse, slope_cost, x, y, z, heading, speed, climb, cost):
     """Move the living rows first … last − 1; layout i64[4, 3] is (start, n, neutral) of speed, turn, climb
-    and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none."""
+    and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none.
+
+    Rows go in blocks, whose sines and cosines are computed at once.
+    """
     if first >= last:
         return
     force = of_row(drag, first)
     left, mean_left = lag(force, dt)
-    for row in range(first, last):
-        if not alive[row]:
+    sine, cosine, ahead = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
+    gait, turn = np.empty(BLOCK, np.int32), np.empty(BLOCK, np.int32)
+    whole, zero = np.float32(6.2831855), np.float32(0.0)
+    for start in range(first, last, BLOCK):
+        size = min(BLOCK, last - start)
+        first_of(decision, start, size, layout[0, 0], layout[0, 1], layout[0, 2], gait)
+        first_of(decision, start, size, layout[1, 0], layout[1, 1], layout[1, 2], turn)
+        for i in range(size):
+            row = start + i
+            ahead[i] = zero
+            if not alive[row]:
+                continue
+            if is_own(drag):
+                force = of_row(drag, row)
+                left, mean_left = lag(force, dt)
+            way = turn[i]
+            if way >= 0 or layout[1, 1] < 0:
+                h = heading[row] + (row_of(turns, row)[way] if way >= 0 else command[row, layout[1, 0]]) * dt
+                heading[row] = h - whole * np.float32(np.floor(h / whole))
+            way = gait[i]
+            v, c = (row_of(speeds, row)[way], row_of(costs, row)[way]) if way >= 0 else (zero, zero)
+            if layout[0, 1] < 0:
+                v = command[row, layout[0, 0]]
+                c = cost_between(v, row_of(speeds, row), row_of(costs, row))
+            if pace.size:
+                v *= pace[row]
+                c *= pace[row] * pace[row]
+            if volume:
+                up, v = climbing(decision, command, row, layout, row_of(climbs, row), row_of(pitches, row), v)
+                z[row] = into(z[row] + (up + (climb[row] - up) * mean_left) * dt, lengths[2], False)
+                climb[row] = up + (climb[row] - up) * left
+            ahead[i] = v + (speed[row] - v) * mean_left
+            speed[row] = v + (speed[row] - v) * left
+            cost[row] = c
+        for i in range(size):
+            sine[i], cosine[i] = sine_and_cosine(heading[start + i])
+        if ground.size > 1 or height.size > 1:
+            for i in range(size):
+                if ahead[i] > 0:
+                    over_land(start + i, ahead[i], sine[i], cosine[i], drag, dt, lengths, torus, height, ground,
+                              inverse, slope_cost, x, y, speed, cost)
             continue
-        if is_own(drag):
-            force = of_row(drag, row)
-            left, mean_left = lag(force, dt)
-        way = first_on(decision, row, layout[1, 0], layout[1, 1], layout[1, 2])
-        if way >= 0 or layout[1, 1] < 0:
-            h = heading[row] + (row_of(turns, row)[way] if way >= 0 else command[row, layout[1, 0]]) * dt
-            heading[row] = h - np.float32(6.2831855) * np.float32(np.floor(h / np.float32(6.2831855)))
-        way = first_on(decision, row, layout[0, 0], layout[0, 1], layout[0, 2])
-        v, c = ((row_of(speeds, row)[way], row_of(costs, row)[way]) if way >= 0
-                else (np.float32(0.0), np.float32(0.0)))
-        if layout[0, 1] < 0:
-            v = command[row, layout[0, 0]]
-            c = cost_between(v, row_of(speeds, row), row_of(costs, row))
-        if pace.size:
-            v *= pace[row]
-            c *= pace[row] * pace[row]
-        if volume:
-            up, v = climbing(decision, command, row, layout, row_of(climbs, row), row_of(pitches, row), v)
-            z[row] = into(z[row] + (up + (climb[row] - up) * mean_left) * dt, lengths[2], False)
-            climb[row] = up + (climb[row] - up) * left
-        v_end = v + (speed[row] - v) * left
-        v += (speed[row] - v) * mean_left
-        if v > 0:
-            if ground.size > 1:
-                v = free_way(x[row], y[row], heading[row], v, dt, ground, inverse, lengths, torus)
-                v_end = min(v, v_end) if force > 0 else v
-            nx = into(x[row] + v * dt * np.cos(heading[row]), lengths[0], torus)
-            ny = into(y[row] + v * dt * np.sin(heading[row]), lengths[1], torus)
-            if v > 0:
-                if height.size > 1:
-                    here = height_at(height, inverse, x[row], y[row], torus)
-                    rise = height_at(height, inverse, nx, ny, torus) - here
-                    c += c * slope_cost * max(rise, np.float32(0.0)) / (v * dt)
-                x[row] = nx
-                y[row] = ny
-        speed[row] = v_end
-        cost[row] = c
+        for i in range(size):
+            row, v = start + i, ahead[i]
+            nx, ny = (into(x[row] + v * dt * cosine[i], lengths[0], torus),
+                      into(y[row] + v * dt * sine[i], lengths[1], torus))
+            x[row] = nx if v > zero else x[row]
+            y[row] = ny if v > zero else y[row]
+
+
+@njit
+def over_land(row, v, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost, x, y, speed,
+              cost):
+    """Let one go ahead at a speed v until its way ends; uphill it costs more."""
+    if ground.size > 1:
+        v = free_way(x[row], y[row], sine, cosine, v, dt, ground, inverse, lengths, torus)
+        speed[row] = min(v, speed[row]) if of_row(drag, row) > 0 else v
+    if v > 0:
+        nx = into(x[row] + v * dt * cosine, lengths[0], torus)
+        ny = into(y[row] + v * dt * sine, lengths[1], torus)
+        if height.size > 1:
+            rise = (height_at(height, inverse, nx, ny, torus)
+                    - height_at(height, inverse, x[row], y[row], torus))
+            cost[row] += cost[row] * slope_cost * max(rise, np.float32(0.0)) / (v * dt)
+        x[row] = nx
+        y[row] = ny
 
 
 @njit
@@ -179,8 +210,9 @@ def climbing(decision, command, row, layout, climbs, pitches, v):
     if layout[3, 1] < 0:
         angle = command[row, layout[3, 0]]
     if angle != 0:
-        up += v * np.sin(angle)
-        v *= np.cos(angle)
+        sine, cosine = sine_and_cosine(angle)
+        up += v * sine
+        v *= cosine
     return up, v
 
 
@@ -206,7 +238,7 @@ def cost_between(v, speeds, costs):
 
 
 @njit
-def free_way(x, y, heading, v, dt, ground, inverse, lengths, torus):
+def free_way(x, y, sine, cosine, v, dt, ground, inverse, lengths, torus):
     """Return the speed at which a step of dt [s] ends before water, rock or a fence begins;
     looks at every half cell of the way.
 
@@ -216,8 +248,8 @@ def free_way(x, y, heading, v, dt, ground, inverse, lengths, torus):
     steps = half_cells(v * dt, inverse, lengths)
     for s in range(1, steps + 1):
         way = v * dt * np.float32(s) / np.float32(steps)
-        px = into(x + way * np.cos(heading), lengths[0], torus)
-        py = into(y + way * np.sin(heading), lengths[1], torus)
+        px = into(x + way * cosine, lengths[0], torus)
+        py = into(y + way * sine, lengths[1], torus)
         kind = ground_at(ground, inverse, px, py)
         if kind != OPEN and not (on and kind == FENCE):
             return v * np.float32(s - 1) / np.float32(steps)

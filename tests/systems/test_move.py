@@ -187,9 +187,9 @@ def test_the_kernel_is_its_slow_twin(meadow, edges, size):
 def test_a_fast_animal_does_not_jump_a_thin_lake():
     space = Space((40.0, 40.0), "walls")
     terrain = Terrain(space, 1.0, lakes=[{"at": [20.0, 20.0], "radius": 1.5}])
-    stopped = free_way(np.float32(10.0), np.float32(20.0), np.float32(0.0), np.float32(20.0), np.float32(1.0),
-                       terrain.ground, terrain.inverse, space.lengths, False)
+    stopped = free_way(np.float32(10.0), np.float32(20.0), np.float32(0.0), np.float32(1.0), np.float32(20.0),
+                       np.float32(1.0), terrain.ground, terrain.inverse, space.lengths, False)
     assert 10.0 + stopped < 20.0 - 0.5
-    beside = free_way(np.float32(10.0), np.float32(5.0), np.float32(0.0), np.float32(20.0), np.float32(1.0),
-                      terrain.ground, terrain.inverse, space.lengths, False)
+    beside = free_way(np.float32(10.0), np.float32(5.0), np.float32(0.0), np.float32(1.0), np.float32(20.0),
+                      np.float32(1.0), terrain.ground, terrain.inverse, space.lengths, False)
     assert beside == 20.0
