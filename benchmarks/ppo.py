@@ -24,8 +24,8 @@ import numpy as np
 import torch
 
 from ecs_eco.engine.workers import Workers
-from ecs_eco.learning import PPO, Brain, Learner, choose
-from ecs_eco.learning.backward import CHUNK
+from ecs_eco.learning import PPO, Brain, Learner, backward, choose
+from ecs_eco.learning.backward import BLOCK, CHUNK
 from ecs_eco.learning.ppo_kernels import loss_slopes
 
 WIDTH, GROUPS, SETTINGS = 24, (3, 3), PPO()
@@ -34,6 +34,8 @@ TRIED = {
         "torch's product of 2,048 rows takes half the time, forward and backward together .98 of it",
     "tried, and dropped: what a minibatch takes from all over memory fetched 16 transitions ahead":
         "a third of the time where nothing else happens, 1 of it between products",
+    "tried, and dropped: tiles of six rows, not four, where registers have 256 bits":
+        "1 of the time of the products of a layer of 64 by 64",
 }
 
 
@@ -146,31 +148,28 @@ def measure(n: int, threads: int) -> dict[str, Any]:
 def breakdown(n: int = 10_000, ticks: int = 64) -> dict[str, float]:
     """Return where the time of one use of a transition goes [ns]."""
     learner = Learner(Brain(WIDTH, GROUPS), SETTINGS, 0)
-    brain, rollout = learner.brain, learner.rollout
+    brain, rollout, passes = learner.brain, learner.rollout, learner._passes
     batch = fill(learner, n, ticks)
     rollout.advantages(*batch, 0.95)
+    passes.begin(1)
+    (memory, sums), packed, (tower,) = passes._workers[0], passes._packed, passes.plan
+    terms, weights = np.zeros(6), np.array([0.2, 0, 0.01, 0.5, 0, 1, 1e-4], "f4")
+    out, d_out = np.zeros((2, brain.n_logits + 1, BLOCK), np.float32)
     order = np.random.default_rng(3).permutation(rollout.n)
-    rows, terms, weights = (learner._passes.rows(0, CHUNK), np.zeros(6),
-                            np.array([0.2, 0, 0.01, 0.5, 0, 1, 1e-4], "f4"))
-    learner._reserve(1)
-    chunks = iter(np.tile(order[: rollout.n // CHUNK * CHUNK], 20).reshape(-1, CHUNK))
-
-    def slopes() -> None:
-        loss_slopes(
-            rows.logits, rows.values, brain.offsets, rollout.choices, rollout.numbers, rollout.steps,
-            next(chunks), *weights, rows.d_logits, rows.d_values, terms,
-        )  # fmt: skip
-
+    blocks = iter(np.tile(order[: rollout.n // BLOCK * BLOCK], 20).reshape(-1, BLOCK))
+    log = rollout.choices, rollout.numbers, rollout.steps
     parts: dict[str, Callable[[], object]] = {
-        "gather": lambda: np.take(rollout.observations, next(chunks), 0, out=rows.observations, mode="clip"),
-        "forward": lambda: learner._passes.run(rows),
-        "slopes of the loss": slopes,
-        "backward": lambda: learner._passes.back(rows, learner._layers[0]),
+        "gather": lambda: backward._take(rollout.observations, next(blocks), memory,
+                                         tower[0, backward.WIDE_IN]),
+        "forward": lambda: backward._forward(tower, packed, memory, BLOCK),
+        "slopes of the loss": lambda: loss_slopes(
+            out[:-1], out[-1], brain.offsets, *log, next(blocks), *weights, d_out[:-1], d_out[-1], terms),
+        "backward": lambda: backward._backward(tower, packed, memory, BLOCK, sums),
     }
     result = {}
     for name, part in parts.items():
         part()
-        result[f"{name}, ns per use"] = best_of(part, 200) / CHUNK * 1e9
+        result[f"{name}, ns per use"] = best_of(part, 1000) / BLOCK * 1e9
     result["shuffle, ns per use"] = (
         best_of(lambda: np.random.default_rng(3).permutation(rollout.n), 5) / rollout.n * 1e9
     )

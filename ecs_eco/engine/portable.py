@@ -2,8 +2,8 @@
 
 Off unless the variable ECS_ECO_PORTABLE is 1, or `enable` is called before numpy and numba are loaded. It
 fixes what compilers and libraries would choose by the processor at hand: `variables` has these choices. What
-libraries offer no choice of is replaced: elementary functions by `ecs_eco.engine.libm`, matrix products of
-learning by `ecs_eco.learning.products`.
+libraries offer no choice of is replaced: elementary functions by `ecs_eco.engine.libm`, the orthogonal
+matrices that networks begin with by `ecs_eco.learning.orthogonal`.
 
 Nothing is imported here that loads numpy.
 """

@@ -12,12 +12,17 @@ from typing import Any
 import numba
 import numpy as np
 from llvmlite import ir
+from llvmlite.binding import get_host_cpu_features
 from numba import types
 from numba.core.cgutils import get_or_insert_function
 from numba.core.typing import templates as _templates
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
+from ecs_eco.engine import portable
+
 LANES = 16
+# Whether a vector is one register, of 32: loops may then keep twice as many sums in registers as elsewhere.
+WIDE = not portable.on() and bool(get_host_cpu_features().get("avx512f", False))
 _typing: Any = _templates  # numba's are not annotated
 _lowered: Any = lower_builtin
 _insert: Any = get_or_insert_function

@@ -68,27 +68,3 @@ def log(x):
     p = s * p + _f32(2 / 3)
     n = _f32(e)
     return t * (s * p) + n * _LN2_LOW + _f32(2) * t + n * _LN2_HIGH
-
-
-@fused_njit
-def softmax(logits, low, high, p, log_sum_exp, entropy):
-    """Write each column's probabilities p[low:high, n], log_sum_exp = log(sum(exp(logits)))
-    and `entropy` [nat]."""
-    total = np.zeros_like(log_sum_exp)
-    for i in range(len(log_sum_exp)):  # a row assigned as a whole takes 2 s more to compile
-        log_sum_exp[i] = logits[low, i]
-        entropy[i] = 0
-    for k in range(low + 1, high):
-        for i in range(len(log_sum_exp)):
-            log_sum_exp[i] = logits[k, i] if logits[k, i] > log_sum_exp[i] else log_sum_exp[i]
-    for k in range(low, high):
-        for i in range(len(log_sum_exp)):
-            p[k, i] = exp(logits[k, i] - log_sum_exp[i])
-            total[i] += p[k, i]
-    for i in range(len(log_sum_exp)):
-        log_sum_exp[i] += log(total[i])
-        total[i] = np.float32(1) / total[i]
-    for k in range(low, high):
-        for i in range(len(log_sum_exp)):
-            p[k, i] *= total[i]
-            entropy[i] -= p[k, i] * (logits[k, i] - log_sum_exp[i])

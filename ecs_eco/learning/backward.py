@@ -1,164 +1,293 @@
-"""The pass of a brain there and back again, as learning needs it: activations are kept,
-and turned into a gradient by hand.
+"""The gradient of PPO's loss by the weights of a plain network: forward, the loss and backward in one kernel.
 
-A layer's product is one torch call into a buffer that exists already; everything between the products is a
-numba kernel. Autograd spends most of its time on launching, on new tensors and on tanh (benchmarks/ppo.py has
-the ratio).
+Transitions go through the network in blocks that stay in the cache. Everything lies (transitions, units),
+with units filled up to whole vectors, so that all products have one form: rows of sums in registers.
+Autograd, and torch's products between kernels of ours, took two to three times as long (benchmarks/ppo.py).
 """
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Any, NamedTuple
-
 import numpy as np
-import torch
 
-from ecs_eco.engine import portable
-from ecs_eco.learning.arithmetic import fused_njit, tanh
-from ecs_eco.learning.brain import Brain
-from ecs_eco.learning.brain import Layer as BrainLayer
+from ecs_eco.engine.vectors import LANES, WIDE, every, load, store
+from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
+from ecs_eco.learning.brain import Brain, padded
+from ecs_eco.learning.ppo_kernels import loss_slopes
 
-# rows that go through the network at once: fixed, so that sums do not depend on the number of workers
+# transitions of one gradient: fixed, so that sums do not depend on the number of workers
 CHUNK = 2048
-
-_addmm: Any = torch.addmm
-_mm: Any = torch.mm
-_row_sums: Any = partial(torch.sum, dim=1, keepdim=True)
-if portable.on():
-    from ecs_eco.learning.products import addmm as _addmm
-    from ecs_eco.learning.products import mm as _mm
-    from ecs_eco.learning.products import row_sums as _row_sums
-
-
-class Layer(NamedTuple):
-    """Weights, or their gradient, of one layer, as torch sees them: the bias is (b,), that of a head (b, 1);
-    `turned` is the matrix transposed, made once, as a view costs as much as a small product.
-    """
-
-    matrix: torch.Tensor
-    turned: torch.Tensor
-    bias: torch.Tensor
-    bias_numpy: np.ndarray
-
-
-Towers = list[list[Layer]]
+BLOCK = 128  # transitions that go through the network at once
+# columns of a plan
+IN, OUT, WIDE_IN, WIDE_OUT, MATRIX, BIAS, FORTH, SHIFT, BACK, ABOVE, SLOPES = range(11)
 
 
 class Passes:
-    """The passes of one brain, and the buffers of each worker's rows."""
+    """The way of transitions through a brain and back, and what it needs of memory for each worker."""
 
     def __init__(self, brain: Brain) -> None:
         self.brain = brain
-        self.layers = self.views(brain.weights)
-        self._rows: list[dict[int, Rows]] = []  # of each worker, by number of rows
+        self.plan, packed, rows = _plan(brain)
+        self._packed = np.zeros(packed, np.float32)
+        self._n_memory = rows * BLOCK
+        self._workers: list[tuple[np.ndarray, np.ndarray]] = []  # memory, and sums of gradients
 
-    def views(self, row: np.ndarray) -> Towers:
-        """Return the layers of each tower as torch's views of a row of the brain's `size` numbers."""
-        return [[_as_torch(layer, head=layer is tower[-1]) for layer in tower]
-                for tower in self.brain.views(row)]
+    def begin(self, workers: int) -> None:
+        """Take over the brain's weights as they are now."""
+        while len(self._workers) < workers:
+            self._workers.append((np.zeros(self._n_memory, np.float32), np.zeros_like(self._packed)))
+        _pack(self.brain.weights, self.plan, self._packed)
 
-    def rows(self, worker: int, n: int) -> Rows:
-        """Return the buffers of a worker for n <= CHUNK rows; what they held for another n is lost."""
-        while len(self._rows) <= worker:
-            self._rows.append({CHUNK: Rows(self.brain, CHUNK)})
-        kept = self._rows[worker]
-        if n not in kept:
-            if len(kept) > 4:
-                kept.pop(next(size for size in kept if size != CHUNK))
-            kept[n] = Rows(self.brain, n, kept[CHUNK])
-        return kept[n]
+    def gradient(self, worker: int, index: np.ndarray, log: tuple[np.ndarray, ...], settings: np.ndarray,
+                 gradient: np.ndarray, terms: np.ndarray) -> None:
+        """Write the gradient f32[brain.size] of the loss over transitions i64[n] of a log, and its terms.
 
-    def run(self, rows: Rows) -> None:
-        """Fill the activations, logits and values of `rows` from its observations."""
-        for layers, levels, out in zip(self.layers, rows.towers, rows.outs, strict=True):
-            below = rows.x
-            for layer, level in zip(layers, levels, strict=False):
-                _addmm(layer.bias, below, layer.matrix, out=level.h)
-                _tanh_all(level.h_numpy)
-                below = level.h
-            _addmm(layers[-1].bias, layers[-1].matrix, levels[-1].h_turned if levels else rows.x_turned,
-                   out=out)
-
-    def back(self, rows: Rows, gradient: Towers) -> None:
-        """Turn the slopes of the loss in `rows.d_logits` and `rows.d_values` into the gradient
-        of every weight."""
-        for layers, into, levels, (d_out, d) in zip(self.layers, gradient, rows.towers, rows.d_outs,
-                                                    strict=True):
-            matrix = layers[-1].matrix
-            _mm(d_out, levels[-1].h, out=into[-1].matrix)
-            _row_sums(d_out, out=into[-1].bias)
-            for i in range(len(levels) - 1, -1, -1):
-                level = levels[i]
-                _mm(d, matrix, out=level.d)
-                _through_tanh(level.d_numpy, level.h_numpy, into[i].bias_numpy)
-                _mm(levels[i - 1].h_turned if i else rows.x_turned, level.d, out=into[i].matrix)
-                d, matrix = level.d, layers[i].turned
+        A log is the observations, choices, numbers and steps of a rollout; `settings` f32[7] are clip …
+        share, as `loss_slopes` takes them.
+        """
+        _gradient(index, *log, self.brain.offsets, settings, self.plan, self._packed, *self._workers[worker],
+                  gradient, terms)
 
 
-def _as_torch(layer: BrainLayer, head: bool) -> Layer:
-    matrix, bias = torch.from_numpy(layer.matrix), torch.from_numpy(layer.bias)
-    return Layer(matrix, matrix.t(), bias[:, None] if head else bias, layer.bias)
+def _plan(brain: Brain) -> tuple[np.ndarray, int, int]:
+    """Return where everything lies, i64[towers, layers, 11], the size of packed weights, and how many numbers
+    of memory each transition of a block takes."""
+    plan = np.zeros((len(brain.towers), len(brain.towers[0]), 11), np.int64)
+    at = packed = 0
+    rows = _wide(brain.n_observations)  # the observations come first
+    for tower, sizes in zip(plan, brain.towers, strict=True):
+        for row, (a, b) in zip(tower, sizes, strict=True):
+            wide = _wide(a), _wide(b)
+            row[:BACK] = (a, b, *wide, at, at + padded(a * b), packed, packed + wide[0] * wide[1])
+            row[ABOVE:] = rows * BLOCK, (rows + wide[1]) * BLOCK
+            at += padded(a * b) + padded(b)
+            packed += (wide[0] + 1) * wide[1]
+            rows += 2 * wide[1]
+    layers = plan.reshape(-1, 11)
+    for row in layers:
+        row[BACK] = packed
+        packed += row[OUT] * row[WIDE_IN]
+    return plan, packed + layers[:, WIDE_IN].max(), rows + 2 * (brain.n_logits + 1)
 
 
-class _Level(NamedTuple):
-    """Activations h of one hidden layer and the slopes d of the loss, f32[n, width],
-    as torch and numpy see them; `h_turned` is h transposed."""
-
-    h: torch.Tensor
-    h_turned: torch.Tensor
-    h_numpy: np.ndarray
-    d: torch.Tensor
-    d_numpy: np.ndarray
+def _wide(n: int) -> int:
+    """Return n up to a whole number of vectors."""
+    return -(-n // LANES) * LANES
 
 
-class Rows:
-    """The buffers of n rows on their way through the network; outputs are (out, n),
-    so that kernels run along the rows.
+@fused_njit
+def _pack(weights, plan, packed):
+    """Write each layer's matrix (in, out), its bias and its matrix (out, in), in whole vectors;
+    zeros follow."""
+    for tower in plan:
+        for level in range(len(tower)):
+            layer = tower[level]
+            n_in, n_out, matrix = layer[IN], layer[OUT], weights[layer[MATRIX] :]
+            forth, back = packed[layer[FORTH] :], packed[layer[BACK] :]
+            if level == len(tower) - 1:  # a head is (out, in)
+                _lay_turned(matrix, n_in, forth, layer[WIDE_OUT], n_out, n_in)
+                _lay(matrix, n_in, back, layer[WIDE_IN], n_out, n_in)
+            else:
+                _lay(matrix, n_out, forth, layer[WIDE_OUT], n_in, n_out)
+                _lay_turned(matrix, n_out, back, layer[WIDE_IN], n_in, n_out)
+            _lay(weights[layer[BIAS] :], n_out, packed[layer[SHIFT] :], n_out, 1, n_out)
 
-    With `whole`, they are views of another's memory.
-    """
 
-    def __init__(self, brain: Brain, n: int, whole: Rows | None = None) -> None:
-        self.memory: list[torch.Tensor] = whole.memory if whole else []
-        slot = iter(range(len(self.memory)))
+@fused_njit
+def _unpack(sums, plan, gradient):
+    """Write sums that lie as packed weights do into a gradient that lies as the weights."""
+    for tower in plan:
+        for level in range(len(tower)):
+            layer = tower[level]
+            n_in, n_out, wide = layer[IN], layer[OUT], layer[WIDE_OUT]
+            if level == len(tower) - 1:
+                _lay_turned(sums[layer[FORTH] :], wide, gradient[layer[MATRIX] :], n_in, n_in, n_out)
+            else:
+                _lay(sums[layer[FORTH] :], wide, gradient[layer[MATRIX] :], n_out, n_in, n_out)
+            _lay(sums[layer[SHIFT] :], n_out, gradient[layer[BIAS] :], n_out, 1, n_out)
 
-        def buffer(*shape: int) -> torch.Tensor:
-            if not whole:
-                self.memory.append(torch.zeros(shape).view(-1))
-            return self.memory[next(slot) if whole else -1][: shape[0] * shape[1]].view(shape)
 
-        def level(width: int) -> _Level:
-            h, d = buffer(n, width), buffer(n, width)
-            return _Level(h, h.t(), h.numpy(), d, d.numpy())
+@lone_fused_njit
+def _lay(a, a_row, out, out_row, rows, columns):
+    """Copy a matrix whose rows are `a_row` apart to where they are `out_row` apart."""
+    for r in range(rows):
+        here, there = a[r * a_row : r * a_row + columns], out[r * out_row : r * out_row + columns]
+        for c in range(columns):
+            there[c] = here[c]
 
-        self.x = buffer(n, brain.n_observations)
-        self.x_turned, self.observations = self.x.t(), self.x.numpy()
-        self.towers = [[level(width) for _, width in tower[:-1]] for tower in brain.towers]
-        self.outs = [buffer(tower[-1][1], n) for tower in brain.towers]
-        d_outs = [buffer(tower[-1][1], n) for tower in brain.towers]
-        self.d_outs = [(d_out, d_out.t()) for d_out in d_outs]
-        k = brain.n_logits
-        self.logits, self.d_logits = self.outs[0].numpy()[:k], d_outs[0].numpy()[:k]
-        self.values, self.d_values = self.outs[-1].numpy()[-1], d_outs[-1].numpy()[-1]
+
+@lone_fused_njit
+def _lay_turned(a, a_row, out, out_row, rows, columns):
+    """Copy a matrix so that its columns become rows, `out_row` apart."""
+    for r in range(rows):
+        for c in range(columns):
+            out[c * out_row + r] = a[r * a_row + c]
+
+
+@fused_njit
+def _gradient(index, observations, choices, numbers, steps, offsets, settings, plan, packed, memory, sums,
+              gradient, terms):
+    """Write the gradient of the loss over the transitions `index`, and the sums of its terms."""
+    sums[:] = 0
+    terms[:] = 0
+    last, part = plan.shape[1] - 1, np.empty(5)
+    n_out = plan[:, last, OUT].sum()
+    outputs = len(memory) - 2 * n_out * BLOCK
+    for start in range(0, len(index), BLOCK):
+        here = index[start : start + BLOCK]
+        n = len(here)
+        _take(observations, here, memory, plan[0, 0, WIDE_IN])
+        out = memory[outputs : outputs + n_out * n].reshape(n_out, n)
+        d_out = memory[outputs + n_out * BLOCK : outputs + n_out * (BLOCK + n)].reshape(n_out, n)
+        first = 0
+        for tower in plan:
+            _forward(tower, packed, memory, n)
+            _turn(memory, tower[last, ABOVE], tower[last, WIDE_OUT], out[first : first + tower[last, OUT]])
+            first += tower[last, OUT]
+        loss_slopes(out[: n_out - 1], out[n_out - 1], offsets, choices, numbers, steps, here, settings[0],
+                    settings[1], settings[2], settings[3], settings[4], settings[5], settings[6],
+                    d_out[: n_out - 1], d_out[n_out - 1], part)
+        for i in range(5):
+            terms[i] += part[i]
+        first = 0
+        for tower in plan:
+            _turn_back(d_out[first : first + tower[last, OUT]], memory, tower[last, SLOPES],
+                       tower[last, WIDE_OUT])
+            first += tower[last, OUT]
+            _backward(tower, packed, memory, n, sums)
+    _unpack(sums, plan, gradient)
+
+
+@lone_fused_njit
+def _take(observations, index, memory, width):
+    """Put what was observed at the beginning of memory, in rows of `width`."""
+    for i in range(len(index)):
+        row, to = observations[index[i]], memory[i * width : (i + 1) * width]
+        for k in range(len(row)):
+            to[k] = row[k]
+
+
+@fused_njit
+def _turn(memory, at, width, out):
+    """Write the outputs f32[k, n] of a tower, which lie (n, width)."""
+    for k in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            out[k, i] = memory[at + i * width + k]
+
+
+@fused_njit
+def _turn_back(d_out, memory, at, width):
+    """Put slopes f32[k, n] where those of the tower's outputs lie, (n, width)."""
+    for k in range(d_out.shape[0]):
+        for i in range(d_out.shape[1]):
+            memory[at + i * width + k] = d_out[k, i]
+
+
+@fused_njit
+def _forward(tower, packed, memory, n):
+    """Fill the activations of all layers for the first n rows; those up to the next multiple of 4 mean
+    nothing."""
+    below, rows = 0, (n + 3) // 4 * 4
+    for layer in tower:
+        wide, to = layer[WIDE_OUT], layer[ABOVE]
+        _product(memory, below, layer[WIDE_IN], 1, rows, layer[IN], packed, layer[FORTH], wide,
+                 packed, layer[SHIFT], 0, memory, to)
+        if layer[SLOPES] != tower[-1, SLOPES]:
+            _tanh_all(memory[to : to + rows * wide])
+        below = to
+
+
+@fused_njit
+def _backward(tower, packed, memory, n, sums):
+    """Add to the gradient of all weights what n rows give, from the slopes by the last layer's output."""
+    rows = (n + 3) // 4 * 4
+    for level in range(len(tower) - 1, -1, -1):
+        layer = tower[level]
+        wide, slopes = layer[WIDE_OUT], layer[SLOPES]
+        below = tower[level - 1, ABOVE] if level else 0
+        _add_rows(memory, slopes, n, wide, sums, layer[SHIFT])
+        _product(memory, below, 1, layer[WIDE_IN], (layer[IN] + 3) // 4 * 4, n, memory, slopes, wide,
+                 sums, layer[FORTH], wide, sums, layer[FORTH])
+        if level:
+            under, size = tower[level - 1, SLOPES], rows * layer[WIDE_IN]
+            _product(memory, slopes, wide, 1, rows, layer[OUT], packed, layer[BACK], layer[WIDE_IN],
+                     packed, len(packed) - layer[WIDE_IN], 0, memory, under)
+            _through_tanh(memory[under : under + size], memory[below : below + size])
 
 
 @fused_njit
 def _tanh_all(h):
-    """Replace h by tanh(h)."""
-    flat = h.reshape(h.size)
-    for i in range(flat.size):
-        flat[i] = tanh(flat[i])
+    for i in range(len(h)):
+        h[i] = tanh(h[i])
+
+
+@lone_fused_njit
+def _through_tanh(d, h):
+    """Turn slopes by h = tanh(a) into slopes by a."""
+    for i in range(len(d)):
+        d[i] *= np.float32(1) - h[i] * h[i]
 
 
 @fused_njit
-def _through_tanh(d, h, d_bias):
-    """Turn slopes by h = tanh(a) into slopes by a, and sum them over the rows."""
-    d_bias[:] = 0
-    for i in range(d.shape[0]):
-        for j in range(d.shape[1]):
-            d[i, j] *= np.float32(1) - h[i, j] * h[i, j]
-        for j in range(d.shape[1]):
-            d_bias[j] += d[i, j]
+def _add_rows(memory, at, n, width, sums, to):
+    """Add n rows of `width` numbers to sums."""
+    for lane in range(0, width, LANES):
+        total = load(sums, to + lane)
+        for start in range(at + lane, at + n * width, width):
+            total = total + load(memory, start)
+        store(sums, to + lane, total)
 
 
+@fused_njit
+def _product(a, at, row, step, rows, n, b, b_at, width, first, first_at, first_row, out, out_at):
+    """Write out[rows, width] = first + a · b, the sum over n terms.
+
+    Of a, f32[rows, n], rows are `row` and columns `step` apart, of b, f32[n, width], rows follow each other.
+    Rows of `first` are `first_row` apart, 0 for a bias. `rows` is a multiple of 4, `width` of LANES; each
+    array begins at its `_at`. Tiles are of four rows and one or two vectors, as the processor has registers.
+    """
+    even = width // (2 * LANES) * 2 * LANES if WIDE else 0
+    for r in range(0, rows, 4):
+        for lane in range(0, even, 2 * LANES):
+            _two(a, at + r * row, row, step, n, b, b_at + lane, width, first,
+                 first_at + r * first_row + lane, first_row, out, out_at + r * width + lane)
+        for lane in range(even, width, LANES):
+            _one(a, at + r * row, row, step, n, b, b_at + lane, width, first,
+                 first_at + r * first_row + lane, first_row, out, out_at + r * width + lane)
+
+
+@fused_njit
+def _one(a, at, row, step, n, b, b_at, width, first, f, f_row, out, to):
+    """Compute four rows of a vector."""
+    u0, u1 = load(first, f), load(first, f + f_row)
+    u2, u3 = load(first, f + 2 * f_row), load(first, f + 3 * f_row)
+    for k in range(n):
+        x, i = load(b, b_at + k * width), at + k * step
+        u0, u1 = u0 + every(a, i) * x, u1 + every(a, i + row) * x
+        u2, u3 = u2 + every(a, i + 2 * row) * x, u3 + every(a, i + 3 * row) * x
+    _put(out, to, width, u0, u1, u2, u3)
+
+
+@fused_njit
+def _two(a, at, row, step, n, b, b_at, width, first, f, f_row, out, to):
+    """Compute four rows of two vectors, u and v."""
+    u0, u1 = load(first, f), load(first, f + f_row)
+    u2, u3 = load(first, f + 2 * f_row), load(first, f + 3 * f_row)
+    f += LANES
+    v0, v1 = load(first, f), load(first, f + f_row)
+    v2, v3 = load(first, f + 2 * f_row), load(first, f + 3 * f_row)
+    for k in range(n):
+        x, y = load(b, b_at + k * width), load(b, b_at + k * width + LANES)
+        i = at + k * step
+        p0, p1, p2, p3 = every(a, i), every(a, i + row), every(a, i + 2 * row), every(a, i + 3 * row)
+        u0, u1, u2, u3 = u0 + p0 * x, u1 + p1 * x, u2 + p2 * x, u3 + p3 * x
+        v0, v1, v2, v3 = v0 + p0 * y, v1 + p1 * y, v2 + p2 * y, v3 + p3 * y
+    _put(out, to, width, u0, u1, u2, u3)
+    _put(out, to + LANES, width, v0, v1, v2, v3)
+
+
+@fused_njit
+def _put(out, at, step, u0, u1, u2, u3):
+    store(out, at, u0)
+    store(out, at + step, u1)
+    store(out, at + 2 * step, u2)
+    store(out, at + 3 * step, u3)

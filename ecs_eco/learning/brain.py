@@ -54,7 +54,7 @@ class Brain:
         self.n_logits, self.spreads = sum(groups), spreads(groups)
         heads = (self.n_logits + 1,) if trunk == "shared" else (self.n_logits, 1)
         self.towers = [list(zip((n_observations, *hidden), (*hidden, head), strict=True)) for head in heads]
-        self.size = sum(_padded(a * b) + _padded(b) for tower in self.towers for a, b in tower)
+        self.size = sum(padded(a * b) + padded(b) for tower in self.towers for a, b in tower)
         self.weights = _aligned(self.size)  # all of them in one row: to an optimiser they are one vector
         self.layers = self.views(self.weights)
         self._plans = list(self._plan())
@@ -68,9 +68,9 @@ class Brain:
             for a, b in tower:
                 head = len(layers) == len(tower) - 1
                 matrix = row[at : at + a * b].reshape((b, a) if head else (a, b))
-                at += _padded(a * b)
+                at += padded(a * b)
                 layers.append(Layer(matrix, row[at : at + b]))
-                at += _padded(b)
+                at += padded(b)
             towers.append(layers)
         return towers
 
@@ -138,8 +138,8 @@ class Brain:
         for tower in self.towers:
             starts = []
             for a, b in tower:
-                starts += [at, at + _padded(a * b)]
-                at += _padded(a * b) + _padded(b)
+                starts += [at, at + padded(a * b)]
+                at += padded(a * b) + padded(b)
             yield np.array([tower[0][0], *(b for _, b in tower)]), np.array(starts)
 
     def _draw(self, seed: int) -> None:
@@ -160,7 +160,7 @@ def _aligned(n: int) -> np.ndarray:
     return room[skip : skip + n]
 
 
-def _padded(n: int) -> int:
+def padded(n: int) -> int:
     """Return n up to a multiple of 16 floats, 64 bytes, where vector loads are fastest."""
     return -(-n // 16) * 16
 
@@ -169,7 +169,7 @@ def _orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.nda
     """Return a random f64[n_out, n_in] with orthonormal rows or columns,
     whichever are fewer (Saxe et al. 2014)."""
     if portable.on():
-        from ecs_eco.learning.products import orthogonal
+        from ecs_eco.learning.orthogonal import orthogonal
 
         return orthogonal(generator, n_out, n_in)
     with one_blas_thread():

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ecs_eco.engine.vectors import LANES, every, load, store
+from ecs_eco.engine.vectors import LANES, WIDE, every, load, store
 from ecs_eco.learning.arithmetic import fused_njit, tanh
 
 BLOCK = 64  # organisms: four vectors of the widest kind
@@ -65,20 +65,35 @@ def _take(observations, n, start, size, below):
 
 @fused_njit
 def _product(matrix, bias, n_in, n_out, step_in, step_out, below, above):
-    """Write above[n_out, BLOCK] = bias + matrix · below[n_in, BLOCK], in tiles of four units and two vectors,
-    and the units that are left one by one.
+    """Write above[n_out, BLOCK] = bias + matrix · below[n_in, BLOCK], in tiles of four units and one or two
+    vectors, as the processor has registers, and the units that are left one by one.
 
     Each input is added to its unit as it is multiplied, which many processors do in one step.
     """
     for j in range(0, n_out // 4 * 4, 4):
-        for lane in range(0, BLOCK, 2 * LANES):
-            _tile(matrix, bias, n_in, j, step_in, step_out, below, above, lane)
+        if WIDE:
+            for lane in range(0, BLOCK, 2 * LANES):
+                _two(matrix, bias, n_in, j, step_in, step_out, below, above, lane)
+        else:
+            for lane in range(0, BLOCK, LANES):
+                _one(matrix, bias, n_in, j, step_in, step_out, below, above, lane)
     for j in range(n_out // 4 * 4, n_out):
-        _one(matrix, bias, n_in, j, step_in, step_out, below, above)
+        _unit(matrix, bias, n_in, j, step_in, step_out, below, above)
 
 
 @fused_njit
-def _tile(matrix, bias, n_in, j, step_in, step_out, below, above, lane):
+def _one(matrix, bias, n_in, j, step_in, step_out, below, above, lane):
+    """Compute units j … j + 3 of a vector of organisms."""
+    u0, u1, u2, u3 = every(bias, j), every(bias, j + 1), every(bias, j + 2), every(bias, j + 3)
+    for k in range(n_in):
+        x, at = load(below, k * BLOCK + lane), k * step_in + j * step_out
+        u0, u1 = u0 + x * every(matrix, at), u1 + x * every(matrix, at + step_out)
+        u2, u3 = u2 + x * every(matrix, at + 2 * step_out), u3 + x * every(matrix, at + 3 * step_out)
+    _put(above, j * BLOCK + lane, u0, u1, u2, u3)
+
+
+@fused_njit
+def _two(matrix, bias, n_in, j, step_in, step_out, below, above, lane):
     """Compute units j … j + 3 of two vectors of organisms, u and v."""
     u0, u1, u2, u3 = every(bias, j), every(bias, j + 1), every(bias, j + 2), every(bias, j + 3)
     v0, v1, v2, v3 = u0, u1, u2, u3
@@ -89,20 +104,20 @@ def _tile(matrix, bias, n_in, j, step_in, step_out, below, above, lane):
                           every(matrix, at + 3 * step_out))
         u0, u1, u2, u3 = u0 + x * p0, u1 + x * p1, u2 + x * p2, u3 + x * p3
         v0, v1, v2, v3 = v0 + y * p0, v1 + y * p1, v2 + y * p2, v3 + y * p3
-    at = j * BLOCK + lane
+    _put(above, j * BLOCK + lane, u0, u1, u2, u3)
+    _put(above, j * BLOCK + lane + LANES, v0, v1, v2, v3)
+
+
+@fused_njit
+def _put(above, at, u0, u1, u2, u3):
     store(above, at, u0)
     store(above, at + BLOCK, u1)
     store(above, at + 2 * BLOCK, u2)
     store(above, at + 3 * BLOCK, u3)
-    at += LANES
-    store(above, at, v0)
-    store(above, at + BLOCK, v1)
-    store(above, at + 2 * BLOCK, v2)
-    store(above, at + 3 * BLOCK, v3)
 
 
 @fused_njit
-def _one(matrix, bias, n_in, j, step_in, step_out, below, above):
+def _unit(matrix, bias, n_in, j, step_in, step_out, below, above):
     """Compute unit j of the four vectors of a block."""
     a = b = c = d = every(bias, j)
     for k in range(n_in):

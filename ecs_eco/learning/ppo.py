@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.engine.threads import in_parallel
-from ecs_eco.learning.backward import CHUNK, Passes, Towers
+from ecs_eco.learning.backward import CHUNK, Passes
 from ecs_eco.learning.brain import Brain
-from ecs_eco.learning.ppo_kernels import adam, loss_slopes
+from ecs_eco.learning.ppo_kernels import adam
 from ecs_eco.learning.settings import PPO
 from ecs_eco.learning.torch_ppo import TERMS, TorchLearner
 
@@ -35,7 +35,6 @@ class Learner(TorchLearner):
         self.moment_1, self.moment_2 = np.zeros(brain.size, np.float32), np.zeros(brain.size, np.float32)
         self._passes = Passes(brain)
         self._gradient = np.zeros((0, brain.size), np.float32)  # a row per chunk of a minibatch
-        self._layers: list[Towers] = []  # its views
 
     def _optimiser(self) -> Any:
         return None  # Adam is a kernel here
@@ -53,27 +52,22 @@ class Learner(TorchLearner):
         return the terms and the gradient's norm."""
         brain, passes, ppo, rollout = self.brain, self._passes, self.ppo, self.rollout
         n_chunks = -(-len(chosen) // CHUNK)
-        self._reserve(n_chunks)
+        if n_chunks > len(self._gradient):
+            self._gradient = np.zeros((n_chunks, brain.size), np.float32)
         terms = np.zeros((n_chunks, len(TERMS) + 1))
         first, last = self.bands.part(n_chunks)
-        weights = np.array(
+        settings = np.array(
             [clip, ppo.clip_value, ppo.entropy, ppo.value_weight, shift, scale, 1 / len(chosen)], "f4"
         )
+        log = rollout.observations, rollout.choices, rollout.numbers, rollout.steps
+        passes.begin(self.workers)
 
         def work(worker: int) -> None:
             for chunk in range(first + worker, last, self.workers):
-                index = chosen[chunk * CHUNK : (chunk + 1) * CHUNK]
-                rows = passes.rows(worker, len(index))
-                np.take(rollout.observations, index, 0, out=rows.observations, mode="clip")
-                passes.run(rows)
-                loss_slopes(
-                    rows.logits, rows.values, brain.offsets, rollout.choices, rollout.numbers,
-                    rollout.steps, index,
-                    *weights, rows.d_logits, rows.d_values, terms[chunk],
-                )  # fmt: skip
-                passes.back(rows, self._layers[chunk])
+                index, gradient = chosen[chunk * CHUNK : (chunk + 1) * CHUNK], self._gradient[chunk]
+                passes.gradient(worker, index, log, settings, gradient, terms[chunk])
                 if len(brain.spreads):
-                    self._layers[chunk][0][-1].matrix[brain.spreads] = 0  # biases alone
+                    brain.views(gradient)[0][-1].matrix[brain.spreads] = 0  # biases alone
 
         in_parallel(work, self.workers)
         self.bands.whole(n_chunks, self._gradient, terms)
@@ -84,9 +78,3 @@ class Learner(TorchLearner):
             self.steps, rate, ppo.adam_epsilon, ppo.max_grad_norm, ppo.weight_decay,
         )  # fmt: skip
         return total
-
-    def _reserve(self, n_chunks: int) -> None:
-        """Have a row of gradient for each chunk of a minibatch."""
-        if n_chunks > len(self._layers):
-            self._gradient = np.zeros((n_chunks, self.brain.size), np.float32)
-            self._layers = [self._passes.views(row) for row in self._gradient]

@@ -132,7 +132,8 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
         return
     force = of_row(drag, first)
     left, mean_left = lag(force, dt)
-    sine, cosine, ahead = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
+    sine, cosine = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
+    ahead = np.empty(BLOCK, np.float32)
     gait, turn = np.empty(BLOCK, np.int32), np.empty(BLOCK, np.int32)
     whole, zero = np.float32(6.2831855), np.float32(0.0)
     for start in range(first, last, BLOCK):
@@ -171,8 +172,8 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
         if ground.size > 1 or height.size > 1:
             for i in range(size):
                 if ahead[i] > 0:
-                    over_land(start + i, ahead[i], sine[i], cosine[i], drag, dt, lengths, torus, height, ground,
-                              inverse, slope_cost, x, y, speed, cost)
+                    over_land(start + i, ahead[i], sine[i], cosine[i], drag, dt, lengths, torus, height,
+                              ground, inverse, slope_cost, x, y, speed, cost)
             continue
         for i in range(size):
             row, v = start + i, ahead[i]
@@ -183,8 +184,8 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
 
 
 @njit
-def over_land(row, v, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost, x, y, speed,
-              cost):
+def over_land(row, v, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost, x, y,
+              speed, cost):
     """Let one go ahead at a speed v until its way ends; uphill it costs more."""
     if ground.size > 1:
         v = free_way(x[row], y[row], sine, cosine, v, dt, ground, inverse, lengths, torus)

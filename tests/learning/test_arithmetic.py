@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from ecs_eco.learning.arithmetic import exp, fused_njit, log, softmax, tanh
+from ecs_eco.learning.arithmetic import exp, fused_njit, log, tanh
 
 
 @fused_njit
@@ -66,15 +66,3 @@ def test_loops_become_vectors():
     fresh = numba.njit(nogil=True, error_model="numpy", fastmath={"contract"})(_each_tanh.py_func)
     _of(fresh, np.zeros(1, np.float32))
     assert any("divps" in assembly for assembly in fresh.inspect_asm().values())
-
-
-def test_softmax_agrees_with_its_definition():
-    logits = np.random.default_rng(2).normal(0, 5, (7, 50)).astype(np.float32)
-    p, level, spread = np.zeros_like(logits), np.empty(50, np.float32), np.empty(50, np.float32)
-    softmax(logits, 2, 6, p, level, spread)
-    e = np.exp(logits[2:6].astype(float))
-    np.testing.assert_allclose(p[2:6], e / e.sum(0), rtol=1e-5, atol=1e-9)
-    np.testing.assert_allclose(level, np.log(e.sum(0)), rtol=1e-5, atol=1e-5)
-    np.testing.assert_allclose(spread, -(e / e.sum(0) * np.log(e / e.sum(0))).sum(0), rtol=1e-4, atol=1e-5)
-    assert (p[:2] == 0).all()
-    assert (p[6:] == 0).all()

@@ -4,7 +4,7 @@ import torch
 
 from ecs_eco.engine.workers import Workers
 from ecs_eco.learning import Brain
-from ecs_eco.learning.backward import CHUNK, Passes
+from ecs_eco.learning.backward import CHUNK
 
 TRUNKS = ("shared", "separate")
 
@@ -134,10 +134,3 @@ def test_impossible_networks_are_refused(given, message):
 def test_observations_of_another_width_are_refused():
     with pytest.raises(ValueError, match=r"\(4, 6\); allowed is \(n, 5\)"):
         Brain(5, (3,)).forward(_observations(4, width=6))
-
-
-def test_many_changing_numbers_of_rows_keep_few_buffers():
-    passes = Passes(Brain(5, (3,)))
-    for n in range(1, 50):
-        assert passes.rows(0, n).observations.shape == (n, 5)
-    assert len(passes._rows[0]) <= 6
