@@ -16,6 +16,7 @@ from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.schema import Columns, Handle
 
 Values = Mapping[tuple[type, str], Any]
+MOST_BATCHES = 64  # of newborn and dead that are noted
 
 
 class Table(dict[type, Any]):
@@ -28,9 +29,10 @@ class Table(dict[type, Any]):
     """
 
     # without these, each reading of an attribute of a dict takes three times as long
-    __slots__ = ("__dict__", "__weakref__", "alive", "births", "born", "capacity", "cause", "columns",
-                 "defaults", "derived", "dims", "entity", "entity_uid", "high", "killer", "limits", "n",
-                 "name", "own", "place", "registry", "renewed", "species", "thinned", "uid", "version")
+    __slots__ = ("__dict__", "__weakref__", "alive", "births", "born", "capacity", "cause",
+                 "columns", "defaults", "derived", "dims", "entity", "entity_uid", "gone", "high",
+                 "killer", "limits", "n", "name", "newborn", "own", "place", "registry", "renewed",
+                 "species", "steady", "uid", "version")
     __hash__, __eq__ = object.__hash__, object.__eq__  # type: ignore[assignment]  # each is itself alone
 
     def __init__(self, name: str, components: Iterable[type[Any]], *, capacity: int = 64,
@@ -44,7 +46,9 @@ class Table(dict[type, Any]):
         self.n = 0  # entities alive
         self.high = 0  # this row and all after it are free
         self.version = 0  # changes when a place or the set of the living does
-        self.thinned = (-1, -1)  # two versions between which nothing but deaths took effect
+        self.steady = (-1, -1)  # two versions between which nothing but births and deaths took effect
+        self.newborn: list[tuple[int, np.ndarray, int]] = []  # since then: version, rows, first uid
+        self.gone: list[tuple[int, np.ndarray, np.ndarray]] = []  # version, rows, uids
         self.alive = np.zeros(capacity, np.bool_)
         self.uid = np.zeros(capacity, np.uint64)
         self.born = np.zeros(capacity, np.int64)
@@ -187,7 +191,8 @@ class Table(dict[type, Any]):
         rows = np.empty(k, np.int64)
         self.high = _occupy(rows, self.alive, self.uid, self.born, first_uid, tick, self.high)
         self.n += k
-        self.version += 1
+        self._goes_on()
+        self.newborn.append((self.version, rows, first_uid))
         if self.registry is not None:
             self.registry.stale = True
         if not whole:
@@ -206,6 +211,7 @@ class Table(dict[type, Any]):
         values are those of who was there before: nobody may read them."""
         rows = self.occupy(uid.size, 0, 0, values, whole)
         self.uid[rows], self.born[rows] = uid, born
+        self.steady = (-1, -1)  # those of newborn are larger than all others, these need not be
         return rows
 
     def doomed(self) -> np.ndarray:
@@ -215,13 +221,23 @@ class Table(dict[type, Any]):
 
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of the dead."""
+        uids = self.uid[rows]
         self.high = _vacate(rows, self.alive, self.uid, self.cause, self.killer, self.high)
         self.n -= rows.size
-        first = self.thinned[0] if self.thinned[1] == self.version else self.version
-        self.version += 1
-        self.thinned = first, self.version
+        self._goes_on()
+        self.gone.append((self.version, rows, uids))
         if self.registry is not None:
             self.registry.stale = True
+
+    def _goes_on(self) -> None:
+        """Count a version that differs from the last by births or deaths alone."""
+        first, last = self.steady
+        if last != self.version or len(self.newborn) + len(self.gone) >= MOST_BATCHES:
+            first = self.version
+            self.newborn.clear()
+            self.gone.clear()
+        self.version += 1
+        self.steady = first, self.version
 
     def reorder(self, rows: np.ndarray) -> None:
         """Move the entity of row `rows[i]` to row i, for all living; this changes no organism's fate.

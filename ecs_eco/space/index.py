@@ -1,11 +1,16 @@
-"""The neighbour index: the living of one table sorted by cell, within a cell by uid; rebuilt in O(n)."""
+"""The neighbour index: the living of one table sorted by cell, within a cell by uid; rebuilt in O(n), or
+brought up to date where organisms were born or died, and nothing else happened."""
 
 import threading
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.engine.jit import lone_njit, njit
-from ecs_eco.space.geometry import Space
+from ecs_eco.space.geometry import Space, cell_of
+
+NOWHERE = 2**31 - 1  # beyond all cells
+NOBODY = np.empty(0, np.int64), np.empty(0, np.uint64)
 
 
 class Index:
@@ -19,30 +24,57 @@ class Index:
     def __init__(self, space: Space) -> None:
         self.space = space
         self.version = -1
+        self.top = 0  # no uid was larger
         self.flat = True
         self.lock = threading.Lock()  # held by the thread that builds it
         self.start = np.zeros(space.n_cells + 1, np.int64)
         self._allocate(0)
 
     def _allocate(self, n: int) -> None:
-        self._cell = np.empty(n, np.int32)
+        self._cell = np.full(n, NOWHERE, np.int32)
         self._rows = np.empty(n, np.int64)
         self._x, self._y, self._z = (np.empty(n, np.float32) for _ in range(3))
         self._uid = np.empty(n, np.uint64)
+        self._spare: tuple[np.ndarray, ...] | None = None
 
-    def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray,
-              thinned: bool = False) -> None:
+    def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
         """Sort the rows that are alive; all arrays are [rows], places in [0, size):
-        others count as in the nearest cell. `thinned`: nothing has changed since, but that some have died."""
-        if thinned:
-            take_out(alive, self.start, self._rows, self._x, self._y, self._z, self._uid)
-        else:
-            if alive.size > self._cell.size:
-                self._allocate(max(alive.size, 2 * self._cell.size))
-            if self.start.size != self.space.n_cells + 1:
-                self.start = np.zeros(self.space.n_cells + 1, np.int64)
-            self.flat = not sort_cells(alive, x, y, z, uid, *self.space.shape, self.space.inverse, self._cell,
-                                       self.start, self._rows, self._x, self._y, self._z, self._uid)
+        others count as in the nearest cell."""
+        if alive.size > self._cell.size:
+            self._allocate(max(alive.size + alive.size // 4, 2 * self._cell.size))  # newborn have room
+        if self.start.size != self.space.n_cells + 1:
+            self.start = np.zeros(self.space.n_cells + 1, np.int64)
+        self.flat = not sort_cells(alive, x, y, z, uid, *self.space.shape, self.space.inverse, self._cell,
+                                   self.start, self._rows, self._x, self._y, self._z, self._uid)
+        self._show()
+        self.top = int(self.uid.max(initial=0))
+
+    def renew(self, table: Any, places: Any) -> bool:
+        """Take out who died since, and put in who was born, where nothing else has happened to the table;
+        return False, with nothing changed, where sorting all is as fast."""
+        born = [(rows, first) for version, rows, first in table.newborn if version > self.version]
+        gone = [(rows, uids) for version, rows, uids in table.gone if version > self.version]
+        k = sum(rows.size for rows, _ in born)
+        if (4 * (k + sum(rows.size for rows, _ in gone)) > self.n or self.n + k > self._rows.size
+                or table.high > self._cell.size or (born and born[0][1] <= self.top)):
+            return False
+        rows, uids = _joined(born and [(r, np.arange(u, u + r.size, dtype=np.uint64)) for r, u in born])
+        if born:
+            self.top = int(uids[-1])
+        if self._spare is None or self._spare[0].size != self._rows.size:
+            self._spare = tuple(map(np.empty_like, self._entries()))
+        entries, spare = self._entries(), self._spare
+        self.flat &= not put_in(*_joined(gone), rows, uids, places.x, places.y, places.z, table.uid,
+                                *self.space.shape, self.space.inverse, self._cell, self.start, *entries,
+                                *spare)
+        (self._rows, self._x, self._y, self._z, self._uid), self._spare = spare, entries
+        self._show()
+        return True
+
+    def _entries(self) -> tuple[np.ndarray, ...]:
+        return self._rows, self._x, self._y, self._z, self._uid
+
+    def _show(self) -> None:
         self.n = n = int(self.start[-1])
         self.rows, self.x, self.y, self.z, self.uid = (self._rows[:n], self._x[:n], self._y[:n], self._z[:n],
                                                        self._uid[:n])
@@ -86,18 +118,75 @@ def sort_cells(alive, x, y, z, uid, nx, ny, nz, inverse, cell, start, rows, sx, 
     return high != 0
 
 
+def _joined(parts: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows and the uids of several parts, one after another."""
+    if len(parts) == 1:
+        return parts[0]
+    if not parts:
+        return NOBODY
+    return np.concatenate([rows for rows, _ in parts]), np.concatenate([uids for _, uids in parts])
+
+
 @njit
-def take_out(alive, start, rows, x, y, z, uid):
-    """Close the gaps that dead rows leave in an index; the others keep their order."""
-    kept, first = 0, 0
-    for c in range(start.size - 1):
-        end = start[c + 1]
-        for i in range(first, end):
-            if alive[rows[i]]:
-                if kept < i:
-                    rows[kept], x[kept], y[kept], z[kept], uid[kept] = rows[i], x[i], y[i], z[i], uid[i]
-                kept += 1
-        first, start[c + 1] = end, kept
+def put_in(gone, their, born, uids, x, y, z, now, nx, ny, nz, inverse, cell, start, rows, sx, sy, sz, su,
+           rows_, sx_, sy_, sz_, su_):
+    """Write the entries of an index, without the dead and with the newborn, into other arrays; return whether
+    any z of the latter is not 0.
+
+    `gone` and `born` are rows, with uids. Those of the newborn are in their order and larger than all others:
+    each comes last in its cell. Who was born and died since is left out: `now` are the uids of the rows.
+    """
+    n_cells, high = nx * ny * nz, False
+    touched, last, next_ = np.int32(-2), np.full(n_cells, -1, np.int32), np.empty(born.size, np.int32)
+    for k in range(gone.size):
+        of = cell[gone[k]] if gone[k] < cell.size else n_cells
+        if of < n_cells:  # else nobody of this row was in the index
+            for i in range(start[of], start[of + 1]):
+                if su[i] == their[k]:
+                    su[i] = 0
+                    last[of] = touched
+    for k in range(born.size - 1, -1, -1):
+        row = born[k]
+        if now[row] == uids[k]:
+            of = ((cell_of(z[row] * inverse[2], nz) * ny + cell_of(y[row] * inverse[1], ny)) * nx
+                  + cell_of(x[row] * inverse[0], nx))
+            cell[row] = of
+            next_[k], last[of] = last[of], k
+    first = to = 0  # entries from `first` on are not copied yet
+    for c in range(n_cells):
+        begin, end, k = start[c], start[c + 1], last[c]
+        start[c] = to + begin - first
+        if k == -1:
+            continue
+        to = _copied(first, begin, to, rows, sx, sy, sz, su, rows_, sx_, sy_, sz_, su_)
+        first = end
+        for i in range(begin, end):
+            if su[i]:
+                rows_[to], sx_[to], sy_[to], sz_[to], su_[to] = rows[i], sx[i], sy[i], sz[i], su[i]
+                to += 1
+        while k >= 0:
+            row = born[k]
+            rows_[to], sx_[to], sy_[to], sz_[to], su_[to] = row, x[row], y[row], z[row], uids[k]
+            high |= z[row] != np.float32(0.0)
+            to, k = to + 1, next_[k]
+    start[n_cells] = _copied(first, start[n_cells], to, rows, sx, sy, sz, su, rows_, sx_, sy_, sz_, su_)
+    return high
+
+
+@lone_njit
+def _copied(first, end, to, rows, x, y, z, uid, rows_, x_, y_, z_, uid_):
+    """Copy entries first … end − 1 to where `to` is; return where they end."""
+    for i in range(end - first):
+        rows_[to + i] = rows[first + i]
+    for i in range(end - first):
+        x_[to + i] = x[first + i]
+    for i in range(end - first):
+        y_[to + i] = y[first + i]
+    for i in range(end - first):
+        z_[to + i] = z[first + i]
+    for i in range(end - first):
+        uid_[to + i] = uid[first + i]
+    return to + end - first
 
 
 @njit

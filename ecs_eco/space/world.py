@@ -105,10 +105,9 @@ class SpatialWorld(World):
         if index.version != table.version:
             with index.lock:
                 if index.version != table.version:
-                    p, high = table[Position], table.high
-                    thinned = (index.version, table.version) == table.thinned
-                    alive = table.alive if thinned else table.alive[:high]  # the dead may be beyond `high`
-                    index.build(alive, p.x[:high], p.y[:high], p.z[:high], table.uid[:high], thinned)
+                    p, high, (first, last) = table[Position], table.high, table.steady
+                    if last != table.version or index.version < first or not index.renew(table, p):
+                        index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high])
                 index.version = table.version
         return index
 

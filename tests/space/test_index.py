@@ -54,32 +54,64 @@ def test_an_index_is_made_anew_when_someone_moved_was_born_or_died_and_only_then
     assert world.index(table).uid.tolist() == [1]
 
 
-@pytest.mark.parametrize("between", ["nothing", "another death", "a move", "a birth"])
-def test_an_index_after_deaths_is_the_one_that_is_made_anew(between):
-    rng = np.random.default_rng(3)
-    world = World((10, 6), cell=1.5)
-    table = world.add_table("ant", Position)
-    for x, y in rng.random((80, 2)):
-        world.spawn("ant", Position(x=10 * x, y=6 * y))
-    world.flush()
-    world.index(table)
-    for uid in (3, 4, 40, 80):
-        world.kill(uid)
-    world.flush()
-    if between == "another death":
-        world.kill(41)
-        world.flush()
-    elif between == "a move":
-        table[Position].x[5] = 0.1
-        table.version += 1
-    elif between == "a birth":
-        world.spawn("ant", Position(x=1, y=1))
-        world.flush()
-    kept, anew, p = world.index(table), Index(world.space), table[Position]
+def _same(kept, table, space):
+    anew, p = Index(space), table[Position]
     anew.build(table.alive, p.x, p.y, p.z, table.uid)
     assert kept.n == anew.n == table.n
-    for name in ("rows", "x", "y", "z", "uid", "start"):
-        assert getattr(kept, name).tolist() == getattr(anew, name).tolist()
+    assert kept.flat == anew.flat or not kept.flat  # once somebody was high up
+    return all(getattr(kept, name).tolist() == getattr(anew, name).tolist()
+               for name in ("rows", "x", "y", "z", "uid", "start"))
+
+
+@pytest.mark.parametrize("size", [(10, 6), (10, 6, 4)])
+def test_an_index_after_births_and_deaths_is_the_one_that_is_made_anew(size, monkeypatch):
+    """Whatever happens between two looks at it, and whether it is brought up to date or made anew."""
+    sorts, rng = [], np.random.default_rng(3)
+    build = Index.build
+    monkeypatch.setattr(Index, "build", lambda *a: (sorts.append(1), build(*a)))
+    world = World(size, cell=1.5)
+    table = world.add_table("ant", Position)
+
+    def bear(n):
+        for place in rng.random((n, len(size))):
+            world.spawn("ant", Position(**dict(zip("xyz", place * size, strict=False))))
+        world.flush()
+
+    def die(n):
+        for uid in rng.choice(table.uid[table.alive], min(n, table.n), replace=False):
+            world.kill(int(uid))
+        world.flush()
+
+    def move(n):
+        table[Position].x[table.rows()[:n]] = rng.random(min(n, table.n)) * size[0]
+        table.version += 1
+
+    bear(80)
+    renewed = 0
+    for _ in range(400):
+        for do in rng.choice([bear, die, die, bear, move], rng.integers(1, 4), p=[.3, .3, .15, .2, .05]):
+            do(int(rng.integers(1, 8 if table.n > 40 else 30)))
+        before = len(sorts)
+        kept = world.index(table)
+        renewed += len(sorts) == before
+        assert _same(kept, table, world.space)
+    assert 100 < renewed < 400
+
+
+def test_newborn_that_are_older_than_some_of_the_living_are_sorted_in():
+    world = World((10, 6), cell=20.0)
+    table = world.add_table("ant", Position)
+    for _ in range(9):
+        world.spawn("ant", Position(x=1, y=1))
+    world.flush()
+    world.index(table)
+    table.settle(np.array([5000], np.uint64), np.zeros(1, np.int64), {})  # a migrant
+    world.spawn("ant", Position(x=1, y=1))
+    world.flush()
+    assert _same(world.index(table), table, world.space)
+    world.spawn("ant", Position(x=1, y=1))
+    world.flush()
+    assert _same(world.index(table), table, world.space)
 
 
 def test_order_depends_on_places_and_uids_and_not_on_rows():
