@@ -7,6 +7,7 @@ and starves below 0 or else may give birth, which halves its energy. Newborn act
 import numpy as np
 
 from ecs_eco import System, World, component, draw, f64, i32, njit
+from ecs_eco.engine.random import bits
 
 DEFAULT = {"sheep_reproduce": .04, "wolf_reproduce": .05, "sheep_gain": 4.0, "wolf_gain": 20., "regrowth": 30}
 SHEEP_ORDER, SHEEP_MOVE, SHEEP_BIRTH, WOLF_ORDER, WOLF_MOVE, WOLF_PREY, WOLF_BIRTH = range(100, 107)
@@ -25,28 +26,27 @@ class Grass:  # of one cell
 
 @njit
 def shuffled(alive, key, purpose):
-    """Return the living rows in random order (Fisher and Yates, inside out)."""
-    order, n = np.empty(alive.size, np.int32), 0
+    """Return the living rows in random order (Fisher and Yates)."""
+    order, n = np.empty(alive.size + 1, np.uint32), 0
     for row in range(alive.size):
-        if alive[row]:
-            k = int(draw(key, row, purpose) * (n + 1))
-            order[n], order[k], n = order[k], row, n + 1
+        order[n], n = row, n + alive[row]
+    for i in range(1, n):
+        k = int(draw(key, i, purpose) * (i + 1))
+        order[i], order[k] = order[k], order[i]
     return order[:n]
 
 
 @njit
-def best(around, rank, chance):
-    """Return a random one of the highest-ranking cells around; `chance` is in [0, 1)."""
-    top = max(rank[around[0]], rank[around[1]], rank[around[2]], rank[around[3]])
-    n = 0
-    for cell in around:
-        n += rank[cell] == top
-    k = int(chance * n)
-    for cell in around:
-        k -= rank[cell] == top
-        if k < 0:
-            break
-    return cell
+def best(cell, width, rank, bits):
+    """Return which of the four cells around ranks highest, and its rank; of equals 16 random bits decide."""
+    cell, n, x, top = np.int64(cell), width * width, np.int64(np.uint32(cell) % np.uint32(width)), -1
+    up, down, left, right = cell - width, cell + width, cell - 1, cell + 1  # to be brought back to the torus
+    there = up
+    for near in (up if up >= 0 else up + n, down if down < n else down - n, left if x > 0 else left + width,
+                 right if x < width - 1 else right - width):
+        score = np.int64(rank[np.uint64(near)]) << 16 | np.int64(bits & np.uint64(0xFFFF))
+        there, top, bits = near if score > top else there, max(top, score), bits >> np.uint64(16)
+    return np.uint64(there), top >> 16
 
 
 @njit
@@ -63,48 +63,50 @@ def take(after, head, chance):
 
 
 @njit
-def live(sheep, wolves, lamb, pup, ripe, tick, key, around, starved, eaten, p_lamb, p_pup, sheep_gain,
-         wolf_gain, regrowth):
+def live(alive, cell, energy, cause, lamb, w_alive, w_cell, w_energy, w_cause, pup, ripe, tick, key, width,
+         starved, eaten, p_lamb, p_pup, sheep_gain, wolf_gain, regrowth):
     """Let all act once, mark the rows that gave birth, and return the number of ripe cells."""
-    n, n_ripe = lamb.size, (ripe <= tick).sum()
-    after = np.full(2 * n + ripe.size, -1, np.int32)  # chains of sheep: row i as i, its lamb as n + i
-    first = after[2 * n :]  # by cell: where its chain begins
-    alive, cell, energy, cause = sheep
-    w_alive, w_cell, w_energy, w_cause = wolves
-    pack = shuffled(w_alive, key, WOLF_ORDER)
-    rank = (1 + (ripe <= tick)).astype(np.int8)  # for sheep: 2 grass, 1 bare, 0 a wolf
+    order, pack = shuffled(alive, key, SHEEP_ORDER), shuffled(w_alive, key, WOLF_ORDER)
+    n, n_ripe, now, again = order.size, 0, np.int32(tick), np.int32(tick + regrowth + 1)
+    after = np.full(2 * n + ripe.size, -1, np.int32)  # chains of sheep: order[i] as i, its lamb as n + i
+    first, rank = after[2 * n :], np.empty(ripe.size, np.uint8)  # by cell: where its chain begins, and
+    for here in range(ripe.size):
+        rank[here] = 2 + (ripe[here] <= now)  # for sheep: 2 no wolf, + 1 grass
+        n_ripe += ripe[here] <= now
     for row in pack:
-        rank[w_cell[row]] = 0
-    for row in shuffled(alive, key, SHEEP_ORDER):
-        there = best(around[cell[row]], rank, draw(key, row, SHEEP_MOVE))
-        here = cell[row] = there if rank[there] else cell[row]  # wolves all around: it stays
-        energy[row] -= 1.0
-        if ripe[here] <= tick:
-            energy[row] += sheep_gain
-            ripe[here], rank[here], n_ripe = tick + regrowth + 1, min(rank[here], 1), n_ripe - 1
-        if energy[row] < 0.0:
+        rank[w_cell[row]] &= 1
+    for i in range(n):
+        row = order[i]
+        there, safe = best(cell[row], width, rank, bits(key, i, SHEEP_MOVE))
+        here = np.uint64(there if safe > 1 else cell[row])  # wolves all around: it stays
+        grass = rank[here] & 1
+        left = energy[row] - 1.0 + sheep_gain * grass
+        lamb[row] = left >= 0.0 and draw(key, i, SHEEP_BIRTH) < p_lamb
+        cell[row], energy[row] = here, left / 2.0 if lamb[row] else left
+        rank[here], n_ripe = rank[here] - grass, n_ripe - grass
+        if left < 0.0:
             cause[row] = starved
-            continue
-        first[here], after[row] = row, first[here]
-        if draw(key, row, SHEEP_BIRTH) < p_lamb:
-            energy[row], lamb[row] = energy[row] / 2.0, True
-            first[here], after[n + row] = n + row, row
-    rank[:] = first >= 0  # for wolves: 1 a sheep
-    for row in pack:
-        here = w_cell[row] = best(around[w_cell[row]], rank, draw(key, row, WOLF_MOVE))
-        w_energy[row] -= 1.0
-        if first[here] >= 0:
-            w_energy[row] += wolf_gain
-            prey = take(after, 2 * n + here, draw(key, row, WOLF_PREY))
+        else:
+            after[i], after[n + i], first[here] = first[here], i, i + n * lamb[row]
+    for here in range(ripe.size):
+        grazed = (ripe[here] <= now) & (rank[here] & np.uint8(1) == np.uint8(0))
+        ripe[here] = max(ripe[here], np.int32(again * np.int32(grazed)))
+        rank[here] = first[here] >= 0  # for wolves: 1 a sheep
+    for i in range(pack.size):
+        row = pack[i]
+        here, sheep = best(w_cell[row], width, rank, bits(key, i, WOLF_MOVE))
+        left = w_energy[row] - 1.0 + wolf_gain * sheep
+        pup[row] = left >= 0.0 and draw(key, i, WOLF_BIRTH) < p_pup
+        w_cell[row], w_energy[row] = here, left / 2.0 if pup[row] else left
+        if left < 0.0:
+            w_cause[row] = starved
+        if sheep:
+            prey = take(after, 2 * n + here, draw(key, i, WOLF_PREY))
             rank[here] = first[here] >= 0
             if prey < n:
-                cause[prey] = eaten
+                cause[order[prey]] = eaten
             else:
-                lamb[prey - n] = False
-        if w_energy[row] < 0.0:
-            w_cause[row] = starved
-        elif draw(key, row, WOLF_BIRTH) < p_pup:
-            w_energy[row], pup[row] = w_energy[row] / 2.0, True
+                lamb[order[prey - n]] = False
     return n_ripe
 
 
@@ -113,11 +115,11 @@ class Live(System):
 
     def process(self):
         sheep, wolf, grass = self.world.tables.values()
-        herd, pack = [(t.alive, t[Animal].cell, t[Animal].energy, t.cause) for t in (sheep, wolf)]
-        lamb, pup = np.zeros(sheep.capacity, np.bool_), np.zeros(wolf.capacity, np.bool_)
+        herd, pack = [(t.alive, t[Animal].cell, t[Animal].energy, t.cause, np.zeros(t.capacity, np.bool_))
+                      for t in (sheep, wolf)]
         now = grass[Grass].ripe, self.world.tick + 1, self.world.key
-        self.n_ripe = live(herd, pack, lamb, pup, *now, *self.rules)
-        for table, born, (_, cell, energy, _) in ((sheep, lamb, herd), (wolf, pup, pack)):
+        self.n_ripe = live(*herd, *pack, *now, *self.rules)
+        for table, (_, cell, energy, _, born) in ((sheep, herd), (wolf, pack)):
             if (parents := born.nonzero()[0]).size:
                 values = {(Animal, "cell"): cell[parents], (Animal, "energy"): energy[parents]}
                 table.request(table.uid[parents], values)
@@ -142,9 +144,7 @@ def build(width, seed, parameters=DEFAULT):
     countdown = rng.integers(p["regrowth"], size=n) * rng.integers(2, size=n)  # 0: ripe; 1: not yet at tick 1
     ripe = {(Grass, "ripe"): countdown + (countdown > 0)}
     world.add_table("grass", Grass).request(np.zeros(n, np.uint64), ripe)
-    cells = np.arange(n, dtype=np.int32).reshape(width, width)  # of a torus
-    around = np.stack([np.roll(cells, by, axis).ravel() for by in (1, -1) for axis in (0, 1)], axis=1)
-    live.rules = (around, world.cause("starved"), world.cause("eaten by wolf"), *(p[k] for k in DEFAULT))
+    live.rules = (width, world.cause("starved"), world.cause("eaten by wolf"), *(p[k] for k in DEFAULT))
     collect.live, collect.series = live, [(n // 4, n // 8, int((countdown == 0).sum()))]
     world.add_system(live)
     return world, world.add_system(collect)
