@@ -37,7 +37,8 @@ class Context:
 
     def show(self) -> None:
         """Let esper show this world; RuntimeError where esper has deleted it."""
-        self.require()
+        if self.name not in esper._context_map:
+            self.require()
         if esper.current_world != self.name:
             esper.switch_world(self.name)
 

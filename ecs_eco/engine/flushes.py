@@ -47,7 +47,7 @@ class Touched(_OfWorld):
 def bury(world: Any, table: Table, rows: np.ndarray) -> None:
     """Free the rows of some that have a cause of death, once hooks and esper's handlers have seen them."""
     heard = "death" in world.context.registry.events
-    if world.on_death or heard:
+    if heard or world.on_death:
         rows = rows[table.uid[rows].argsort()]
     for listen in world.on_death:
         listen(table, rows)
@@ -67,7 +67,7 @@ def bear(world: Any) -> None:
         for request in requests:
             parents, second, values = request
             if parents.size:
-                given = registry.newborn(request)
+                given = registry.newborn(request) if registry.waiting else None
                 if given is not None:
                     values = world._values(table, given)
                 rows = table.occupy(parents.size, world.next_uid, world.tick, values)

@@ -20,7 +20,7 @@ def live(world: Any, ticks: int, progress: Callable[[int, int], Any] | None, out
                 world.flush()
             shown = time.monotonic()
             for done in range(1, ticks + 1):
-                for call in tuple(world.before_tick):
+                for call in tuple(world.before_tick) if world.before_tick else ():
                     call()
                 if world.stopping:
                     break
@@ -47,7 +47,10 @@ def _pass(world: Any, mark: Underway) -> None:
     with turns.turn:
         outside = esper.current_world
         world.context.show()
-        world._workers.tick(world.context.process, lambda: sum(t.n for t in world.tables.values()))
+        if world._workers.helpers:
+            world._workers.tick(world.context.process, lambda: sum(t.n for t in world.tables.values()))
+        else:
+            world.context.process()
         world.tick += 1
         if world.apart:
             esper.switch_world(outside)

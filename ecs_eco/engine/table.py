@@ -17,6 +17,8 @@ from ecs_eco.engine.schema import Columns, Handle
 
 Values = Mapping[tuple[type, str], Any]
 MOST_BATCHES = 64  # of newborn and dead that are noted
+ALIVE = bytes(1 << 20)  # the causes of death of so many who live, to compare with
+NOBODY = np.empty(0, np.int64)
 
 
 class Table(dict[type, Any]):
@@ -165,23 +167,24 @@ class Table(dict[type, Any]):
         this order. Raises KeyError for a component or field that the table lacks, ValueError for a shape that
         does not fit.
         """
+        n = len(parents)
         for (component, name), array in values.items():
-            if component not in self.columns:
-                self[component]  # raises the error that names what there is
-            if component in self.derived:
-                raise TypeError(f"newborn of {self.name!r}: {component.__name__} is read, not written: "
-                                "nobody is born with it")
-            default = self.defaults[component].get(name)
+            default = self.defaults[component].get(name) if component in self.columns else None
             if default is None:
-                known = self.defaults[component]
-                raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field",
-                                               name, known))
-            wanted = (len(parents), *default.shape)
+                self._refuse(component, name)
             shape = array.shape if type(array) is np.ndarray else np.shape(array)
-            if shape != wanted:
+            if shape != ((n, *default.shape) if default.shape else (n,)):
                 where = f"newborn of {self.name!r}: {component.__name__}.{name}"
-                raise ValueError(f"{where} has the shape {shape}; allowed is {wanted}")
+                raise ValueError(f"{where} has the shape {shape}; allowed is {(n, *default.shape)}")
         self.births.append((parents, second, dict(values)))
+
+    def _refuse(self, component: Any, name: str) -> NoReturn:
+        """Raise what is wrong with a field that newborn are to have."""
+        if component in self.derived:
+            raise TypeError(f"newborn of {self.name!r}: {component.__name__} is read, not written: "
+                            "nobody is born with it")
+        known = self.defaults[component] if component in self.columns else self[component]
+        raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, known))
 
     def occupy(self, k: int, first_uid: int, tick: int, values: Values, whole: bool = True) -> np.ndarray:
         """Bring `k` entities to life in the lowest free rows, with uids from `first_uid` on; return their
@@ -216,8 +219,10 @@ class Table(dict[type, Any]):
 
     def doomed(self) -> np.ndarray:
         """Return the rows that have a cause of death, ascending: i64[k]."""
-        cause = self.cause[: self.high]
-        return (cause if cause.size < 1000 else cause != 0).nonzero()[0]  # that of many numbers is slow
+        cause = self.cause if self.high == self.capacity else self.cause[: self.high]
+        if ALIVE.startswith(cause.data):
+            return NOBODY
+        return (cause if self.high < 1000 else cause != 0).nonzero()[0]  # that of many numbers is slow
 
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of the dead."""

@@ -35,7 +35,7 @@ class _Turn:
         self._returned: deque[int] = deque()  # threads whose turns others gave back for them
 
     def __enter__(self) -> None:
-        if not self._lock.acquire(blocking=False):
+        if not self._lock.acquire(False):
             self.waiting += 1
             try:
                 self._lock.acquire()
@@ -45,6 +45,8 @@ class _Turn:
 
     def __exit__(self, *_: object) -> None:
         self._lock.release()
+        if not self._returned:
+            return
         me = threading.get_ident()
         while me in self._returned and self.held():
             self._returned.remove(me)

@@ -1,7 +1,7 @@
 import numpy as np
 
 from ecs_eco.engine import random
-from ecs_eco.engine.random import draw, draw_many, mix, mix_int, tick_key
+from ecs_eco.engine.random import bits, draw, draw_many, mix, mix_int, tick_key
 
 
 def test_mix_is_the_finaliser_of_splitmix64():
@@ -27,6 +27,21 @@ def test_a_kernel_an_array_and_a_slow_twin_draw_the_same():
         assert many.tolist() == [float(draw(key, w, purpose)) for w in who] == [
             slow(int(w), purpose) for w in who
         ]
+
+
+def test_draw_takes_the_upper_24_of_64_random_bits():
+    key = tick_key(2, 3)
+    for who in (1, 2**63):
+        many = bits(key, np.uint64(who), random.FEED)
+        assert float(draw(key, np.uint64(who), random.FEED)) == (int(many) >> 40) / 2**24
+
+
+def test_keys_that_are_made_64_at_a_time_are_those_of_single_ticks():
+    for seed in (0, 5, -1, 2**64 - 1):
+        for tick in (0, 63, 64, 1000, 2**40):
+            key = tick_key(seed, tick)
+            assert type(key) is np.uint64
+            assert int(key) == mix_int((mix_int(seed % 2**64) + tick) % 2**64)
 
 
 def test_every_part_of_the_key_counts():
