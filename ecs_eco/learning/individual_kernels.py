@@ -4,9 +4,8 @@ one update of PPO.
 A kernel works on one block of the columns: animal `places[j]` of the arguments is row `inner[j]` of the
 block's arrays. A network is one row of numbers: of each layer the matrix (in, out), then the bias; the last
 layer has all logits, then the value. `widths` i64[layers + 1] are those of the observations, the hidden
-layers and the output. While an animal learns, a layer's activations are (units, transitions), padded to a
-multiple of LANES, so that all loops run along the transitions, as vectors. Each animal's numbers are summed
-in an order that depends on nothing but its own rollout.
+layers and the output. Each animal's numbers are summed in an order that depends on nothing but its own
+rollout.
 """
 
 from __future__ import annotations
@@ -16,12 +15,14 @@ import math
 import numpy as np
 
 from ecs_eco.engine.random import draw, mix
-from ecs_eco.learning.arithmetic import fused_njit, tanh
-from ecs_eco.learning.ppo_kernels import adam, loss_slopes, summing_njit
+from ecs_eco.engine.vectors import LANES, every, load, spread, store
+from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
+from ecs_eco.learning.individual_gradient import backward, fetch, forward, layout
+from ecs_eco.learning.individual_loss import desk_for, loss_slopes
+from ecs_eco.learning.ppo_kernels import adam
 from ecs_eco.learning.rollout import STEP
-from ecs_eco.learning.tiles import LANES, add_product
+from ecs_eco.learning.tiles import ROWS, up
 
-NO_NUMBERS = np.zeros((1, 0), np.float32)  # of continuous actions, which these networks have none of
 TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm",
          "explained_variance", "reward")
 _BIRTH = 1 << 32  # purposes of the numbers drawn for newborn weights begin here
@@ -43,38 +44,49 @@ def draw_newborn(key, who, deviations, weights):
 @fused_njit
 def think(weights, inner, places, widths, x, logits, values):
     """Write the logits f32[n, k] and values f32[n] of what each animal observes, f32[n, c]."""
-    layers = len(widths) - 1
-    scratch = np.empty((layers, widths.max()), np.float32)
+    size, last = weights.shape[1], len(weights) - 1
+    _think(weights.reshape(-1), size, inner, places, last, widths, x, logits, values)
     for j in range(len(inner)):
-        w, below, at = weights[inner[j]], x[places[j]], 0
-        for layer in range(layers):
+        if inner[j] == last:  # nothing may be read behind it
+            alone = np.zeros(size + LANES, np.float32)
+            alone[:size] = weights[last]
+            _think(alone, size, np.zeros(1, np.int64), places[j : j + 1], 1, widths, x, logits, values)
+
+
+@lone_fused_njit
+def _think(w, size, inner, places, but, widths, x, logits, values):
+    """Think for all animals but those of row `but`; of the weights f32[…], up to LANES numbers behind each
+    animal's are read, and let be. Of a layer's inputs, every fourth is added up on its own."""
+    zero, wide, k = spread(np.float32(0)), up(widths.max(), LANES), logits.shape[1]
+    units = np.zeros(2 * wide, np.float32)
+    for j in range(len(inner)):
+        place, at, below, above = places[j], inner[j] * size, 0, wide
+        if inner[j] == but:
+            continue
+        for i in range(x.shape[1]):
+            units[i] = x[place, i]
+        for layer in range(len(widths) - 1):
             a, b = widths[layer], widths[layer + 1]
-            above = scratch[layer, :b]
-            _through(w[at : at + a * b], w[at + a * b : at + a * b + b], below, above)
-            if layer < layers - 1:
-                for o in range(b):
-                    above[o] = tanh(above[o])
-            below, at = above, at + a * b + b
-        for o in range(len(below) - 1):
-            logits[places[j], o] = below[o]
-        values[places[j]] = below[len(below) - 1]
-
-
-@fused_njit
-def _through(matrix, bias, below, above):
-    """Write above = bias + below @ matrix of one animal; four rows of the matrix (in * out) at a time."""
-    n, full = len(above), len(below) // 4 * 4
-    above[:] = bias
-    for i in range(0, full, 4):
-        w0, w1 = matrix[i * n : i * n + n], matrix[i * n + n : i * n + 2 * n]
-        w2, w3 = matrix[i * n + 2 * n : i * n + 3 * n], matrix[i * n + 3 * n : i * n + 4 * n]
-        x0, x1, x2, x3 = below[i], below[i + 1], below[i + 2], below[i + 3]
-        for o in range(n):
-            above[o] += (x0 * w0[o] + x1 * w1[o]) + (x2 * w2[o] + x3 * w3[o])
-    for i in range(full, len(below)):
-        w0, x0 = matrix[i * n : i * n + n], below[i]
-        for o in range(n):
-            above[o] += x0 * w0[o]
+            for o in range(0, b, LANES):
+                here, y0, y1, y2, y3 = at + o, load(w, at + o + a * b), zero, zero, zero
+                for i in range(below, below + a // 4 * 4, 4):
+                    y0, y1 = (y0 + every(units, i) * load(w, here),
+                              y1 + every(units, i + 1) * load(w, here + b))
+                    y2, y3 = (y2 + every(units, i + 2) * load(w, here + 2 * b),
+                              y3 + every(units, i + 3) * load(w, here + 3 * b))
+                    here += 4 * b
+                for i in range(below + a // 4 * 4, below + a):
+                    y0 = y0 + every(units, i) * load(w, here)
+                    here += b
+                store(units, above + o, (y0 + y1) + (y2 + y3))
+            if layer < len(widths) - 2:
+                for o in range(up(b, LANES)):
+                    i = np.uint64(above + o)
+                    units[i] = tanh(units[i])
+            below, above, at = above, below, at + (a + 1) * b
+        for o in range(k):
+            logits[place, o] = units[np.uint64(below + o)]
+        values[place] = units[below + k]
 
 
 @fused_njit
@@ -131,10 +143,9 @@ def train(
     `individual.SETTINGS` names them; `epochs` and `minibatch` i64[n].
     """
     horizon, size = rewards.shape[1], weights.shape[1]
-    room = widths.sum() * ((horizon + LANES - 1) // LANES * LANES)
-    activations, slopes = np.zeros(room, np.float32), np.zeros(room, np.float32)
-    gradient, lived, index = (np.zeros((1, size), np.float32), np.empty(horizon, STEP),
-                              np.empty(horizon, np.int64))
+    where, desk = layout(widths, horizon), desk_for(offsets)
+    room, lived, index = np.zeros(where[-1], np.float32), np.empty(horizon, STEP), np.empty(horizon, np.int64)
+    w, gradient = room[where[1] : where[1] + size], room[where[2] : where[2] + size].reshape(1, size)
     for j in range(len(inner)):
         at, place, row = inner[j], places[j], rows[places[j]]
         n, rate, terms = max(0, min(length[row], horizon)), plasticity[0, place], report[place]
@@ -150,22 +161,27 @@ def train(
         updates[row] += 1
         for i in range(n):
             index[i] = i
+        w[:] = weights[at]
         for epoch in range(epochs[place]):
             if parts > 1:
                 _shuffle(index[:n], chance + np.uint64(epoch))
             for part in range(parts):
                 chosen = index[n * part // parts : n * (part + 1) // parts]
                 if parts > 1 or epoch == 0:
-                    _fetch(observations[at], chosen, activations)
+                    fetch(observations, at, chosen, room)
                 steps[row] += 1
-                _slope(
-                    weights[at], gradient[0], choices[at], lived, chosen, shift, scale, plasticity[2, place],
-                    others, widths, offsets, activations, slopes, terms,
+                lines = up(len(chosen), ROWS)
+                unit = forward(room, where, widths, lines)
+                loss_slopes(
+                    room, unit, where[0] + unit, up(widths[-1], LANES), lines, offsets, choices, at, lived,
+                    chosen, others, plasticity[2, place], shift, scale, desk, terms,
                 )  # fmt: skip
+                backward(room, where, widths, lines, len(chosen), unit)
                 terms[5] += adam(
-                    weights[at], gradient, moments_1[at], moments_2[at], steps[row], rate, others[4],
-                    others[5], others[6],
+                    w, gradient, moments_1[at], moments_2[at], steps[row], rate, others[4], others[5],
+                    others[6],
                 )  # fmt: skip
+        weights[at] = w
         for i in range(6):
             terms[i] /= epochs[place] * parts
 
@@ -199,97 +215,3 @@ def _shuffle(index, key):
     for i in range(len(index) - 1, 0, -1):
         other = np.int64(mix(mix(key) + np.uint64(i)) % np.uint64(i + 1))
         index[i], index[other] = index[other], index[i]
-
-
-@fused_njit
-def _fetch(observations, chosen, activations):
-    """Write the chosen observations [t, c] to the input layer (c, lanes), zeros behind them."""
-    lanes = (len(chosen) + LANES - 1) // LANES * LANES
-    for i in range(observations.shape[1]):
-        x = activations[i * lanes : i * lanes + lanes]
-        for t in range(len(chosen)):
-            x[t] = observations[chosen[t], i]
-        x[len(chosen) :] = 0
-
-
-@fused_njit
-def _slope(
-    w, gradient, choices, lived, chosen, shift, scale, entropy, settings, widths, offsets, activations,
-    slopes, terms,
-):  # fmt: skip
-    """Write the gradient [size] of the mean loss over the chosen transitions;
-    add its terms' means to `terms`."""
-    n, k = len(chosen), widths[len(widths) - 1]
-    lanes = (n + LANES - 1) // LANES * LANES
-    _forward(w, widths, activations, lanes)
-    last = (widths.sum() - k) * lanes
-    out, d_out = (activations[last : last + k * lanes].reshape(k, lanes),
-                  slopes[last : last + k * lanes].reshape(k, lanes))
-    logits, d, sums = np.empty((k, n), np.float32), np.empty((k, n), np.float32), np.empty(6)
-    for o in range(k):
-        logits[o] = out[o, :n]
-    loss_slopes(
-        logits[: k - 1], logits[k - 1], offsets, choices, NO_NUMBERS, lived, chosen, np.float32(settings[1]),
-        np.float32(settings[2]), entropy,
-        np.float32(settings[3]), shift, scale, np.float32(1 / n), d[: k - 1], d[k - 1], sums,
-    )  # fmt: skip
-    for o in range(k):
-        d_out[o, :n] = d[o]
-        d_out[o, n:] = 0
-    for i in range(5):
-        terms[i] += sums[i] / n
-    _backward(w, gradient, widths, activations, slopes, lanes)
-
-
-@fused_njit
-def _forward(w, widths, activations, lanes):
-    """Fill the activations of all layers from the first's."""
-    at = unit = 0
-    for layer in range(len(widths) - 1):
-        a, b = widths[layer], widths[layer + 1]
-        below = activations[unit * lanes : (unit + a) * lanes].reshape(a, lanes)
-        above = activations[(unit + a) * lanes : (unit + a + b) * lanes]
-        bias, rows = w[at + a * b : at + a * b + b], above.reshape(b, lanes)
-        for o in range(b):
-            rows[o] = bias[o]
-        add_product(w[at : at + a * b].reshape(a, b), below, rows)
-        if layer < len(widths) - 2:
-            for i in range(len(above)):
-                above[i] = tanh(above[i])
-        at, unit = at + a * b + b, unit + a
-
-
-@fused_njit
-def _backward(w, gradient, widths, activations, slopes, lanes):
-    """Fill the gradient of all weights from the slopes by the last layer's output;
-    `slopes` of the others are used up."""
-    at, unit = len(w), widths.sum()
-    for layer in range(len(widths) - 2, -1, -1):
-        a, b = widths[layer], widths[layer + 1]
-        at, unit = at - a * b - b, unit - b
-        d = slopes[unit * lanes : (unit + b) * lanes].reshape(b, lanes)
-        h = activations[(unit - a) * lanes : unit * lanes]
-        _dots(h.reshape(a, lanes), d, gradient[at : at + a * b].reshape(a, b),
-              gradient[at + a * b : at + a * b + b])
-        if layer > 0:
-            d_below = slopes[(unit - a) * lanes : unit * lanes]
-            d_below[:] = 0
-            add_product(w[at : at + a * b].reshape(a, b).T, d, d_below.reshape(a, lanes))
-            for i in range(len(h)):
-                d_below[i] *= np.float32(1) - h[i] * h[i]
-
-
-@summing_njit
-def _dots(below, d, gradient, d_bias):
-    """Write the gradient of a layer's matrix, below @ d.T, and of its bias."""
-    for i in range(below.shape[0]):
-        for o in range(d.shape[0]):
-            total = np.float32(0)
-            for t in range(d.shape[1]):
-                total += below[i, t] * d[o, t]
-            gradient[i, o] = total
-    for o in range(d.shape[0]):
-        total = np.float32(0)
-        for t in range(d.shape[1]):
-            total += d[o, t]
-        d_bias[o] = total

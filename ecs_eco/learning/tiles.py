@@ -1,71 +1,62 @@
-"""Matrix products over multiples of LANES columns, with sums in registers: networks of single animals."""
+"""Matrix products with sums in registers, for networks of single animals.
+
+Matrices lie in one flat array, and are named by the places where they begin: a slice would cost as much as
+forty products, for its owner counts it.
+"""
 
 from __future__ import annotations
 
-from ecs_eco.engine.vectors import LANES as VECTOR
-from ecs_eco.engine.vectors import every, load, store
+from ecs_eco.engine.vectors import LANES, every, load, store
 from ecs_eco.learning.arithmetic import fused_njit
 
-LANES = 2 * VECTOR
+ROWS = 4  # of a tile: with two registers each, as many sums as AVX2 has to have under way at once
 
 
 @fused_njit
-def add_product(matrix, below, above):
-    """Add matrix.T @ below to above, in tiles of four units and LANES transitions.
+def up(n, multiple):
+    """Return the least multiple that is no less than n."""
+    return (n + multiple - 1) // multiple * multiple
 
-    The matrix f32[n_in, n_out] has any strides; below f32[n_in, k * LANES] and above f32[n_out, k * LANES]
-    are contiguous.
+
+@fused_njit
+def product(room, x, step_row, step, rows, matrix, step_matrix, n, bias, out, step_out, columns):
+    """Write out (rows, columns) = bias (columns) + x · matrix (n, columns), in tiles of ROWS rows and LANES
+    columns.
+
+    Number k of row r of x is at x + r * step_row + k * step of the room f32[…], row k of the matrix at
+    matrix + k * step_matrix, row r of the result at out + r * step_out. Tiles go beyond the rows and columns:
+    what they read there is let be, what they write there comes before what belongs there; behind the last
+    row, up to ROWS - 1 rows and LANES numbers are lost. Each number is the sum in the order of k, whatever
+    the others are.
     """
-    n_in, n_out = matrix.shape
-    lanes, step_in, step_out = below.shape[1], matrix.strides[0] // 4, matrix.strides[1] // 4
-    for o in range(0, n_out // 4 * 4, 4):
-        for lane in range(0, lanes, LANES):
-            _tile(matrix, below, above, n_in, o * step_out, step_in, step_out, o * lanes + lane, lane, lanes)
-    for o in range(n_out // 4 * 4, n_out):
-        for lane in range(0, lanes, VECTOR):
-            y = load(above, o * lanes + lane)
-            for i in range(n_in):
-                y = y + every(matrix, i * step_in + o * step_out) * load(below, i * lanes + lane)
-            store(above, o * lanes + lane, y)
+    for c in range((columns - 1) // LANES * LANES, -1, -LANES):
+        for r in range(0, rows, ROWS):
+            at, k, to, y0 = x + r * step_row, matrix + c, out + r * step_out + c, load(room, bias + c)
+            y1 = y2 = y3 = y0
+            for _ in range(n):
+                w = load(room, k)
+                y0 = y0 + every(room, at) * w
+                y1 = y1 + every(room, at + step_row) * w
+                y2 = y2 + every(room, at + 2 * step_row) * w
+                y3 = y3 + every(room, at + 3 * step_row) * w
+                at += step
+                k += step_matrix
+            store(room, to, y0)
+            store(room, to + step_out, y1)
+            store(room, to + 2 * step_out, y2)
+            store(room, to + 3 * step_out, y3)
 
 
 @fused_njit
-def _tile(matrix, below, above, n_in, w, step_in, step_out, at, x, lanes):
-    """Add to four units, of two vectors of transitions each, y and z; two units below at a time."""
-    y0, y1, y2, y3 = (load(above, at), load(above, at + lanes), load(above, at + 2 * lanes),
-                      load(above, at + 3 * lanes))
-    to = at + VECTOR
-    z0, z1, z2, z3 = (load(above, to), load(above, to + lanes), load(above, to + 2 * lanes),
-                      load(above, to + 3 * lanes))
-    for i in range(0, n_in // 2 * 2, 2):
-        a, b = load(below, i * lanes + x), load(below, i * lanes + lanes + x)
-        c, d = load(below, i * lanes + x + VECTOR), load(below, i * lanes + lanes + x + VECTOR)
-        v = i * step_in + w
-        y0, z0 = y0 + _two(matrix, v, step_in, a, b), z0 + _two(matrix, v, step_in, c, d)
-        v += step_out
-        y1, z1 = y1 + _two(matrix, v, step_in, a, b), z1 + _two(matrix, v, step_in, c, d)
-        v += step_out
-        y2, z2 = y2 + _two(matrix, v, step_in, a, b), z2 + _two(matrix, v, step_in, c, d)
-        v += step_out
-        y3, z3 = y3 + _two(matrix, v, step_in, a, b), z3 + _two(matrix, v, step_in, c, d)
-    for i in range(n_in // 2 * 2, n_in):
-        a, c, v = load(below, i * lanes + x), load(below, i * lanes + x + VECTOR), i * step_in + w
-        p0, p1, p2, p3 = (every(matrix, v), every(matrix, v + step_out), every(matrix, v + 2 * step_out),
-                          every(matrix, v + 3 * step_out))
-        y0, y1, y2, y3 = y0 + p0 * a, y1 + p1 * a, y2 + p2 * a, y3 + p3 * a
-        z0, z1, z2, z3 = z0 + p0 * c, z1 + p1 * c, z2 + p2 * c, z3 + p3 * c
-    _put(above, at, lanes, y0, y1, y2, y3)
-    _put(above, to, lanes, z0, z1, z2, z3)
-
-
-@fused_njit
-def _two(matrix, at, step, a, b):
-    return every(matrix, at) * a + every(matrix, at + step) * b
-
-
-@fused_njit
-def _put(above, at, lanes, y0, y1, y2, y3):
-    store(above, at, y0)
-    store(above, at + lanes, y1)
-    store(above, at + 2 * lanes, y2)
-    store(above, at + 3 * lanes, y3)
+def column_sums(room, matrix, rows, wide, out):
+    """Write the sums (wide) of the columns of a matrix (rows, wide), rows a multiple of ROWS: of every fourth
+    row first, then these."""
+    for c in range(0, wide, LANES):
+        at = matrix + c
+        y0, y1, y2, y3 = (load(room, at), load(room, at + wide), load(room, at + 2 * wide),
+                          load(room, at + 3 * wide))
+        for _ in range(ROWS, rows, ROWS):
+            at += ROWS * wide
+            y0, y1 = y0 + load(room, at), y1 + load(room, at + wide)
+            y2, y3 = y2 + load(room, at + 2 * wide), y3 + load(room, at + 3 * wide)
+        store(room, out + c, (y0 + y1) + (y2 + y3))

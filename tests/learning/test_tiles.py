@@ -1,27 +1,51 @@
 import numpy as np
 import pytest
 
-from ecs_eco.learning.tiles import LANES, add_product
+from ecs_eco.engine.vectors import LANES
+from ecs_eco.learning.tiles import ROWS, column_sums, product, up
+
+
+def room_of(*parts, room_left):
+    """Return parts, and zeros, in one flat array; and where each begins, the zeros too."""
+    ends = np.cumsum([part.size for part in parts])
+    return np.concatenate([*(part.ravel() for part in parts), np.zeros(room_left, np.float32)]), [0, *ends]
+
+
+def made(rng, *shape):
+    return rng.normal(size=shape).astype(np.float32)
 
 
 @pytest.mark.parametrize("turned", [False, True])
-@pytest.mark.parametrize(("n_in", "n_out", "blocks"), [(24, 32, 1), (7, 9, 2), (1, 1, 1), (2, 5, 3)])
-def test_products_are_those_of_numpy(n_in, n_out, blocks, turned):
-    rng = np.random.default_rng(n_in)
-    matrix = rng.normal(size=(n_out, n_in) if turned else (n_in, n_out)).astype(np.float32)
-    matrix = matrix.T if turned else matrix
-    below = rng.normal(size=(n_in, blocks * LANES)).astype(np.float32)
-    above = rng.normal(size=(n_out, blocks * LANES)).astype(np.float32)
-    expected = above + matrix.T.astype(float) @ below
-    add_product(matrix, below, above)
-    np.testing.assert_allclose(above, expected, rtol=2e-5, atol=2e-5)
+@pytest.mark.parametrize(("rows", "n", "wide"), [(24, 32, 32), (4, 7, 16), (8, 1, 48)])
+def test_products_are_those_of_numpy(rows, n, wide, turned):
+    rng = np.random.default_rng(n)
+    x, matrix, bias = made(rng, rows, n), made(rng, n, wide), made(rng, wide)
+    room, (_, at_matrix, at_bias, out) = room_of(x.T if turned else x, matrix, bias, room_left=rows * wide)
+    step_row, step = (1, rows) if turned else (n, 1)
+    product(room, 0, step_row, step, rows, at_matrix, wide, n, at_bias, out, wide, wide)
+    np.testing.assert_allclose(room[out:].reshape(rows, wide), x @ matrix.astype(float) + bias, rtol=2e-5,
+                               atol=2e-5)
 
 
-def test_a_column_does_not_depend_on_the_others():
+def test_a_number_does_not_depend_on_the_others():
     rng = np.random.default_rng(5)
-    matrix = rng.normal(size=(7, 9)).astype(np.float32)
-    below = rng.normal(size=(7, 2 * LANES)).astype(np.float32)
-    alone, among = np.zeros((9, LANES), np.float32), np.zeros((9, 2 * LANES), np.float32)
-    add_product(matrix, np.ascontiguousarray(below[:, LANES:]), alone)
-    add_product(matrix, below, among)
-    np.testing.assert_array_equal(alone, among[:, LANES:])
+    x, matrix, bias = made(rng, 2 * ROWS, 7), made(rng, 7, 2 * LANES), made(rng, 2 * LANES)
+    among, (_, at_matrix, at_bias, out) = room_of(x, matrix, bias, room_left=4 * ROWS * LANES)
+    product(among, 0, 7, 1, 2 * ROWS, at_matrix, 2 * LANES, 7, at_bias, out, 2 * LANES, 2 * LANES)
+    expected = among[out:].reshape(2 * ROWS, -1)[ROWS:, LANES:]
+    alone, (_, at_matrix, at_bias, out) = room_of(x[ROWS:], matrix[:, LANES:], bias[LANES:],
+                                                  room_left=ROWS * LANES)
+    product(alone, 0, 7, 1, ROWS, at_matrix, LANES, 7, at_bias, out, LANES, LANES)
+    np.testing.assert_array_equal(alone[out:].reshape(ROWS, LANES), expected)
+
+
+@pytest.mark.parametrize("rows", [4, 12, 32])
+def test_sums_of_columns(rows):
+    matrix = made(np.random.default_rng(rows), rows, 32)
+    room, (at, out) = room_of(matrix, room_left=32)
+    column_sums(room, at, rows, 32, out)
+    np.testing.assert_allclose(room[out:], matrix.sum(axis=0, dtype=float), rtol=1e-5, atol=1e-5)
+
+
+def test_multiples():
+    assert [up(n, 4) for n in (1, 4, 5)] == [4, 4, 8]
