@@ -127,7 +127,7 @@ def _joined(parts: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.
     return np.concatenate([rows for rows, _ in parts]), np.concatenate([uids for _, uids in parts])
 
 
-@njit
+@lone_njit
 def put_in(gone, their, born, uids, x, y, z, now, nx, ny, nz, inverse, cell, start, rows, sx, sy, sz, su,
            rows_, sx_, sy_, sz_, su_):
     """Write the entries of an index, without the dead and with the newborn, into other arrays; return whether
@@ -152,41 +152,20 @@ def put_in(gone, their, born, uids, x, y, z, now, nx, ny, nz, inverse, cell, sta
                   + cell_of(x[row] * inverse[0], nx))
             cell[row] = of
             next_[k], last[of] = last[of], k
-    first = to = 0  # entries from `first` on are not copied yet
+    to = np.uint64(0)
     for c in range(n_cells):
-        begin, end, k = start[c], start[c + 1], last[c]
-        start[c] = to + begin - first
-        if k == -1:
-            continue
-        to = _copied(first, begin, to, rows, sx, sy, sz, su, rows_, sx_, sy_, sz_, su_)
-        first = end
-        for i in range(begin, end):
-            if su[i]:
-                rows_[to], sx_[to], sy_[to], sz_[to], su_[to] = rows[i], sx[i], sy[i], sz[i], su[i]
-                to += 1
+        begin, end, k = np.uint64(start[c]), np.uint64(start[c + 1]), last[c]
+        start[c] = to
+        for i in range(begin, end):  # without branches
+            rows_[to], sx_[to], sy_[to], sz_[to], su_[to] = rows[i], sx[i], sy[i], sz[i], su[i]
+            to += np.uint64(su[i] != 0)
         while k >= 0:
             row = born[k]
             rows_[to], sx_[to], sy_[to], sz_[to], su_[to] = row, x[row], y[row], z[row], uids[k]
             high |= z[row] != np.float32(0.0)
-            to, k = to + 1, next_[k]
-    start[n_cells] = _copied(first, start[n_cells], to, rows, sx, sy, sz, su, rows_, sx_, sy_, sz_, su_)
+            to, k = to + np.uint64(1), next_[k]
+    start[n_cells] = to
     return high
-
-
-@lone_njit
-def _copied(first, end, to, rows, x, y, z, uid, rows_, x_, y_, z_, uid_):
-    """Copy entries first … end − 1 to where `to` is; return where they end."""
-    for i in range(end - first):
-        rows_[to + i] = rows[first + i]
-    for i in range(end - first):
-        x_[to + i] = x[first + i]
-    for i in range(end - first):
-        y_[to + i] = y[first + i]
-    for i in range(end - first):
-        z_[to + i] = z[first + i]
-    for i in range(end - first):
-        uid_[to + i] = uid[first + i]
-    return to + end - first
 
 
 @njit
