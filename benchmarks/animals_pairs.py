@@ -5,7 +5,8 @@
 Both processes hold the same world and let a few ticks pass while the other waits, as often as `--turns` says.
 The ratio is that of this commit's time of the processor to the other's, turn by turn: median and quartiles;
 with several threads that of the wall clock. `quiet` is the ratio of the means of the least tenth of turns,
-which other work disturbed least. Both come to the same digest, or it is an error.
+which other work disturbed least. Times are per animal, for where digests are others the worlds go different
+ways after some ticks; `same end` says whether they did not.
 """
 
 import argparse
@@ -86,8 +87,6 @@ def measure(before: Path, animals: int, threads: int, others: int, learn: bool, 
     for world in worlds:
         world.kill()
         world.communicate()
-    if took[0][-1][2] != took[1][-1][2]:
-        raise RuntimeError(f"{animals} animals: digests differ")
     clock = 0 if max(threads, others) > 1 else 1
     ratios = [now[clock] / was[clock] for was, now in zip(*took, strict=True)]
     least = [statistics.mean(sorted(t[clock] for t in one)[: max(1, turns // 10)]) for one in took]
@@ -95,7 +94,8 @@ def measure(before: Path, animals: int, threads: int, others: int, learn: bool, 
     row = {"animals": animals, "learning": learn, "threads": threads, "threads before": others,
            "turns": turns, "clock": ("wall", "processor")[clock], "before, ns per animal and tick": least[0],
            "now, ns per animal and tick": least[1], "times before": middle,
-           "quartiles": f"{low:.3f}-{high:.3f}", "quiet": least[1] / least[0]}
+           "quartiles": f"{low:.3f}-{high:.3f}", "quiet": least[1] / least[0],
+           "same end": took[0][-1][2] == took[1][-1][2]}
     return row
 
 

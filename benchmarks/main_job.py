@@ -7,7 +7,8 @@
 Processes of this commit, and of another where one is given, run in turns, each a world of its own with its
 record on disk: the seconds of `World.run`, of the wall clock and of the processor, without the start of the
 process. `Python calls a tick` counts the functions of Python and the kernels that are called in ticks 1,001
-to 1,070, without what belongs to `run` itself. Both commits come to the same end, or it is an error.
+to 1,070, without what belongs to `run` itself. `end` are the living
+in the end, which are others where digests are.
 `--train` measures in the same way how long policies of predator-prey learn from random weights.
 `--calls` measures what it costs to call a kernel, by the number of its arrays.
 """
@@ -94,7 +95,7 @@ print(json.dumps([*took, hashlib.sha256(b"".join(weights)).hexdigest()]))
 
 
 def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict[str, Any]]:
-    """Return a row for each place: seconds of n runs in turns, medians; raises where ends differ."""
+    """Return a row for each place: seconds of n runs in turns, medians, and what they came to."""
     took: dict[str, list[list[float]]] = {name: [] for name in places}
     ends = {}
     for number in range(n):
@@ -104,8 +105,6 @@ def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict
                                                         [ticks, False])
             took[name].append([wall, own])
             print(name, round(wall, 2), round(own, 2), ends[name], flush=True)
-    if len({str(end) for end in ends.values()}) > 1:
-        raise RuntimeError(f"the runs come to different ends: {ends}")
     first = next(iter(places))
     rows = []
     for name, place in places.items():
@@ -114,7 +113,7 @@ def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict
                      "wall [s]": statistics.median(t[0] for t in took[name]),
                      "processor [s]": statistics.median(t[1] for t in took[name]),
                      "times the first": statistics.median(ratios),
-                     "from": min(ratios), "to": max(ratios)})
+                     "from": min(ratios), "to": max(ratios), "end": ends[name][0]})
         if not train:
             rows[-1]["Python calls a tick"], _ = before_after.call(place, JOB, [ticks, True])
     return rows
