@@ -206,41 +206,43 @@ class Individuals:
         report, lengths = np.zeros((n, len(kernels.TERMS))), experience.length[rows]
         bootstrap = np.ascontiguousarray(bootstrap, np.float32)
 
+        columns = (policy.weights, policy.moment_1, policy.moment_2, experience.observations,
+                   experience.choices, experience.log_probability, experience.value, experience.reward)
+
         def part(first: int, last: int) -> None:
             here = slice(first, last)
+            mine = (
+                rows[here], uid[here], policy.steps, policy.updates, experience.length, bootstrap[here],
+                np.ascontiguousarray(settings[:, here]), others[here], epochs[here], minibatch[here],
+                ppo.normalise_advantage, np.uint64(self.seed), self.widths, self.offsets, report[here],
+            )  # fmt: skip
             for block, inner, places in experience.reward.parts(rows[here]):
-                kernels.train(
-                    policy.weights.blocks[block], policy.moment_1.blocks[block],
-                    policy.moment_2.blocks[block],
-                    experience.observations.blocks[block], experience.choices.blocks[block],
-                    experience.log_probability.blocks[block], experience.value.blocks[block],
-                    experience.reward.blocks[block], inner, places, rows[here], uid[here], policy.steps,
-                    policy.updates, experience.length, bootstrap[here],
-                    np.ascontiguousarray(settings[:, here]), others[here], epochs[here], minibatch[here],
-                    ppo.normalise_advantage, np.uint64(self.seed), self.widths, self.offsets, report[here],
-                )  # fmt: skip
+                kernels.train(*[column.blocks[block] for column in columns], inner, places, *mine)
 
         start, stop = self.bands.part(n)
         split(lambda first, last: part(start + first, start + last), stop - start,
-              work=int((lengths * epochs)[start:stop].sum()))
+              work=int(lengths[start:stop] @ epochs[start:stop]) * self.size // 256)
         if self.bands.size > 1:
             self._tell(policy, rows, report)
             experience.length[rows] = 0
         learnt = (settings[0] != 0) & (lengths > 0)
         require_finite(report, uid)
-        return summary(*self.bands.learnt(self, report[learnt], lengths[learnt], settings[0, learnt]))
+        told = report, lengths, settings[0]
+        if not learnt.all():
+            told = report[learnt], lengths[learnt], settings[0, learnt]
+        return summary(*self.bands.learnt(self, *told))
 
     def _settings_of(self, n: int, own: Mapping[str, np.ndarray]) -> tuple[np.ndarray, ...]:
         """Return the hyperparameters f64[n, SETTINGS], epochs and minibatch i64[n] of n animals: those of the
         species, but for their `own` [n]."""
-        others = self._settings[None].repeat(n, axis=0)
-        counts = np.array([[self.ppo.epochs], [self.ppo.minibatch]]).repeat(n, axis=1)
+        others, counts = np.empty((n, len(SETTINGS))), np.empty((2, n), np.int64)
+        others[:], counts[0], counts[1] = self._settings, self.ppo.epochs, self.ppo.minibatch
         for field, values in own.items():
             if field in SETTINGS:
                 others[:, SETTINGS.index(field)] = values
             elif field in COUNTS:
                 counts[COUNTS.index(field)] = values
-        return others, *counts
+        return others, counts[0], counts[1]
 
     def _tell(self, policy: Any, rows: np.ndarray, report: np.ndarray) -> None:
         """Let all processes have what each of them has learnt for its part of the rows i64[n]."""
@@ -252,7 +254,9 @@ class Individuals:
 
 def require_finite(report: np.ndarray, uid: np.ndarray) -> None:
     """Raise FloatingPointError that names an animal whose gradient is not finite."""
-    if (lost := np.flatnonzero(~np.isfinite(report[:, 5]))).size:
+    finite = np.isfinite(report[:, 5])
+    if not finite.all():
+        lost = np.flatnonzero(~finite)
         raise FloatingPointError(
             f"the gradient of animal {uid[lost[0]]} is {report[lost[0], 5]} ({lost.size} such in all); "
             "observations, rewards and values must be finite"

@@ -65,7 +65,7 @@ def forward(room, places, widths, rows):
 def backward(room, places, widths, rows, n, unit):
     """Fill the gradient from the slopes by the outputs, of n transitions in these rows, of which the
     activations begin at `unit`; from the first layer to the last, for tiles go beyond what is theirs."""
-    slopes, weights, gradient, turned, zeros, _ = places
+    slopes, _, gradient, turned, zeros, _ = places
     w = gradient - LANES
     for layer in range(len(widths) - 2, 0, -1):
         a, b = widths[layer], widths[layer + 1]

@@ -18,7 +18,7 @@ from ecs_eco.engine.random import draw, mix
 from ecs_eco.engine.vectors import LANES, every, load, spread, store
 from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
 from ecs_eco.learning.individual_gradient import backward, fetch, forward, layout
-from ecs_eco.learning.individual_loss import desk_for, loss_slopes
+from ecs_eco.learning.individual_loss import desk_for, lay_out, loss_slopes, tell
 from ecs_eco.learning.ppo_kernels import adam
 from ecs_eco.learning.rollout import STEP
 from ecs_eco.learning.tiles import ROWS, up
@@ -81,8 +81,8 @@ def _think(w, size, inner, places, but, widths, x, logits, values):
                 store(units, above + o, (y0 + y1) + (y2 + y3))
             if layer < len(widths) - 2:
                 for o in range(up(b, LANES)):
-                    i = np.uint64(above + o)
-                    units[i] = tanh(units[i])
+                    unit = np.uint64(above + o)
+                    units[unit] = tanh(units[unit])
             below, above, at = above, below, at + (a + 1) * b
         for o in range(k):
             logits[place, o] = units[np.uint64(below + o)]
@@ -143,7 +143,7 @@ def train(
     `individual.SETTINGS` names them; `epochs` and `minibatch` i64[n].
     """
     horizon, size = rewards.shape[1], weights.shape[1]
-    where, desk = layout(widths, horizon), desk_for(offsets)
+    where, desk = layout(widths, horizon), desk_for(offsets, horizon)
     room, lived, index = np.zeros(where[-1], np.float32), np.empty(horizon, STEP), np.empty(horizon, np.int64)
     w, gradient = room[where[1] : where[1] + size], room[where[2] : where[2] + size].reshape(1, size)
     for j in range(len(inner)):
@@ -169,12 +169,13 @@ def train(
                 chosen = index[n * part // parts : n * (part + 1) // parts]
                 if parts > 1 or epoch == 0:
                     fetch(observations, at, chosen, room)
+                    lay_out(desk, lived, choices, at, chosen, offsets)
                 steps[row] += 1
                 lines = up(len(chosen), ROWS)
                 unit = forward(room, where, widths, lines)
                 loss_slopes(
-                    room, unit, where[0] + unit, up(widths[-1], LANES), lines, offsets, choices, at, lived,
-                    chosen, others, plasticity[2, place], shift, scale, desk, terms,
+                    room, unit, where[0] + unit, up(widths[-1], LANES), lines, len(chosen), offsets, others,
+                    plasticity[2, place], shift, scale, desk,
                 )  # fmt: skip
                 backward(room, where, widths, lines, len(chosen), unit)
                 terms[5] += adam(
@@ -182,8 +183,8 @@ def train(
                     others[6],
                 )  # fmt: skip
         weights[at] = w
-        for i in range(6):
-            terms[i] /= epochs[place] * parts
+        tell(desk, epochs[place] * parts, terms)
+        terms[5] /= epochs[place] * parts
 
 
 @fused_njit
@@ -196,12 +197,14 @@ def _look_back(lived, log_probability, value, reward, bootstrap, discount, gae_l
         gain = reward[t] + discount * later - value[t] + discount * gae_lambda * gain
         later = value[t]
         lived[t].log_probability, lived[t].value, lived[t].advantage = log_probability[t], value[t], gain
-        mean += gain / n
-        target_mean += (gain + value[t]) / n
+        mean += gain
+        target_mean += gain + value[t]
         total += reward[t]
+    mean, target_mean = mean / n, target_mean / n
     for t in range(n):
-        variance += (lived[t].advantage - mean) ** 2 / n
-        target_variance += (lived[t].advantage + value[t] - target_mean) ** 2 / n
+        variance += (lived[t].advantage - mean) ** 2
+        target_variance += (lived[t].advantage + value[t] - target_mean) ** 2
+    variance, target_variance = variance / n, target_variance / n
     terms[6] = 1 - variance / target_variance if target_variance > 0 else np.nan
     terms[7] = total / n
     if normalise and n > 1:
