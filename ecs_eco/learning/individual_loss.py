@@ -29,8 +29,8 @@ def desk_for(offsets, horizon):
         np.zeros(n, np.float32), np.zeros(n, np.float32), np.zeros(n, np.float32), np.zeros(n, np.float32),
         np.zeros((n_groups, n), np.float32),
     )  # fmt: skip
-    side, p, means, scales = (np.zeros((k + 1, BLOCK), np.float32), np.zeros((k, BLOCK), np.float32),
-                              np.zeros((n_groups, BLOCK), np.float32), np.zeros((n_groups, BLOCK), np.float32))
+    side, p = np.zeros((k + 1, BLOCK), np.float32), np.zeros((k, BLOCK), np.float32)
+    means, scales = np.zeros((n_groups, BLOCK), np.float32), np.zeros((n_groups, BLOCK), np.float32)
     now, sums = np.zeros(BLOCK, np.float32), np.zeros(5 * BLOCK, np.float32)
     return share, then, old, advantage, taken, side, p, means, scales, now, sums
 
