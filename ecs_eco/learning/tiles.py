@@ -1,7 +1,7 @@
 """Matrix products with sums in registers, for networks of single animals.
 
-Matrices lie in one flat array, and are named by the places where they begin: a slice would cost as much as
-forty products, for its owner counts it.
+Matrices lie in one flat array, and are named by the places where they begin: of every slice numba counts, in
+atomic steps, who holds it.
 """
 
 from __future__ import annotations
