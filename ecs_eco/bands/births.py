@@ -76,12 +76,13 @@ class Births:
 
     # --- deaths and births take effect ----------------------------------------------------------------------
 
-    def bury(self, table: Table, rows: np.ndarray) -> None:
+    def bury(self, table: Table, rows: np.ndarray, ordered: bool = False) -> None:
         """Free the rows of some that have a cause of death; of ghosts nobody is told."""
         world, ghosts = self.world, self.bands.ghosts[table.name]
         own = rows[self.bands.living(table)[rows]] if ghosts.size else rows
         self.bands.ghosts[table.name] = ghosts[table.cause[ghosts] == 0]
-        own = own[table.uid[own].argsort()]
+        if not ordered:
+            own = own[table.uid[own].argsort()]
         if own.size:
             for listen in world.on_death:
                 listen(table, own)

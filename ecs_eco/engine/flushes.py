@@ -44,10 +44,11 @@ class Touched(_OfWorld):
         self.world.admit(refuse=self.world.debug is None)
 
 
-def bury(world: Any, table: Table, rows: np.ndarray) -> None:
-    """Free the rows of some that have a cause of death, once hooks and esper's handlers have seen them."""
+def bury(world: Any, table: Table, rows: np.ndarray, ordered: bool = False) -> None:
+    """Free the rows of some that have a cause of death, once hooks and esper's handlers have seen them in the
+    order of uids; `ordered` rows have it."""
     heard = "death" in world.context.registry.events
-    if heard or world.on_death:
+    if not ordered and (heard or world.on_death):
         rows = rows[table.uid[rows].argsort()]
     for listen in world.on_death:
         listen(table, rows)

@@ -9,16 +9,18 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from ecs_eco.engine.addresses import Defaults
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.errors import UnknownName, unknown_name
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.noted import Noted
+from ecs_eco.engine.rows import FEW, list_dying, occupy, vacate
 from ecs_eco.engine.schema import Columns, Handle
 
 Values = Mapping[tuple[type, str], Any]
 MOST_BATCHES = 64  # of newborn and dead that are noted
 ALIVE = bytes(1 << 20)  # the causes of death of so many who live, to compare with
 NOBODY = np.empty(0, np.int64)
+NO_DEFAULTS = Defaults()
 
 
 class Table(dict[type, Any]):
@@ -31,10 +33,10 @@ class Table(dict[type, Any]):
     """
 
     # without these, each reading of an attribute of a dict takes three times as long
-    __slots__ = ("__dict__", "__weakref__", "alive", "births", "born", "capacity", "cause",
-                 "columns", "defaults", "derived", "dims", "entity", "entity_uid", "gone", "high",
-                 "killer", "limits", "n", "name", "newborn", "own", "place", "registry", "renewed",
-                 "species", "steady", "uid", "version")
+    __slots__ = ("__dict__", "__weakref__", "_defaults", "alive", "births", "born", "capacity", "cause",
+                 "columns", "defaults", "derived", "dims", "entity", "entity_uid", "gone", "high", "killer",
+                 "limits", "n", "name", "newborn", "own", "place", "registry", "renewed", "species", "steady",
+                 "uid", "version")
     __hash__, __eq__ = object.__hash__, object.__eq__  # type: ignore[assignment]  # each is itself alone
 
     def __init__(self, name: str, components: Iterable[type[Any]], *, capacity: int = 64,
@@ -63,7 +65,8 @@ class Table(dict[type, Any]):
         self.columns: Noted[type[Any], Columns] = Noted()
         self.derived: Noted[type[Any], Columns] = Noted()
         self.columns.follow = self.derived.follow = _following(weakref.ref(self))
-        self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
+        self.defaults: dict[type[Any], dict[str, np.ndarray]] = Noted()
+        self._defaults = NO_DEFAULTS  # as they were found last
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
         self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
         self.species: Any = None  # what all entities of the table share: a lifecycle.Species in an ecosystem
@@ -111,7 +114,7 @@ class Table(dict[type, Any]):
         for field, (kind, default) in component.fields.items():
             shape = kind.resolve(self.dims, f"{component.__name__}.{field} in table {self.name!r}")
             values[field] = np.broadcast_to(np.asarray(default, kind.dtype), shape).copy()
-        self.defaults[component] = values
+        self.defaults[component] = Noted(values)
         self.set_defaults(component, **defaults)
         for field, value in values.items():
             setattr(columns, field, _column(component.fields[field][0], value, self.capacity, self.rows()))
@@ -191,21 +194,20 @@ class Table(dict[type, Any]):
         rows. Where they are not `whole`, fields of which there are no values keep what was in those rows."""
         if self.n + k > self.capacity:
             self.reserve(self.n + k)
-        rows = np.empty(k, np.int64)
-        self.high = _occupy(rows, self.alive, self.uid, self.born, first_uid, tick, self.high)
+        rows, defaults = np.empty(k, np.int64), self._defaults if whole else NO_DEFAULTS
+        if whole and defaults.made_from != (now := (Noted.changes, Columns.replaced)):
+            defaults = self._defaults = Defaults.of(now, self.columns, self.defaults)
+        self.high = occupy(rows, self.alive, self.uid, self.born, first_uid, tick, self.high, *defaults[3:])
         self.n += k
         self._goes_on()
         self.newborn.append((self.version, rows, first_uid))
         if self.registry is not None:
             self.registry.stale = True
-        if not whole:
-            for (component, field), array in values.items():
-                getattr(self.columns[component], field)[rows] = array
-            return rows
-        for component, columns in self.columns.items():
-            arrays = vars(columns)
-            for field, default in self.defaults[component].items():
-                arrays[field][rows] = values.get((component, field), default)
+        for component, field in defaults.others:
+            vars(self.columns[component])[field][rows] = self.defaults[component][field]
+        for (component, field), array in values.items():
+            if not whole or field in self.defaults.get(component, ()):
+                vars(self.columns[component])[field][rows] = array
         return rows
 
     def settle(self, uid: np.ndarray, born: np.ndarray, values: Values, whole: bool = True) -> np.ndarray:
@@ -224,10 +226,19 @@ class Table(dict[type, Any]):
             return NOBODY
         return (cause if self.high < 1000 else cause != 0).nonzero()[0]  # that of many numbers is slow
 
+    def dying(self) -> np.ndarray:
+        """Return the rows that have a cause of death, in the order of uids: i64[k]."""
+        cause = self.cause if self.high == self.capacity else self.cause[: self.high]
+        if ALIVE.startswith(cause.data):
+            return NOBODY
+        rows = np.empty(self.high, np.int64)
+        rows = rows[: list_dying(self.cause, self.uid, rows)]
+        return rows if rows.size <= FEW else rows[self.uid[rows].argsort()]
+
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of the dead."""
         uids = self.uid[rows]
-        self.high = _vacate(rows, self.alive, self.uid, self.cause, self.killer, self.high)
+        self.high = vacate(rows, self.alive, self.uid, self.cause, self.killer, self.high)
         self.n -= rows.size
         self._goes_on()
         self.gone.append((self.version, rows, uids))
@@ -313,49 +324,3 @@ def _grown(array: np.ndarray, n: int) -> np.ndarray:
     out = np.zeros((n, *array.shape[1:]), array.dtype)
     out[: array.shape[0]] = array
     return out
-
-
-@njit
-def _occupy(rows, alive, uid, born, first_uid, tick, high):
-    """Fill `rows` with the lowest free rows and bring them to life; return the new end of the rows in use."""
-    taken = 0
-    for row in range(alive.size):
-        if taken == rows.size:
-            break
-        if not alive[row]:
-            rows[taken] = row
-            alive[row] = True
-            uid[row] = first_uid + taken
-            born[row] = tick
-            taken += 1
-            high = max(high, row + 1)
-    return high
-
-
-@njit
-def _vacate(rows, alive, uid, cause, killer, high):
-    """Free rows; return the new end of the rows in use."""
-    for row in rows:
-        alive[row] = False
-        uid[row] = 0
-        cause[row] = 0
-        killer[row] = 0
-    while high > 0 and not alive[high - 1]:
-        high -= 1
-    return high
-
-
-@njit
-def first_outside(columns, start, n, each, low, high):
-    """Return the number of the first flat column, from `start` on, with a value outside low … high;
-    -1 if there is none.
-
-    Of column k the first n * each[k] values are checked, those of dead rows too.
-    """
-    for k in range(start, len(columns)):
-        column, least, most, outside = columns[k], low[k], high[k], False
-        for i in range(n * each[k]):  # without branches: this becomes vector code
-            outside |= not ((column[i] >= least) & (column[i] <= most))
-        if outside:
-            return k
-    return -1

@@ -261,8 +261,8 @@ class World:
     def flush_deaths(self) -> None:
         """Free the rows of all that have a cause of death; hooks see them first, in the order of uids."""
         for table in self.tables.values():
-            if (rows := table.doomed()).size:
-                self.bury(table, rows)
+            if (rows := table.dying()).size:
+                self.bury(table, rows, ordered=True)
 
     bury, flush_births = bury, bear
 

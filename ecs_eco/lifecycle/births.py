@@ -86,12 +86,10 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
         litters = world.bands.litters(litters, around(table, way, parents))
     wanted = int(np.add.reduce(litters.number))
     n = room(table, world, wanted)
-    which = np.arange(litters.uid.size).repeat(litters.number)[:n]
-    nth = (np.arange(wanted) - (litters.number.cumsum() - litters.number).repeat(litters.number))[:n]
-    if not which.size:
+    if not n:
         return np.zeros(parents.size, np.int64)
-    identity = np.empty(which.size, np.uint64)
-    name(litters.uid[which], nth, identity)
+    which, identity = np.empty(n, np.int64), np.empty(n, np.uint64)
+    name(litters.uid, litters.number, which, identity)
     where = around(table, way, parents[which]) if litters.around is None else litters.around.of(which)
     places = find_places(table, world, where, identity)
     placed = places[:, 3] > 0
@@ -99,6 +97,7 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
         which, identity, places = which[placed], identity[placed], places[placed]
     if which.size:
         nest, second = table.species.eggs, None if fathers is None else litters.father[which]
+        mothers = litters.uid[which]
         values = newborn(table if nest is None else nest, world, places, identity, litters.given[which])
         if table.species.heredity is not None:
             inherits = inherited if world.bands.inherited is None else world.bands.inherited
@@ -110,9 +109,9 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
         else:  # traits are expressed when it hatches
             values = {key: v for key, v in values.items() if key[0] in (Position, Metabolism, Genome, Policy)}
         if Parentage in nest:
-            values[Parentage, "mother"] = litters.uid[which]
+            values[Parentage, "mother"] = mothers
             values[Parentage, "father"] = np.zeros(which.size, np.uint64) if second is None else second
-        nest.request(litters.uid[which], values, second)
+        nest.request(mothers, values, second)
     return np.bincount(which, minlength=litters.uid.size)[litters.mine]
 
 
@@ -151,11 +150,15 @@ def rows_of(table: Table, uids: np.ndarray) -> np.ndarray:
 
 
 @njit
-def name(uid, nth, identity):
-    """Write the identity of each newborn of a tick: its parent's uid for the first of a litter,
-    a hash of it for the others."""
+def name(uid, number, which, identity):
+    """Write of which litter each newborn of a tick is, and its identity: its parent's uid for the first of a
+    litter, a hash of it for the others."""
+    n = 0
     for i in range(uid.size):
-        identity[i] = uid[i] if nth[i] == 0 else mix(mix(uid[i]) + np.uint64(nth[i]))
+        for nth in range(min(number[i], which.size - n)):
+            which[n] = i
+            identity[n] = uid[i] if nth == 0 else mix(mix(uid[i]) + np.uint64(nth))
+            n += 1
 
 
 def ticks(seconds: Any, dt: float) -> Any:

@@ -71,10 +71,8 @@ def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.n
         forbidden = _forbidden(table, world, where, homeless, out, free)
         if world.bands.divided:
             forbidden = world.bands.either(forbidden)
-        free[homeless[forbidden[0]]] = False
-        out[homeless, 3] = 0
-        _keep_apart(homeless, where.spacing, space.lengths, space.torus, free, out)
-        homeless = homeless[forbidden[1] & (out[homeless, 3] > 0)]
+        left = _keep_apart(homeless, where.spacing, space.lengths, space.torus, *forbidden, free, out)
+        homeless = homeless[:left]
         if not homeless.size:
             return out
     out[homeless, 3] = 0
@@ -85,21 +83,16 @@ def _forbidden(table: Table, world: SpatialWorld, where: Around, who: np.ndarray
                free: np.ndarray) -> np.ndarray:
     """Return whether one of its kind is too near to the place of each newborn of `who` i64[n], and whether a
     body occupies it: bool[2, n]; false for places that others judge."""
-    space, own = world.space, world.index(table)
-    mine = free[who]
+    space, own, spacing = world.space, world.index(table), where.spacing
+    asked, forbidden = free, np.zeros((2, who.size), np.bool_)
     if world.bands.divided:
-        mine = mine & world.bands.holds(out[who, 1])
-    at, forbidden = who[mine], np.zeros((2, who.size), np.bool_)
-    if not at.size:
-        return forbidden
-    places, taken = out[at], np.zeros(at.size, np.bool_)
-    spacing = where.spacing[at] if isinstance(where.spacing, np.ndarray) else where.spacing
+        asked = free.copy()
+        asked[who] &= world.bands.holds(out[who, 1])
+    crowded, taken = forbidden
     widest = float(spacing.max() if isinstance(spacing, np.ndarray) else spacing)
     if widest > 0:
-        _crowded(places, spacing, own.x, own.y, own.z, own.start, space.reach(widest), *space.shape,
-                 space.inverse, space.lengths, space.torus, taken)
-        forbidden[0, mine] = taken
-        taken = np.zeros(at.size, np.bool_)
+        _crowded(who, asked, out, spacing, own.x, own.y, own.z, own.start, space.reach(widest), *space.shape,
+                 space.inverse, space.lengths, space.torus, crowded)
     radius = float(table.defaults[Body]["radius"])
     if Shape in table:
         radius *= bound_of(table)
@@ -107,15 +100,14 @@ def _forbidden(table: Table, world: SpatialWorld, where: Around, who: np.ndarray
         if other.n and other.species.opaque and Body in other.columns:
             if Shape in other.columns:
                 bodies = solids(world, [other.name])
-                _occupied_by_solids(places, bodies.form, *space.shape, space.inverse, space.lengths,
+                _occupied_by_solids(who, asked, out, bodies.form, *space.shape, space.inverse, space.lengths,
                                     space.torus, space.volume, *bodies.cells, np.float32(radius), POINT,
                                     taken)
                 continue
             index = own if other is table else world.index(other)
             s = np.float32(radius + other.species.radius)
-            _occupied(places, index.x, index.y, index.z, index.start, s, space.reach(float(s)), *space.shape,
-                      space.inverse, space.lengths, space.torus, taken)
-    forbidden[1, mine] = taken
+            _occupied(who, asked, out, index.x, index.y, index.z, index.start, s, space.reach(float(s)),
+                      *space.shape, space.inverse, space.lengths, space.torus, taken)
     return forbidden
 
 
@@ -151,25 +143,34 @@ def _draw_places(homeless, identity, px, py, pz, dispersal, lengths, torus, volu
 
 
 @njit
-def _crowded(places, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse, lengths, torus, crowded):
-    """Find out at which places one of its kind lives within `spacing`."""
+def _crowded(who, asked, places, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse, lengths, torus,
+             crowded):
+    """Find out at which places one of its kind lives within `spacing`, of those newborn i of `who` for whom
+    it is asked."""
     near = np.empty(ox.size, np.int64)
-    for i in range(crowded.size):
+    for k in range(who.size):
+        i = who[k]
         x, y, z, apart = places[i, 0], places[i, 1], places[i, 2], of_row(spacing, i)
-        if not apart > 0:
+        if not (asked[i] and apart > 0):
             continue
         n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
         for q in range(n):
             dx, dy, dz = offset(x, y, z, ox[near[q]], oy[near[q]], oz[near[q]], lengths, torus)
             if dx * dx + dy * dy + dz * dz < apart * apart:
-                crowded[i] = True
+                crowded[k] = True
                 break
 
 
 @njit
-def _keep_apart(homeless, spacing, lengths, torus, free, out):
-    """Give each newborn i of `homeless` its place, out[i, 3] = 1, where that is free and no other of
-    this tick has one within `spacing`."""
+def _keep_apart(homeless, spacing, lengths, torus, crowded, taken, free, out):
+    """Give each newborn i of `homeless` its place, out[i, 3] = 1, where that is free and not crowded, and no
+    other of this tick has one within `spacing`; move those whose place is taken to the front of `homeless`,
+    and return their number."""
+    n = 0
+    for k in range(homeless.size):
+        if crowded[k]:
+            free[homeless[k]] = False
+        out[homeless[k], 3] = 0
     for i in homeless:
         apart, x, y, z = of_row(spacing, i), out[i, 0], out[i, 1], out[i, 2]
         for j in range(len(out) if free[i] and apart > 0 else 0):
@@ -177,31 +178,38 @@ def _keep_apart(homeless, spacing, lengths, torus, free, out):
             if out[j, 3] > 0 and dx * dx + dy * dy + dz * dz < apart * apart:
                 free[i] = False
         out[i, 3] = 1 if free[i] else 0
+    for k in range(homeless.size):
+        if taken[k] and out[homeless[k], 3] > 0:
+            homeless[n] = homeless[k]
+            n += 1
+    return n
 
 
 @njit
-def _occupied(places, ox, oy, oz, start, s, reach, nx, ny, nz, inverse, lengths, torus, taken):
+def _occupied(who, asked, places, ox, oy, oz, start, s, reach, nx, ny, nz, inverse, lengths, torus, taken):
     near = np.empty(ox.size, np.int64)
-    for i in range(taken.size):
-        if taken[i]:
+    for k in range(who.size):
+        i = who[k]
+        if taken[k] or not asked[i]:
             continue
         x, y, z = places[i, 0], places[i, 1], places[i, 2]
         n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
         for q in range(n):
             dx, dy, dz = offset(x, y, z, ox[near[q]], oy[near[q]], oz[near[q]], lengths, torus)
             if dx * dx + dy * dy + dz * dz < s * s:
-                taken[i] = True
+                taken[k] = True
                 break
 
 
 @njit
-def _occupied_by_solids(places, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, radius,
-                        point, taken):
+def _occupied_by_solids(who, asked, places, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry,
+                        radius, point, taken):
     """`_occupied` for capsules and boxes, whose surfaces are no nearer than `radius` [m] to a free place."""
     near, seen = np.empty(len(form), np.int64), np.zeros(len(form) + 1, np.int64)
     r = np.float64(radius)
-    for i in range(taken.size):
-        if taken[i]:
+    for k in range(who.size):
+        i = who[k]
+        if taken[k] or not asked[i]:
             continue
         x, y, z = np.float64(places[i, 0]), np.float64(places[i, 1]), np.float64(places[i, 2])
         n = solids_around(x, y, z, r, r, r, nx, ny, nz, inverse, lengths, torus, start, entry, seen, near)
@@ -210,5 +218,5 @@ def _occupied_by_solids(places, form, nx, ny, nz, inverse, lengths, torus, volum
             gap, _, _, _ = touching(point, 0, form, e, x - form[e, 0], y - form[e, 1], z - form[e, 2],
                                     lengths, torus, volume)
             if gap < r:
-                taken[i] = True
+                taken[k] = True
                 break

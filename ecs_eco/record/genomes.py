@@ -13,13 +13,18 @@ if TYPE_CHECKING:
 def texts_of(table: "Table", rows: np.ndarray, letters: np.ndarray) -> np.ndarray:
     """Return the genomes of rows i64[k] as text: bytes[k], or str[k] where a letter is none of ASCII; ""
     without a genome. `letters` are `letters_of(table)`."""
-    if Genome not in table or not table[Genome].loci.shape[1]:
+    if not has_text(table):
         return np.zeros(rows.size, "S1")
     loci = table[Genome].loci[rows]
     if (joined := getattr(getattr(table.species.heredity, "layout", None), "joined", None)) is not None:
         loci = joined(loci)  # strings of variable length without what is behind their ends
     text = letters[loci]
     return text.view(f"{text.dtype.kind}{text.shape[1]}")[:, 0]
+
+
+def has_text(table: "Table") -> bool:
+    """Return whether the members of a table have genomes that may be written as text."""
+    return Genome in table and table[Genome].loci.shape[1] > 0
 
 
 def letters_of(table: "Table") -> np.ndarray:

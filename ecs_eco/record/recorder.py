@@ -2,7 +2,6 @@
 every birth and death on demand."""
 
 from collections.abc import Callable
-from operator import add
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,16 +11,16 @@ from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.islands import is_island
-from ecs_eco.record.dead import dead, total
 from ecs_eco.record.details import Details, how_many
 from ecs_eco.record.events import EVENTS, MIGRATION, as_numbers, as_text
-from ecs_eco.record.genomes import letters_of, texts_of
+from ecs_eco.record.genomes import has_text, letters_of, texts_of
 from ecs_eco.record.intake import Intake
 from ecs_eco.record.learning import LearningPages
-from ecs_eco.record.ledger import COUNTS_ROW, FLOWS, LEDGER, LEDGER_ROW
+from ecs_eco.record.ledger import COUNTS_ROW, LEDGER_ROW
 from ecs_eco.record.matter import MatterPages
 from ecs_eco.record.migration import ISLAND_COUNTS_ROW, ISLAND_LEDGER_ROW, Migrations
 from ecs_eco.record.reports import Reports, absent
+from ecs_eco.record.rows import Rows, note_births, note_deaths
 from ecs_eco.record.sums import add_up, mean_depth
 
 if TYPE_CHECKING:
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
 
 MOST_SPECIES = 128  # their numbers are written as i8
 NOTHING = np.zeros(0, np.float32)
-FLOW = LEDGER.index(next(iter(FLOWS)))  # the place of the first flow in the ledger; "lost" follows the last
 
 
 class Recorder(System):
@@ -68,12 +66,13 @@ class Recorder(System):
         island = is_island(world)
         self._counts = np.zeros((block, s), ISLAND_COUNTS_ROW if island else COUNTS_ROW)
         self.means = ("energy_mean", "happiness_mean", *(("depth_mean",) if world.space.volume else ()))
+        self._numbers = self._counts.view(np.int32).reshape(block, s, -1)  # the same: n, births, deaths
         self._means = np.zeros((block, s), np.dtype([(name, np.float32) for name in self.means]))
         self._moods = np.zeros((block, s))  # sums of happiness
         self._ledger = np.zeros((block, s), ISLAND_LEDGER_ROW if island else LEDGER_ROW)
         self._sums = self._ledger.view(np.float64).reshape(block, s, -1)  # the same, by LEDGER
-        self._died = np.zeros((block, s, 256), np.int32)
-        self._stock, self._totals = np.zeros(s), np.zeros(5)
+        self._died, self._stock = np.zeros((block, s, 256), np.int32), np.zeros(s)
+        self._both = self._means.view(np.float32).reshape(block, s, -1)  # the same, of energy and happiness
         for name, i in self.place.items():
             table = world.tables[name]
             if Metabolism in table:
@@ -81,7 +80,7 @@ class Recorder(System):
         self._at, self._last = 0, -1  # the row to write next; the last tick that is over
         self._blocks: list[dict[str, np.ndarray]] = []
         self.remembered: int | None = None  # blocks that stay in memory; None: all without a sink, else none
-        self._events: dict[str, list[tuple[np.ndarray, ...]]] = {kind: [] for kind in EVENTS}
+        self._events = {kind: [] for kind in EVENTS}
         # of each species with a genome: a letter per number, "S1" or "U1"
         self._letters: dict[str, np.ndarray] = {}
         self.details = None if most == 0 else Details(world, most, sink)
@@ -115,11 +114,12 @@ class Recorder(System):
         s = self.place.get(table.name)
         if s is None:
             return
-        self._counts["births"][self._at, s] += rows.size
-        energy = table[Metabolism].energy[rows] if Metabolism in table else None
-        if energy is not None:
-            self._ledger["endowed"][self._at, s] += total(energy)
-        if self.keeps:
+        texts = self.keeps and has_text(table)
+        self._numbers[self._at, s, 1] += rows.size
+        note_births(table, rows, parents, second, self.world.tick, s, self._sums[self._at],
+                    self._rows["births"] if self.keeps and not texts else None)
+        if texts:
+            energy = table[Metabolism].energy[rows] if Metabolism in table else None
             self._events["births"].append((*self._where(table, s, rows, energy), parents, second,
                                            self._genomes(table, rows)))
 
@@ -130,22 +130,22 @@ class Recorder(System):
         s = self.place.get(table.name)
         if s is None:
             return
-        one = dead(table, rows, self.world.tick, self.world.dt, self._died[self._at, s])
-        self._counts["deaths"][self._at, s] += rows.size
-        if Metabolism in table:
-            # between ticks their flows are in the ledger already
-            first = 0 if self.world.ticking else len(FLOWS)
-            self._sums[self._at, s, FLOW + first : FLOW + len(FLOWS) + 1] += one.sums[first:]
-        if self.keeps:
-            self._events["deaths"].append((*self._when(s, rows.size), one.uid, one.x, one.y, one.z,
-                                           one.energy, one.cause, one.killer, one.age))
+        at, world = self._at, self.world
+        self._numbers[at, s, 2] += rows.size
+        note_deaths(table, rows, world.tick, world.dt, world.ticking, s, self._sums[at], self._died[at, s],
+                    self._rows["deaths"] if self.keeps else None)
 
-    def _when(self, s: int, k: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return this tick and a species' number, k times each."""
-        tick, which = np.empty(k, np.int64), np.empty(k, np.int8)
-        tick.fill(self.world.tick)
-        which.fill(s)
-        return tick, which
+    @property
+    def _events(self) -> dict[str, list[tuple[np.ndarray, ...]]]:
+        """The single events of each kind that wait to be passed on, columns as in EVENTS."""
+        for kind, rows in self._rows.items():
+            if rows.n:
+                self._groups[kind] += rows.taken(kind, self._last)
+        return self._groups
+
+    @_events.setter
+    def _events(self, groups: dict[str, list[tuple[np.ndarray, ...]]]) -> None:
+        self._groups, self._rows = groups, {"births": Rows(), "deaths": Rows()}
 
     def _genomes(self, table: "Table", rows: np.ndarray) -> np.ndarray:
         """Return the genomes of rows as text: bytes[k], or str[k] where a letter is none of ASCII;
@@ -157,7 +157,7 @@ class Recorder(System):
     def _where(self, table: "Table", s: int, rows: np.ndarray, energy: np.ndarray | None,
                tick: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
         k = rows.size
-        zero, (now, which) = np.zeros(k, np.float32), self._when(s, k)
+        zero, now, which = np.zeros(k, np.float32), np.full(k, self.world.tick), np.full(k, s, np.int8)
         p = table[Position] if Position in table else None
         place = (p.x[rows], p.y[rows], p.z[rows]) if p is not None else (zero, zero, zero)
         return (now if tick is None else tick, which, table.uid[rows], *place,
@@ -167,9 +167,10 @@ class Recorder(System):
         """Write this tick's row of each species."""
         at, world = self._at, self.world
         self._tick[at] = world.tick
+        pages, means, moods, living = self._sums[at], self._both[at], self._moods[at], self._counts["n"][at]
         for s, name in enumerate(self.names):
             table = world.tables[name]
-            self._counts["n"][at, s] = table.n
+            living[s] = table.n
             if world.space.volume and Position in table and table.n:
                 self._means["depth_mean"][at, s] = mean_depth(table.alive[: table.high], table[Position].z,
                                                               float(world.space.size[2]))
@@ -177,24 +178,17 @@ class Recorder(System):
                 continue
             m = table[Metabolism]
             happiness = table[Nervous].happiness if Nervous in table else NOTHING
-            add_up(table.alive[: table.high], m.energy, m.taken, m.burnt, m.given, happiness, self._totals)
-            energy, *flows, mood = self._totals.tolist()
-            # by LEDGER: what was endowed, the flows of the dead and what they lost are there already
-            _, endowed, *dead, lost, _ = (page := self._ledger[at, s].item())[: len(LEDGER)]
-            self._ledger[at, s] = (self._stock[s], endowed, *map(add, dead, flows), lost, energy,
-                                   *page[len(LEDGER) :])
-            n, (_, _, *depth) = max(table.n, 1), self._means[at, s].item()
-            self._stock[s], self._moods[at, s] = energy, mood
-            self._means[at, s] = energy / n, mood / n, *depth
+            add_up(table.alive[: table.high], table.n, m.energy, m.taken, m.burnt, m.given, happiness, s,
+                   self._stock, pages, means, moods)
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
         if self.details is not None:
             self.details.note(world)
-        for pages in self._pages.values():
-            pages.turn(world)
+        for others in self._pages.values():
+            others.turn(world)
         if self.reports is not None:
             self.reports.note(world, at)
-        self.intake.note(at, self._sums[at])
+        self.intake.note(at, pages)
         self._at, self._last = self._at + 1, world.tick
         if self._at == self.block:
             self.flush()

@@ -1,12 +1,18 @@
 """Sums over the living of one species, as a tick of the record has them."""
 
 from ecs_eco.engine.jit import njit
+from ecs_eco.record.ledger import FLOWS, LEDGER
+
+FLOW = LEDGER.index(next(iter(FLOWS)))  # the place of the first flow in the ledger; "lost" follows the last
+AFTER = LEDGER.index("stock_after")
 
 
 @njit
-def add_up(alive, energy, taken, burnt, given, happiness, totals):
-    """Write the sums over the living to `totals` f64[5]: energy, then what was taken in, burnt and given in
-    this tick, then happiness."""
+def add_up(alive, n, energy, taken, burnt, given, happiness, s, stock, page, means, moods):
+    """Write what the n living of species s hold and feel to its row of this tick: page f64[species, …] of the
+    ledger, where what was endowed, lost, and flowed in the dead stands already, means f32[species, …] of
+    energy and happiness, and moods f64[species], the sums of happiness. `stock` f64[species] is what they
+    held before, then what they hold."""
     e, t, b, g, h = 0.0, 0.0, 0.0, 0.0, 0.0
     feels = happiness.size > 0
     for row in range(alive.size):
@@ -17,7 +23,13 @@ def add_up(alive, energy, taken, burnt, given, happiness, totals):
             g += given[row]
             if feels:
                 h += happiness[row]
-    totals[0], totals[1], totals[2], totals[3], totals[4] = e, t, b, g, h
+    page[s, 0] = stock[s]
+    page[s, FLOW] += t
+    page[s, FLOW + 1] += b
+    page[s, FLOW + 2] += g
+    page[s, AFTER] = stock[s] = e
+    n = max(n, 1)
+    means[s, 0], means[s, 1], moods[s] = e / n, h / n, h
 
 
 @njit

@@ -66,12 +66,8 @@ def merged(world: "SpatialWorld", names: Sequence[str]) -> sight.Bodies:
     """Return the bodies of several tables in one index, rebuilt when one of them has changed."""
 
     def build() -> sight.Bodies:
-        parts = []
-        for name in names:
-            table = world.tables[name]
-            index = world.index(table)
-            parts.append((index.x, index.y, index.z, table[Body].radius[index.rows], index.uid))
-        return sight.Bodies(world.space, parts)
+        tables = [world.tables[name] for name in names]
+        return sight.Bodies(world.space, [(world.index(table), table[Body].radius) for table in tables])
 
     return world.merged(tuple(names), build)
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.table import first_outside
+from ecs_eco.engine.rows import first_outside
 from ecs_eco.space.terrain import FENCE
 
 ONE = np.ones(1, np.int64)

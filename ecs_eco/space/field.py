@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.engine.elementary import power, scalars
-from ecs_eco.engine.jit import njit
+from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.per_row import of_row
-from ecs_eco.space.geometry import Space, cell_of, floor_between
+from ecs_eco.space.geometry import BLOCK, Space, cells_at, floor_between
 
 
 class Field:
@@ -88,13 +88,15 @@ class Field:
         sample(self.value, x, y, z, self.inverse, self.space.torus, out)
 
 
-@njit
+@lone_njit
 def _deposit(source, x, y, z, amount, inverse):
     nz, ny, nx = source.shape
-    for i in range(x.size):
-        cx, cy, cz = (cell_of(x[i] * inverse[0], nx), cell_of(y[i] * inverse[1], ny),
-                      cell_of(z[i] * inverse[2], nz))
-        source[cz, cy, cx] += of_row(amount, i)
+    flat, cell = source.reshape(-1), np.empty(BLOCK, np.int32)
+    for first in range(0, x.size, BLOCK):
+        size = min(BLOCK, x.size - first)
+        cells_at(first, size, x, y, z, nx, ny, nz, inverse[0], inverse[1], inverse[2], cell)
+        for k in range(size):
+            flat[np.uint32(cell[k])] += of_row(amount, first + k)
 
 
 @njit

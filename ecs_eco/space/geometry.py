@@ -6,7 +6,9 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.engine.jit import lone_njit, njit
+
+BLOCK = 128  # places whose cells are found at once
 
 
 class Space:
@@ -95,6 +97,21 @@ def cell_of(place, n):
     place = place if place > zero else zero
     place = place if place < end else end
     return min(int(place), n - 1)
+
+
+@lone_njit
+def cells_at(first, size, x, y, z, nx, ny, nz, ix, iy, iz, cell):
+    """Write the number of the cell of each of `size` places from `first` on to cell i32[BLOCK], x fastest, as
+    `cell_of` has it; ix, iy, iz are cells to the metre. Without branches, so that it becomes vector code."""
+    zero, one, nx, ny, nz = np.float32(0.0), np.int32(1), np.int32(nx), np.int32(ny), np.int32(nz)
+    fx, fy, fz = np.float32(nx), np.float32(ny), np.float32(nz)
+    for k in range(size):
+        i = np.uint64(first + k)
+        px, py, pz = x[i] * ix, y[i] * iy, z[i] * iz
+        px, py, pz = px if px > zero else zero, py if py > zero else zero, pz if pz > zero else zero
+        px, py, pz = px if px < fx else fx, py if py < fy else fy, pz if pz < fz else fz
+        cx, cy, cz = min(np.int32(px), nx - one), min(np.int32(py), ny - one), min(np.int32(pz), nz - one)
+        cell[np.uint64(k)] = (cz * ny + cy) * nx + cx
 
 
 @njit

@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from numba import carray, types
-from numba.extending import intrinsic
+from numba import carray
 
+from ecs_eco.engine.addresses import address_of, pointer
 from ecs_eco.engine.jit import njit
-from ecs_eco.engine.table import Table, first_outside
+from ecs_eco.engine.rows import first_outside
+from ecs_eco.engine.table import Table
 
 
 class ColumnGroup(NamedTuple):
@@ -32,7 +33,7 @@ class ColumnGroup(NamedTuple):
         table, arrays, low, high = zip(*entries, strict=True)
         return cls(
             tuple(array.reshape(-1) for array in arrays),
-            np.array([array.__array_interface__["data"][0] for array in arrays], np.uint64),
+            np.array([address_of(array) for array in arrays], np.uint64),
             np.array(table, np.int64),
             np.array([array[:1].size for array in arrays], np.int64),
             np.array(low, arrays[0].dtype), np.array(high, arrays[0].dtype),
@@ -51,24 +52,11 @@ def rows_of(tables: tuple[Table, ...]) -> np.ndarray:
     return np.array([table.high for table in tables], np.int64)
 
 
-def _as_pointer(typing: Any, address: Any, like: Any) -> Any:
-    """Take an address as that of values of the type of the array `like`."""
-
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        number, _ = arguments
-        return builder.inttoptr(number, context.get_value_type(signature.return_type))
-
-    return types.CPointer(like.dtype)(types.uint64, like), make  # type: ignore[no-untyped-call]
-
-
-_pointer: Any = intrinsic(_as_pointer)
-
-
 @njit
 def _first_outside(addresses, table, each, low, high, start, rows):
     for k in range(start, addresses.size):
         n = each[k] * rows[table[k]]
-        column, least, most, outside = carray(_pointer(addresses[k], low), n), low[k], high[k], False
+        column, least, most, outside = carray(pointer(addresses[k], low), n), low[k], high[k], False
         for i in range(n):  # without branches: this becomes vector code
             outside |= not ((column[i] >= least) & (column[i] <= most))
         if outside:

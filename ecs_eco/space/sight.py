@@ -7,7 +7,7 @@ import numpy as np
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row, row_of
 from ecs_eco.space.geometry import Space, cell_of, floor_between, half_cells, wrapped
-from ecs_eco.space.index import sort_cells
+from ecs_eco.space.index import Index
 from ecs_eco.space.terrain import ROCK, ground_at, hill_between
 
 NO_GROUND = np.zeros((1, 1), np.uint8)
@@ -18,26 +18,40 @@ class Bodies:
     """Spheres of several tables in one index: entry i of table `kind[i]` at (x, y, z)[i] [m],
     of radius[i] [m]."""
 
-    def __init__(self, space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> None:
-        """Sort `tables`: a sequence of (x, y, z, radius, uid), each over the living of one table."""
-        ends = [0]
-        for table in tables:
-            ends.append(ends[-1] + table[0].size)
-        n = ends[-1]
-        places, sorted_places = np.empty((4, n), np.float32), np.empty((3, n), np.float32)
-        uid, kinds, alive = np.empty(n, np.uint64), np.empty(n, np.int32), np.empty(n, np.bool_)
-        for kind, (x, y, z, radius, its_uid) in enumerate(tables):
-            here = slice(ends[kind], ends[kind + 1])
-            places[0, here], places[1, here], places[2, here], places[3, here] = x, y, z, radius
-            uid[here], kinds[here] = its_uid, kind
-        alive.fill(True)
-        self.start, self.uid, rows = (np.zeros(space.n_cells + 1, np.int64), np.empty(n, np.uint64),
-                                      np.empty(n, np.int64))
-        self.x, self.y, self.z = sorted_places
-        sort_cells(alive, *places[:3], uid, *space.shape, space.inverse, np.empty(n, np.int32), self.start,
-                   rows, *sorted_places, self.uid)
-        self.radius, self.kind = places[3][rows], kinds[rows]
-        self.largest = float(np.maximum.reduce(places[3], initial=0.0))
+    def __init__(self, space: Space, tables: Sequence[tuple[Index, np.ndarray]]) -> None:
+        """Merge the indexes of `tables`, each with the radii of its rows f32[capacity]."""
+        n, there = sum(index.n for index, _ in tables), 0
+        self.x, self.y, self.z, self.radius = np.empty((4, n), np.float32)
+        self.uid, self.kind = np.empty(n, np.uint64), np.empty(n, np.int32)
+        self.start, self.largest = np.zeros(space.n_cells + 1, np.int64), 0.0
+        for kind, (index, radius) in enumerate(tables):
+            most = merge(there, kind, index.start, index.x, index.y, index.z, index.uid, radius, index.rows,
+                         self.start, self.x, self.y, self.z, self.radius, self.uid, self.kind)
+            self.largest, there = max(self.largest, most), there + index.n
+
+
+@njit
+def merge(there, kind, tstart, tx, ty, tz, tuid, tradius, trows, start, x, y, z, radius, uid, kinds):
+    """Put the entries of an index, all of one kind, among the `there` first of others, from the last to the
+    first, by cell and in a cell by uid; return the largest radius."""
+    i, j, a, b, largest = there - 1, tx.size - 1, start.size - 1, start.size - 1, np.float32(0.0)
+    while j >= 0:
+        while tstart[b] > j:
+            b -= 1
+        while i >= 0 and start[a] > i:
+            a -= 1
+        k = i + j + 1
+        if i >= 0 and (a > b or (a == b and uid[i] > tuid[j])):
+            x[k], y[k], z[k], radius[k], uid[k], kinds[k] = x[i], y[i], z[i], radius[i], uid[i], kinds[i]
+            i -= 1
+        else:
+            x[k], y[k], z[k], radius[k] = tx[j], ty[j], tz[j], tradius[trows[j]]
+            uid[k], kinds[k] = tuid[j], kind
+            largest = max(largest, radius[k])
+            j -= 1
+    for c in range(start.size):
+        start[c] += tstart[c]
+    return largest
 
 
 @njit

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Memory, Motor, Nervous
+from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.learning import choose
 from ecs_eco.learning.continuous import draw_numbers
@@ -38,19 +39,17 @@ class Decide(System):
         decides, reaction = nerves.policy and n > 0, nerves.react(table)
         reacts, y = reaction is not None, NO_REFLEX if reaction is None else reaction
         uid, key, decision = table.uid[nerves.rows], world.key, table[Nervous].decision
-        chance, numbers = np.empty((n, groups), np.float32), np.empty((n, continuous), np.float32)
-
-        def part(first: int, last: int) -> None:
+        numbers = np.empty((n, continuous), np.float32)
+        given = nerves.offsets, nerves.targets, nerves.policy, y, reacts, nerves.always, nerves.rows
+        if outside is None:
+            world.split(resolve, n, key, uid, thinks, logits, *given, choice, log_probability, decision)
+        else:
             if thinks:
-                uniforms(first, last, key, uid, 0, chance)
-                here = slice(first, last)
-                choose(logits[here], nerves.offsets, chance[here], choice[here], log_probability[here])
-            if outside is not None:
-                _follow(outside, outside.choice, choice, slice(first, last))
-            decide(first, last, choice, nerves.offsets, nerves.targets, nerves.policy, y, reacts,
-                   nerves.always, nerves.rows, decision)
-
-        world.split(part, n)
+                chance = np.empty((n, groups), np.float32)
+                uniforms(0, n, key, uid, 0, chance)
+                choose(logits, nerves.offsets, chance, choice, log_probability)
+            _follow(outside, outside.choice, choice, slice(0, n))
+            decide(0, n, choice, *given, decision)
         if continuous:
             if thinks:
                 _draw(nerves, logits, key, uid, numbers, log_probability)
@@ -106,3 +105,15 @@ def _draw(nerves: Any, logits: np.ndarray, key: Any, uid: np.ndarray, numbers: n
         numbers[...] = 2 * chance[:, ::2] - 1
     else:
         draw_numbers(logits[:, nerves.offsets[-1]:], chance, numbers, log_probability)
+
+
+@njit
+def resolve(first, last, key, uid, thinks, logits, offsets, targets, has_policy, y, has_reflex, automatic,
+            rows, choice, log_probability, decision):
+    """Draw the choices of organisms first … last − 1 where a network thinks, with their log-probabilities;
+    write what they decide."""
+    if thinks:
+        chance, here = np.empty((last, choice.shape[1]), np.float32), slice(first, last)
+        uniforms(first, last, key, uid, 0, chance)
+        choose(logits[here], offsets, chance[here], choice[here], log_probability[here])
+    decide(first, last, choice, offsets, targets, has_policy, y, has_reflex, automatic, rows, decision)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,19 +50,18 @@ class Reproduce(System):
         own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
         parents, number = np.empty(table.high, np.int64), np.empty(table.high, np.int64)
         rate = own_value(table, "reproduction.rate", way.rate) if table.species.traits else way.rate
-        chance = chance_of(rate, world.dt)
+        chance = (chance_of if isinstance(rate, np.ndarray) else _shared_chance)(rate, world.dt)
         living = world.bands.living(table) if world.bands.divided else table.alive
         n = ready(living[: table.high], m.energy, b.age, b.fertility, table.uid, own,
                   energy_min, age_min, energy_given, litter, chance, world.key, parents, number)
         if n == 0 and not world.bands.divided:
             return
-        order = table.uid[parents[:n]].argsort()
-        parents, number = parents[order], number[order]
+        parents, number = parents[:n], number[:n]
+        if n > 1:
+            order = table.uid[parents].argsort()
+            parents, number = parents[order], number[order]
         given = energy_given[parents] if own else energy_given.repeat(n)
-        born = bring_forth(table, world, way, parents, number, given)
-        before = m.energy[parents]
-        m.energy[parents] = before - born.astype(np.float32) * given
-        m.given[parents] += before - m.energy[parents]
+        pay(parents, bring_forth(table, world, way, parents, number, given), given, m.energy, m.given)
 
     def immigrate(self, table: Table, world: SpatialWorld, way: Any) -> None:
         """Add immigrants like the founders: the integer part of rate × dt,
@@ -81,6 +81,9 @@ def chance_of(rate: Any, dt: float) -> Any:
     return chance.astype(np.float32) if isinstance(rate, np.ndarray) else np.float32(chance)
 
 
+_shared_chance = lru_cache(256)(chance_of)  # few rates are asked for again and again
+
+
 @njit
 def ready(alive, energy, age, fertility, uid, own, energy_min, age_min, energy_given, litter, chance, key,
           parents, number):
@@ -94,3 +97,13 @@ def ready(alive, energy, age, fertility, uid, own, energy_min, age_min, energy_g
                 parents[n] = row
                 n += number[n] > 0
     return n
+
+
+@njit
+def pay(parents, born, each, energy, given):
+    """Take from each parent what it gives to those that were born."""
+    for i in range(parents.size):
+        row = parents[i]
+        before = energy[row]
+        energy[row] = before - np.float32(born[i]) * each[i]
+        given[row] += before - energy[row]

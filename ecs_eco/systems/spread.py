@@ -8,7 +8,7 @@ import numpy as np
 
 from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.engine import random
-from ecs_eco.engine.jit import njit
+from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
@@ -17,7 +17,7 @@ from ecs_eco.lifecycle.births import room
 from ecs_eco.lifecycle.defence import left_by_defence
 from ecs_eco.lifecycle.provision import root
 from ecs_eco.space.bodies import rocks
-from ecs_eco.space.geometry import cell_of
+from ecs_eco.space.geometry import BLOCK, cell_of, cells_at
 from ecs_eco.space.terrain import ROCK, WATER, ground_at
 
 if TYPE_CHECKING:
@@ -118,15 +118,18 @@ def fertility(world: SpatialWorld) -> np.ndarray:
     return EVERYWHERE if land is None or land.growth is None else land.growth
 
 
-@njit
+@lone_njit
 def stands(alive, x, y, inverse, taken):
     """Write the row of the plant on each site: i64[ny, nx], −1 where none stands."""
-    taken[:] = -1
-    for row in range(alive.size):
-        if alive[row]:
-            taken[cell_of(y[row] * inverse[1], taken.shape[0]), cell_of(
-                x[row] * inverse[0], taken.shape[1]
-            )] = row
+    ny, nx = taken.shape
+    flat, cell = taken.reshape(-1), np.empty(BLOCK, np.int32)
+    flat[:] = -1
+    for first in range(0, alive.size, BLOCK):
+        size = min(BLOCK, alive.size - first)
+        cells_at(first, size, x, y, y, nx, ny, 1, inverse[0], inverse[1], np.float32(0.0), cell)
+        for k in range(size):
+            if alive[first + k]:
+                flat[np.uint32(cell[k])] = first + k
 
 
 @njit

@@ -21,9 +21,12 @@ def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), 
     With `dark` the value is log10(1 + value/dark).
     """
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        base, unit = of_sensor(table, seekers, number, zero=np.float32(zero), scale=np.float32(scale))
+        if dark is None and world.environment.get(quantity) is None:  # the same everywhere
+            out[:, column] = (np.float32(world.ambient[quantity]) - base) / unit
+            return
         x, y, z = place_of(table, seekers, number, at, world.space)
         value = world.surroundings(quantity, x, y, z)
-        base, unit = of_sensor(table, seekers, number, zero=np.float32(zero), scale=np.float32(scale))
         if dark is not None:
             threshold = of_sensor(table, seekers, number, dark=np.float32(dark))[0]
             value = arrays.log10(np.float32(1) + value / threshold)
