@@ -41,8 +41,6 @@ TRIED = {
         "dropped; .8 of the time of that kernel for 600 deer among 5,200 tufts, 1 for 900; the same bits",
     "tried: comparisons in the place of divisions where a block of seekers spans the torus":
         "dropped; .92 of the time of that kernel, less than 1 % of the job",
-    "tried: newborn put into the sorted index of neighbours, instead of sorting anew":
-        "dropped; all sorting of 5,200 tufts takes 26 µs, 2 % of a tick",
     "tried: an index sorted in the order of the tick before, so that neighbours in it are near in memory":
         "dropped; 1 of the time of sorting 5,000, .83 to .95 for 100,000 and more, which is 1 % of a tick",
     "tried: systems that reach their world itself, not a weak proxy of it":
