@@ -9,11 +9,10 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from ecs_eco.engine.addresses import Defaults
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.noted import Noted
-from ecs_eco.engine.rows import FEW, list_dying, occupy, vacate
+from ecs_eco.engine.rows import FEW, Defaults, list_dying, occupy, vacate
 from ecs_eco.engine.schema import Columns, Handle
 
 Values = Mapping[tuple[type, str], Any]

@@ -20,8 +20,7 @@ from ecs_eco.record.ledger import COUNTS_ROW, LEDGER_ROW
 from ecs_eco.record.matter import MatterPages
 from ecs_eco.record.migration import ISLAND_COUNTS_ROW, ISLAND_LEDGER_ROW, Migrations
 from ecs_eco.record.reports import Reports, absent
-from ecs_eco.record.rows import Rows, note_births, note_deaths
-from ecs_eco.record.sums import add_up, mean_depth
+from ecs_eco.record.rows import Rows, add_up, mean_depth, note_births, note_deaths
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

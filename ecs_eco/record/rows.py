@@ -1,5 +1,5 @@
-"""Births and deaths as a record keeps them: noted by kernels, a row each, and made into columns when they are
-asked for."""
+"""What kernels note for a record: births and deaths, a row each, which become columns when these are asked
+for, and sums over the living of one species."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 NOTHING = np.zeros(0, np.float32)
 HERE, HELD = (NOTHING,) * 3, (NOTHING,) * 4  # of tables without Position, without Metabolism
 SUMMED = 128  # so many numbers numpy adds up in one piece
-ENDOWED, FLOW, LOST = (LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "lost"))
+ENDOWED, FLOW, LOST, AFTER = (LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "lost",
+                                                               "stock_after"))
+NOWHERE = 0, np.empty((4, 0), np.uint64), np.empty((5, 0), np.float32), np.empty((2, 0), np.uint8)
 
 
 class Rows:
@@ -64,7 +66,8 @@ def note_births(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.
     energy = NOTHING if m is None else m.energy
     if m is not None and rows.size > SUMMED:
         page[s, ENDOWED] += np.add.reduce(energy[rows], dtype=np.float64)
-    born(rows, parents, second, tick, s, table.uid, *here, energy, page, *into_rows(into, rows.size))
+    born(rows, parents, second, tick, s, table.uid, *here, energy, page,
+         *(NOWHERE if into is None else into.more(rows.size)))
 
 
 def note_deaths(table: Table, rows: np.ndarray, tick: int, dt: float, ticking: bool, s: int, page: np.ndarray,
@@ -81,15 +84,7 @@ def note_deaths(table: Table, rows: np.ndarray, tick: int, dt: float, ticking: b
         for i, column in enumerate(held[first:], FLOW + first):
             page[s, i] += np.add.reduce(column[rows], dtype=np.float64)
     lose(rows, tick, dt, s, first, table.uid, table.born, table.cause, table.killer, *here, *held, page, died,
-         *into_rows(into, rows.size))
-
-
-NOWHERE = 0, np.empty((4, 0), np.uint64), np.empty((5, 0), np.float32), np.empty((2, 0), np.uint8)
-
-
-def into_rows(into: Rows | None, k: int) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]:
-    """Return where a kernel notes the next k, and the arrays; those without room take none."""
-    return NOWHERE if into is None else into.more(k)
+         *(NOWHERE if into is None else into.more(rows.size)))
 
 
 @njit
@@ -149,3 +144,39 @@ def total(values, rows):
     for k in range(end, n):
         sum_ += values[rows[k]]
     return sum_
+
+
+@njit
+def add_up(alive, n, energy, taken, burnt, given, happiness, s, stock, page, means, moods):
+    """Write what the n living of species s hold and feel to its row of this tick: page f64[species, …] of the
+    ledger, where what was endowed, lost, and flowed in the dead stands already, means f32[species, …] of
+    energy and happiness, and moods f64[species], the sums of happiness. `stock` f64[species] is what they
+    held before, then what they hold."""
+    e, t, b, g, h = 0.0, 0.0, 0.0, 0.0, 0.0
+    feels = happiness.size > 0
+    for row in range(alive.size):
+        if alive[row]:
+            e += energy[row]
+            t += taken[row]
+            b += burnt[row]
+            g += given[row]
+            if feels:
+                h += happiness[row]
+    page[s, 0] = stock[s]
+    page[s, FLOW] += t
+    page[s, FLOW + 1] += b
+    page[s, FLOW + 2] += g
+    page[s, AFTER] = stock[s] = e
+    n = max(n, 1)
+    means[s, 0], means[s, 1], moods[s] = e / n, h / n, h
+
+
+@njit
+def mean_depth(alive, z, top):
+    """Return the mean distance of the living below the top of the space [m], in float64."""
+    total, n = 0.0, 0
+    for row in range(alive.size):
+        if alive[row]:
+            total += top - z[row]
+            n += 1
+    return total / max(n, 1)

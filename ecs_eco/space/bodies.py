@@ -66,8 +66,8 @@ def merged(world: "SpatialWorld", names: Sequence[str]) -> sight.Bodies:
     """Return the bodies of several tables in one index, rebuilt when one of them has changed."""
 
     def build() -> sight.Bodies:
-        tables = [world.tables[name] for name in names]
-        return sight.Bodies(world.space, [(world.index(table), table[Body].radius) for table in tables])
+        return sight.Bodies(world.space, [(world.index(table), table[Body].radius)
+                                          for table in map(world.tables.__getitem__, names)])
 
     return world.merged(tuple(names), build)
 

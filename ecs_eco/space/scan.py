@@ -11,9 +11,8 @@ import numba
 import numpy as np
 from numba import carray
 
-from ecs_eco.engine.addresses import address_of, pointer
 from ecs_eco.engine.jit import njit
-from ecs_eco.engine.rows import first_outside
+from ecs_eco.engine.rows import address_of, first_outside, pointer
 from ecs_eco.engine.table import Table
 
 

@@ -20,7 +20,9 @@ class Bodies:
 
     def __init__(self, space: Space, tables: Sequence[tuple[Index, np.ndarray]]) -> None:
         """Merge the indexes of `tables`, each with the radii of its rows f32[capacity]."""
-        n, there = sum(index.n for index, _ in tables), 0
+        n, there = 0, 0
+        for index, _ in tables:
+            n += index.n
         self.x, self.y, self.z, self.radius = np.empty((4, n), np.float32)
         self.uid, self.kind = np.empty(n, np.uint64), np.empty(n, np.int32)
         self.start, self.largest = np.zeros(space.n_cells + 1, np.int64), 0.0

@@ -61,7 +61,7 @@ class Spread(System):
             taken = world.bands.sites(table, taken)
         else:
             stands(table.alive[: table.high], p.x, p.y, inverse, taken)
-        site, parent = np.empty(taken.size, np.int64), np.empty(taken.size, np.int64)
+        (site, parent), (x, y) = np.empty((2, taken.size), np.int64), np.empty((2, taken.size), np.float32)
         reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
         own: Any = np.float32(way.rate)
         if table.species.traits:
@@ -69,13 +69,11 @@ class Spread(System):
         rate, vigour = seeds(table, own, way.rate)
         n = sprout(taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
                    space.torus, *rocks(world), fertility(world), inverse, vigour, world.key,
-                   table.place << 20, site, parent)
+                   table.place << 20, space.lengths, site, parent, x, y)
         n = room(table, world, n)
         if n == 0:
             return
-        site, parent = site[:n], parent[:n]
-        x, y, z = np.zeros((3, n), np.float32)
-        scatter(site, nx, inverse, space.lengths, world.key, table.place << 20, x, y)
+        site, parent, x, y, z = site[:n], parent[:n], x[:n], y[:n], np.zeros(n, np.float32)
         parents = (np.maximum(parent, 0).astype(np.uint64) if world.bands.divided
                    else np.where(parent < 0, np.uint64(0), table.uid[parent]))
         if world.terrain is not None:
@@ -134,8 +132,8 @@ def stands(alive, x, y, inverse, taken):
 
 @njit
 def sprout(taken, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile, inverse, vigour,
-           key, salt, site, parent):
-    """List the free sites on which a seed sprouts, and the row of its parent (−1: seed rain);
+           key, salt, lengths, site, parent, xs, ys):
+    """List the free sites on which a seed sprouts, where on each, and the row of its parent (−1: seed rain);
     return how many. `fertile` f32[ny, nx] multiplies both rates; a map of one cell is 1 everywhere."""
     ny, nx = taken.shape
     n, rate, rain, luck = 0, everywhere, rain_everywhere, np.empty(SITES, np.float32)
@@ -175,19 +173,15 @@ def sprout(taken, everywhere, rain_everywhere, reach, torus, ground, ground_inve
                     row = taken[jj, ii]
             if row < 0 or (vigour.size and draw(key, s, random.SPREAD + salt + (5 << 8)) >= vigour[row]):
                 continue
-        site[n] = s
-        parent[n] = row
+        site[n], parent[n] = s, row
+        xs[n] = on_site(i, draw(key, s, random.SPREAD + salt + (3 << 8)), inverse[0], lengths[0])
+        ys[n] = on_site(j, draw(key, s, random.SPREAD + salt + (4 << 8)), inverse[1], lengths[1])
         n += 1
     return n
 
 
 @njit
-def scatter(site, nx, inverse, lengths, key, salt, x, y):
-    """Write where on its site each seed sprouts, x and y f32[n] [m]."""
-    for i in range(site.size):
-        s = site[i]
-        u, v = (draw(key, s, random.SPREAD + salt + (3 << 8)), draw(key, s, random.SPREAD + salt + (4 << 8)))
-        x[i] = min((np.float64(s % nx) + np.float64(u)) / np.float64(inverse[0]),
-                   np.float64(np.nextafter(lengths[0], np.float32(0.0))))
-        y[i] = min((np.float64(s // nx) + np.float64(v)) / np.float64(inverse[1]),
-                   np.float64(np.nextafter(lengths[1], np.float32(0.0))))
+def on_site(i, u, inverse, length):
+    """Return where in column or row i of the sites a seed sprouts [m], by a number u in [0, 1)."""
+    return min((np.float64(i) + np.float64(u)) / np.float64(inverse),
+               np.float64(np.nextafter(length, np.float32(0.0))))

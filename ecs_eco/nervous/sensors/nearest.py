@@ -34,13 +34,13 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
     or of the axis of a capsule. With `by_light` [m] it sees as far as blind + by_light × light at its eye,
     and never further than without. With `kin` only relatives count.
     """
-    shared, view, centred = np.float32(reach), half_view(fov), not any(map(np.float32, at[:3]))
+    shared: Any = np.float32(reach)
+    view, centred = half_view(fov), not any(map(np.float32, at[:3]))
     alike, selective = by_light is None and kin is None and centred, occlusion or narrow(view)
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         species, other, mine, space = table.species, world.tables[target], seekers.index, world.space
-        targets, radius, cos_half_fov, looks_again = world.index(other), reach, view, selective
-        own: Any = shared
+        targets, radius, own, cos_half_fov, looks_again = world.index(other), reach, shared, view, selective
         if not alike or number in species.own_ranges or number in species.own_places:
             radius, own = own_range(table, seekers, number, reach)
         if species.traits:
@@ -51,9 +51,9 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
         if by_light is not None:
             own = in_light(world, table, seekers, number, eye, own, by_light, blind)
             radius = max(float(own.max(initial=0.0)), 1e-6)
-        places: tuple[np.ndarray, ...] = targets.x, targets.y, targets.z
+        places: Any = targets.x, targets.y, targets.z
         entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
-        hiding = opaque_kinds(world) if occlusion else ((), ())
+        hiding, seen = opaque_kinds(world) if occlusion else ((), ()), (space.volume, own, out.T, column)
         if kin is None and (Shape in other or (hiding[1] and solids(world, hiding[1]).uid.size > 0)):
             places, looks_again = look(world, table, seekers, eye, target, radius, cos_half_fov, occlusion,
                                        hiding, entries, distance2), False
@@ -64,14 +64,14 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
         elif looks_again:
             nearest(mine, targets, radius, entries, distance2, world.split)
         else:
-            nearest(mine, targets, radius, entries, distance2, world.split, see,
-                    (seekers.cos, seekers.sin, space.volume, own, out.T, column))
-            return
+            return nearest(mine, targets, radius, entries, distance2, world.split, see,
+                           (seekers.cos, seekers.sin, *seen))
         if looks_again:
             look_again(world, table, seekers, eye, other, targets, radius, cos_half_fov, occlusion, hiding[0],
-                       entries, distance2)
-        world.split(_bearings, seekers.n, *eye, seekers.cos, seekers.sin, *places, entries, distance2,
-                    space.lengths, space.torus, space.volume, own, out.T, column)
+                       entries, distance2, seen)
+        else:
+            world.split(_bearings, seekers.n, *eye, seekers.cos, seekers.sin, *places, entries, distance2,
+                        space.lengths, space.torus, *seen)
 
     sense.by_light = by_light is not None  # type: ignore[attr-defined]
     return sense
@@ -110,8 +110,10 @@ def look(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.
 
 def look_again(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.ndarray, ...],
                other: "Table", targets: Index, radius: float, cos_half_fov: Any, occlusion: bool,
-               hiding: tuple[str, ...], entries: np.ndarray, distance2: np.ndarray) -> None:
-    """Replace the nearest spheres of a kind that are out of view or hidden by those that are seen."""
+               hiding: tuple[str, ...], entries: np.ndarray, distance2: np.ndarray,
+               seen: tuple[Any, ...]) -> None:
+    """Replace the nearest spheres of a kind that are out of view or hidden by those that are seen; write
+    direction and nearness as `_bearings` does with `seen`."""
     mine, space, height = seekers.index, world.space, relief(world)
     ground, inverse = opaque_ground(world)
     bodies: Any = merged(world, hiding) if occlusion else targets
@@ -120,11 +122,24 @@ def look_again(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tup
     heights: Any = NO_HEIGHTS
     if height.size > 1:
         heights = tops(table, seekers.rows), tops(other, targets.rows)
-    world.split(sight.nearest_visible, seekers.n, *eye, mine.uid, seekers.cos, seekers.sin, targets.x,
+    world.split(see_clearly, seekers.n, *eye, mine.uid, seekers.cos, seekers.sin, targets.x,
                 targets.y, targets.z, targets.uid, targets.start, bodies.x,
                 bodies.y, bodies.z, radii, bodies.uid, bodies.start, occlusion, largest, *space.shape,
                 space.inverse, space.lengths, space.torus, space.reach(radius), np.float32(radius),
-                cos_half_fov, ground, inverse, height, *heights, entries, distance2)
+                cos_half_fov, ground, inverse, height, *heights, entries, distance2,
+                *seen)
+
+
+@lone_njit
+def see_clearly(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu, bstart,
+                occlusion, largest, nx, ny, nz, inverse, lengths, torus, reach, radius, cos_half_fov, ground,
+                ground_inverse, height, eye, top, entries, distance2, volume, own, out, column):
+    """`nearest_visible`, then direction and nearness of what was found."""
+    sight.nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu,
+                          bstart, occlusion, largest, nx, ny, nz, inverse, lengths, torus, reach, radius,
+                          cos_half_fov, ground, ground_inverse, height, eye, top, entries, distance2)
+    _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, entries, distance2, lengths, torus, volume, own,
+              out, column)
 
 
 @lone_njit
