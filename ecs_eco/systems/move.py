@@ -167,20 +167,29 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
             ahead[i] = v + (speed[row] - v) * mean_left
             speed[row] = v + (speed[row] - v) * left
             cost[row] = c
+        go_ahead(start, size, ahead, sine, cosine, drag, dt, lengths, torus, height, ground, inverse,
+                 slope_cost, heading, x, y, speed, cost)
+
+
+@lone_njit
+def go_ahead(start, size, ahead, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost,
+             heading, x, y, speed, cost):
+    """Let a block of rows from `start` on go ahead at speeds `ahead` in the direction they head for;
+    `sine` and `cosine` are scratch of their size."""
+    for i in range(size):
+        sine[i], cosine[i] = sine_and_cosine(heading[start + i])
+    if ground.size > 1 or height.size > 1:
         for i in range(size):
-            sine[i], cosine[i] = sine_and_cosine(heading[start + i])
-        if ground.size > 1 or height.size > 1:
-            for i in range(size):
-                if ahead[i] > 0:
-                    over_land(start + i, ahead[i], sine[i], cosine[i], drag, dt, lengths, torus, height,
-                              ground, inverse, slope_cost, x, y, speed, cost)
-            continue
-        for i in range(size):
-            row, v = start + i, ahead[i]
-            nx, ny = (into(x[row] + v * dt * cosine[i], lengths[0], torus),
-                      into(y[row] + v * dt * sine[i], lengths[1], torus))
-            x[row] = nx if v > zero else x[row]
-            y[row] = ny if v > zero else y[row]
+            if ahead[i] > 0:
+                over_land(start + i, ahead[i], sine[i], cosine[i], drag, dt, lengths, torus, height,
+                          ground, inverse, slope_cost, x, y, speed, cost)
+        return
+    for i in range(size):
+        row, v = start + i, ahead[i]
+        nx, ny = (into(x[row] + v * dt * cosine[i], lengths[0], torus),
+                  into(y[row] + v * dt * sine[i], lengths[1], torus))
+        x[row] = nx if v > np.float32(0.0) else x[row]
+        y[row] = ny if v > np.float32(0.0) else y[row]
 
 
 @njit
