@@ -61,18 +61,20 @@ class Defaults(NamedTuple):
 
 
 @njit
-def fill(rows, columns, values, size):
-    """Write a value to some rows of each column, all by their addresses, in bytes."""
+def fill(rows, capacity, columns, values, size):
+    """Write a value to some rows of each column, which has `capacity` rows, all by their addresses, in bytes.
+    """
     words, bytes_ = np.empty(0, np.uint32), np.empty(0, np.uint8)
     for k in range(columns.size):
         n = size[k] // 4
         if n * 4 == size[k]:
-            wide, given = carray(pointer(columns[k], words), n), carray(pointer(values[k], words), n)
+            wide, given = (carray(pointer(columns[k], words), capacity * n),
+                           carray(pointer(values[k], words), n))
             for row in rows:
                 for i in range(n):
                     wide[row * n + i] = given[i]
         else:
-            narrow, told = (carray(pointer(columns[k], bytes_), size[k]),
+            narrow, told = (carray(pointer(columns[k], bytes_), capacity * size[k]),
                             carray(pointer(values[k], bytes_), size[k]))
             for row in rows:
                 for i in range(size[k]):
@@ -94,7 +96,7 @@ def occupy(rows, alive, uid, born, first_uid, tick, high, columns, defaults, siz
             born[row] = tick
             taken += 1
             high = max(high, row + 1)
-    fill(rows, columns, defaults, size)
+    fill(rows, alive.size, columns, defaults, size)
     return high
 
 

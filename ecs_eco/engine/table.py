@@ -50,8 +50,8 @@ class Table(dict[type, Any]):
         self.high = 0  # this row and all after it are free
         self.version = 0  # changes when a place or the set of the living does
         self.steady = (-1, -1)  # two versions between which nothing but births and deaths took effect
-        self.newborn: list[tuple[int, np.ndarray, int]] = []  # since then: version, rows, first uid
-        self.gone: list[tuple[int, np.ndarray, np.ndarray]] = []  # version, rows, uids
+        self.newborn: list[tuple[int, np.ndarray, np.ndarray]] = []  # since then: version, rows, uids
+        self.gone: list[tuple[int, np.ndarray, np.ndarray]] = []  # the same of those who left
         self.alive = np.zeros(capacity, np.bool_)
         self.uid = np.zeros(capacity, np.uint64)
         self.born = np.zeros(capacity, np.int64)
@@ -198,8 +198,7 @@ class Table(dict[type, Any]):
             defaults = self._defaults = Defaults.of(now, self.columns, self.defaults)
         self.high = occupy(rows, self.alive, self.uid, self.born, first_uid, tick, self.high, *defaults[3:])
         self.n += k
-        self._goes_on()
-        self.newborn.append((self.version, rows, first_uid))
+        self._goes_on(self.newborn, rows)
         if self.registry is not None:
             self.registry.stale = True
         for component, field in defaults.others:
@@ -236,23 +235,25 @@ class Table(dict[type, Any]):
 
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of the dead."""
-        uids = self.uid[rows]
+        self._goes_on(self.gone, rows)
         self.high = vacate(rows, self.alive, self.uid, self.cause, self.killer, self.high)
         self.n -= rows.size
-        self._goes_on()
-        self.gone.append((self.version, rows, uids))
         if self.registry is not None:
             self.registry.stale = True
 
-    def _goes_on(self) -> None:
-        """Count a version that differs from the last by births or deaths alone."""
+    def _goes_on(self, which: list[tuple[int, np.ndarray, np.ndarray]], rows: np.ndarray) -> None:
+        """Count a version that differs from the last by births or deaths of these rows alone."""
         first, last = self.steady
         if last != self.version or len(self.newborn) + len(self.gone) >= MOST_BATCHES:
             first = self.version
             self.newborn.clear()
             self.gone.clear()
         self.version += 1
-        self.steady = first, self.version
+        if 4 * rows.size > self.n:  # nobody wants to know: to begin anew is as fast
+            self.steady = (-1, -1)
+        else:
+            which.append((self.version, rows, self.uid[rows]))
+            self.steady = first, self.version
 
     def reorder(self, rows: np.ndarray) -> None:
         """Move the entity of row `rows[i]` to row i, for all living; this changes no organism's fate.

@@ -52,27 +52,34 @@ class Index:
     def renew(self, table: Any, places: Any) -> bool:
         """Take out who died since, and put in who was born, where nothing else has happened to the table;
         return False, with nothing changed, where sorting all is as fast."""
-        born = [(rows, first) for version, rows, first in table.newborn if version > self.version]
-        gone = [(rows, uids) for version, rows, uids in table.gone if version > self.version]
-        k = sum(rows.size for rows, _ in born)
-        if (4 * (k + sum(rows.size for rows, _ in gone)) > self.n or self.n + k > self._rows.size
-                or table.high > self._cell.size or (born and born[0][1] <= self.top)):
+        parts: list[tuple[list[np.ndarray], list[np.ndarray]]] = []
+        changes = 0
+        for noted in (table.gone, table.newborn):
+            rows_of, uids_of = [], []
+            for version, rows, uids in noted:
+                if version > self.version:
+                    rows_of.append(rows)
+                    uids_of.append(uids)
+                    changes += rows.size
+            parts.append((rows_of, uids_of))
+        born = parts[1][1]
+        if (4 * changes > self.n or self.n + changes > self._rows.size or table.high > self._cell.size
+                or (born and born[0][0] <= self.top)):
             return False
-        rows, uids = _joined(born and [(r, np.arange(u, u + r.size, dtype=np.uint64)) for r, u in born])
         if born:
-            self.top = int(uids[-1])
-        if self._spare is None or self._spare[0].size != self._rows.size:
-            self._spare = tuple(map(np.empty_like, self._entries()))
-        entries, spare = self._entries(), self._spare
-        self.flat &= not put_in(*_joined(gone), rows, uids, places.x, places.y, places.z, table.uid,
-                                *self.space.shape, self.space.inverse, self._cell, self.start, *entries,
-                                *spare)
+            self.top = int(born[-1][-1])
+        entries, spare = (self._rows, self._x, self._y, self._z, self._uid), self._spare
+        if spare is None or spare[0].size != self._rows.size:
+            spare = tuple(map(np.empty_like, entries))
+        changed: list[np.ndarray] = []  # rows and uids of the dead, then of the newborn
+        for one in parts:
+            several = len(one[0]) > 1
+            changed += (NOBODY if not one[0] else map(np.concatenate, one) if several else one[0] + one[1])
+        self.flat &= not put_in(*changed, places.x, places.y, places.z, table.uid, *self.space.shape,
+                                self.space.inverse, self._cell, self.start, *entries, *spare)
         (self._rows, self._x, self._y, self._z, self._uid), self._spare = spare, entries
         self._show()
         return True
-
-    def _entries(self) -> tuple[np.ndarray, ...]:
-        return self._rows, self._x, self._y, self._z, self._uid
 
     def _show(self) -> None:
         self.n = n = int(self.start[-1])
@@ -116,15 +123,6 @@ def sort_cells(alive, x, y, z, uid, nx, ny, nz, inverse, cell, start, rows, sx, 
         sx[i], sy[i], sz[i] = x[it], y[it], z[it]
         high |= z[it] != np.float32(0.0)
     return high != 0
-
-
-def _joined(parts: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows and the uids of several parts, one after another."""
-    if len(parts) == 1:
-        return parts[0]
-    if not parts:
-        return NOBODY
-    return np.concatenate([rows for rows, _ in parts]), np.concatenate([uids for _, uids in parts])
 
 
 @lone_njit
