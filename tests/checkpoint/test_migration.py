@@ -13,7 +13,7 @@ from ecs_eco.testing.target import target
 FORMER = Path(__file__).parent / "format_1.safetensors"
 MADE_ON = "znver3"  # elsewhere kernels may round otherwise
 AT_30 = "bdfd655476c9037d5c310e44a1f8bc15740b1186ea3c9af337455e59afd1ef94"
-AT_50 = "fc6001df94a93f2f4d5c2d520910d7defb6f074af9e2e9a732052c243978056f"  # with networks of now, which add otherwise
+AT_50 = "fc6001df94a93f2f4d5c2d520910d7defb6f074af9e2e9a732052c243978056f"  # networks add otherwise now
 
 
 def facts(world):
