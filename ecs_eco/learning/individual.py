@@ -148,7 +148,7 @@ class Individuals:
                 weights = policy.weights.blocks[block]
                 kernels.think(weights, inner, places, self.widths, x[here], logits[here], values[here])
 
-        split(part, n, work=n * self.size // 256)
+        split(part, n, work=n * self.size // 800)
         return logits, values
 
     def store(self, experience: Any, rows: np.ndarray, x: np.ndarray, choice: np.ndarray,
@@ -221,7 +221,7 @@ class Individuals:
 
         start, stop = self.bands.part(n)
         split(lambda first, last: part(start + first, start + last), stop - start,
-              work=int(lengths[start:stop] @ epochs[start:stop]) * self.size // 256)
+              work=int(lengths[start:stop] @ epochs[start:stop]) * self.size // 800)
         if self.bands.size > 1:
             self._tell(policy, rows, report)
             experience.length[rows] = 0
