@@ -33,9 +33,9 @@ class Table(dict[type, Any]):
 
     # without these, each reading of an attribute of a dict takes three times as long
     __slots__ = ("__dict__", "__weakref__", "_defaults", "alive", "births", "born", "capacity", "cause",
-                 "columns", "defaults", "derived", "dims", "entity", "entity_uid", "gone", "high", "killer",
-                 "limits", "n", "name", "newborn", "own", "place", "registry", "renewed", "species", "steady",
-                 "uid", "version")
+                 "columns", "defaults", "derived", "dims", "entity", "entity_uid", "followed", "gone", "high",
+                 "killer", "limits", "n", "name", "newborn", "own", "place", "registry", "renewed", "species",
+                 "steady", "uid", "version")
     __hash__, __eq__ = object.__hash__, object.__eq__  # type: ignore[assignment]  # each is itself alone
 
     def __init__(self, name: str, components: Iterable[type[Any]], *, capacity: int = 64,
@@ -51,6 +51,7 @@ class Table(dict[type, Any]):
         self.version = 0  # changes when a place or the set of the living does
         self.steady = (-1, -1)  # two versions between which nothing but births and deaths took effect
         self.newborn: list[tuple[int, np.ndarray, np.ndarray]] = []  # since then: version, rows, uids
+        self.followed = False  # whether an index of neighbours wants to know who was born and who died
         self.gone: list[tuple[int, np.ndarray, np.ndarray]] = []  # the same of those who left
         self.alive = np.zeros(capacity, np.bool_)
         self.uid = np.zeros(capacity, np.uint64)
@@ -243,6 +244,9 @@ class Table(dict[type, Any]):
 
     def _goes_on(self, which: list[tuple[int, np.ndarray, np.ndarray]], rows: np.ndarray) -> None:
         """Count a version that differs from the last by births or deaths of these rows alone."""
+        if not self.followed:
+            self.version += 1
+            return
         first, last = self.steady
         if last != self.version or len(self.newborn) + len(self.gone) >= MOST_BATCHES:
             first = self.version

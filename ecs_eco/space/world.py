@@ -108,7 +108,7 @@ class SpatialWorld(World):
                     p, high, (first, last) = table[Position], table.high, table.steady
                     if last != table.version or index.version < first or not index.renew(table, p):
                         index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high])
-                index.version = table.version
+                index.version, table.followed = table.version, True
         return index
 
     def pairs(self, table: Table | str, other: Table | str, radius: Any) -> Pairs:
