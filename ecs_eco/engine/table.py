@@ -256,7 +256,8 @@ class Table(dict[type, Any]):
         if 4 * rows.size > self.n:  # nobody wants to know: to begin anew is as fast
             self.steady = (-1, -1)
         else:
-            which.append((self.version, rows, self.uid[rows]))
+            if rows.size:
+                which.append((self.version, rows, self.uid[rows]))
             self.steady = first, self.version
 
     def reorder(self, rows: np.ndarray) -> None:

@@ -2,7 +2,7 @@
 
 Transitions go through the network in blocks that stay in the cache. Everything lies (transitions, units),
 with units filled up to whole vectors, so that all products have one form: rows of sums in registers.
-Autograd, and torch's products between kernels of ours, took two to three times as long (benchmarks/ppo.py).
+Autograd takes three times as long (benchmarks/ppo.py).
 """
 
 from __future__ import annotations
