@@ -3,25 +3,31 @@
 from collections.abc import Iterator
 from typing import Any
 
+import numba
 import numpy as np
+from numba import carray
 
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.rows import address_of, pointer
 
 BLOCK = 256  # rows of one block
+SPARE = 16  # numbers behind a block that may be read: a vector of the last row's goes beyond it
 
 
 class Blocked:
     """A column [capacity, …] kept as a list of arrays `blocks` [BLOCK, …]: row r is
     `blocks[r // BLOCK][r % BLOCK]`.
 
-    Reads and writes by row or by rows as an array does. Kernels run on one block at a time, see `parts`.
+    Reads and writes by row or by rows as an array does. Kernels take `by_address` and ask for `block_of` a
+    row.
     """
 
-    __slots__ = ("blocks", "capacity", "dtype", "inner")
+    __slots__ = ("addresses", "blocks", "capacity", "dtype", "inner")
 
     def __init__(self, shape: tuple[int, ...], dtype: Any) -> None:
         self.inner, self.dtype, self.capacity = tuple(shape), np.dtype(dtype), 0
         self.blocks: list[np.ndarray] = []
+        self.addresses = np.empty(0, np.uint64)  # of the blocks
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -38,10 +44,19 @@ class Blocked:
 
     def grow(self, n: int) -> "Blocked":
         """Have room for `n` rows; the new ones are zero. Returns itself."""
+        size = BLOCK * int(np.prod(self.inner))
         while len(self.blocks) * BLOCK < n:
-            self.blocks.append(np.zeros((BLOCK, *self.inner), self.dtype))
+            self.blocks.append(np.zeros(size + SPARE, self.dtype)[:size].reshape(BLOCK, *self.inner))
+        self.addresses = np.array([address_of(block) for block in self.blocks], np.uint64)
         self.capacity = max(self.capacity, n)
         return self
+
+    def by_address(self) -> tuple[Any, np.ndarray]:
+        """Return what a kernel takes for a column that has rows: the addresses of its blocks, and one of
+        them; interpreted kernels, which know no addresses, take the blocks themselves."""
+        if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+            return self.blocks, self.blocks[0]
+        return self.addresses, self.blocks[0]
 
     def copy(self) -> np.ndarray:
         """Return all rows as one array."""
@@ -94,6 +109,21 @@ class Blocked:
         if rows.size and not 0 <= rows.min() <= rows.max() < self.capacity:
             raise IndexError(f"rows up to {rows.max()} of a column of {self.capacity}")
         return rows
+
+
+if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+
+    def block_of(row: int, column: tuple[Any, np.ndarray]) -> np.ndarray:
+        """Return the block [BLOCK, …] of a column `by_address` that holds a row."""
+        return column[0][row // BLOCK]  # type: ignore[no-any-return]
+
+else:
+
+    @njit
+    def block_of(row, column):
+        """Return the block [BLOCK, …] of a column `by_address` that holds a row."""
+        addresses, like = column
+        return carray(pointer(addresses[row // BLOCK], like), like.shape)
 
 
 @njit

@@ -136,8 +136,10 @@ def _operator(of: Callable[[Any, Any], Any], name: str) -> None:
 if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
 
     def load(array: np.ndarray, at: int) -> np.ndarray:
-        """Return array[at : at + 16]."""
-        return array[at : at + LANES].copy()
+        """Return array[at : at + 16]; zeros behind the array's end."""
+        there, out = array[at : at + LANES], np.zeros(LANES, array.dtype)
+        out[: len(there)] = there
+        return out
 
     def every(array: np.ndarray, at: int) -> np.ndarray:
         """Return array[at], 16 times."""

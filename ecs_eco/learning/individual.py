@@ -23,6 +23,7 @@ from ecs_eco.learning.settings import PPO
 SETTINGS = ("gae_lambda", "clip", "clip_value", "value_weight", "adam_epsilon", "max_grad_norm",
             "weight_decay")
 COUNTS = "epochs", "minibatch"
+WEIGHTS = 170  # used, there and back in learning, in the 30 ns that `split` counts as an organism
 
 
 class Individuals:
@@ -141,14 +142,9 @@ class Individuals:
             raise ValueError(f"observations have shape {x.shape}; allowed is {(n, self.n_observations)}")
         x = np.ascontiguousarray(x, np.float32)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
-
-        def part(first: int, last: int) -> None:
-            here = slice(first, last)
-            for block, inner, places in policy.weights.parts(rows[here]):
-                weights = policy.weights.blocks[block]
-                kernels.think(weights, inner, places, self.widths, x[here], logits[here], values[here])
-
-        split(part, n, work=n * self.size // 800)
+        if n:
+            split(kernels.think, n, rows, policy.weights.by_address(), self.widths, x, logits, values,
+                  work=n * self.size // WEIGHTS)
         return logits, values
 
     def store(self, experience: Any, rows: np.ndarray, x: np.ndarray, choice: np.ndarray,
@@ -157,14 +153,14 @@ class Individuals:
 
         Raises ValueError where a rollout is full: `learn` empties it.
         """
-        x, full = np.ascontiguousarray(x, np.float32), 0
-        for block, inner, places in experience.reward.parts(rows):
-            full += kernels.record(
-                experience.observations.blocks[block], experience.choices.blocks[block],
-                experience.log_probability.blocks[block],
-                experience.value.blocks[block], experience.reward.blocks[block], inner, places, rows,
-                experience.length, x, choice, log_probability, values,
-            )  # fmt: skip
+        if not len(rows):
+            return
+        full = kernels.record(
+            *(column.by_address() for column in (
+                experience.observations, experience.choices, experience.log_probability, experience.value,
+                experience.reward)),
+            rows, experience.length, np.ascontiguousarray(x, np.float32), choice, log_probability, values,
+        )  # fmt: skip
         if full:
             horizon = self.ppo.horizon
             raise ValueError(f"{full} of {len(rows)} rollouts have their {horizon} transitions already: "
@@ -173,8 +169,8 @@ class Individuals:
     def credit(self, experience: Any, rows: np.ndarray, reward: np.ndarray) -> None:
         """Add rewards f32[n] to the last transition of each row; rows without one (newborn) are passed over.
         """
-        for block, inner, places in experience.reward.parts(rows):
-            kernels.credit(experience.reward.blocks[block], inner, places, rows, experience.length, reward)
+        if len(rows):
+            kernels.credit(experience.reward.by_address(), rows, experience.length, reward)
 
     def due(self, experience: Any, rows: np.ndarray, uid: np.ndarray,
             born: np.ndarray, tick: int) -> np.ndarray:
@@ -206,22 +202,18 @@ class Individuals:
         report, lengths = np.zeros((n, len(kernels.TERMS))), experience.length[rows]
         bootstrap = np.ascontiguousarray(bootstrap, np.float32)
 
+        start, stop = self.bands.part(n)
+        mine = slice(start, stop)
         columns = (policy.weights, policy.moment_1, policy.moment_2, experience.observations,
                    experience.choices, experience.log_probability, experience.value, experience.reward)
-
-        def part(first: int, last: int) -> None:
-            here = slice(first, last)
-            mine = (
-                rows[here], uid[here], policy.steps, policy.updates, experience.length, bootstrap[here],
-                np.ascontiguousarray(settings[:, here]), others[here], epochs[here], minibatch[here],
-                ppo.normalise_advantage, np.uint64(self.seed), self.widths, self.offsets, report[here],
+        if stop > start:
+            split(
+                kernels.train, stop - start, *(column.by_address() for column in columns), rows[mine],
+                uid[mine], policy.steps, policy.updates, experience.length, bootstrap[mine],
+                np.ascontiguousarray(settings[:, mine]), others[mine], epochs[mine], minibatch[mine],
+                ppo.normalise_advantage, np.uint64(self.seed), self.widths, self.offsets, report[mine],
+                work=int(lengths[mine] @ epochs[mine]) * self.size // WEIGHTS,
             )  # fmt: skip
-            for block, inner, places in experience.reward.parts(rows[here]):
-                kernels.train(*[column.blocks[block] for column in columns], inner, places, *mine)
-
-        start, stop = self.bands.part(n)
-        split(lambda first, last: part(start + first, start + last), stop - start,
-              work=int(lengths[start:stop] @ epochs[start:stop]) * self.size // 800)
         if self.bands.size > 1:
             self._tell(policy, rows, report)
             experience.length[rows] = 0

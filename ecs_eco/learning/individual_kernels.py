@@ -1,8 +1,8 @@
 """Kernels over animals that each have a network of their own: newborn weights, one thought,
 one update of PPO.
 
-A kernel works on one block of the columns: animal `places[j]` of the arguments is row `inner[j]` of the
-block's arrays. A network is one row of numbers: of each layer the matrix (in, out), then the bias; the last
+Columns come in blocks, see `Blocked.by_address`; animal j of the arguments is row `rows[j]` of the table. A
+network is one row of numbers: of each layer the matrix (in, out), then the bias; the last
 layer has all logits, then the value. `widths` i64[layers + 1] are those of the observations, the hidden
 layers and the output. Each animal's numbers are summed in an order that depends on nothing but its own
 rollout.
@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 
+from ecs_eco.engine.blocks import BLOCK, block_of
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.engine.vectors import LANES, every, load, spread, store
 from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
@@ -41,30 +42,19 @@ def draw_newborn(key, who, deviations, weights):
                 weights[j, i] = deviations[i] * np.float32(length * math.cos(angle))
 
 
-@fused_njit
-def think(weights, inner, places, widths, x, logits, values):
-    """Write the logits f32[n, k] and values f32[n] of what each animal observes, f32[n, c]."""
-    size, last = weights.shape[1], len(weights) - 1
-    _think(weights.reshape(-1), size, inner, places, last, widths, x, logits, values)
-    for j in range(len(inner)):
-        if inner[j] == last:  # nothing may be read behind it
-            alone = np.zeros(size + LANES, np.float32)
-            alone[:size] = weights[last]
-            _think(alone, size, np.zeros(1, np.int64), places[j : j + 1], 1, widths, x, logits, values)
-
-
 @lone_fused_njit
-def _think(w, size, inner, places, but, widths, x, logits, values):
-    """Think for all animals but those of row `but`; of the weights f32[…], up to LANES numbers behind each
-    animal's are read, and let be. Of a layer's inputs, every fourth is added up on its own."""
-    zero, wide, k = spread(np.float32(0)), up(widths.max(), LANES), logits.shape[1]
+def think(first, last, rows, weights, widths, x, logits, values):
+    """Write the logits f32[n, k] and values f32[n] of what animals first … last − 1 observe, f32[n, c].
+
+    Of a layer's inputs, every fourth is added up on its own. Up to LANES numbers behind each animal's weights
+    are read, and let be.
+    """
+    zero, wide, k, size = spread(np.float32(0)), up(widths.max(), LANES), logits.shape[1], weights[1].shape[1]
     units = np.zeros(2 * wide, np.float32)
-    for j in range(len(inner)):
-        place, at, below, above = places[j], inner[j] * size, 0, wide
-        if inner[j] == but:
-            continue
+    for j in range(first, last):
+        w, at, below, above = block_of(rows[j], weights).reshape(-1), rows[j] % BLOCK * size, 0, wide
         for i in range(x.shape[1]):
-            units[i] = x[place, i]
+            units[i] = x[j, i]
         for layer in range(len(widths) - 1):
             a, b = widths[layer], widths[layer + 1]
             for o in range(0, b, LANES):
@@ -85,39 +75,40 @@ def _think(w, size, inner, places, but, widths, x, logits, values):
                     units[unit] = tanh(units[unit])
             below, above, at = above, below, at + (a + 1) * b
         for o in range(k):
-            logits[place, o] = units[np.uint64(below + o)]
-        values[place] = units[below + k]
+            logits[j, o] = units[np.uint64(below + o)]
+        values[j] = units[below + k]
 
 
 @fused_njit
 def record(
-    observations, choices, log_probabilities, values, rewards, inner, places, rows, length, x, choice,
-    log_probability, value,
+    observations, choices, log_probabilities, values, rewards, rows, length, x, choice, log_probability, value
 ):  # fmt: skip
     """Append a transition to each animal's rollout; return how many had no room."""
-    full = 0
-    for j in range(len(inner)):
-        at, place = inner[j], places[j]
-        t = length[rows[place]]
-        if not 0 <= t < rewards.shape[1]:
+    full, horizon = 0, rewards[1].shape[1]
+    for j in range(len(rows)):
+        row, at = rows[j], rows[j] % BLOCK
+        t = length[row]
+        if not 0 <= t < horizon:
             full += 1
             continue
+        seen, taken = block_of(row, observations), block_of(row, choices)
         for i in range(x.shape[1]):
-            observations[at, t, i] = x[place, i]
+            seen[at, t, i] = x[j, i]
         for g in range(choice.shape[1]):
-            choices[at, t, g] = choice[place, g]
-        log_probabilities[at, t], values[at, t], rewards[at, t] = log_probability[place], value[place], 0
-        length[rows[place]] = t + 1
+            taken[at, t, g] = choice[j, g]
+        block_of(row, log_probabilities)[at, t] = log_probability[j]
+        block_of(row, values)[at, t], block_of(row, rewards)[at, t] = value[j], 0
+        length[row] = t + 1
     return full
 
 
 @fused_njit
-def credit(rewards, inner, places, rows, length, reward):
+def credit(rewards, rows, length, reward):
     """Add the reward f32[n] to each animal's last transition, if it has one."""
-    for j in range(len(inner)):
-        t = length[rows[places[j]]] - 1
-        if 0 <= t < rewards.shape[1]:
-            rewards[inner[j], t] += reward[places[j]]
+    for j in range(len(rows)):
+        t = length[rows[j]] - 1
+        if 0 <= t < rewards[1].shape[1]:
+            block_of(rows[j], rewards)[rows[j] % BLOCK, t] += reward[j]
 
 
 @fused_njit
@@ -131,60 +122,63 @@ def full_rollouts(length, rows, uid, born, tick, horizon, due):
 
 @fused_njit
 def train(
-    weights, moments_1, moments_2, observations, choices, log_probabilities, values, rewards, inner, places,
+    first, last, weights, moments_1, moments_2, observations, choices, log_probabilities, values, rewards,
     rows, uid, steps, updates, length, bootstrap, plasticity, settings, epochs, minibatch, normalise, seed,
     widths, offsets, report,
 ):  # fmt: skip
-    """Let each animal learn from its rollout and empty it; `report` f64[n,
-    TERMS] gets the means over its steps.
+    """Let animals first … last − 1 learn from their rollouts and empty them; `report` f64[n, TERMS] gets the
+    means over each one's steps.
 
     `plasticity` f32[3, n]: learning rate, discount, weight of the entropy;
     with a learning rate of 0 nothing changes. `settings` f64[n, 7] are the other hyperparameters, as
     `individual.SETTINGS` names them; `epochs` and `minibatch` i64[n].
     """
-    horizon, size = rewards.shape[1], weights.shape[1]
+    horizon, size = rewards[1].shape[1], weights[1].shape[1]
     where, desk = layout(widths, horizon), desk_for(offsets, horizon)
     room, lived, index = np.zeros(where[-1], np.float32), np.empty(horizon, STEP), np.empty(horizon, np.int64)
     w, gradient = room[where[1] : where[1] + size], room[where[2] : where[2] + size].reshape(1, size)
-    for j in range(len(inner)):
-        at, place, row = inner[j], places[j], rows[places[j]]
-        n, rate, terms = max(0, min(length[row], horizon)), plasticity[0, place], report[place]
-        length[row], others = 0, settings[place]
+    for j in range(first, last):
+        row, at = rows[j], rows[j] % BLOCK
+        n, rate, terms = max(0, min(length[row], horizon)), plasticity[0, j], report[j]
+        length[row], others = 0, settings[j]
         if n == 0 or rate == 0:
             continue
         shift, scale = _look_back(
-            lived[:n], log_probabilities[at], values[at], rewards[at], bootstrap[place], plasticity[1, place],
-            np.float32(others[0]), normalise, terms,
+            lived[:n], block_of(row, log_probabilities)[at], block_of(row, values)[at],
+            block_of(row, rewards)[at], bootstrap[j], plasticity[1, j], np.float32(others[0]), normalise,
+            terms,
         )  # fmt: skip
-        parts, chance = (max(1, (n + minibatch[place] - 1) // minibatch[place]),
-                         mix(mix(seed ^ uid[place]) + np.uint64(updates[row])))
+        parts, chance = (max(1, (n + minibatch[j] - 1) // minibatch[j]),
+                         mix(mix(seed ^ uid[j]) + np.uint64(updates[row])))
         updates[row] += 1
+        own, own_1, own_2 = (block_of(row, weights)[at], block_of(row, moments_1)[at],
+                             block_of(row, moments_2)[at])
+        seen, taken = block_of(row, observations), block_of(row, choices)
         for i in range(n):
             index[i] = i
-        w[:] = weights[at]
-        for epoch in range(epochs[place]):
+        w[:] = own
+        for epoch in range(epochs[j]):
             if parts > 1:
                 _shuffle(index[:n], chance + np.uint64(epoch))
             for part in range(parts):
                 chosen = index[n * part // parts : n * (part + 1) // parts]
                 if parts > 1 or epoch == 0:
-                    fetch(observations, at, chosen, room)
-                    lay_out(desk, lived, choices, at, chosen, offsets)
+                    fetch(seen, at, chosen, room)
+                    lay_out(desk, lived, taken, at, chosen, offsets)
                 steps[row] += 1
                 lines = up(len(chosen), ROWS)
                 unit = forward(room, where, widths, lines)
                 loss_slopes(
                     room, unit, where[0] + unit, up(widths[-1], LANES), lines, len(chosen), offsets, others,
-                    plasticity[2, place], shift, scale, desk,
+                    plasticity[2, j], shift, scale, desk,
                 )  # fmt: skip
                 backward(room, where, widths, lines, len(chosen), unit)
                 terms[5] += adam(
-                    w, gradient, moments_1[at], moments_2[at], steps[row], rate, others[4], others[5],
-                    others[6],
-                )  # fmt: skip
-        weights[at] = w
-        tell(desk, epochs[place] * parts, terms)
-        terms[5] /= epochs[place] * parts
+                    w, gradient, own_1, own_2, steps[row], rate, others[4], others[5], others[6]
+                )
+        own[:] = w
+        tell(desk, epochs[j] * parts, terms)
+        terms[5] /= epochs[j] * parts
 
 
 @fused_njit

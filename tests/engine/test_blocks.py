@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from ecs_eco import Table, World, component, f32
-from ecs_eco.engine.blocks import BLOCK, Blocked
+from ecs_eco import Table, World, component, f32, njit
+from ecs_eco.engine.blocks import BLOCK, SPARE, Blocked, block_of
 from ecs_eco.testing import check_component
 
 
@@ -47,6 +47,27 @@ def test_growth_moves_no_block():
     assert column.blocks[0] is first
     assert column.shape == (table.capacity, 3, 2)
     assert (column[599] == 0.5).all()
+
+
+@njit
+def add_to_rows(rows, column, number):
+    for row in rows:
+        block_of(row, column)[row % BLOCK] += number
+
+
+def test_a_kernel_reaches_rows_by_the_addresses_of_blocks():
+    column = Blocked((2,), np.float32).grow(10)
+    column[9] = [1, 2]
+    add_to_rows(np.array([9]), column.grow(3 * BLOCK).by_address(), 5)
+    add_to_rows(np.array([BLOCK, 3 * BLOCK - 1]), column.by_address(), 7)
+    assert column[np.array([9, 8, BLOCK, 3 * BLOCK - 1])].tolist() == [[6, 7], [0, 0], [7, 7], [7, 7]]
+
+
+def test_a_vector_of_the_last_row_may_be_read_beyond_its_block():
+    column = Blocked((3,), np.float32).grow(BLOCK + 1)
+    for block in column.blocks:
+        assert block.base.size == block.size + SPARE
+        assert not block.base[block.size :].any()
 
 
 def test_parts_cover_every_row_once_in_the_order_given():
