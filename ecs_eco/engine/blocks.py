@@ -115,7 +115,7 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
 
     def block_of(row: int, column: tuple[Any, np.ndarray]) -> np.ndarray:
         """Return the block [BLOCK, …] of a column `by_address` that holds a row."""
-        return column[0][row // BLOCK]  # type: ignore[no-any-return]
+        return column[0][row // BLOCK]
 
 else:
 
