@@ -17,6 +17,7 @@ from numba.core.compiler import CompileResult, compile_result
 from numba.core.environment import Environment, lookup_environment
 
 from ecs_eco.engine.elf import undefined
+from ecs_eco.engine.inner import Linked, stand_in
 
 
 def to_bytes(result: Any) -> bytes:
@@ -26,7 +27,7 @@ def to_bytes(result: Any) -> bytes:
     module = result.library._get_module_for_linking()
     symbols = [symbol.name for group in (module.functions, module.global_variables)
                for symbol in group if not symbol.is_declaration]
-    called = undefined(code) if sys.platform == "linux" else None
+    called = ([] if not code else undefined(code)) if sys.platform == "linux" else None
     bare = [one.env_name for one in environments if _is_bare(one)]
     others = [one for one in environments if not _is_bare(one)]
     content = (name, code, bitcode, symbols, called,
@@ -44,11 +45,15 @@ def from_bytes(content: bytes, target_context: Any) -> CompileResult:
     for call in reload or ():
         call()
     codegen = target_context.codegen()
-    library = _Library(codegen, name, code, bitcode, symbols)
-    function = target_context.get_executable(library, description, own)
     environments = (*others, *map(_without_constants, bare))  # held, for machine code has their addresses
-    for one in environments:
-        codegen.set_env(one.env_name, one)
+    if code:
+        library: Any = _Library(codegen, name, code, bitcode, symbols)
+        function = target_context.get_executable(library, description, own)
+        for one in environments:
+            codegen.set_env(one.env_name, one)
+    else:
+        library = _Bitcode(codegen, name, bitcode)
+        function = stand_in(description, own, library)
     return compile_result(  # type: ignore[no-untyped-call]
         target_context=target_context, typing_context=target_context.typing_context, library=library,
         environment=own, entry_point=function, fndesc=description, type_annotation="", signature=signature,
@@ -66,6 +71,19 @@ class _Library(JITCodeLibrary):
         self._set_compiled_object(code)  # type: ignore[no-untyped-call]
         self._finalize_final_module()  # type: ignore[no-untyped-call]
         codegen._engine._defined_symbols.update(symbols)
+
+    def _get_module_for_linking(self) -> Any:
+        if self._shared_module is None:
+            self._shared_module = llvm.parse_bitcode(self._bitcode)
+        return self._shared_module
+
+
+class _Bitcode(Linked):
+    """Bitcode that is there; read when a kernel is compiled with it."""
+
+    def __init__(self, codegen: Any, name: str, bitcode: bytes) -> None:
+        super().__init__(codegen, name)  # type: ignore[no-untyped-call]
+        self._bitcode, self._finalized = bitcode, True
 
     def _get_module_for_linking(self) -> Any:
         if self._shared_module is None:

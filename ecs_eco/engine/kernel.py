@@ -1,7 +1,8 @@
 """A kernel: compiled on first use, for Python and for other kernels apart.
 
 What Python calls needs code that takes numbers out of Python's objects: with thirty arrays that is most of
-it. What other kernels call needs none, so it is compiled by itself, without.
+it. What other kernels call needs none, so it is compiled by itself, without; and no machine code, see
+`ecs_eco.engine.inner`.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numba
 from numba import types
 from numba.core.registry import CPUDispatcher
 
+from ecs_eco.engine.inner import InnerPipeline, OuterPipeline
 from ecs_eco.engine.kernel_cache import KernelCache
 
 
@@ -56,10 +58,11 @@ class Inner(CPUDispatcher):
 def kernel(function: Callable[..., Any], **options: Any) -> Any:
     """Return a function as a kernel; as it is where numba is told to compile nothing (NUMBA_DISABLE_JIT)."""
     njit: Any = numba.njit  # these options are not annotated
-    made: Any = njit(**options, no_cfunc_wrapper=True)(function)
+    options["no_cfunc_wrapper"] = True
+    made: Any = njit(**options, pipeline_class=OuterPipeline)(function)
     if hasattr(made, "_cache"):
         made.__class__ = Kernel
-        made.inner = njit(**options, no_cfunc_wrapper=True, no_cpython_wrapper=True)(function)
+        made.inner = njit(**options, no_cpython_wrapper=True, pipeline_class=InnerPipeline)(function)
         made.inner.__class__ = Inner
     return made
 

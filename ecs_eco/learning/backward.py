@@ -129,8 +129,9 @@ def _gradient(index, observations, choices, numbers, steps, offsets, settings, p
     """Write the gradient of the loss over the transitions `index`, and the sums of its terms."""
     sums[:] = 0
     terms[:] = 0
-    last, part = plan.shape[1] - 1, np.empty(5)
-    n_out = plan[:, last, OUT].sum()
+    last, part, n_out = plan.shape[1] - 1, np.empty(5), 0
+    for tower in range(len(plan)):
+        n_out += plan[tower, last, OUT]
     outputs = len(memory) - 2 * n_out * BLOCK
     for start in range(0, len(index), BLOCK):
         here = index[start : start + BLOCK]

@@ -17,7 +17,7 @@ import numpy as np
 from ecs_eco.engine.blocks import BLOCK, block_of
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.engine.vectors import LANES, every, load, spread, store
-from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
+from ecs_eco.learning.arithmetic import fused_njit, largest, lone_fused_njit, tanh
 from ecs_eco.learning.individual_gradient import backward, fetch, forward, layout
 from ecs_eco.learning.individual_loss import desk_for, lay_out, loss_slopes, tell
 from ecs_eco.learning.ppo_kernels import adam
@@ -49,7 +49,8 @@ def think(first, last, rows, weights, widths, x, logits, values):
     Of a layer's inputs, every fourth is added up on its own. Up to LANES numbers behind each animal's weights
     are read, and let be.
     """
-    zero, wide, k, size = spread(np.float32(0)), up(widths.max(), LANES), logits.shape[1], weights[1].shape[1]
+    zero, k, size, wide = spread(np.float32(0)), logits.shape[1], weights[1].shape[1], largest(widths)
+    wide = up(wide, LANES)
     units = np.zeros(2 * wide, np.float32)
     for j in range(first, last):
         w, at, below, above = block_of(rows[j], weights).reshape(-1), rows[j] % BLOCK * size, 0, wide

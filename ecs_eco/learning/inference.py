@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ecs_eco.engine.vectors import LANES, WIDE, every, load, store
-from ecs_eco.learning.arithmetic import fused_njit, tanh
+from ecs_eco.learning.arithmetic import fused_njit, largest, tanh
 
 BLOCK = 64  # organisms: four vectors of the widest kind
 
@@ -25,7 +25,7 @@ def infer(first, last, observations, weights, widths, starts, logits, values):
     layers] where each layer's matrix and bias begin in the weights: hidden matrices are (in, out), the last
     one (out, in). Output k is the value; a tower may have fewer.
     """
-    n_layers, widest, n_logits = len(widths) - 1, widths.max(), logits.shape[1]
+    n_layers, widest, n_logits = len(widths) - 1, largest(widths), logits.shape[1]
     below, above = np.zeros(widest * BLOCK, np.float32), np.zeros(widest * BLOCK, np.float32)
     for start in range(first, last, BLOCK):
         size = min(BLOCK, last - start)

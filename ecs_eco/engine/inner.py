@@ -1,0 +1,110 @@
+"""How kernels are compiled: machine code for those that Python calls, and for the others what is linked into
+these.
+
+numba makes machine code of each function by itself, also of one that only other kernels call: it is linked
+into these, as bitcode, and compiled there once more. To leave that out saves a quarter of the first start.
+"""
+
+from __future__ import annotations
+
+import weakref
+from typing import Any
+
+from numba import _dynfunc  # type: ignore[attr-defined]
+from numba.core import compiler_machinery
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.environment import lookup_environment
+from numba.core.typed_passes import NativeLowering
+
+_register: Any = compiler_machinery.register_pass  # numba's are not annotated
+ENVIRONMENT = "_ZN08NumbaEnv"  # how the names of variables begin that hold environments
+
+
+class Linked(JITCodeLibrary):
+    """A function as bitcode, to be linked with others; nothing of it is loaded."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._verify_declare_only_symbols()  # type: ignore[no-untyped-call]
+        self._final_module.__library = weakref.proxy(self)
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return 0: there is no machine code."""
+        return 0
+
+    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
+        """Return what stands for the function: no machine code, and its bitcode."""
+        bitcode = self._get_module_for_linking().as_bitcode()  # type: ignore[no-untyped-call]
+        return self.name, "object", (b"", bitcode)
+
+
+def stand_in(description: Any, environment: Any, library: Any) -> Any:
+    """Return a function that stands for one without machine code, and cannot be called."""
+    name = description.qualname.split(".")[-1]
+    return _dynfunc.make_function(description.lookup_module(), name, "", 0, environment, (library,))
+
+
+@_register(mutates_CFG=True, analysis_only=False)
+class InnerLowering(NativeLowering):
+    """numba's lowering, without machine code."""
+
+    _name = "inner_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        """Lower a function that is linked into others."""
+        codegen, name = state.targetctx.codegen(), state.func_id.func_qualname
+        state.library = Linked(codegen, name)  # type: ignore[no-untyped-call]
+        state.library.enable_object_caching()
+        state.flags.no_compile = True
+        super().run_pass(state)  # type: ignore[no-untyped-call]
+        done, library = state["cr"], state.library
+        function = stand_in(done.fndesc, done.env, library)
+        state.targetctx.insert_user_function(function, done.fndesc, [library])
+        state.reload_init.extend(library._reload_init)
+        state["cr"] = done._replace(cfunc=function)
+        return True
+
+
+@_register(mutates_CFG=True, analysis_only=False)
+class OuterLowering(NativeLowering):
+    """numba's lowering, which then lets machine code find the environments of all functions in it."""
+
+    _name = "outer_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        """Lower a function that Python calls."""
+        super().run_pass(state)  # type: ignore[no-untyped-call]
+        for variable in state.library._final_module.global_variables:
+            if variable.name.startswith(ENVIRONMENT):
+                environment = lookup_environment(variable.name)  # type: ignore[no-untyped-call]
+                if environment is not None:
+                    state.targetctx.codegen().set_env(variable.name, environment)
+        return True
+
+
+class _Pipeline(CompilerBase):
+    """numba's passes, with another one for lowering."""
+
+    lowering: type[NativeLowering]
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the only pipeline: kernels never fall back to Python's objects."""
+        passes: Any = DefaultPassBuilder.define_nopython_pipeline(self.state)  # type: ignore[no-untyped-call]
+        passes.passes = [(self.lowering if one is NativeLowering else one, about)
+                         for one, about in passes.passes]
+        passes.finalize()
+        return [passes]
+
+
+class InnerPipeline(_Pipeline):
+    """For functions that other kernels call."""
+
+    lowering = InnerLowering
+
+
+class OuterPipeline(_Pipeline):
+    """For functions that Python calls."""
+
+    lowering = OuterLowering
