@@ -11,6 +11,7 @@ import time
 import weakref
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -96,21 +97,21 @@ class Workers:
         self._share([(kernel, *part, *arguments) for part in others], kernel, *first, *arguments)
 
     def together(self, tables: Iterable[Any], *work: Callable[[], Any]) -> None:
-        """Do independent pieces of work, on all threads where there are many organisms in the tables;
-        they must not share what they write."""
+        """Do independent pieces of work, the first on this thread and the others on all where there are many
+        organisms in the tables; they must not share what they write."""
         if not self.helpers or self.all_busy or not work or not self._worth(sum(t.n for t in tables) // EASE):
             for piece in work:
                 piece()
             return
-        pieces = iter(work)  # whoever is ready takes the next
+        pieces = iter(work[1:])  # whoever is ready takes the next
 
-        def take() -> None:
-            for piece in pieces:
+        def take(*first: Callable[[], Any]) -> None:
+            for piece in chain(first, pieces):
                 piece()
 
         self.all_busy = True
         try:
-            self._share([(take,)] * min(len(self.helpers), len(work) - 1), take)
+            self._share([(take,)] * min(len(self.helpers), len(work) - 1), take, work[0])
         finally:
             self.all_busy = False
 
