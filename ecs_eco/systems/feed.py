@@ -82,8 +82,8 @@ class Feed(System):
             target, distance2 = nearest_surface(world, table, prey, furthest)
             world.split(propose, eaters.n, target, distance2, *wish[:3], NO_RADIUS, NO_RADIUS, *wish[5:])
         else:
-            largest = np.maximum.reduce
-            widest = float(largest(b.radius[: table.high]) + largest(prey[Body].radius[: prey.high])) + furthest
+            radii = b.radius[: table.high], prey[Body].radius[: prey.high]
+            widest = float(sum(map(np.maximum.reduce, radii))) + furthest
             with world.bands.over(eaters, target, distance2):
                 nearest(eaters, foods, widest, target, distance2, world.split, seek_food, wish)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING

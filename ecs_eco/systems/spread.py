@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,11 +23,13 @@ from ecs_eco.space.terrain import ROCK, WATER, ground_at
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.geometry import Space
     from ecs_eco.space.world import SpatialWorld
 
 EVEN = np.zeros(0, np.float32)
 SITES = 256  # whose numbers are drawn at once
 EVERYWHERE = np.ones((1, 1), np.float32)
+NOWHERE = np.zeros(0, np.int64)
 
 
 class Spread(System):
@@ -46,33 +49,31 @@ class Spread(System):
     needs = (Position, Metabolism)
     phase = "reproduce"
 
+    @cached_property
+    def _grounds(self) -> dict[str, tuple[Any, ...]]:
+        """By table: size of the space and way of spreading, and the sites that follow from them."""
+        return {}
+
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species of plants spread."""
         way = table.species.reproduction
         if way is None or way.kind != "spread":
             return
-        space, p = world.space, table[Position]
-        nx, ny = max(1, round(space.size[0] / way.spacing)), max(1, round(space.size[1] / way.spacing))
-        taken = table.species.sites
-        if taken is None or taken.shape != (ny, nx):
-            taken = table.species.sites = np.empty((ny, nx), np.int64)
-        inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
-        if world.bands.divided:
-            taken = world.bands.sites(table, taken)
-        else:
-            stands(table.alive[: table.high], p.x, p.y, inverse, taken)
-        (site, parent), (x, y) = np.empty((2, taken.size), np.int64), np.empty((2, taken.size), np.float32)
-        reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
+        taken, inverse, reach = self.ground(table, world.space, way)
         own: Any = np.float32(way.rate)
         if table.species.traits:
             own = own_value(table, "reproduction.rate", own)
         rate, vigour = seeds(table, own, way.rate)
-        n = sprout(taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
-                   space.torus, *rocks(world), fertility(world), inverse, vigour, world.key,
-                   table.place << 20, space.lengths, site, parent, x, y)
+        rates = np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt)
+        fertile, salt = fertility(world), table.place << 20
+        taken, sites = look_at_sites(table, world, taken, inverse, rates, fertile, salt)
+        (site, parent), (x, y) = np.empty((2, sites.size), np.int64), np.empty((2, sites.size), np.float32)
+        n = sprout(taken, sites, *rates, reach, world.space.torus, *rocks(world), fertile, inverse, vigour,
+                   world.key, salt, world.space.lengths, site, parent, x, y)
         n = room(table, world, n)
         if n == 0:
             return
+        nx = taken.shape[1]
         site, parent, x, y, z = site[:n], parent[:n], x[:n], y[:n], np.zeros(n, np.float32)
         parents = (np.maximum(parent, 0).astype(np.uint64) if world.bands.divided
                    else np.where(parent < 0, np.uint64(0), table.uid[parent]))
@@ -94,6 +95,42 @@ class Spread(System):
             rooted = root(world, table, values)
             parents, values = parents[rooted], {name: some[rooted] for name, some in values.items()}
         table.request(parents, values)
+
+    def ground(self, table: Table, space: Space, way: Any) -> tuple[np.ndarray, np.ndarray, int]:
+        """Return the sites i64[ny, nx], for the rows of who stands there, their scales [1/m], and how many
+        sites away a seed may fall, 0 for anywhere."""
+        given = space.size, way.spacing, way.dispersal, way.place
+        known = self._grounds.get(table.name)
+        if known is None or known[0] != given or known[1] is not table.species.sites:
+            nx, ny = (max(1, round(length / way.spacing)) for length in space.size[:2])
+            inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
+            reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
+            taken = table.species.sites = np.empty((ny, nx), np.int64)
+            known = self._grounds[table.name] = given, taken, inverse, reach
+        return known[1:]
+
+
+def look_at_sites(table: Table, world: SpatialWorld, taken: np.ndarray, inverse: np.ndarray,
+                  rates: tuple[np.float32, np.float32], fertile: np.ndarray,
+                  salt: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return who stands on each site i64[ny, nx], and on which sites i64[k] something may sprout by chance."""
+    p, high, most = table[Position], table.high, np.float32(1)
+    if fertile.size > 1:
+        most = np.maximum.reduce(fertile, None)
+    below = rates[0] * most + rates[1] * most
+    lucky = [NOWHERE] * world.threads
+
+    def draw_part(k: int) -> None:
+        first, last = taken.size * k // len(lucky), taken.size * (k + 1) // len(lucky)
+        lucky[k] = drawn(first, last, world.key, salt, below)
+
+    work = [partial(draw_part, k) for k in range(len(lucky))]
+    if not world.bands.divided:
+        work.insert(0, partial(stands, table.alive[:high], p.x, p.y, inverse, taken))
+    world.together(*work)
+    if world.bands.divided:
+        taken = world.bands.sites(table, taken)
+    return taken, lucky[0] if len(lucky) == 1 else np.concatenate(lucky)
 
 
 def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
@@ -131,19 +168,27 @@ def stands(alive, x, y, inverse, taken):
 
 
 @njit
-def sprout(taken, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile, inverse, vigour,
-           key, salt, lengths, site, parent, xs, ys):
-    """List the free sites on which a seed sprouts, where on each, and the row of its parent (−1: seed rain);
-    return how many. `fertile` f32[ny, nx] multiplies both rates; a map of one cell is 1 everywhere."""
+def drawn(first, last, key, salt, below):
+    """Return the sites first … last − 1 whose numbers of this tick are below a limit: i64[k]."""
+    n, sites, luck = 0, np.empty(last - first, np.int64), np.empty(SITES, np.float32)
+    for start in range(first, last, SITES):
+        for k in range(SITES):  # of those beyond the last site, too: this becomes vector code
+            luck[k] = draw(key, start + k, random.SPREAD + salt)
+        for k in range(min(SITES, last - start)):  # without branches
+            sites[n] = start + k
+            n += luck[k] < below
+    return sites[:n]
+
+
+@njit
+def sprout(taken, sites, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile, inverse,
+           vigour, key, salt, lengths, site, parent, xs, ys):
+    """List those of some sites i64[k] that are free and on which a seed sprouts, where on each, and the row
+    of its parent (−1: seed rain); return how many. `fertile` f32[ny, nx] multiplies both rates; a map of one
+    cell is 1 everywhere."""
     ny, nx = taken.shape
-    n, rate, rain, luck = 0, everywhere, rain_everywhere, np.empty(SITES, np.float32)
-    for s in range(taken.size):
-        if s % SITES == 0:
-            for k in range(SITES):  # of those beyond the last site, too: this becomes vector code
-                luck[k] = draw(key, s + k, random.SPREAD + salt)
-        u = luck[s % SITES]
-        if fertile.size <= 1 and u >= rate + rain:
-            continue
+    n, rate, rain = 0, everywhere, rain_everywhere
+    for s in sites:
         j, i = s // nx, s % nx
         if taken[j, i] >= 0:
             continue
@@ -152,6 +197,7 @@ def sprout(taken, everywhere, rain_everywhere, reach, torus, ground, ground_inve
             factor = fertile[cell_of(y * ground_inverse[1], fertile.shape[0]),
                              cell_of(x * ground_inverse[0], fertile.shape[1])]
             rate, rain = everywhere * factor, rain_everywhere * factor
+        u = draw(key, s, random.SPREAD + salt)
         if u >= rate + rain:
             continue
         if ground.size > 1:
