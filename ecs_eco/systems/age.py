@@ -34,8 +34,8 @@ class Age(System):
 
 @lone_njit
 def grow_old(first, last, alive, born, tick, dt, age, head_start):
-    """Give the living of rows first … last − 1 their age at the end of a tick [s]; `head_start` follows an age
-    that was set. Without branches, so that it becomes vector code."""
+    """Give the living of rows first … last − 1 their age at the end of a tick [s]; `head_start` follows an
+    age that was set. Without branches, so that it becomes vector code."""
     for k in range(last - first):
         row = np.uint64(first + k)
         lives, now, start = alive[row], age[row], head_start[row]

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 EVEN = np.zeros(0, np.float32)
 SITES = 256  # whose numbers are drawn at once
 EVERYWHERE = np.ones((1, 1), np.float32)
-NOWHERE = np.zeros(0, np.int64)
 
 
 class Spread(System):
@@ -60,17 +59,20 @@ class Spread(System):
         if way is None or way.kind != "spread":
             return
         taken, inverse, reach = self.ground(table, world.space, way)
+        if world.bands.divided:
+            taken = world.bands.sites(table, taken)
+        else:
+            p = table[Position]
+            stands(table.alive[: table.high], p.x, p.y, inverse, taken)
         own: Any = np.float32(way.rate)
         if table.species.traits:
             own = own_value(table, "reproduction.rate", own)
         rate, vigour = seeds(table, own, way.rate)
-        rates = np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt)
-        fertile, salt = fertility(world), table.place << 20
-        taken, sites = look_at_sites(table, world, taken, inverse, rates, fertile, salt)
-        (site, parent), (x, y) = np.empty((2, sites.size), np.int64), np.empty((2, sites.size), np.float32)
-        n = sprout(taken, sites, *rates, reach, world.space.torus, *rocks(world), fertile, inverse, vigour,
-                   world.key, salt, world.space.lengths, site, parent, x, y)
-        n = room(table, world, n)
+        site, parent, x, y = sprouting(
+            world, taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
+            world.space.torus, *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
+            world.space.lengths)
+        n = room(table, world, site.size)
         if n == 0:
             return
         nx = taken.shape[1]
@@ -104,33 +106,25 @@ class Spread(System):
         if known is None or known[0] != given or known[1] is not table.species.sites:
             nx, ny = (max(1, round(length / way.spacing)) for length in space.size[:2])
             inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
-            reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
+            reach = max(1, round((way.dispersal or way.spacing) / way.spacing))
             taken = table.species.sites = np.empty((ny, nx), np.int64)
-            known = self._grounds[table.name] = given, taken, inverse, reach
+            known = self._grounds[table.name] = given, taken, inverse, 0 if way.place == "anywhere" else reach
         return known[1:]
 
 
-def look_at_sites(table: Table, world: SpatialWorld, taken: np.ndarray, inverse: np.ndarray,
-                  rates: tuple[np.float32, np.float32], fertile: np.ndarray,
-                  salt: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return who stands on each site i64[ny, nx], and on which sites i64[k] something may sprout by chance."""
-    p, high, most = table[Position], table.high, np.float32(1)
-    if fertile.size > 1:
-        most = np.maximum.reduce(fertile, None)
-    below = rates[0] * most + rates[1] * most
-    lucky = [NOWHERE] * world.threads
+def sprouting(world: SpatialWorld, taken: np.ndarray, *how: Any) -> tuple[np.ndarray, ...]:
+    """Return what `sprout` lists of all sites, i64[k] and f32[k] each: every thread has sites of its own."""
+    parts: list[tuple[np.ndarray, ...]] = [()] * world.threads
+    edges = [taken.size * k // len(parts) for k in range(len(parts) + 1)]
 
-    def draw_part(k: int) -> None:
-        first, last = taken.size * k // len(lucky), taken.size * (k + 1) // len(lucky)
-        lucky[k] = drawn(first, last, world.key, salt, below)
+    def look(k: int) -> None:
+        size = edges[k + 1] - edges[k]
+        numbers, places = np.empty((2, size), np.int64), np.empty((2, size), np.float32)
+        n = sprout(edges[k], edges[k + 1], taken, *how, *numbers, *places)
+        parts[k] = *numbers[:, :n], *places[:, :n]
 
-    work = [partial(draw_part, k) for k in range(len(lucky))]
-    if not world.bands.divided:
-        work.insert(0, partial(stands, table.alive[:high], p.x, p.y, inverse, taken))
-    world.together(*work)
-    if world.bands.divided:
-        taken = world.bands.sites(table, taken)
-    return taken, lucky[0] if len(lucky) == 1 else np.concatenate(lucky)
+    world.together(*(partial(look, k) for k in range(len(parts))))
+    return parts[0] if len(parts) == 1 else tuple(map(np.concatenate, zip(*parts, strict=True)))
 
 
 def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
@@ -168,27 +162,20 @@ def stands(alive, x, y, inverse, taken):
 
 
 @njit
-def drawn(first, last, key, salt, below):
-    """Return the sites first … last − 1 whose numbers of this tick are below a limit: i64[k]."""
-    n, sites, luck = 0, np.empty(last - first, np.int64), np.empty(SITES, np.float32)
-    for start in range(first, last, SITES):
-        for k in range(SITES):  # of those beyond the last site, too: this becomes vector code
-            luck[k] = draw(key, start + k, random.SPREAD + salt)
-        for k in range(min(SITES, last - start)):  # without branches
-            sites[n] = start + k
-            n += luck[k] < below
-    return sites[:n]
-
-
-@njit
-def sprout(taken, sites, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile, inverse,
-           vigour, key, salt, lengths, site, parent, xs, ys):
-    """List those of some sites i64[k] that are free and on which a seed sprouts, where on each, and the row
-    of its parent (−1: seed rain); return how many. `fertile` f32[ny, nx] multiplies both rates; a map of one
-    cell is 1 everywhere."""
+def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile,
+           inverse, vigour, key, salt, lengths, site, parent, xs, ys):
+    """List those of the sites first … last − 1 that are free and on which a seed sprouts, where on each, and
+    the row of its parent (−1: seed rain); return how many. `fertile` f32[ny, nx] multiplies both rates; a map
+    of one cell is 1 everywhere."""
     ny, nx = taken.shape
-    n, rate, rain = 0, everywhere, rain_everywhere
-    for s in sites:
+    n, rate, rain, luck = 0, everywhere, rain_everywhere, np.empty(SITES, np.float32)
+    for s in range(first, last):
+        if (s - first) % SITES == 0:
+            for k in range(SITES):  # of those beyond the last site, too: this becomes vector code
+                luck[k] = draw(key, s + k, random.SPREAD + salt)
+        u = luck[(s - first) % SITES]
+        if fertile.size <= 1 and u >= rate + rain:
+            continue
         j, i = s // nx, s % nx
         if taken[j, i] >= 0:
             continue
@@ -197,7 +184,6 @@ def sprout(taken, sites, everywhere, rain_everywhere, reach, torus, ground, grou
             factor = fertile[cell_of(y * ground_inverse[1], fertile.shape[0]),
                              cell_of(x * ground_inverse[0], fertile.shape[1])]
             rate, rain = everywhere * factor, rain_everywhere * factor
-        u = draw(key, s, random.SPREAD + salt)
         if u >= rate + rain:
             continue
         if ground.size > 1:

@@ -5,7 +5,7 @@ from ecs_eco.components import Growth, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
 from ecs_eco.systems import Spread
-from ecs_eco.systems.spread import EVERYWHERE, drawn, sprout
+from ecs_eco.systems.spread import EVERYWHERE, sprout
 from ecs_eco.testing import act, arrange
 
 WAY = {"kind": "spread", "rate": 0.5, "seed_rain": 0.0, "spacing": 2.0}
@@ -46,9 +46,9 @@ def test_the_kernel_is_its_slow_twin(reach, torus, vigour):
     site, parent = np.empty(108, np.int64), np.empty(108, np.int64)
     key = random.tick_key(3, 4)
     scale = np.array([1, 1], np.float32)
-    sites = drawn(0, 108, key, 0, np.float32(0.6) + np.float32(0.2))
-    n = sprout(taken, sites, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, EVERYWHERE, scale, vigour,
-               key, 0, np.array([12, 9, 0], np.float32), site, parent, *np.empty((2, 108), np.float32))
+    n = sprout(0, 108, taken, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, EVERYWHERE, scale,
+               vigour, key, 0, np.array([12, 9, 0], np.float32), site, parent,
+               *np.empty((2, 108), np.float32))
     assert list(zip(site[:n].tolist(), parent[:n].tolist(), strict=True)) == _slow(
         taken, np.float32(0.6), np.float32(0.2), reach, torus, key, vigour if vigour.size else None
     )
