@@ -49,9 +49,11 @@ class BandField:
             self._traded[reader, owner] = near & (owners == owner)
         return self._traded[reader, owner]
 
-    def pass_time(self, dt: float) -> None:
+    def pass_time(self, dt: float, *emitted: Any) -> None:
         """Let sources flow into the own rows, and these spread and fade: as `Field.pass_time`, to the bit."""
         field, torus = self.field, self.field.space.torus
+        if emitted:
+            field.emit(*emitted)
         steps, a, keep = field._plan(dt)
         (first, last), ny = self.span(self.rank), field.shape[1]
         if last - first + 2 * steps >= ny:

@@ -11,12 +11,16 @@ import time
 import weakref
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ecs_eco.engine.helpers import Helper
 
 PARALLEL_FROM = 3000  # organisms of some 30 ns each: fewer do not repay a second thread; 0: all is divided
+PART = 3000  # organisms of some 30 ns each, for which Python may be asked once more
+MOST_PARTS = 4  # of one kernel, for each thread
 EASE = 4  # pieces of Python take turns: so many times as many organisms repay a second thread
 SAMPLES = 5  # ticks of each way, of which the median counts: in some, kernels are compiled
 AGAIN = 32  # ticks after which the way that took longer is tried again
@@ -88,31 +92,39 @@ class Workers:
             kernel(0, n, *arguments)
             return
         start, stop = (0, n) if self.own is None else self.own(n)
-        if not self._worth(n if work is None else work):
+        work = n if work is None else work
+        if not self._worth(work):
             kernel(start, stop, *arguments)
             return
-        bounds = [start + (stop - start) * i // self.threads for i in range(self.threads + 1)]
+        # more parts than threads: who comes late, as its core had other work, leaves more to the others
+        k = min(max(work // PART, self.threads), MOST_PARTS * self.threads)
+        bounds = [start + (stop - start) * i // k for i in range(k + 1)]
         first, *others = zip(bounds, bounds[1:], strict=False)
-        self._share([(kernel, *part, *arguments) for part in others], kernel, *first, *arguments)
+        self._take_turns(partial(kernel, *first, *arguments),
+                         [partial(kernel, *part, *arguments) for part in others])
 
     def together(self, tables: Iterable[Any], *work: Callable[[], Any]) -> None:
-        """Do independent pieces of work, on all threads where there are many organisms in the tables;
-        they must not share what they write."""
+        """Do independent pieces of work, the first on this thread and the others on all where there are many
+        organisms in the tables; they must not share what they write."""
         if not self.helpers or self.all_busy or not work or not self._worth(sum(t.n for t in tables) // EASE):
             for piece in work:
                 piece()
             return
-        pieces = iter(work)  # whoever is ready takes the next
-
-        def take() -> None:
-            for piece in pieces:
-                piece()
-
         self.all_busy = True
         try:
-            self._share([(take,)] * min(len(self.helpers), len(work) - 1), take)
+            self._take_turns(work[0], work[1:])
         finally:
             self.all_busy = False
+
+    def _take_turns(self, first: Callable[[], Any], others: Sequence[Callable[[], Any]]) -> None:
+        """Do pieces of work, the first on this thread; whoever is ready takes the next of the others."""
+        pieces = iter(others)
+
+        def take(*own: Callable[[], Any]) -> None:
+            for piece in chain(own, pieces):
+                piece()
+
+        self._share([(take,)] * min(len(self.helpers), len(others)), take, first)
 
     def _share(self, jobs: Sequence[tuple[Any, ...]], work: Callable[..., Any], *arguments: Any) -> None:
         """Let helpers do the jobs, functions with their arguments, and this thread its own work; wait for

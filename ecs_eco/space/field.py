@@ -10,6 +10,9 @@ from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.space.geometry import BLOCK, Space, cells_at, floor_between
 
+NOWHERE = np.empty(0, np.float32)
+NOBODY = NOWHERE, NOWHERE, NOWHERE, np.float32(0)  # emits nothing
+
 
 class Field:
     """Concentrations on a lattice, f32[nz, ny, nx] [amount/cell];
@@ -62,17 +65,15 @@ class Field:
         """Return how much of its substance it holds [mol]."""
         return float(self.value.sum(dtype=np.float64) + self.source.sum(dtype=np.float64)) * self.litres
 
-    def pass_time(self, dt: float) -> None:
+    def pass_time(self, dt: float, *emitted: Any) -> None:
         """Let sources flow in and the field diffuse and decay for `dt` seconds,
-        in as many explicit steps as are stable."""
+        in as many explicit steps as are stable; first emit what `emit` would be called with."""
         if self._steps[0] != (dt, self.diffusion, self.decay):
             self._steps = (dt, self.diffusion, self.decay), *self._plan(dt)
         _, steps, a, keep = self._steps
-        torus = self.space.torus
-        self.value += self.source
-        self.source.fill(0)
-        for _ in range(steps):
-            _diffuse(self.value, self._next, *a, keep, torus)
+        _flow(self.value, self.source, self._next, *(emitted or NOBODY), self.inverse, steps, *a, keep,
+              self.space.torus)
+        if steps % 2:
             self.value, self._next = self._next, self.value
 
     def _plan(self, dt: float) -> tuple[int, tuple[np.float32, ...], np.float32]:
@@ -97,6 +98,23 @@ def _deposit(source, x, y, z, amount, inverse):
         cells_at(first, size, x, y, z, nx, ny, nz, inverse[0], inverse[1], inverse[2], cell)
         for k in range(size):
             flat[np.uint32(cell[k])] += of_row(amount, first + k)
+
+
+@njit
+def _flow(value, source, other, x, y, z, amount, inverse, steps, ax, ay, az, keep, torus):
+    """Put amounts into the source, let it flow into the field, and this spread and fade in steps, to and fro
+    between two arrays: after an odd number of steps it is in `other`."""
+    _deposit(source, x, y, z, amount, inverse)
+    for k in range(value.shape[0]):
+        for j in range(value.shape[1]):
+            for i in range(value.shape[2]):
+                value[k, j, i] += source[k, j, i]
+                source[k, j, i] = 0
+    for step in range(steps):
+        if step % 2 == 0:
+            _diffuse(value, other, ax, ay, az, keep, torus)
+        else:
+            _diffuse(other, value, ax, ay, az, keep, torus)
 
 
 @njit

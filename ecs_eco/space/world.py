@@ -84,8 +84,10 @@ class SpatialWorld(World):
         if index is not None and index.version == table.version and index.space is self.space:
             return index
         if self.threads > 1 and not self._workers.all_busy and self._index_of(table).version != table.version:
-            stale = [t for t in self.tables.values() if Position in t and t is not table]
-            self.together(*(lambda t=t: self._build(t) for t in [table, *stale]))
+            placed = [t for t in self.tables.values() if Position in t]
+            stale = [t for t in placed if self._index_of(t).version != t.version]
+            stale.sort(key=lambda t: -t.n)  # the longest work begins first
+            self.together(*(lambda t=t: self._build(t) for t in stale))
         return self._build(table)
 
     def _index_of(self, table: Table) -> Index:

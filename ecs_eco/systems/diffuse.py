@@ -72,8 +72,11 @@ class Diffuse(System):
     def spread(self, name: str, emitters: list[tuple[Table, Index]]) -> None:
         """Let one field receive what is emitted into it, then spread and fade."""
         world, field = self.world, self.world.fields[name]
+        emitted: tuple[Any, ...] = ()
         for table, index in emitters:
             if name in table.species.emits:
+                if emitted:
+                    field.emit(*emitted)
                 each: Any = table.species.emits[name]
                 if table.species.traits:
                     each = own_value(table, f"emits.{name}", each)
@@ -82,16 +85,20 @@ class Diffuse(System):
                     amount = (each[index.rows] * world.dt).astype(np.float32)
                 else:
                     amount = np.float32(each * world.dt)
-                field.emit(index.x, index.y, index.z, amount)
-        before = 0.0 if field.substance is None else field.held()
+                emitted = index.x, index.y, index.z, amount
+        if field.substance is None:
+            field.pass_time(world.dt, *emitted)
+            return
+        if emitted:
+            field.emit(*emitted)
+        before = field.held()
         field.pass_time(world.dt)
-        if field.substance is not None:
-            decayed = field.held() - before if field.decay else 0.0
-            renewed = field.renew(world.dt)
-            if world.matter is not None:
-                s = world.substances.index(field.substance)
-                world.matter.book(("field", name), "decayed", decayed, s)
-                world.matter.book(("field", name), "brought_in", renewed, s)
+        decayed = field.held() - before if field.decay else 0.0
+        renewed = field.renew(world.dt)
+        if world.matter is not None:
+            s = world.substances.index(field.substance)
+            world.matter.book(("field", name), "decayed", decayed, s)
+            world.matter.book(("field", name), "brought_in", renewed, s)
 
 
 @njit

@@ -10,7 +10,7 @@ import numpy as np
 from ecs_eco.components import Body, Defence, Matter, Metabolism, Nervous, Position, Shape, Velocity
 from ecs_eco.engine import random
 from ecs_eco.engine.elementary import power
-from ecs_eco.engine.jit import njit
+from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
@@ -20,7 +20,7 @@ from ecs_eco.lifecycle.ingestion import swallow
 from ecs_eco.lifecycle.sizes import of_size
 from ecs_eco.lifecycle.torpor import LEAST_ENERGY
 from ecs_eco.space.land import at_places
-from ecs_eco.space.nearest import nearest
+from ecs_eco.space.nearest import nearest, seek
 from ecs_eco.space.surfaces import nearest_surface
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 NO_DECISION = np.zeros((1, 1), np.uint8)
 UNDEFENDED = np.zeros(0, np.float32)
 NOTHING = np.zeros(0, np.float32)
+NO_RADIUS = np.float32(0)  # to the surface
 NOBODY = np.zeros(0, np.int64)
 
 
@@ -71,32 +72,30 @@ class Feed(System):
         reach, chance, ceiling, gain, efficiency, store, digestion = self.meal(table, food, number, world.dt)
         furthest = highest(reach, table.alive) if isinstance(reach, np.ndarray) else food.reach
         target, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
-        radius, food_radius = b.radius, prey[Body].radius
-        if Shape in table or Shape in prey:
-            target, distance2 = nearest_surface(world, table, prey, furthest)
-            radius, food_radius = np.zeros_like(radius), np.zeros_like(food_radius)
-        else:
-            largest = np.maximum.reduce
-            widest = float(largest(radius[: table.high]) + largest(food_radius[: prey.high])) + furthest
-            if world.bands.size == 1:
-                nearest(eaters, foods, widest, target, distance2, world.split)
-            else:
-                with world.bands.over(eaters, target, distance2):
-                    nearest(eaters, foods, widest, target, distance2, world.split)
         column = -1 if nerves is None else nerves.eats
         decision = NO_DECISION if nerves is None else table[Nervous].decision
+        toughness, poison = defences(world, prey)
+        wish = (eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, reach, decision, column,
+                chance, ceiling, world.key, random.FEED + (number << 8), toughness, table.cause, m.energy,
+                m.digesting, prey.cause)
+        if Shape in table or Shape in prey:
+            target, distance2 = nearest_surface(world, table, prey, furthest)
+            world.split(propose, eaters.n, target, distance2, *wish[:3], NO_RADIUS, NO_RADIUS, *wish[5:])
+        else:
+            radii = b.radius[: table.high], prey[Body].radius[: prey.high]
+            widest = float(sum(map(np.maximum.reduce, radii))) + furthest
+            with world.bands.over(eaters, target, distance2):
+                nearest(eaters, foods, widest, target, distance2, world.split, seek_food, wish)
+        held = prey[Metabolism].energy if Metabolism in prey else NOTHING
         best = np.empty(foods.n, np.int32)
         best.fill(-1)
-        toughness, poison = defences(world, prey)
-        held = prey[Metabolism].energy if Metabolism in prey else NOTHING
         own = before = NOBODY
         if world.bands.divided:  # what ghosts gain is theirs
             own = eaters.rows[world.bands.entries(eaters)]
             before = m.energy[own].astype(np.float64)
         gained: float = ingest(
-            target, distance2, eaters.rows, eaters.uid, foods.rows, radius, food_radius, reach, decision,
-            column, chance, ceiling, gain, efficiency, held, store, digestion, world.key,
-            random.FEED + (number << 8), toughness, poison, world.codes[f"eaten by {table.name}"],
+            target, distance2, eaters.rows, eaters.uid, foods.rows, gain, efficiency, held, store, digestion,
+            poison, world.codes[f"eaten by {table.name}"],
             world.codes[f"poisoned by {food.eats}"] if food.deadly else 0, LEAST_ENERGY[table.species.torpor],
             table.cause, table.killer, table.uid, best, m.energy, m.digesting, m.taken, prey.cause,
             prey.killer, prey.uid)
@@ -168,24 +167,46 @@ def sheltered(terrain: Terrain, prey: Any, toughness: np.ndarray) -> np.ndarray:
     return np.float32(1) - left
 
 
-@njit
-def ingest(target, distance2, rows, uid, food_rows, radius, food_radius, reach, decision, column, chance,
-           until, gain, efficiency, held, ceiling, digestion, key, purpose, toughness, poison, cause, deadly,
-           least, eater_cause, eater_killer, uids, best, energy, digesting,
-           taken, food_cause, food_killer, food_uids):
-    """Resolve the proposals of all eaters, in canonical order, and apply them; return what all gained."""
-    for i in range(target.size):
+@lone_njit
+def seek_food(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, flat,
+              radius2, target, distance2, rows, uid, food_rows, radius, food_radius, reach, decision, column,
+              chance, until, key, purpose, toughness, eater_cause, energy, digesting, food_cause):
+    """`seek` for the eaters in the rows of cells first … last − 1, then `propose`."""
+    seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, flat,
+         radius2, target, distance2)
+    propose(ostart[first * nx], ostart[last * nx], target, distance2, rows, uid, food_rows, radius,
+            food_radius, reach, decision, column, chance, until, key, purpose, toughness, eater_cause, energy,
+            digesting, food_cause)
+
+
+@lone_njit
+def propose(first, last, target, distance2, rows, uid, food_rows, radius, food_radius, reach, decision,
+            column, chance, until, key, purpose, toughness, eater_cause, energy, digesting, food_cause):
+    """Let eaters first … last − 1 leave the nearest food where they cannot have it: `target` is −1 then."""
+    for i in range(first, last):
         j, row = target[i], rows[i]
-        if (j < 0 or eater_cause[row] or food_cause[food_rows[j]] or digesting[row] > 0
-            or energy[row] >= of_row(until, row)):
+        if j < 0:
             continue
-        if column >= 0 and not decision[row, column]:
+        if (eater_cause[row] or food_cause[food_rows[j]] or digesting[row] > 0
+                or energy[row] >= of_row(until, row) or (column >= 0 and not decision[row, column])):
+            target[i] = -1
             continue
-        s = radius[row] + food_radius[food_rows[j]] + of_row(reach, row)
+        s = of_row(radius, row) + of_row(food_radius, food_rows[j]) + of_row(reach, row)
         succeeds = of_row(chance, row)
         if toughness.size:
             succeeds *= np.float32(1) - toughness[food_rows[j] % toughness.size]
         if distance2[i] > s * s or draw(key, uid[i], purpose) >= succeeds:
+            target[i] = -1
+
+
+@njit
+def ingest(target, distance2, rows, uid, food_rows, gain, efficiency, held, ceiling, digestion, poison, cause,
+           deadly, least, eater_cause, eater_killer, uids, best, energy, digesting, taken, food_cause,
+           food_killer, food_uids):
+    """Resolve the proposals of all eaters, in canonical order, and apply them; return what all gained."""
+    for i in range(target.size):
+        j = target[i]
+        if j < 0:
             continue
         other = best[j]
         if (other < 0 or distance2[i] < distance2[other]

@@ -33,15 +33,17 @@ class Feel(System):
             return
         reward = np.empty(len(happiness), np.float32)
         n = table[Nervous]
-        feel(nerves.rows, happiness, n.happiness, n.reward, n.awake, reward)
+        world.split(feel, len(reward), nerves.rows, happiness, n.happiness, n.reward, n.awake, reward,
+                    work=len(reward) // 3)
         if nerves.learning:
             nerves.credit(table, reward)
 
 
 @njit
-def feel(rows, now, happiness, reward, awake, credit):
-    """Store happiness and its change; the first feeling of a life changes nothing."""
-    for i in range(rows.size):
+def feel(first, last, rows, now, happiness, reward, awake, credit):
+    """Store happiness and its change of entries first … last − 1; the first feeling of a life changes
+    nothing."""
+    for i in range(first, last):
         row = rows[i]
         credit[i] = now[i] - happiness[row] if awake[row] else np.float32(0.0)
         reward[row] = credit[i]

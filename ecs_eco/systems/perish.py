@@ -8,7 +8,7 @@ import numpy as np
 
 from ecs_eco.components import Biology, LifeHistory, Nervous
 from ecs_eco.config.numbers import labels
-from ecs_eco.engine.jit import njit
+from ecs_eco.engine.jit import lone_njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value, own_values
@@ -71,12 +71,13 @@ class Perish(System):
             nerves.end(rows, n.reward[rows])
 
 
-@njit
+@lone_njit
 def perish(alive, value, low, high, too_low, too_high, cause):
-    """Mark the living whose value is at or beyond a limit; those already dying keep the first cause."""
-    for row in range(alive.size):
-        if alive[row] and cause[row] == 0:
-            if value[row] <= of_row(low, row):
-                cause[row] = too_low
-            elif value[row] >= of_row(high, row):
-                cause[row] = too_high
+    """Mark the living whose value is at or beyond a limit; those already dying keep the first cause. Without
+    branches, so that it becomes vector code."""
+    none, below, above = np.uint8(0), np.uint8(too_low), np.uint8(too_high)
+    for k in range(alive.size):
+        row = np.uint64(k)
+        here, before = value[row], cause[row]
+        after = below if here <= of_row(low, row) else (above if here >= of_row(high, row) else none)
+        cause[row] = after if alive[row] & (before == none) else before

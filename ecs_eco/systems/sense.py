@@ -70,9 +70,10 @@ def read(share: Share, world: SpatialWorld, table: Table, seekers: Seekers, out:
 
 
 def shared_out(senses: Sequence[tuple[Any, int]], threads: int, alone: bool) -> tuple[list[Share], Share]:
-    """Return whole senses for each thread, wide ones first; and those that are read after them, by every
-    process where this one is not alone."""
-    shares: list[Share] = [[] for _ in range(threads)]
+    """Return pieces of work, the first of which is for the world's own thread: one of all senses, or of each
+    where there are several threads, wide ones first; and what is read after them, by every process where this
+    one is not alone."""
+    shares: list[Share] = [[] for _ in range(1 if threads == 1 else len(senses) + 1)]
     undivided: Share = shares[0] if alone else []
     columns, column = [], 0
     for sense, width in senses:
@@ -83,5 +84,5 @@ def shared_out(senses: Sequence[tuple[Any, int]], threads: int, alone: bool) -> 
         # functions of the user's own run on the world's thread
         own = (not sense.__module__.startswith(SHIPPED) or sense.__qualname__.startswith("ambient")
                or getattr(sense, "by_light", False))
-        (undivided if own else shares[place % threads]).append((sense, first))
+        (undivided if own else shares[0 if threads == 1 else place + 1]).append((sense, first))
     return [share for share in shares if share], [] if alone else undivided

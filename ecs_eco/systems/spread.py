@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from ecs_eco.space.terrain import ROCK, WATER, ground_at
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.geometry import Space
     from ecs_eco.space.world import SpatialWorld
 
 EVEN = np.zeros(0, np.float32)
@@ -46,33 +48,34 @@ class Spread(System):
     needs = (Position, Metabolism)
     phase = "reproduce"
 
+    @cached_property
+    def _grounds(self) -> dict[str, tuple[Any, ...]]:
+        """By table: size of the space and way of spreading, and the sites that follow from them."""
+        return {}
+
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species of plants spread."""
         way = table.species.reproduction
         if way is None or way.kind != "spread":
             return
-        space, p = world.space, table[Position]
-        nx, ny = max(1, round(space.size[0] / way.spacing)), max(1, round(space.size[1] / way.spacing))
-        taken = table.species.sites
-        if taken is None or taken.shape != (ny, nx):
-            taken = table.species.sites = np.empty((ny, nx), np.int64)
-        inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
+        taken, inverse, reach = self.ground(table, world.space, way)
         if world.bands.divided:
             taken = world.bands.sites(table, taken)
         else:
+            p = table[Position]
             stands(table.alive[: table.high], p.x, p.y, inverse, taken)
-        (site, parent), (x, y) = np.empty((2, taken.size), np.int64), np.empty((2, taken.size), np.float32)
-        reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
         own: Any = np.float32(way.rate)
         if table.species.traits:
             own = own_value(table, "reproduction.rate", own)
         rate, vigour = seeds(table, own, way.rate)
-        n = sprout(taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
-                   space.torus, *rocks(world), fertility(world), inverse, vigour, world.key,
-                   table.place << 20, space.lengths, site, parent, x, y)
-        n = room(table, world, n)
+        site, parent, x, y = sprouting(
+            world, taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
+            world.space.torus, *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
+            world.space.lengths)
+        n = room(table, world, site.size)
         if n == 0:
             return
+        nx = taken.shape[1]
         site, parent, x, y, z = site[:n], parent[:n], x[:n], y[:n], np.zeros(n, np.float32)
         parents = (np.maximum(parent, 0).astype(np.uint64) if world.bands.divided
                    else np.where(parent < 0, np.uint64(0), table.uid[parent]))
@@ -94,6 +97,34 @@ class Spread(System):
             rooted = root(world, table, values)
             parents, values = parents[rooted], {name: some[rooted] for name, some in values.items()}
         table.request(parents, values)
+
+    def ground(self, table: Table, space: Space, way: Any) -> tuple[np.ndarray, np.ndarray, int]:
+        """Return the sites i64[ny, nx], for the rows of who stands there, their scales [1/m], and how many
+        sites away a seed may fall, 0 for anywhere."""
+        given = space.size, way.spacing, way.dispersal, way.place
+        known = self._grounds.get(table.name)
+        if known is None or known[0] != given or known[1] is not table.species.sites:
+            nx, ny = (max(1, round(length / way.spacing)) for length in space.size[:2])
+            inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
+            reach = max(1, round((way.dispersal or way.spacing) / way.spacing))
+            taken = table.species.sites = np.empty((ny, nx), np.int64)
+            known = self._grounds[table.name] = given, taken, inverse, 0 if way.place == "anywhere" else reach
+        return known[1:]
+
+
+def sprouting(world: SpatialWorld, taken: np.ndarray, *how: Any) -> tuple[np.ndarray, ...]:
+    """Return what `sprout` lists of all sites, i64[k] and f32[k] each: every thread has sites of its own."""
+    parts: list[tuple[np.ndarray, ...]] = [()] * world.threads
+    edges = [taken.size * k // len(parts) for k in range(len(parts) + 1)]
+
+    def look(k: int) -> None:
+        size = edges[k + 1] - edges[k]
+        numbers, places = np.empty((2, size), np.int64), np.empty((2, size), np.float32)
+        n = sprout(edges[k], edges[k + 1], taken, *how, *numbers, *places)
+        parts[k] = *numbers[:, :n], *places[:, :n]
+
+    world.together(*(partial(look, k) for k in range(len(parts))))
+    return parts[0] if len(parts) == 1 else tuple(map(np.concatenate, zip(*parts, strict=True)))
 
 
 def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
@@ -131,17 +162,18 @@ def stands(alive, x, y, inverse, taken):
 
 
 @njit
-def sprout(taken, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile, inverse, vigour,
-           key, salt, lengths, site, parent, xs, ys):
-    """List the free sites on which a seed sprouts, where on each, and the row of its parent (−1: seed rain);
-    return how many. `fertile` f32[ny, nx] multiplies both rates; a map of one cell is 1 everywhere."""
+def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile,
+           inverse, vigour, key, salt, lengths, site, parent, xs, ys):
+    """List those of the sites first … last − 1 that are free and on which a seed sprouts, where on each, and
+    the row of its parent (−1: seed rain); return how many. `fertile` f32[ny, nx] multiplies both rates; a map
+    of one cell is 1 everywhere."""
     ny, nx = taken.shape
     n, rate, rain, luck = 0, everywhere, rain_everywhere, np.empty(SITES, np.float32)
-    for s in range(taken.size):
-        if s % SITES == 0:
+    for s in range(first, last):
+        if (s - first) % SITES == 0:
             for k in range(SITES):  # of those beyond the last site, too: this becomes vector code
                 luck[k] = draw(key, s + k, random.SPREAD + salt)
-        u = luck[s % SITES]
+        u = luck[(s - first) % SITES]
         if fertile.size <= 1 and u >= rate + rain:
             continue
         j, i = s // nx, s % nx

@@ -102,6 +102,22 @@ def test_all_of_a_range_is_done_once(divided, threads):
     these.end()
 
 
+def test_who_is_ready_does_parts_of_who_is_late(divided, monkeypatch):
+    monkeypatch.setattr(workers, "PART", 10)
+    these, done = Workers(2), []
+
+    def kernel(first, last):
+        if first == 0:
+            time.sleep(LONG)
+        done.append((first, last, threading.current_thread()))
+
+    these.split(kernel, 80)
+    assert [part[:2] for part in sorted(done[:-1])] == [(k, k + 10) for k in range(10, 80, 10)]
+    assert len({thread for *_, thread in done[:-1]}) == 1
+    assert done[-1] == (0, 10, threading.current_thread())
+    these.end()
+
+
 @pytest.mark.parametrize("pieces", [1, 2, 7])
 def test_all_pieces_are_done_once(divided, pieces):
     class Many:
@@ -178,7 +194,12 @@ def test_a_process_ends_while_they_are_awake():
 
 def test_threads_end_with_what_they_helped(divided):
     these, seen = Workers(2), []
-    these.split(lambda first, last: seen.append(threading.current_thread()), 100)
+
+    def kernel(first, last):
+        seen.append(threading.current_thread())
+        time.sleep(LONG)
+
+    these.split(kernel, 100)
     helper = next(thread for thread in seen if thread is not threading.current_thread())
     del these
     gc.collect()

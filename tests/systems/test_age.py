@@ -57,6 +57,6 @@ def test_the_kernel_agrees_with_its_plain_twin():
                      age - (100 - born - 1) * 0.3)
     expected = (np.where(alive, np.float32((100 - born) * 0.3 + start), age),
                 np.where(alive, start, head_start))
-    grow_old(alive, born, 100, 0.3, age, head_start)
+    grow_old(0, 50, alive, born, 100, 0.3, age, head_start)
     assert np.array_equal(age, expected[0])
     assert np.array_equal(head_start, expected[1])

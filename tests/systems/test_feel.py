@@ -76,7 +76,7 @@ def test_the_kernel_is_its_slow_twin():
     awake = rng.random(capacity) < 0.5
     before, slept, credit = happiness.copy(), ~awake, np.empty(n, F)
     old_reward = reward.copy()
-    feel(rows, now, happiness, reward, awake, credit)
+    feel(0, n, rows, now, happiness, reward, awake, credit)
     expected = np.where(slept[rows], 0, now - before[rows])
     assert credit == pytest.approx(expected)
     assert (reward[rows] == credit).all()

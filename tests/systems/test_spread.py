@@ -46,8 +46,9 @@ def test_the_kernel_is_its_slow_twin(reach, torus, vigour):
     site, parent = np.empty(108, np.int64), np.empty(108, np.int64)
     key = random.tick_key(3, 4)
     scale = np.array([1, 1], np.float32)
-    n = sprout(taken, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, EVERYWHERE, scale, vigour,
-               key, 0, np.array([12, 9, 0], np.float32), site, parent, *np.empty((2, 108), np.float32))
+    n = sprout(0, 108, taken, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, EVERYWHERE, scale,
+               vigour, key, 0, np.array([12, 9, 0], np.float32), site, parent,
+               *np.empty((2, 108), np.float32))
     assert list(zip(site[:n].tolist(), parent[:n].tolist(), strict=True)) == _slow(
         taken, np.float32(0.6), np.float32(0.2), reach, torus, key, vigour if vigour.size else None
     )
