@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.components import Nervous
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+from ecs_eco.nervous.formula_steps import BLOCK, take_steps
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -28,22 +29,27 @@ class Feel(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Update happiness and reward of one species; hand the rewards to its learner."""
         nerves = table.species.nerves
-        happiness = nerves.feel(table)
-        if happiness is None:
+        if (felt := nerves.felt(table)) is None:
             return
-        reward = np.empty(len(happiness), np.float32)
-        n = table[Nervous]
-        feel(nerves.rows, happiness, n.happiness, n.reward, n.awake, reward)
+        x, steps, least = felt
+        reward, n = np.empty(nerves.rows.size, np.float32), table[Nervous]
+        feel(nerves.rows, x, *steps, least, n.happiness, n.reward, n.awake, reward)
         if nerves.learning:
             nerves.credit(table, reward)
 
 
 @njit
-def feel(rows, now, happiness, reward, awake, credit):
-    """Store happiness and its change; the first feeling of a life changes nothing."""
-    for i in range(rows.size):
-        row = rows[i]
-        credit[i] = now[i] - happiness[row] if awake[row] else np.float32(0.0)
-        reward[row] = credit[i]
-        happiness[row] = now[i]
-        awake[row] = True
+def feel(rows, x, operation, operand, height, least, happiness, reward, awake, credit):
+    """Store happiness, what the steps of a formula come to and no less than `least`, and its change;
+    the first feeling of a life changes nothing."""
+    pile = np.empty((height + 1, BLOCK), x.dtype)
+    for start in range(0, rows.size, BLOCK):
+        size = min(BLOCK, rows.size - start)
+        take_steps(x, start, size, operation, operand, pile)
+        for i in range(size):
+            row, now = rows[start + i], pile[0, i]
+            now = now if (now > least) | (now != now) else least  # as numpy's maximum
+            credit[start + i] = now - happiness[row] if awake[row] else np.float32(0.0)
+            reward[row] = credit[start + i]
+            happiness[row] = now
+            awake[row] = True
