@@ -42,7 +42,7 @@ def steps_of(text: str, readings: Mapping[str, tuple[int, ...]]) -> Steps | None
     among them: its functions of the C library, say, whose bits a kernel would not repeat."""
     try:
         steps = list(_steps(ast.parse(" ".join(text.split("\n")).strip(), mode="eval").body, readings))
-    except _Unknown:
+    except (_Unknown, RecursionError):
         return None
     heights = np.cumsum([1 if operation in (NUMBER, READ) else -1 for operation, _ in steps])
     return Steps(np.array([operation for operation, _ in steps], np.int64),
