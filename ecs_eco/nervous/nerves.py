@@ -3,7 +3,6 @@ Definition 3)."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from ecs_eco.components import Experience, Memory, Motor, Nervous, Plasticity, Policy, Traits
 from ecs_eco.learning.continuous import CONTINUOUS
+from ecs_eco.nervous.decision import finite
 from ecs_eco.nervous.formula_steps import AS_READ, Steps
 from ecs_eco.nervous.networks import HappinessNetwork, Network, ReflexNetwork, mean_of
 from ecs_eco.nervous.ranges import Ranges
@@ -159,8 +159,7 @@ class Nerves:
         else:
             return (np.zeros((len(self.rows), sum(self.choices)), np.float32),
                     np.zeros(len(self.rows), np.float32))
-        # a sum is quick, and not finite where one number is not
-        if not math.isfinite(np.add.reduce(thought[0], None) + np.add.reduce(thought[1])):
+        if not finite(thought[0].reshape(-1), thought[1]):
             self._complain(table, world, thought)
         return thought
 

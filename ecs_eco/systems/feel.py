@@ -33,23 +33,25 @@ class Feel(System):
             return
         x, steps, least = felt
         reward, n = np.empty(nerves.rows.size, np.float32), table[Nervous]
-        feel(nerves.rows, x, *steps, least, n.happiness, n.reward, n.awake, reward)
+        world.split(feel, reward.size, nerves.rows, x, *steps, least, n.happiness, n.reward, n.awake, reward,
+                    work=reward.size // 3)
         if nerves.learning:
             nerves.credit(table, reward)
 
 
 @njit
-def feel(rows, x, operation, operand, height, least, happiness, reward, awake, credit):
-    """Store happiness, what the steps of a formula come to and no less than `least`, and its change;
-    the first feeling of a life changes nothing."""
+def feel(first, last, rows, x, operation, operand, height, least, happiness, reward, awake, credit):
+    """Store happiness of entries first … last − 1, what the steps of a formula come to and no less than
+    `least`, and its change; the first feeling of a life changes nothing."""
     pile = np.empty((height + 1, BLOCK), x.dtype)
-    for start in range(0, rows.size, BLOCK):
-        size = min(BLOCK, rows.size - start)
+    for start in range(first, last, BLOCK):
+        size = min(BLOCK, last - start)
         take_steps(x, start, size, operation, operand, pile)
-        for i in range(size):
-            row, now = rows[start + i], pile[0, i]
+        for k in range(size):
+            i, now = start + k, pile[0, k]
+            row = rows[i]
             now = now if (now > least) | (now != now) else least  # as numpy's maximum
-            credit[start + i] = now - happiness[row] if awake[row] else np.float32(0.0)
-            reward[row] = credit[start + i]
+            credit[i] = now - happiness[row] if awake[row] else np.float32(0.0)
+            reward[row] = credit[i]
             happiness[row] = now
             awake[row] = True

@@ -21,7 +21,8 @@ def x():
 def felt(text, x, least):
     """What the kernel makes of a formula, with its steps."""
     happiness, other = np.zeros(N, F), (np.zeros(N, F), np.zeros(N, np.bool_), np.zeros(N, F))
-    feel(np.arange(N), x, *steps_of(text, READINGS), F(least), happiness, *other)
+    for first, last in ((0, 100), (100, N)):
+        feel(first, last, np.arange(N), x, *steps_of(text, READINGS), F(least), happiness, *other)
     return happiness
 
 

@@ -77,7 +77,7 @@ def test_the_kernel_is_its_slow_twin():
     awake = rng.random(capacity) < 0.5
     before, slept, credit = happiness.copy(), ~awake, np.empty(n, F)
     old_reward = reward.copy()
-    feel(rows, now[None], *AS_READ, F(0.3), happiness, reward, awake, credit)
+    feel(0, n, rows, now[None], *AS_READ, F(0.3), happiness, reward, awake, credit)
     now = np.maximum(now, F(0.3))
     expected = np.where(slept[rows], 0, now - before[rows])
     assert credit == pytest.approx(expected)
