@@ -120,7 +120,8 @@ class Brain:
         if not x.flags.forc:
             x = np.ascontiguousarray(x)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
-        for out, (widths, starts) in zip((logits, logits[:, :0].copy()), self._plans, strict=False):
+        outputs = (logits,) if len(self._plans) == 1 else (logits, logits[:, :0].copy())
+        for out, (widths, starts) in zip(outputs, self._plans, strict=True):
             if split is None:
                 infer(0, n, x, self.weights, widths, starts, out, values)
             else:

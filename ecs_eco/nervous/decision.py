@@ -19,6 +19,17 @@ def uniforms(first, last, key, uid, group, out):
 
 
 @njit
+def finite(logits, values):
+    """Return whether all numbers of f32[n * options] and f32[n] are; without branches, for vectors."""
+    wrong = False
+    for i in range(logits.size):
+        wrong |= not (abs(logits[i]) < np.inf)
+    for i in range(values.size):
+        wrong |= not (abs(values[i]) < np.inf)
+    return not wrong
+
+
+@njit
 def decide(first, last, choice, offsets, targets, has_policy, y, has_reflex, automatic, rows, decision):
     """Write H(y + z) of organism i to decision[rows[i]]: u8[capacity, actions].
 

@@ -10,6 +10,7 @@ from ecs_eco.components import Desires, Instincts, Reflexes
 from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.jit import njit
 from ecs_eco.genomes.own_values import own_value
+from ecs_eco.nervous.formula_steps import steps_of
 
 Network = Callable[..., np.ndarray]
 """network(x f32[n, channels]) -> f32[n] (happiness) or [n, actions] (reflex); each may be a plain function.
@@ -77,6 +78,8 @@ class HappinessNetwork:
         self.individual, self.nerves, self.least = individual, nerves, np.float32(config.minimum)
         self.function = find(config.function) if config.function else None
         self.formula = compile_formula(config.formula, nerves.readings) if config.formula else None
+        plain = self.formula is not None and self.function is None
+        self.steps = steps_of(config.formula, nerves.readings) if plain else None
         self.channels, self.starts = _readings([nerves.readings[n] for n in config.weights])
         self.weight = np.array([list(config.weights.values())], np.float32).reshape(1, -1)
 

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.components import Nervous
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+from ecs_eco.nervous.formula_steps import BLOCK, take_steps
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -28,24 +29,29 @@ class Feel(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Update happiness and reward of one species; hand the rewards to its learner."""
         nerves = table.species.nerves
-        happiness = nerves.feel(table)
-        if happiness is None:
+        if (felt := nerves.felt(table)) is None:
             return
-        reward = np.empty(len(happiness), np.float32)
-        n = table[Nervous]
-        world.split(feel, len(reward), nerves.rows, happiness, n.happiness, n.reward, n.awake, reward,
-                    work=len(reward) // 3)
+        x, steps, least = felt
+        reward, n = np.empty(nerves.rows.size, np.float32), table[Nervous]
+        world.split(feel, reward.size, nerves.rows, x, *steps, least, n.happiness, n.reward, n.awake, reward,
+                    work=reward.size // 3)
         if nerves.learning:
             nerves.credit(table, reward)
 
 
 @njit
-def feel(first, last, rows, now, happiness, reward, awake, credit):
-    """Store happiness and its change of entries first … last − 1; the first feeling of a life changes
-    nothing."""
-    for i in range(first, last):
-        row = rows[i]
-        credit[i] = now[i] - happiness[row] if awake[row] else np.float32(0.0)
-        reward[row] = credit[i]
-        happiness[row] = now[i]
-        awake[row] = True
+def feel(first, last, rows, x, operation, operand, height, least, happiness, reward, awake, credit):
+    """Store happiness of entries first … last − 1, what the steps of a formula come to and no less than
+    `least`, and its change; the first feeling of a life changes nothing."""
+    pile = np.empty((height + 1, BLOCK), x.dtype)
+    for start in range(first, last, BLOCK):
+        size = min(BLOCK, last - start)
+        take_steps(x, start, size, operation, operand, pile)
+        for k in range(size):
+            i, now = start + k, pile[0, k]
+            row = rows[i]
+            now = now if (now > least) | (now != now) else least  # as numpy's maximum
+            credit[i] = now - happiness[row] if awake[row] else np.float32(0.0)
+            reward[row] = credit[i]
+            happiness[row] = now
+            awake[row] = True

@@ -75,14 +75,29 @@ def shared_out(senses: Sequence[tuple[Any, int]], threads: int, alone: bool) -> 
     one is not alone."""
     shares: list[Share] = [[] for _ in range(1 if threads == 1 else len(senses) + 1)]
     undivided: Share = shares[0] if alone else []
-    columns, column = [], 0
-    for sense, width in senses:
-        columns.append((sense, width, column))
-        column += width
-    columns.sort(key=lambda one: -one[1])
-    for place, (sense, _, first) in enumerate(columns):
+    for place, (sense, _, first) in enumerate(sorted(joined(senses), key=lambda one: -one[1])):
         # functions of the user's own run on the world's thread
         own = (not sense.__module__.startswith(SHIPPED) or sense.__qualname__.startswith("ambient")
                or getattr(sense, "by_light", False))
         (undivided if own else shares[0 if threads == 1 else place + 1]).append((sense, first))
     return [share for share in shares if share], [] if alone else undivided
+
+
+def joined(senses: Sequence[tuple[Any, int]]) -> list[tuple[Any, int, int]]:
+    """Return senses with their widths and first columns, where one stands for all that are read together, in
+    the place of the first of them."""
+    groups: dict[Any, list[tuple[Any, int, int]]] = {}
+    column = 0
+    for number, (sense, width) in enumerate(senses):
+        shipped = sense.__module__.startswith(SHIPPED)
+        groups.setdefault(getattr(sense, "joint", number) if shipped else number,
+                          []).append((sense, width, column))
+        column += width
+    parts = []
+    for joint, group in groups.items():
+        if isinstance(joint, tuple):
+            together = joint[0]([(sense, first) for sense, _, first in group])
+            parts.append((together, sum(width for _, width, _ in group), group[0][2]))
+        else:
+            parts += group
+    return parts

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from ecs_eco.components import Nervous
+from ecs_eco.nervous.formula_steps import AS_READ
 from ecs_eco.systems import Feel, Perish, Sense
 from ecs_eco.systems.feel import feel
 from ecs_eco.testing import act, arrange
@@ -76,7 +77,8 @@ def test_the_kernel_is_its_slow_twin():
     awake = rng.random(capacity) < 0.5
     before, slept, credit = happiness.copy(), ~awake, np.empty(n, F)
     old_reward = reward.copy()
-    feel(0, n, rows, now, happiness, reward, awake, credit)
+    feel(0, n, rows, now[None], *AS_READ, F(0.3), happiness, reward, awake, credit)
+    now = np.maximum(now, F(0.3))
     expected = np.where(slept[rows], 0, now - before[rows])
     assert credit == pytest.approx(expected)
     assert (reward[rows] == credit).all()

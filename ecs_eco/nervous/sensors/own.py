@@ -1,14 +1,18 @@
 """The sensor of a property of the own body: interoception."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numba
 import numpy as np
+from numba import carray
 
 from ecs_eco.components import Biology, Body, Chemistry, Load, Metabolism, Physical, Shape
 from ecs_eco.engine.elementary import power
 from ecs_eco.engine.jit import lone_njit
 from ecs_eco.engine.per_row import of_row
+from ecs_eco.engine.rows import address_of, pointer
+from ecs_eco.engine.schema import Columns
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, place_of
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.shapes import volume
@@ -65,7 +69,72 @@ def own(property: str, scale: float, substances: list[str], number: int = 0,
                 "pressure", *place_of(table, seekers, number, at, world.space))
         world.split(_own, seekers.n, value, seekers.rows, factor, out.T, column, work=seekers.n // 30)
 
+    def plain(table: "Table") -> np.ndarray | None:
+        """Return the column where no more is done than to read it: f32[capacity]."""
+        if table.species.traits or property == "volume" or (property == "pressure" and any(at)):
+            return None
+        value = own_column(table, property, substances)
+        return value if type(value) is np.ndarray and value.dtype == np.float32 else None
+
+    sense.plain, sense.factor = plain, shared  # type: ignore[attr-defined]
+    sense.joint = feel_together, None  # type: ignore[attr-defined]
     return sense
+
+
+class Plain(NamedTuple):
+    """Columns that are read as they are, by their addresses, and the senses of the others."""
+
+    made_from: tuple[Any, ...] = ()  # what they hold for
+    others: tuple[tuple[Sense, int], ...] = ()
+    arrays: tuple[np.ndarray, ...] = ()  # they keep the addresses alive
+    addresses: np.ndarray = np.empty(0, np.uint64)
+    steps: np.ndarray = np.empty(0, np.int64)  # from row to row
+    factors: np.ndarray = np.empty(0, np.float32)
+    columns: np.ndarray = np.empty(0, np.int64)  # of the observations
+
+    @classmethod
+    def of(cls, made_from: tuple[Any, ...], table: "Table", senses: list[tuple[Any, int]]) -> "Plain":
+        """Make them of the senses of a table, each with its first column."""
+        compiled = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # else there are no addresses
+        arrays = [sense.plain(table) if compiled else None for sense, _ in senses]
+        read = [(a, sense.factor, column) for a, (sense, column) in zip(arrays, senses, strict=True)
+                if a is not None]
+        return cls(made_from, tuple(it for a, it in zip(arrays, senses, strict=True) if a is None),
+                   tuple(a for a, _, _ in read), np.array([address_of(a) for a, _, _ in read], np.uint64),
+                   np.array([a.strides[0] // a.itemsize for a, _, _ in read], np.int64),
+                   np.array([factor for _, factor, _ in read], np.float32),
+                   np.array([column for _, _, column in read], np.int64))
+
+
+def feel_together(senses: list[tuple[Any, int]]) -> Sense:
+    """Return what feels properties of the own body for several senses, each with its first column, in one go.
+    """
+    kept = Plain()
+
+    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        nonlocal kept
+        plain, now = kept, (table, bool(table.species.traits), Columns.replaced)
+        if plain.made_from != now:
+            plain = kept = Plain.of(now, table, senses)
+        if plain.arrays:
+            world.split(_own_columns, seekers.n, *plain[3:], seekers.rows, out.T,
+                        work=seekers.n * len(plain.arrays) // 30)
+        for one, first in plain.others:
+            one(world, table, seekers, out, first)
+
+    return sense
+
+
+@lone_njit
+def _own_columns(first, last, addresses, steps, factors, columns, rows, out):
+    """Write the values of the rows in each column f32[capacity] at an address, times its factor: nobody looks
+    at the length that an array is given here."""
+    like = np.empty(0, np.float32)
+    for c in range(columns.size):
+        value, step, factor = carray(pointer(addresses[c], like), 1), np.uint64(steps[c]), factors[c]
+        for k in range(last - first):
+            i = np.uint64(first + k)
+            out[columns[c], i] = value[np.uint64(rows[i]) * step] * factor
 
 
 @lone_njit

@@ -1,6 +1,6 @@
 """The sensor that smells a scalar field at a place of the body."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,69 +15,95 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
+AT_CENTRE = np.zeros((1, 2), np.float32)
+
 
 def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
     """Smell a field at a place of the body: c/(c + scale), the occupancy of receptors
     that are half bound at `scale`."""
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
     shared = np.float32(scale)
+    place = np.array([[forward, left]])
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         f, mine, space = world.fields[field], seekers.index, world.space
         x, y, z, high = mine.x, mine.y, mine.z, up
-        body = (seekers.radius, seekers.cos, seekers.sin, forward, left)
+        body, ahead = (seekers.radius, seekers.cos, seekers.sin), place
         if seekers.half is not None:
             x, y, z = place_of(table, seekers, number, at, space)
-            body, high = (*body[:3], np.float32(0), np.float32(0)), np.float32(0)
+            ahead, high = AT_CENTRE, np.float32(0)
         elif number in table.species.own_places:  # the kernel finds each one's nose where its body is
             own = table[Senses]
             x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
-            body = (seekers.radius, seekers.cos, seekers.sin, np.float32(0), np.float32(0))
+            ahead = AT_CENTRE
         half = of_sensor(table, seekers, number, scale=shared)[0] if table.species.traits else shared
         if space.volume:
-            world.split(_sniff_volume, seekers.n, f.value, f.inverse, x, y, z, *body, high,
+            world.split(_sniff_volume, seekers.n, f.value, f.inverse, x, y, z, *body, *ahead[0], high,
                         half, space.lengths, space.torus, out.T, column, work=seekers.n // 5)
         else:
-            world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, x, y, *body, half,
-                        space.torus, out.T, column, work=seekers.n // 10)
+            world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, x, y, *body, ahead,
+                        np.asarray(half)[None], space.torus, out.T, np.array([column]), work=seekers.n // 10)
+
+    sense.nose = forward, left, shared  # type: ignore[attr-defined]
+    sense.joint = smell_together, field  # type: ignore[attr-defined]
+    return sense
+
+
+def smell_together(senses: list[tuple[Any, int]]) -> Sense:
+    """Return what smells a field for several senses, each with its first column, in one go."""
+    field, columns = senses[0][0].joint[1], np.array([column for _, column in senses])
+    forward, left, scales = np.array([sense.nose for sense, _ in senses]).T.copy()
+    places = np.stack([forward, left], 1)
+
+    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        species, space, f = table.species, world.space, world.fields[field]
+        if space.volume or species.traits or species.own_places or seekers.half is not None:
+            for one, first in senses:
+                one(world, table, seekers, out, first)
+            return
+        world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, seekers.index.x, seekers.index.y,
+                    seekers.radius, seekers.cos, seekers.sin, places, scales, space.torus, out.T, columns,
+                    work=seekers.n * len(columns) // 10)
 
     return sense
 
 
 @lone_njit
-def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, forward, left, scale, torus,
-                 out, column):
-    """Read the field f32[ny, nx] at the noses; without branches and with unsigned indices,
-    so that it becomes vector code."""
+def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, places, scales, torus, out,
+                 columns):
+    """Read the field f32[ny, nx] at the noses, which are at places f32[k, 2] of each body, with scales f32[k]
+    or f32[k, n]; without branches and with unsigned indices, so that it becomes vector code."""
     ny, nx = value.shape
     flat = value.reshape(-1)
     half, zero, one, fnx, fny = (np.float32(0.5), np.float32(0.0), np.float32(1.0), np.float32(nx),
                                  np.float32(ny))
     last_x, last_y = fnx - one, fny - one
-    for k in range(last - first):
-        i = np.uint64(first + k)
-        r = radius[i]
-        gx = (ox[i] + r * (forward * cos[i] - left * sin[i])) * inverse[0] - half
-        gy = (oy[i] + r * (forward * sin[i] + left * cos[i])) * inverse[1] - half
-        bx, by = np.floor(gx), np.floor(gy)
-        fx, fy = gx - bx, gy - by
-        if torus:
-            x0, y0 = bx + fnx if bx < zero else bx, by + fny if by < zero else by
-            x0, y0 = x0 - fnx if x0 >= fnx else x0, y0 - fny if y0 >= fny else y0
-            x0, y0 = x0 if x0 > zero else zero, y0 if y0 > zero else zero
-            x0, y0 = x0 if x0 < last_x else last_x, y0 if y0 < last_y else last_y
-            x1, y1 = x0 + one, y0 + one
-            x1, y1 = x1 - fnx if x1 >= fnx else x1, y1 - fny if y1 >= fny else y1
-        else:
-            x0, y0, x1, y1 = bx if bx > zero else zero, by if by > zero else zero, bx + one, by + one
-            x1, y1 = x1 if x1 > zero else zero, y1 if y1 > zero else zero
-            x0, y0, x1, y1 = min(x0, last_x), min(y0, last_y), min(x1, last_x), min(y1, last_y)
-        i0, i1, j0, j1 = (np.uint32(x0), np.uint32(x1), np.uint32(y0) * np.uint32(nx),
-                          np.uint32(y1) * np.uint32(nx))
-        south, north = ((one - fx) * flat[j0 + i0] + fx * flat[j0 + i1],
-                        (one - fx) * flat[j1 + i0] + fx * flat[j1 + i1])
-        c = (one - fy) * south + fy * north
-        out[column, i] = c / (c + of_row(scale, i))
+    for number in range(columns.size):
+        forward, left, scale = places[number, 0], places[number, 1], scales[number]
+        for k in range(last - first):
+            i = np.uint64(first + k)
+            r = radius[i]
+            gx = (ox[i] + r * (forward * cos[i] - left * sin[i])) * inverse[0] - half
+            gy = (oy[i] + r * (forward * sin[i] + left * cos[i])) * inverse[1] - half
+            bx, by = np.floor(gx), np.floor(gy)
+            fx, fy = gx - bx, gy - by
+            if torus:
+                x0, y0 = bx + fnx if bx < zero else bx, by + fny if by < zero else by
+                x0, y0 = x0 - fnx if x0 >= fnx else x0, y0 - fny if y0 >= fny else y0
+                x0, y0 = x0 if x0 > zero else zero, y0 if y0 > zero else zero
+                x0, y0 = x0 if x0 < last_x else last_x, y0 if y0 < last_y else last_y
+                x1, y1 = x0 + one, y0 + one
+                x1, y1 = x1 - fnx if x1 >= fnx else x1, y1 - fny if y1 >= fny else y1
+            else:
+                x0, y0, x1, y1 = bx if bx > zero else zero, by if by > zero else zero, bx + one, by + one
+                x1, y1 = x1 if x1 > zero else zero, y1 if y1 > zero else zero
+                x0, y0, x1, y1 = min(x0, last_x), min(y0, last_y), min(x1, last_x), min(y1, last_y)
+            i0, i1, j0, j1 = (np.uint32(x0), np.uint32(x1), np.uint32(y0) * np.uint32(nx),
+                              np.uint32(y1) * np.uint32(nx))
+            south, north = ((one - fx) * flat[j0 + i0] + fx * flat[j0 + i1],
+                            (one - fx) * flat[j1 + i0] + fx * flat[j1 + i1])
+            c = (one - fy) * south + fy * north
+            out[columns[number], i] = c / (c + of_row(scale, i))
 
 
 @njit

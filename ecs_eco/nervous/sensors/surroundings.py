@@ -20,10 +20,14 @@ def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), 
 
     With `dark` the value is log10(1 + value/dark).
     """
+    shared = np.float32(zero), np.float32(scale)
+
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
-        base, unit = of_sensor(table, seekers, number, zero=np.float32(zero), scale=np.float32(scale))
+        base, unit = shared
+        if table.species.traits:
+            base, unit = of_sensor(table, seekers, number, zero=base, scale=unit)
         if dark is None and world.environment.get(quantity) is None:  # the same everywhere
-            out[:, column] = (np.float32(world.ambient[quantity]) - base) / unit
+            out.T[column] = (np.float32(world.ambient[quantity]) - base) / unit
             return
         x, y, z = place_of(table, seekers, number, at, world.space)
         value = world.surroundings(quantity, x, y, z)
