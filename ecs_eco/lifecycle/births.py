@@ -80,20 +80,29 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     Each newborn gets the energy `given` f32[k]; the caller takes it from the parent. `fathers` are uids
     u64[k], dead or alive, `sperm` u8[k, loci] their genomes.
     """
-    father = np.zeros(parents.size, np.uint64) if fathers is None else fathers
-    litters = Litters(table.uid[parents], number, given, father)
-    if world.bands.divided:
-        litters = world.bands.litters(litters, around(table, way, parents))
-    wanted = int(np.add.reduce(litters.number))
-    n = room(table, world, wanted)
+    alone = not world.bands.divided
+    litters = None if alone else world.bands.litters(
+        litters_of(table, parents, number, given, fathers), around(table, way, parents))
+    n = room(table, world, sum((number if litters is None else litters.number).tolist()))
     if not n:
         return np.zeros(parents.size, np.int64)
-    brood = None if world.bands.divided else small_brood(table, world, way, parents, number, given, n)
-    brood, born = brood or any_brood(table, world, way, parents, litters, n)
+    found = small_brood(table, world, way, parents, number, given, n) if alone else None
+    if found is None:
+        litters = litters or litters_of(table, parents, number, given, fathers)
+        found = any_brood(table, world, way, parents, litters, n)
+    brood, born = found
     if brood.which.size:
-        second = None if fathers is None else litters.father[brood.which]
-        request(table, world, parents, litters, brood, second, sperm)
+        if fathers is not None:
+            fathers = (fathers if litters is None else litters.father)[brood.which]
+        request(table, world, parents, litters, brood, fathers, sperm)
     return born
+
+
+def litters_of(table: Table, parents: np.ndarray, number: np.ndarray, given: np.ndarray,
+               fathers: np.ndarray | None) -> Litters:
+    """Return the litters of parents in rows i64[k], as `bring_forth` has them."""
+    father = np.zeros(parents.size, np.uint64) if fathers is None else fathers
+    return Litters(table.uid[parents], number, given, father)
 
 
 def any_brood(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, litters: Litters,
@@ -112,10 +121,11 @@ def any_brood(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, 
     return brood, np.bincount(which, minlength=litters.uid.size)[litters.mine]
 
 
-def request(table: Table, world: SpatialWorld, parents: np.ndarray, litters: Litters, brood: Brood,
+def request(table: Table, world: SpatialWorld, parents: np.ndarray, litters: Litters | None, brood: Brood,
             second: np.ndarray | None, sperm: np.ndarray | None) -> None:
-    """Request newborn that have found a place, or the eggs from which they will hatch; `second` are their
-    fathers u64[n], `sperm` u8[k, loci] those genomes, of all litters."""
+    """Request newborn that have found a place, or the eggs from which they will hatch: `litters` are those of
+    all processes, where there are several, `second` their fathers u64[n], `sperm` u8[k, loci] the genomes of
+    the fathers of all litters."""
     nest, which, identity = table.species.eggs, brood.which, brood.identity
     values = newborn(table if nest is None else nest, world, identity, *brood[3:])
     if table.species.heredity is not None:
@@ -133,7 +143,7 @@ def request(table: Table, world: SpatialWorld, parents: np.ndarray, litters: Lit
     nest.request(brood.mother, values, second)
 
 
-def inherited(world: SpatialWorld, table: Table, parents: np.ndarray, litters: Litters, which: np.ndarray,
+def inherited(world: SpatialWorld, table: Table, parents: np.ndarray, litters: Any, which: np.ndarray,
               identity: np.ndarray, y: np.ndarray, second: np.ndarray | None,
               sperm: np.ndarray | None) -> dict[tuple[type, str], np.ndarray]:
     """Return the columns that newborn inherit, of the litters `which` i64[n] of parents in rows `parents`."""
