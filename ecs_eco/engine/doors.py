@@ -117,8 +117,6 @@ class Dead(set[Any]):
     def __bool__(self) -> bool:
         """What `esper.process` and `esper.clear_dead_entities` ask first:
         whether there is something to clear."""
-        if self.registry.due:
-            return False  # a tick begins, and has its own place for deaths
         world = self.registry.world()
         if world is not None and world.ticking:
             self.registry.refuse("clear_dead_entities",
@@ -161,9 +159,6 @@ class Processors(list[Any]):
 
     def __iter__(self) -> Iterator[Any]:
         registry = self.registry
-        if registry.due:
-            registry.due = False
-            return iter(tuple(super().__iter__()))
         if registry.world().ticking:
             registry.refuse("process", "a tick is under way; one tick cannot pass within another")
         return iter((Tick(registry.world()),))

@@ -2,11 +2,14 @@
 is kept up to date."""
 
 import weakref
+from collections.abc import Collection
 from typing import Any
 
 import esper
 import numpy as np
 
+from ecs_eco.engine.addresses import Addresses
+from ecs_eco.engine.rows import ROWS, vacate_dying
 from ecs_eco.engine.table import Table
 
 
@@ -42,6 +45,30 @@ class Touched(_OfWorld):
         """Look at what was written."""
         self.world.touch()
         self.world.admit(refuse=self.world.debug is None)
+
+
+class Unheard:
+    """Deaths of which nobody wants to hear, of all tables in one call of a kernel."""
+
+    def __init__(self, tables: dict[str, Table]) -> None:
+        self._own = Addresses(lambda: [[getattr(t, name) for name in ROWS] for t in tables.values()])
+        self._high = self._died = np.empty(0, np.int64)
+
+    def bury(self, tables: Collection[Table]) -> bool:
+        """Free the rows of all that have a cause of death; return False, with nothing done, where an index of
+        neighbours wants to hear of them."""
+        if self._high.size != len(tables):
+            self._high, self._died = np.empty((2, len(tables)), np.int64)
+        high, died = self._high, self._died
+        for k, table in enumerate(tables):
+            if table.followed:
+                return False
+            high[k] = table.high
+        if vacate_dying(self._own(), high, died):
+            for table, end, n in zip(tables, high.tolist(), died.tolist(), strict=True):
+                if n:
+                    table.note_freed(n, end)
+        return True
 
 
 def bury(world: Any, table: Table, rows: np.ndarray, ordered: bool = False) -> None:

@@ -34,7 +34,6 @@ class Registry:
         self.stale = False
         self.places: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # by table: numbers ascending, their rows
         self.looked_at: tuple[int, Table, int] | None = None  # the one that esper's loop stands at
-        self.due = False  # whether the next to go through the processors is a tick of the world
         self.waiting: dict[int, Entity] = {}  # not born yet, by the identity of what was asked of the table
         parts: tuple[Any, ...] = (self.components, self.entities, self.dead, *self.caches, self.processors,
                                   self.kinds, self.events)

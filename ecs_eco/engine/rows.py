@@ -1,92 +1,74 @@
-"""The rows of tables: who comes into them, who leaves them, and what stands in them beyond its limits.
+"""The rows of tables: who comes into them, who leaves them, and what stands in them beyond its limits."""
 
-A kernel that takes many arrays spends more time on taking them than on using them, so columns come by their
-addresses. These hold as long as no column is replaced; `Columns.replaced` says so.
-"""
-
+from operator import is_
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
-from numba import carray, types
-from numba.extending import intrinsic
 
+from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.jit import njit
 
 FEW = 32  # rows that are brought into order one by one
+ROWS = "alive", "uid", "born", "cause", "killer"  # what a table knows of each row, as kernels take it
 
 
-def address_of(array: np.ndarray) -> int:
-    """Return where an array begins in memory."""
-    return int(array.__array_interface__["data"][0])
+class Layout(NamedTuple):
+    """Where the arrays of a table are in memory, and the value that newborn have in each column unless they
+    are given another."""
 
-
-def _as_pointer(typing: Any, address: Any, like: Any) -> Any:
-    """Take an address as that of values of the type of the array `like`."""
-
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        number, _ = arguments
-        return builder.inttoptr(number, context.get_value_type(signature.return_type))
-
-    return types.CPointer(like.dtype)(types.uint64, like), make  # type: ignore[no-untyped-call]
-
-
-pointer: Any = intrinsic(_as_pointer)
-
-
-class Defaults(NamedTuple):
-    """Columns, and the value of each that newborn have unless they are given another."""
-
-    made_from: tuple[Any, ...] = ()  # what they hold for
-    others: tuple[tuple[type[Any], str], ...] = ()  # components and fields that have no addresses
+    made_from: tuple[Any, ...] = ()  # what it holds for
     arrays: tuple[np.ndarray, ...] = ()  # they keep the addresses alive
-    columns: np.ndarray = np.empty(0, np.uint64)  # addresses
-    values: np.ndarray = np.empty(0, np.uint64)  # addresses
-    size: np.ndarray = np.empty(0, np.int64)  # bytes of a row
+    rows: np.ndarray = np.empty(0, np.uint64)  # addresses of ROWS
+    columns: np.ndarray = np.empty((3, 0), np.uint64)  # addresses, addresses of the values, bytes of a row
+    fields: dict[tuple[type[Any], str], Any] = {}  # the columns by component and field
+    shapes: dict[tuple[type[Any], str], tuple[int, ...]] = {}  # of the value of one
+    others: tuple[tuple[type[Any], str], ...] = ()  # components and fields that have no addresses
 
-    @classmethod
-    def of(cls, made_from: tuple[Any, ...], columns: dict[type[Any], Any],
-           defaults: dict[type[Any], dict[str, np.ndarray]]) -> "Defaults":
-        """Make them of the columns of a table and the values that newborn have in these."""
-        fields = [(c, f, vars(it)[f], value) for c, it in columns.items() for f, value in defaults[c].items()]
-        compiled = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # else there are no addresses
-        plain = [compiled and type(array) is np.ndarray and array.dtype == value.dtype
-                 for _, _, array, value in fields]
-        pairs = [(array, value) for (_, _, array, value), has in zip(fields, plain, strict=True) if has]
-        others = tuple((c, f) for (c, f, _, _), has in zip(fields, plain, strict=True) if not has)
-        return cls(made_from, others, tuple(array for pair in pairs for array in pair),
-                   np.array([address_of(array) for array, _ in pairs], np.uint64),
-                   np.array([address_of(value) for _, value in pairs], np.uint64),
-                   np.array([value.nbytes for _, value in pairs], np.int64))
+    def renewed(self, made_from: tuple[Any, ...], table: Any) -> "Layout":
+        """Return the layout of a table as it is now: often arrays of other tables were replaced."""
+        own = [getattr(table, name) for name in ROWS]
+        values = {(c, f): value for c in table.columns for f, value in table.defaults[c].items()}
+        fields = {(c, f): vars(table.columns[c])[f] for c, f in values}
+        arrays = (*own, *fields.values(), *values.values())
+        if len(arrays) == len(self.arrays) and all(map(is_, arrays, self.arrays)):
+            return self._replace(made_from=made_from)
+        plain = [key for key, array in fields.items()
+                 if type(array) is np.ndarray and array.dtype == values[key].dtype]
+        columns = [(address_of(fields[key]), address_of(values[key]), values[key].nbytes) for key in plain]
+        return Layout(made_from, arrays, np.array([address_of(array) for array in own], np.uint64),
+                      np.array(columns, np.uint64).reshape(-1, 3).T.copy(), fields,
+                      {key: value.shape for key, value in values.items()},
+                      tuple(key for key in fields if key not in plain))
 
 
 @njit
-def fill(rows, capacity, columns, values, size):
-    """Write a value to some rows of each column, which has `capacity` rows, all by their addresses, in bytes.
-    """
-    words, bytes_ = np.empty(0, np.uint32), np.empty(0, np.uint8)
-    for k in range(columns.size):
-        n = size[k] // 4
-        if n * 4 == size[k]:
-            wide, given = (carray(pointer(columns[k], words), capacity * n),
-                           carray(pointer(values[k], words), n))
+def fill(rows, capacity, columns):
+    """Write a value to some rows of each column, which has `capacity` rows: addresses of columns and values,
+    and bytes of a row, u64[3, columns]."""
+    for k in range(columns.shape[1]):
+        size = np.int64(columns[2, k])
+        n = size // 4
+        if n * 4 == size:
+            wide = column_at(columns[0, k], np.uint32, capacity * n)
+            given = column_at(columns[1, k], np.uint32, n)
             for row in rows:
                 for i in range(n):
                     wide[row * n + i] = given[i]
         else:
-            narrow, told = (carray(pointer(columns[k], bytes_), capacity * size[k]),
-                            carray(pointer(values[k], bytes_), size[k]))
+            narrow = column_at(columns[0, k], np.uint8, capacity * size)
+            told = column_at(columns[1, k], np.uint8, size)
             for row in rows:
-                for i in range(size[k]):
-                    narrow[row * size[k] + i] = told[i]
+                for i in range(size):
+                    narrow[row * size + i] = told[i]
 
 
 @njit
-def occupy(rows, alive, uid, born, first_uid, tick, high, columns, defaults, size):
-    """Fill `rows` with the lowest free rows and bring them to life, with defaults in the columns at these
-    addresses; return the new end of the rows in use."""
-    taken = 0
-    for row in range(alive.size):
+def occupy(rows, capacity, own, first_uid, tick, high, columns):
+    """Fill `rows` with the lowest free rows and bring them to life, with the values in `columns`; return the
+    new end of the rows in use. `own` u64 are the addresses of ROWS."""
+    alive, uid = column_at(own[0], np.bool_, capacity), column_at(own[1], np.uint64, capacity)
+    born, taken = column_at(own[2], np.int64, capacity), 0
+    for row in range(capacity):
         if taken == rows.size:
             break
         if not alive[row]:
@@ -96,13 +78,15 @@ def occupy(rows, alive, uid, born, first_uid, tick, high, columns, defaults, siz
             born[row] = tick
             taken += 1
             high = max(high, row + 1)
-    fill(rows, alive.size, columns, defaults, size)
+    fill(rows, capacity, columns)
     return high
 
 
 @njit
-def list_dying(cause, uid, rows):
-    """List the rows with a cause of death, few of them in the order of uids; return their number."""
+def list_dying(rows, capacity, own):
+    """List which of the first rows.size rows have a cause of death, few of them in the order of uids; return
+    their number. `own` u64 are the addresses of ROWS."""
+    uid, cause = column_at(own[1], np.uint64, capacity), column_at(own[3], np.uint8, capacity)
     n, whole = 0, rows.size // 8
     eight = cause[: 8 * whole].view(np.uint64)
     for k in range(whole + 1):
@@ -122,8 +106,10 @@ def list_dying(cause, uid, rows):
 
 
 @njit
-def vacate(rows, alive, uid, cause, killer, high):
+def vacate(rows, capacity, own, high):
     """Free rows; return the new end of the rows in use."""
+    alive, uid = column_at(own[0], np.bool_, capacity), column_at(own[1], np.uint64, capacity)
+    cause, killer = column_at(own[3], np.uint8, capacity), column_at(own[4], np.uint64, capacity)
     for row in rows:
         alive[row] = False
         uid[row] = 0
@@ -132,6 +118,21 @@ def vacate(rows, alive, uid, cause, killer, high):
     while high > 0 and not alive[high - 1]:
         high -= 1
     return high
+
+
+@njit
+def vacate_dying(own, high, died):
+    """Free the rows of several tables that have a cause of death, and move the ends of their rows in use,
+    `high` i64[tables]; write the numbers `died` i64[tables], and return whether there are any. `own`
+    u64[tables, …] are the addresses of ROWS."""
+    some = False
+    for k in range(high.size):
+        rows = np.empty(high[k], np.int64)
+        died[k] = list_dying(rows, high[k], own[k])
+        if died[k]:
+            high[k] = vacate(rows[: died[k]], high[k], own[k], high[k])
+            some = True
+    return some
 
 
 @njit

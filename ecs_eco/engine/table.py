@@ -12,14 +12,14 @@ import numpy as np
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.noted import Noted
-from ecs_eco.engine.rows import FEW, Defaults, list_dying, occupy, vacate
+from ecs_eco.engine.rows import FEW, ROWS, Layout, list_dying, occupy, vacate
 from ecs_eco.engine.schema import Columns, Handle
 
 Values = Mapping[tuple[type, str], Any]
 MOST_BATCHES = 64  # of newborn and dead that are noted
 ALIVE = bytes(1 << 20)  # the causes of death of so many who live, to compare with
 NOBODY = np.empty(0, np.int64)
-NO_DEFAULTS = Defaults()
+NO_LAYOUT = Layout()
 
 
 class Table(dict[type, Any]):
@@ -32,7 +32,7 @@ class Table(dict[type, Any]):
     """
 
     # without these, each reading of an attribute of a dict takes three times as long
-    __slots__ = ("__dict__", "__weakref__", "_defaults", "alive", "births", "born", "capacity", "cause",
+    __slots__ = ("__dict__", "__weakref__", "_layout", "alive", "births", "born", "capacity", "cause",
                  "columns", "defaults", "derived", "dims", "entity", "entity_uid", "followed", "gone", "high",
                  "killer", "limits", "n", "name", "newborn", "own", "place", "registry", "renewed", "species",
                  "steady", "uid", "version")
@@ -66,7 +66,7 @@ class Table(dict[type, Any]):
         self.derived: Noted[type[Any], Columns] = Noted()
         self.columns.follow = self.derived.follow = _following(weakref.ref(self))
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = Noted()
-        self._defaults = NO_DEFAULTS  # as they were found last
+        self._layout = NO_LAYOUT  # as it was found last
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
         self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
         self.species: Any = None  # what all entities of the table share: a lifecycle.Species in an ecosystem
@@ -153,12 +153,19 @@ class Table(dict[type, Any]):
         if n <= self.capacity:
             return
         new = max(n, 2 * self.capacity)
-        for name in ("alive", "uid", "born", "cause", "killer", "entity", "entity_uid"):
+        for name in (*ROWS, "entity", "entity_uid"):
             setattr(self, name, _grown(getattr(self, name), new))
         for columns in self.columns.values():
             for field, array in list(vars(columns).items()):
                 setattr(columns, field, array.grow(new) if isinstance(array, Blocked) else _grown(array, new))
         self.capacity = new
+        Columns.replaced = object()  # also where there are no columns: addresses of rows are others
+
+    def layout(self) -> Layout:
+        """Return where the arrays are in memory, as kernels take them."""
+        if self._layout.made_from != (now := (Noted.changes, Columns.replaced)):
+            self._layout = self._layout.renewed(now, self)
+        return self._layout
 
     def request(self, parents: np.ndarray, values: Mapping[tuple[type, str], np.ndarray],
                 second: np.ndarray | None = None) -> None:
@@ -170,15 +177,14 @@ class Table(dict[type, Any]):
         this order. Raises KeyError for a component or field that the table lacks, ValueError for a shape that
         does not fit.
         """
-        n = len(parents)
-        for (component, name), array in values.items():
-            default = self.defaults[component].get(name) if component in self.columns else None
-            if default is None:
-                self._refuse(component, name)
+        n, shapes = len(parents), self.layout().shapes
+        for key, array in values.items():
+            if (one := shapes.get(key)) is None:
+                self._refuse(*key)
             shape = array.shape if type(array) is np.ndarray else np.shape(array)
-            if shape != ((n, *default.shape) if default.shape else (n,)):
-                where = f"newborn of {self.name!r}: {component.__name__}.{name}"
-                raise ValueError(f"{where} has the shape {shape}; allowed is {(n, *default.shape)}")
+            if shape != ((n, *one) if one else (n,)):
+                where = f"newborn of {self.name!r}: {key[0].__name__}.{key[1]}"
+                raise ValueError(f"{where} has the shape {shape}; allowed is {(n, *one)}")
         self.births.append((parents, second, dict(values)))
 
     def _refuse(self, component: Any, name: str) -> NoReturn:
@@ -194,19 +200,18 @@ class Table(dict[type, Any]):
         rows. Where they are not `whole`, fields of which there are no values keep what was in those rows."""
         if self.n + k > self.capacity:
             self.reserve(self.n + k)
-        rows, defaults = np.empty(k, np.int64), self._defaults if whole else NO_DEFAULTS
-        if whole and defaults.made_from != (now := (Noted.changes, Columns.replaced)):
-            defaults = self._defaults = Defaults.of(now, self.columns, self.defaults)
-        self.high = occupy(rows, self.alive, self.uid, self.born, first_uid, tick, self.high, *defaults[3:])
+        layout, rows = self.layout(), np.empty(k, np.int64)
+        self.high = occupy(rows, self.capacity, layout.rows, first_uid, tick, self.high,
+                           layout.columns if whole else NO_LAYOUT.columns)
         self.n += k
         self._goes_on(self.newborn, rows)
         if self.registry is not None:
             self.registry.stale = True
-        for component, field in defaults.others:
-            vars(self.columns[component])[field][rows] = self.defaults[component][field]
-        for (component, field), array in values.items():
-            if not whole or field in self.defaults.get(component, ()):
-                vars(self.columns[component])[field][rows] = array
+        for component, field in layout.others if whole else ():
+            layout.fields[component, field][rows] = self.defaults[component][field]
+        for key, array in values.items():
+            if (column := layout.fields.get(key)) is not None:
+                column[rows] = array
         return rows
 
     def settle(self, uid: np.ndarray, born: np.ndarray, values: Values, whole: bool = True) -> np.ndarray:
@@ -231,14 +236,20 @@ class Table(dict[type, Any]):
         if ALIVE.startswith(cause.data):
             return NOBODY
         rows = np.empty(self.high, np.int64)
-        rows = rows[: list_dying(self.cause, self.uid, rows)]
+        rows = rows[: list_dying(rows, self.capacity, self.layout().rows)]
         return rows if rows.size <= FEW else rows[self.uid[rows].argsort()]
 
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of the dead."""
         self._goes_on(self.gone, rows)
-        self.high = vacate(rows, self.alive, self.uid, self.cause, self.killer, self.high)
+        self.high = vacate(rows, self.capacity, self.layout().rows, self.high)
         self.n -= rows.size
+        if self.registry is not None:
+            self.registry.stale = True
+
+    def note_freed(self, n: int, high: int) -> None:
+        """Know that a kernel has freed `n` rows, and that this row and all after it are free now."""
+        self.high, self.n, self.version = high, self.n - n, self.version + 1
         if self.registry is not None:
             self.registry.stale = True
 
@@ -272,7 +283,7 @@ class Table(dict[type, Any]):
                              f"here are {rows.size} others")
         rest = np.setdiff1d(np.arange(self.capacity), rows)
         order = np.concatenate([rows, rest])
-        for name in ("alive", "uid", "born", "cause", "killer", "entity", "entity_uid"):
+        for name in (*ROWS, "entity", "entity_uid"):
             setattr(self, name, getattr(self, name)[order])
         for columns in self.columns.values():
             for field, array in list(vars(columns).items()):
@@ -280,6 +291,7 @@ class Table(dict[type, Any]):
                     array[: self.n] = array[rows]
                 else:
                     setattr(columns, field, array[order])
+        Columns.replaced = object()  # also where there are no columns: addresses of rows are others
         self.renew_handles()
         for part in self.parts().values():
             if callable(getattr(part, "reorder", None)):
@@ -299,8 +311,7 @@ class Table(dict[type, Any]):
     @property
     def nbytes(self) -> int:
         """Bytes of all columns."""
-        own = sum(getattr(self, a).nbytes
-                  for a in ("alive", "uid", "born", "cause", "killer", "entity", "entity_uid"))
+        own = sum(getattr(self, a).nbytes for a in (*ROWS, "entity", "entity_uid"))
         return own + sum(a.nbytes for c in self.columns.values() for a in vars(c).values())
 
 

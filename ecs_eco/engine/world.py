@@ -17,7 +17,7 @@ from ecs_eco.engine.bands import OneBand
 from ecs_eco.engine.codes import Codes
 from ecs_eco.engine.context import LAST, Context, priority_of, switch_back
 from ecs_eco.engine.errors import UnknownName, unknown_name
-from ecs_eco.engine.flushes import Births, Deaths, Touched, bear, bury
+from ecs_eco.engine.flushes import Births, Deaths, Touched, Unheard, bear, bury
 from ecs_eco.engine.interruption import Underway, require_whole, whole
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.phases import PHASES, Scheduled
@@ -67,6 +67,7 @@ class World:
         self.bands = OneBand()  # more than one: ecs_eco.bands
         if type(self).split is World.split:
             self.split = self._workers.split  # type: ignore[method-assign]  # without a call in between
+        self._unheard = Unheard(self.tables)
         self._places = 0  # in the phases, that systems have taken
         self._outer: list[str] = []
         self.context.add(Deaths(self), "die", LAST)
@@ -260,6 +261,9 @@ class World:
 
     def flush_deaths(self) -> None:
         """Free the rows of all that have a cause of death; hooks see them first, in the order of uids."""
+        heard = self.on_death or self.bands.divided or "death" in self.context.registry.events
+        if not heard and self._unheard.bury(self.tables.values()):
+            return
         for table in self.tables.values():
             if (rows := table.dying()).size:
                 self.bury(table, rows, ordered=True)

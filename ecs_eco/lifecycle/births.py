@@ -18,9 +18,9 @@ from ecs_eco.components import (
 )
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
-from ecs_eco.engine.random import mix
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.lifecycle import sizes
+from ecs_eco.lifecycle.broods import Brood, name, small_brood
 from ecs_eco.lifecycle.places import Around, around, find_places
 from ecs_eco.space.geometry import cell_of
 
@@ -80,14 +80,35 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     Each newborn gets the energy `given` f32[k]; the caller takes it from the parent. `fathers` are uids
     u64[k], dead or alive, `sperm` u8[k, loci] their genomes.
     """
-    father = np.zeros(parents.size, np.uint64) if fathers is None else fathers
-    litters = Litters(table.uid[parents], number, given, father)
-    if world.bands.divided:
-        litters = world.bands.litters(litters, around(table, way, parents))
-    wanted = int(np.add.reduce(litters.number))
-    n = room(table, world, wanted)
+    alone = not world.bands.divided
+    litters = None if alone else world.bands.litters(
+        litters_of(table, parents, number, given, fathers), around(table, way, parents))
+    n = room(table, world, sum((number if litters is None else litters.number).tolist()))
     if not n:
         return np.zeros(parents.size, np.int64)
+    found = small_brood(table, world, way, parents, number, given, n) if alone else None
+    if found is None:
+        litters = litters or litters_of(table, parents, number, given, fathers)
+        found = any_brood(table, world, way, parents, litters, n)
+    brood, born = found
+    if brood.which.size:
+        if fathers is not None:
+            fathers = (fathers if litters is None else litters.father)[brood.which]
+        request(table, world, parents, litters, brood, fathers, sperm)
+    return born
+
+
+def litters_of(table: Table, parents: np.ndarray, number: np.ndarray, given: np.ndarray,
+               fathers: np.ndarray | None) -> Litters:
+    """Return the litters of parents in rows i64[k], as `bring_forth` has them."""
+    father = np.zeros(parents.size, np.uint64) if fathers is None else fathers
+    return Litters(table.uid[parents], number, given, father)
+
+
+def any_brood(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, litters: Litters,
+              n: int) -> tuple[Brood, np.ndarray]:
+    """Return the first `n` newborn without those for whom there is no place, and the number of each parent
+    i64[k]."""
     which, identity = np.empty(n, np.int64), np.empty(n, np.uint64)
     name(litters.uid, litters.number, which, identity)
     where = around(table, way, parents[which]) if litters.around is None else litters.around.of(which)
@@ -95,27 +116,34 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     placed = places[:, 3] > 0
     if not np.logical_and.reduce(placed):
         which, identity, places = which[placed], identity[placed], places[placed]
-    if which.size:
-        nest, second = table.species.eggs, None if fathers is None else litters.father[which]
-        mothers = litters.uid[which]
-        values = newborn(table if nest is None else nest, world, places, identity, litters.given[which])
-        if table.species.heredity is not None:
-            inherits = inherited if world.bands.inherited is None else world.bands.inherited
-            values |= inherits(world, table, parents, litters, which, identity, places[:, 1], second, sperm)
-        if nest is None:
-            nest = table
-            if table.species.growth is not None:
-                values |= sizes.of_newborn(table, values, which.size)
-        else:  # traits are expressed when it hatches
-            values = {key: v for key, v in values.items() if key[0] in (Position, Metabolism, Genome, Policy)}
-        if Parentage in nest:
-            values[Parentage, "mother"] = mothers
-            values[Parentage, "father"] = np.zeros(which.size, np.uint64) if second is None else second
-        nest.request(mothers, values, second)
-    return np.bincount(which, minlength=litters.uid.size)[litters.mine]
+    brood = Brood(which, identity, litters.uid[which], *places.T[:3], headings(world, identity),
+                  litters.given[which])
+    return brood, np.bincount(which, minlength=litters.uid.size)[litters.mine]
 
 
-def inherited(world: SpatialWorld, table: Table, parents: np.ndarray, litters: Litters, which: np.ndarray,
+def request(table: Table, world: SpatialWorld, parents: np.ndarray, litters: Litters | None, brood: Brood,
+            second: np.ndarray | None, sperm: np.ndarray | None) -> None:
+    """Request newborn that have found a place, or the eggs from which they will hatch: `litters` are those of
+    all processes, where there are several, `second` their fathers u64[n], `sperm` u8[k, loci] the genomes of
+    the fathers of all litters."""
+    nest, which, identity = table.species.eggs, brood.which, brood.identity
+    values = newborn(table if nest is None else nest, world, identity, *brood[3:])
+    if table.species.heredity is not None:
+        inherits = inherited if world.bands.inherited is None else world.bands.inherited
+        values |= inherits(world, table, parents, litters, which, identity, brood.y, second, sperm)
+    if nest is None:
+        nest = table
+        if table.species.growth is not None:
+            values |= sizes.of_newborn(table, values, which.size)
+    else:  # traits are expressed when it hatches
+        values = {key: v for key, v in values.items() if key[0] in (Position, Metabolism, Genome, Policy)}
+    if Parentage in nest:
+        values[Parentage, "mother"] = brood.mother
+        values[Parentage, "father"] = np.zeros(which.size, np.uint64) if second is None else second
+    nest.request(brood.mother, values, second)
+
+
+def inherited(world: SpatialWorld, table: Table, parents: np.ndarray, litters: Any, which: np.ndarray,
               identity: np.ndarray, y: np.ndarray, second: np.ndarray | None,
               sperm: np.ndarray | None) -> dict[tuple[type, str], np.ndarray]:
     """Return the columns that newborn inherit, of the litters `which` i64[n] of parents in rows `parents`."""
@@ -124,21 +152,25 @@ def inherited(world: SpatialWorld, table: Table, parents: np.ndarray, litters: L
     return table.species.heredity.offspring(world, table, parents[which], living, identity, **more)
 
 
-def newborn(table: Table, world: SpatialWorld, places: np.ndarray, identity: np.ndarray,
-            energy: np.ndarray) -> dict[tuple[type, str], np.ndarray]:
+def newborn(table: Table, world: SpatialWorld, identity: np.ndarray, x: np.ndarray, y: np.ndarray,
+            z: np.ndarray, heading: np.ndarray, energy: np.ndarray) -> dict[tuple[type, str], np.ndarray]:
     """Return the columns in which newborn differ from the table's defaults: place, heading, sex, energy.
 
     `identity` u64[k] identifies each one's random draws.
     """
-    key = world.key
-    turn = random.draw_many(key, identity, random.SEX + (1 << 8))
     values: dict[tuple[type, str], np.ndarray] = {
-        (Position, "x"): places[:, 0], (Position, "y"): places[:, 1], (Position, "z"): places[:, 2],
-        (Position, "heading"): turn * np.float32(6.2831855), (Metabolism, "energy"): energy}
+        (Position, "x"): x, (Position, "y"): y, (Position, "z"): z, (Position, "heading"): heading,
+        (Metabolism, "energy"): energy}
     if table.species.sex == "random":
-        values[Biology, "sex"] = np.where(random.draw_many(key, identity, random.SEX) < 0.5, 1,
+        values[Biology, "sex"] = np.where(random.draw_many(world.key, identity, random.SEX) < 0.5, 1,
                                           2).astype(np.uint8)
     return values
+
+
+def headings(world: SpatialWorld, identity: np.ndarray) -> np.ndarray:
+    """Return where newborn look, drawn for `identity` u64[k]: f32[k]."""
+    turn = random.draw_many(world.key, identity, random.SEX + (1 << 8))
+    return turn * np.float32(6.2831855)
 
 
 def rows_of(table: Table, uids: np.ndarray) -> np.ndarray:
@@ -147,18 +179,6 @@ def rows_of(table: Table, uids: np.ndarray) -> np.ndarray:
     known = table.uid[rows]
     at = np.minimum(np.searchsorted(known, uids), max(known.size - 1, 0))
     return np.where(known[at] == uids, rows[at], -1)
-
-
-@njit
-def name(uid, number, which, identity):
-    """Write of which litter each newborn of a tick is, and its identity: its parent's uid for the first of a
-    litter, a hash of it for the others."""
-    n = 0
-    for i in range(uid.size):
-        for nth in range(min(number[i], which.size - n)):
-            which[n] = i
-            identity[n] = uid[i] if nth == 0 else mix(mix(uid[i]) + np.uint64(nth))
-            n += 1
 
 
 def ticks(seconds: Any, dt: float) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 from ecs_eco.components import Body, Chemistry, Genome, Metabolism, Parentage, Policy, Position
 from ecs_eco.engine.elementary import power
 from ecs_eco.lifecycle import sizes
-from ecs_eco.lifecycle.births import newborn
+from ecs_eco.lifecycle.births import headings, newborn
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -22,8 +22,8 @@ def hatch(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld) -> No
     """Request the newborn that hatch from eggs, rows i64[k] in the order of uids: where these lie, with their
     energy, substances, genome and parents."""
     p, uid, parents = eggs[Position], eggs.uid[rows], eggs[Parentage]
-    places = np.stack([p.x[rows], p.y[rows], p.z[rows]], 1)
-    values = newborn(into, world, places, uid, eggs[Metabolism].energy[rows])
+    values = newborn(into, world, uid, p.x[rows], p.y[rows], p.z[rows], headings(world, uid),
+                     eggs[Metabolism].energy[rows])
     mother, father = parents.mother[rows], parents.father[rows]
     if into.species.heredity is not None:
         values |= _inherited(eggs, rows, into, world, mother)

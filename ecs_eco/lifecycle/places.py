@@ -46,15 +46,22 @@ class Around(NamedTuple):
         return Around(x[which], y[which], z[which], dispersal, spacing)
 
 
-def around(table: Table, way: Any, parents: np.ndarray) -> Around:
-    """Return where the newborn of parents in rows i64[k] may come to be."""
-    p, radius = table[Position], float(table.defaults[Body]["radius"])
+def range_of(table: Table, way: Any) -> tuple[Any, Any]:
+    """Return the `dispersal` and `spacing` of a table's newborn, as `Around` has them: both f32, or both
+    f32[high] of their parents' rows."""
+    radius = float(table.defaults[Body]["radius"])
     if Shape in table:
         radius *= bound_of(table)
     near = np.float32(-1.0 if way.place == "anywhere" else way.dispersal or 4 * radius)
     spacing = np.float32(way.spacing)
     if table.species.traits:
         spacing, near = own_values(table, {"reproduction.spacing": spacing, "reproduction.dispersal": near})
+    return near, spacing
+
+
+def around(table: Table, way: Any, parents: np.ndarray) -> Around:
+    """Return where the newborn of parents in rows i64[k] may come to be."""
+    p, (near, spacing) = table[Position], range_of(table, way)
     if isinstance(spacing, np.ndarray):
         spacing, near = spacing[parents], near[parents]
     return Around(p.x[parents], p.y[parents], p.z[parents], near, spacing)
@@ -66,12 +73,12 @@ def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.n
     out, free = np.zeros((identity.size, 4), np.float32), np.zeros(identity.size, np.bool_)
     homeless = np.arange(identity.size)
     for attempt in range(TRIES):
-        _draw_places(homeless, identity, where.x, where.y, where.z, where.dispersal, space.lengths,
-                     space.torus, space.volume, *ground, world.key, attempt, out, free)
+        draw_places(homeless, identity, where.x, where.y, where.z, where.dispersal, space.lengths,
+                    space.torus, space.volume, *ground, world.key, attempt, out, free)
         forbidden = _forbidden(table, world, where, homeless, out, free)
         if world.bands.divided:
             forbidden = world.bands.either(forbidden)
-        left = _keep_apart(homeless, where.spacing, space.lengths, space.torus, *forbidden, free, out)
+        left = keep_apart(homeless, where.spacing, space.lengths, space.torus, *forbidden, free, out)
         homeless = homeless[:left]
         if not homeless.size:
             return out
@@ -118,8 +125,8 @@ def bound_of(table: Table) -> float:
 
 
 @njit
-def _draw_places(homeless, identity, px, py, pz, dispersal, lengths, torus, volume, ground, ground_inverse,
-                 key, attempt, out, free):
+def draw_places(homeless, identity, px, py, pz, dispersal, lengths, torus, volume, ground, ground_inverse,
+                key, attempt, out, free):
     """Draw a place for each newborn i of `homeless`; free[i] says that neither water nor rock forbids it."""
     salt = attempt << 10
     for i in homeless:
@@ -162,7 +169,7 @@ def _crowded(who, asked, places, spacing, ox, oy, oz, start, reach, nx, ny, nz, 
 
 
 @njit
-def _keep_apart(homeless, spacing, lengths, torus, crowded, taken, free, out):
+def keep_apart(homeless, spacing, lengths, torus, crowded, taken, free, out):
     """Give each newborn i of `homeless` its place, out[i, 3] = 1, where that is free and not crowded, and no
     other of this tick has one within `spacing`; move those whose place is taken to the front of `homeless`,
     and return their number."""

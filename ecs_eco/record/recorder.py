@@ -8,6 +8,7 @@ import numpy as np
 from numpy.lib.recfunctions import structured_to_unstructured, unstructured_to_structured
 
 from ecs_eco.components import Metabolism, Nervous, Position
+from ecs_eco.engine.addresses import Addresses
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.islands import is_island
@@ -20,14 +21,13 @@ from ecs_eco.record.ledger import COUNTS_ROW, LEDGER_ROW
 from ecs_eco.record.matter import MatterPages
 from ecs_eco.record.migration import ISLAND_COUNTS_ROW, ISLAND_LEDGER_ROW, Migrations
 from ecs_eco.record.reports import Reports, absent
-from ecs_eco.record.rows import Rows, add_up, mean_depth, note_births, note_deaths
+from ecs_eco.record.rows import Rows, add_up, held_by, mean_depth, note_births, note_deaths, noted_of
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
 MOST_SPECIES = 128  # their numbers are written as i8
-NOTHING = np.zeros(0, np.float32)
 
 
 class Recorder(System):
@@ -70,6 +70,10 @@ class Recorder(System):
         self._moods = np.zeros((block, s))  # sums of happiness
         self._ledger = np.zeros((block, s), ISLAND_LEDGER_ROW if island else LEDGER_ROW)
         self._sums = self._ledger.view(np.float64).reshape(block, s, -1)  # the same, by LEDGER
+        self._high = np.zeros(s, np.int64)
+        tables = [world.tables[name] for name in self.names]
+        self._held = Addresses(lambda: [held_by(table) for table in tables])
+        self._noted = Addresses(lambda: [noted_of(table) for table in tables])
         self._died, self._stock = np.zeros((block, s, 256), np.int32), np.zeros(s)
         self._both = self._means.view(np.float32).reshape(block, s, -1)  # the same, of energy and happiness
         for name, i in self.place.items():
@@ -115,7 +119,7 @@ class Recorder(System):
             return
         texts = self.keeps and has_text(table)
         self._numbers[self._at, s, 1] += rows.size
-        note_births(table, rows, parents, second, self.world.tick, s, self._sums[self._at],
+        note_births(table, self._noted()[s], rows, parents, second, self.world.tick, s, self._sums[self._at],
                     self._rows["births"] if self.keeps and not texts else None)
         if texts:
             energy = table[Metabolism].energy[rows] if Metabolism in table else None
@@ -131,8 +135,8 @@ class Recorder(System):
             return
         at, world = self._at, self.world
         self._numbers[at, s, 2] += rows.size
-        note_deaths(table, rows, world.tick, world.dt, world.ticking, s, self._sums[at], self._died[at, s],
-                    self._rows["deaths"] if self.keeps else None)
+        note_deaths(table, self._noted()[s], rows, world.tick, world.dt, world.ticking, s, self._sums[at],
+                    self._died[at, s], self._rows["deaths"] if self.keeps else None)
 
     @property
     def _events(self) -> dict[str, list[tuple[np.ndarray, ...]]]:
@@ -166,19 +170,14 @@ class Recorder(System):
         """Write this tick's row of each species."""
         at, world = self._at, self.world
         self._tick[at] = world.tick
-        pages, means, moods, living = self._sums[at], self._both[at], self._moods[at], self._counts["n"][at]
+        pages, living, high = self._sums[at], self._numbers[at], self._high
         for s, name in enumerate(self.names):
             table = world.tables[name]
-            living[s] = table.n
+            living[s, 0], high[s] = table.n, table.high
             if world.space.volume and Position in table and table.n:
                 self._means["depth_mean"][at, s] = mean_depth(table.alive[: table.high], table[Position].z,
                                                               float(world.space.size[2]))
-            if Metabolism not in table:
-                continue
-            m = table[Metabolism]
-            happiness = table[Nervous].happiness if Nervous in table else NOTHING
-            add_up(table.alive[: table.high], table.n, m.energy, m.taken, m.burnt, m.given, happiness, s,
-                   self._stock, pages, means, moods)
+        add_up(self._held(), high, living, self._stock, pages, self._both[at], self._moods[at])
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
         if self.details is not None:

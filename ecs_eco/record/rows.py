@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Metabolism, Position
+from ecs_eco.components import Metabolism, Nervous, Position
+from ecs_eco.engine.addresses import column_at
 from ecs_eco.engine.jit import njit
 from ecs_eco.record.ledger import FLOWS, LEDGER
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-NOTHING = np.zeros(0, np.float32)
-HERE, HELD = (NOTHING,) * 3, (NOTHING,) * 4  # of tables without Position, without Metabolism
+PLACE, ENERGY = 4, 7  # where they begin among the columns of `noted_of`
 SUMMED = 128  # so many numbers numpy adds up in one piece
 ENDOWED, FLOW, LOST, AFTER = (LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "lost",
                                                                "stock_after"))
@@ -56,76 +56,78 @@ class Rows:
         return groups
 
 
-def note_births(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray, tick: int, s: int,
-                page: np.ndarray, into: Rows | None) -> None:
+def note_births(table: Table, columns: np.ndarray, rows: np.ndarray, parents: np.ndarray, second: np.ndarray,
+                tick: int, s: int, page: np.ndarray, into: Rows | None) -> None:
     """Add what newborn in rows i64[k] are endowed with to page f64[species, columns] of the ledger; note them
-    `into` rows."""
-    columns: Any = table.columns
-    p, m = columns.get(Position), columns.get(Metabolism)
-    here = HERE if p is None else (p.x, p.y, p.z)
-    energy = NOTHING if m is None else m.energy
-    if m is not None and rows.size > SUMMED:
-        page[s, ENDOWED] += np.add.reduce(energy[rows], dtype=np.float64)
-    born(rows, parents, second, tick, s, table.uid, *here, energy, page,
+    `into` rows. `columns` are the addresses of `noted_of` the table."""
+    if rows.size > SUMMED and Metabolism in table:
+        page[s, ENDOWED] += np.add.reduce(table[Metabolism].energy[rows], dtype=np.float64)
+    born(rows, parents, second, tick, s, table.high, columns, page,
          *(NOWHERE if into is None else into.more(rows.size)))
 
 
-def note_deaths(table: Table, rows: np.ndarray, tick: int, dt: float, ticking: bool, s: int, page: np.ndarray,
-                died: np.ndarray, into: Rows | None) -> None:
+def note_deaths(table: Table, columns: np.ndarray, rows: np.ndarray, tick: int, dt: float, ticking: bool,
+                s: int, page: np.ndarray, died: np.ndarray, into: Rows | None) -> None:
     """Add what the dying in rows i64[k] lose to page f64[species, columns] of the ledger, and within a tick
     their flows: between ticks these are there already. Count their causes in `died` i32[256]; note them
-    `into` rows."""
-    columns: Any = table.columns
-    p, m = columns.get(Position), columns.get(Metabolism)
-    here = HERE if p is None else (p.x, p.y, p.z)
-    held = HELD if m is None else (m.taken, m.burnt, m.given, m.energy)  # flows as in FLOWS
+    `into` rows. `columns` are the addresses of `noted_of` the table."""
     first = 0 if ticking else len(FLOWS)
-    if m is not None and rows.size > SUMMED:
-        for i, column in enumerate(held[first:], FLOW + first):
+    if rows.size > SUMMED and Metabolism in table:
+        m = table[Metabolism]
+        for i, column in enumerate((m.taken, m.burnt, m.given, m.energy)[first:], FLOW + first):
             page[s, i] += np.add.reduce(column[rows], dtype=np.float64)
-    lose(rows, tick, dt, s, first, table.uid, table.born, table.cause, table.killer, *here, *held, page, died,
+    lose(rows, tick, dt, s, first, table.high, columns, page, died,
          *(NOWHERE if into is None else into.more(rows.size)))
+
+
+def noted_of(table: Table) -> tuple[np.ndarray | None, ...]:
+    """Return what `born` and `lose` read of a table: of rows, place, energy and flows as in FLOWS."""
+    columns: Any = table
+    p, m = columns.get(Position), columns.get(Metabolism)
+    place = (None,) * 3 if p is None else (p.x, p.y, p.z)
+    held = (None,) * 4 if m is None else (m.energy, m.taken, m.burnt, m.given)
+    return (table.uid, table.born, table.cause, table.killer, *place, *held)
 
 
 @njit
-def born(rows, parents, second, tick, s, uid, x, y, z, energy, page, first, longs, floats, small):
-    """Add up what newborn are endowed with, and note each."""
-    if energy.size and rows.size <= SUMMED:
-        page[s, ENDOWED] += total(energy, rows)
+def born(rows, parents, second, tick, s, high, columns, page, first, longs, floats, small):
+    """Add up what newborn are endowed with, and note each. `columns` are addresses of `noted_of`."""
+    if columns[ENERGY] != 0 and rows.size <= SUMMED:
+        page[s, ENDOWED] += total(column_at(columns[ENERGY], np.float32, high), rows)
     for k in range(rows.size if small.shape[1] else 0):
-        i, row = first + k, rows[k]
-        note(i, row, tick, s, uid, x, y, z, energy, longs, floats, small)
+        i = first + k
+        note(i, rows[k], tick, s, high, columns, longs, floats, small)
         longs[2, i], longs[3, i] = parents[k], second[k]
 
 
 @njit
-def lose(rows, tick, dt, s, first_flow, uid, birth, cause, killer, x, y, z, taken, burnt, given, energy, page,
-         died, first, longs, floats, small):
-    """Add up what the dying lose, count their causes, and note each."""
-    if energy.size and rows.size <= SUMMED:
-        if first_flow == 0:
-            page[s, FLOW] += total(taken, rows)
-            page[s, FLOW + 1] += total(burnt, rows)
-            page[s, FLOW + 2] += total(given, rows)
-        page[s, LOST] += total(energy, rows)
+def lose(rows, tick, dt, s, first_flow, high, columns, page, died, first, longs, floats, small):
+    """Add up what the dying lose, count their causes, and note each. `columns` are addresses of `noted_of`.
+    """
+    if columns[ENERGY] != 0 and rows.size <= SUMMED:
+        for flow in range(first_flow, 3):
+            page[s, FLOW + flow] += total(column_at(columns[ENERGY + 1 + flow], np.float32, high), rows)
+        page[s, LOST] += total(column_at(columns[ENERGY], np.float32, high), rows)
+    birth, cause = column_at(columns[1], np.int64, high), column_at(columns[2], np.uint8, high)
+    killer = column_at(columns[3], np.uint64, high)
     for k in range(rows.size):
         i, row = first + k, rows[k]
         died[cause[row]] += 1
         if small.shape[1]:
-            note(i, row, tick, s, uid, x, y, z, energy, longs, floats, small)
+            note(i, row, tick, s, high, columns, longs, floats, small)
             longs[2, i], small[1, i] = killer[row], cause[row]
             floats[4, i] = np.float32((tick - birth[row]) * dt)
 
 
 @njit
-def note(i, row, tick, s, uid, x, y, z, energy, longs, floats, small):
+def note(i, row, tick, s, high, columns, longs, floats, small):
     """Write what births and deaths have in common: zeros where a table lacks the component."""
-    zero = np.float32(0.0)
-    longs[0, i], longs[1, i], small[0, i] = tick, uid[row], s
-    floats[0, i], floats[1, i], floats[2, i] = zero, zero, zero
-    if x.size:
-        floats[0, i], floats[1, i], floats[2, i] = x[row], y[row], z[row]
-    floats[3, i] = energy[row] if energy.size else zero
+    longs[0, i], longs[1, i], small[0, i] = tick, column_at(columns[0], np.uint64, high)[row], s
+    for k in range(PLACE, ENERGY + 1):
+        value = np.float32(0.0)
+        if columns[k] != 0:
+            value = column_at(columns[k], np.float32, high)[row]
+        floats[k - PLACE, i] = value
 
 
 @njit
@@ -146,29 +148,45 @@ def total(values, rows):
     return sum_
 
 
+def held_by(table: Table) -> tuple[np.ndarray | None, ...]:
+    """Return what `add_up` reads of a table: who lives, energy, flows as in FLOWS, and happiness."""
+    columns: Any = table
+    m, nerves = columns.get(Metabolism), columns.get(Nervous)
+    flows = (None,) * 4 if m is None else (m.energy, m.taken, m.burnt, m.given)
+    return (table.alive, *flows, None if nerves is None else nerves.happiness)
+
+
 @njit
-def add_up(alive, n, energy, taken, burnt, given, happiness, s, stock, page, means, moods):
-    """Write what the n living of species s hold and feel to its row of this tick: page f64[species, …] of the
-    ledger, where what was endowed, lost, and flowed in the dead stands already, means f32[species, …] of
-    energy and happiness, and moods f64[species], the sums of happiness. `stock` f64[species] is what they
-    held before, then what they hold."""
-    e, t, b, g, h = 0.0, 0.0, 0.0, 0.0, 0.0
-    feels = happiness.size > 0
-    for row in range(alive.size):
-        if alive[row]:
-            e += energy[row]
-            t += taken[row]
-            b += burnt[row]
-            g += given[row]
-            if feels:
-                h += happiness[row]
-    page[s, 0] = stock[s]
-    page[s, FLOW] += t
-    page[s, FLOW + 1] += b
-    page[s, FLOW + 2] += g
-    page[s, AFTER] = stock[s] = e
-    n = max(n, 1)
-    means[s, 0], means[s, 1], moods[s] = e / n, h / n, h
+def add_up(columns, high, living, stock, page, means, moods):
+    """Write what the living of each species with energy hold and feel to the rows of this tick: page
+    f64[species, …] of the ledger, where what was endowed, lost, and flowed in the dead stands already, means
+    f32[species, …] of energy and happiness, and moods f64[species], the sums of happiness. `columns`
+    u64[species, …] are the addresses of `held_by`, of the first `high` rows; the number of the living is
+    living[species, 0]. `stock` f64[species] is what they held before, then what they hold."""
+    for s in range(high.size):
+        if columns[s, 1] == 0:
+            continue
+        of, n = columns[s], high[s]
+        alive, energy = column_at(of[0], np.bool_, n), column_at(of[1], np.float32, n)
+        taken, burnt = column_at(of[2], np.float32, n), column_at(of[3], np.float32, n)
+        given, happiness = column_at(of[4], np.float32, n), column_at(of[5], np.float32, n)
+        feels = of[5] != 0
+        e, t, b, g, h = 0.0, 0.0, 0.0, 0.0, 0.0
+        for row in range(n):
+            if alive[row]:
+                e += energy[row]
+                t += taken[row]
+                b += burnt[row]
+                g += given[row]
+                if feels:
+                    h += happiness[row]
+        page[s, 0] = stock[s]
+        page[s, FLOW] += t
+        page[s, FLOW + 1] += b
+        page[s, FLOW + 2] += g
+        page[s, AFTER] = stock[s] = e
+        k = max(living[s, 0], 1)
+        means[s, 0], means[s, 1], moods[s] = e / k, h / k, h
 
 
 @njit

@@ -1,18 +1,15 @@
 """The columns of all tables, looked at in one call for each type: a world that runs tick by tick pays for it
 in every tick.
 
-A kernel that takes many arrays spends more time on taking them than on reading them. This one takes their
-addresses, which hold as long as no column is replaced; `Columns.replaced` says so.
+This kernel takes their addresses, which hold as long as no column is replaced: see `engine.addresses`.
 """
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
-from numba import carray
 
+from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.jit import njit
-from ecs_eco.engine.rows import address_of, first_outside, pointer
 from ecs_eco.engine.table import Table
 
 
@@ -41,9 +38,8 @@ class ColumnGroup(NamedTuple):
     def first_outside(self, start: int, rows: np.ndarray) -> int:
         """Return the number of the first column, from `start` on, with a value outside low … high or NaN,
         -1 if there is none; `rows` i64 is the number of rows of each table, those of the dead too."""
-        if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]  # no addresses
-            return first_outside(self.arrays, start, 1, self.each * rows[self.table], self.low, self.high)
-        return _first_outside(self.addresses, self.table, self.each, self.low, self.high, start, rows)
+        outside: int = _first_outside(self.addresses, self.table, self.each, self.low, self.high, start, rows)
+        return outside
 
 
 def rows_of(tables: tuple[Table, ...]) -> np.ndarray:
@@ -55,7 +51,7 @@ def rows_of(tables: tuple[Table, ...]) -> np.ndarray:
 def _first_outside(addresses, table, each, low, high, start, rows):
     for k in range(start, addresses.size):
         n = each[k] * rows[table[k]]
-        column, least, most, outside = carray(pointer(addresses[k], low), n), low[k], high[k], False
+        column, least, most, outside = column_at(addresses[k], low, n), low[k], high[k], False
         for i in range(n):  # without branches: this becomes vector code
             outside |= not ((column[i] >= least) & (column[i] <= most))
         if outside:

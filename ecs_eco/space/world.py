@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ecs_eco.components.position import Position
+from ecs_eco.engine.addresses import Addresses
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.world import World
 from ecs_eco.space import gate
@@ -55,6 +56,9 @@ class SpatialWorld(World):
         self._indexes: dict[str, Index] = {}
         self._merged: dict[tuple[str, tuple[str, ...]], tuple[tuple[int, ...], Any]] = {}
         super().__init__(dt=dt, seed=seed, threads=threads, name=name)
+        tables = self.tables  # `self` would make a circle
+        # addresses of alive, uid, x, y and z of each table, for kernels
+        self.whereabouts = Addresses(lambda: [_whereabouts(table) for table in tables.values()])
 
     @property
     def ambient(self) -> dict[str, float]:
@@ -186,3 +190,8 @@ class SpatialWorld(World):
         if function is None:
             return np.full(x.size, self.environment.ambient[quantity], np.float32)
         return gate.one_each(function(self, x, y, z), x.size, f"environment[{quantity!r}]")
+
+
+def _whereabouts(table: Table) -> tuple[np.ndarray | None, ...]:
+    p = table[Position] if Position in table else None
+    return (table.alive, table.uid, *((None,) * 3 if p is None else (p.x, p.y, p.z)))

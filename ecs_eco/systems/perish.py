@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ecs_eco.components import Biology, LifeHistory, Nervous
 from ecs_eco.config.numbers import labels
-from ecs_eco.engine.jit import lone_njit
+from ecs_eco.engine.addresses import address_of, column_at
+from ecs_eco.engine.jit import lone_njit, njit
+from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.per_row import of_row
+from ecs_eco.engine.schema import Columns
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value, own_values
 from ecs_eco.lifecycle.causes import register_limits
@@ -28,6 +32,8 @@ class Perish(System):
 
     phase = "die"
     world: SpatialWorld
+    _causes: Sequence[str] = ()  # with which limits were found
+    _known: dict[str, Limits]  # by table
 
     def start(self, world: SpatialWorld) -> None:
         """Register the causes of death in the order of species."""
@@ -37,24 +43,45 @@ class Perish(System):
 
     def process(self, *_: Any) -> None:
         """Mark those beyond a limit."""
-        codes = self.world.codes
+        if self._causes != self.world.causes:
+            self._known = {}
         for table in self.world.tables.values():
-            names = labels(table.species.lethal) if table.species.traits else []
-            for i, limit in enumerate(table.species.lethal):
-                low, high = limit.min, limit.max
-                column = own_column(table, limit.property, self.world.substances)
-                if limit.property == "age" and high is not None and LifeHistory in table:
-                    # the limit is individual
-                    column, high = table[Biology].age - table[LifeHistory].age_max, 0.0
-                    low = None
-                ends = (np.float32(-np.inf if low is None else low),
-                        np.float32(np.inf if high is None else high))
-                if names:
-                    ends = own_values(table, {f"lethal.{names[i]}.min": ends[0],
-                                              f"lethal.{names[i]}.max": ends[1]})
-                perish(table.alive[: table.high], column, *ends,
-                       0 if low is None else codes[limit.low],
-                       0 if high is None else codes[limit.high], table.cause)
+            if not table.species.lethal:
+                continue
+            if table.species.traits or LifeHistory in table or (limits := self._limits(table)) is None:
+                self.one_by_one(table)
+            else:
+                perish_all(table.alive[: table.high], table.cause, *limits)
+        self._causes = list(self.world.causes)
+
+    def _limits(self, table: Table) -> tuple[np.ndarray, ...] | None:
+        """Return addresses of the columns of all limits of one species, their ends and causes; None where a
+        value is no column of f32."""
+        now, lethal = (Noted.changes, Columns.replaced), table.species.lethal
+        known = self._known.get(table.name)
+        if known is None or known.made_from != now or known.lethal != lethal:
+            known = self._known[table.name] = Limits.of(now, table, self.world)
+        return known.limits
+
+    def one_by_one(self, table: Table) -> None:
+        """Mark those of one species beyond a limit, where these are individual or their values are made of
+        others."""
+        codes = self.world.codes
+        names = labels(table.species.lethal) if table.species.traits else []
+        for i, limit in enumerate(table.species.lethal):
+            low, high = limit.min, limit.max
+            column = own_column(table, limit.property, self.world.substances)
+            if limit.property == "age" and high is not None and LifeHistory in table:
+                # the limit is individual
+                column, high = table[Biology].age - table[LifeHistory].age_max, 0.0
+                low = None
+            ends = ends_of(low, high)
+            if names:
+                ends = own_values(table, {f"lethal.{names[i]}.min": ends[0],
+                                          f"lethal.{names[i]}.max": ends[1]})
+            perish(table.alive[: table.high], column, *ends,
+                   0 if low is None else codes[limit.low],
+                   0 if high is None else codes[limit.high], table.cause)
 
     def mourn(self, table: Table, rows: np.ndarray) -> None:
         """Give the dying of one species their last reward, whatever they die of;
@@ -71,6 +98,36 @@ class Perish(System):
             nerves.end(rows, n.reward[rows])
 
 
+class Limits(NamedTuple):
+    """The limits within which one species lives, where all of it share them and all values are columns."""
+
+    made_from: tuple[Any, ...]  # what they hold for
+    lethal: list[Any]
+    columns: list[np.ndarray]  # they keep the addresses alive
+    limits: tuple[np.ndarray, ...] | None
+
+    @classmethod
+    def of(cls, made_from: tuple[Any, ...], table: Table, world: SpatialWorld) -> Limits:
+        """Make them of a table as it is now."""
+        lethal = list(table.species.lethal)
+        twice = [[own_column(table, limit.property, world.substances) for _ in range(2)] for limit in lethal]
+        if not all(a is b and type(a) is np.ndarray and a.dtype == np.float32 and a.ndim == 1
+                   for a, b in twice):  # another array each time: it was made of other columns
+            return cls(made_from, lethal, [], None)
+        columns = [column for column, _ in twice]
+        codes = [(0 if limit.min is None else world.codes[limit.low],
+                  0 if limit.max is None else world.codes[limit.high]) for limit in lethal]
+        return cls(made_from, lethal, columns,
+                   (np.array([address_of(column) for column in columns], np.uint64),
+                    np.array([ends_of(limit.min, limit.max) for limit in lethal], np.float32),
+                    np.array(codes, np.uint8)))
+
+
+def ends_of(low: float | None, high: float | None) -> tuple[np.float32, np.float32]:
+    """Return the ends of an interval, one without an end is infinite there."""
+    return np.float32(-np.inf if low is None else low), np.float32(np.inf if high is None else high)
+
+
 @lone_njit
 def perish(alive, value, low, high, too_low, too_high, cause):
     """Mark the living whose value is at or beyond a limit; those already dying keep the first cause. Without
@@ -81,3 +138,12 @@ def perish(alive, value, low, high, too_low, too_high, cause):
         here, before = value[row], cause[row]
         after = below if here <= of_row(low, row) else (above if here >= of_row(high, row) else none)
         cause[row] = after if alive[row] & (before == none) else before
+
+
+@njit
+def perish_all(alive, cause, columns, ends, codes):
+    """`perish` for several limits, one after the other: addresses u64[k] of columns f32, `ends` f32[k, 2],
+    and `codes` u8[k, 2] of the causes."""
+    for k in range(columns.size):
+        perish(alive, column_at(columns[k], np.float32, alive.size), ends[k, 0], ends[k, 1], codes[k, 0],
+               codes[k, 1], cause)

@@ -13,6 +13,7 @@ from ecs_eco.engine.elementary import arrays
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw
+from ecs_eco.engine.rows import FEW
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, room, whole
@@ -48,19 +49,18 @@ class Reproduce(System):
         """Let parents give birth."""
         m, b = table[Metabolism], table[Biology]
         own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
-        parents, number = np.empty(table.high, np.int64), np.empty(table.high, np.int64)
+        (parents, number), given = np.empty((2, table.high), np.int64), np.empty(table.high, np.float32)
         rate = own_value(table, "reproduction.rate", way.rate) if table.species.traits else way.rate
         chance = (chance_of if isinstance(rate, np.ndarray) else _shared_chance)(rate, world.dt)
         living = world.bands.living(table) if world.bands.divided else table.alive
         n = ready(living[: table.high], m.energy, b.age, b.fertility, table.uid, own,
-                  energy_min, age_min, energy_given, litter, chance, world.key, parents, number)
+                  energy_min, age_min, energy_given, litter, chance, world.key, parents, number, given)
         if n == 0 and not world.bands.divided:
             return
-        parents, number = parents[:n], number[:n]
-        if n > 1:
+        parents, number, given = parents[:n], number[:n], given[:n]
+        if n > FEW:
             order = table.uid[parents].argsort()
-            parents, number = parents[order], number[order]
-        given = energy_given[parents] if own else energy_given.repeat(n)
+            parents, number, given = parents[order], number[order], given[order]
         pay(parents, bring_forth(table, world, way, parents, number, given), given, m.energy, m.given)
 
     def immigrate(self, table: Table, world: SpatialWorld, way: Any) -> None:
@@ -86,16 +86,23 @@ _shared_chance = lru_cache(256)(chance_of)  # few rates are asked for again and 
 
 @njit
 def ready(alive, energy, age, fertility, uid, own, energy_min, age_min, energy_given, litter, chance, key,
-          parents, number):
-    """List the parents and the largest number of newborn of each; return the number of parents."""
+          parents, number, given):
+    """List the parents, few of them in the order of uids, the largest number of newborn of each, and what it
+    gives to one; return the number of parents."""
     n = 0
     for row in range(alive.size):
         i = row if own else 0
         if alive[row] and energy[row] >= energy_min[i] and age[row] >= age_min[i]:
             if draw(key, uid[row], random.BIRTH) < of_row(chance, row) * fertility[row]:
                 number[n] = affordable(energy[row], energy_given[i], whole(litter[i]))
-                parents[n] = row
+                parents[n], given[n] = row, energy_given[i]
                 n += number[n] > 0
+    for i in range(1, n if n <= FEW else 0):
+        row, litter_size, each, j = parents[i], number[i], given[i], i
+        while j > 0 and uid[parents[j - 1]] > uid[row]:
+            parents[j], number[j], given[j] = parents[j - 1], number[j - 1], given[j - 1]
+            j -= 1
+        parents[j], number[j], given[j] = row, litter_size, each
     return n
 
 

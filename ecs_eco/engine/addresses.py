@@ -1,0 +1,71 @@
+"""Columns by their addresses: a kernel that takes many arrays spends more time on taking them than on using
+them, so it takes one array of where they begin in memory.
+
+Addresses hold as long as no table, component or column is replaced: `Noted.changes` and `Columns.replaced`
+say so.
+"""
+
+import ctypes
+from collections.abc import Callable, Sequence
+from operator import is_
+from typing import Any
+
+import numpy as np
+from numba import carray, types
+from numba.extending import intrinsic, overload
+
+from ecs_eco.engine.noted import Noted
+from ecs_eco.engine.schema import Columns
+
+
+def address_of(array: np.ndarray) -> int:
+    """Return where an array begins in memory."""
+    return int(array.__array_interface__["data"][0])
+
+
+class Addresses:
+    """Where some columns of tables begin: of each row of columns that `find()` returns the addresses, 0 for
+    None, looked up anew where something was replaced."""
+
+    def __init__(self, find: Callable[[], Sequence[Sequence[np.ndarray | None]]]) -> None:
+        self.find = find
+        self._made_from: tuple[Any, ...] = ()
+        self._arrays: list[np.ndarray | None] = []  # kept, so that nothing else gets its memory
+        self._found = np.empty((0, 0), np.uint64)
+
+    def __call__(self) -> np.ndarray:
+        """Return the addresses, u64[rows, columns], as they are now."""
+        if self._made_from != (current := (Noted.changes, Columns.replaced)):
+            arrays = self.find()
+            flat = [array for row in arrays for array in row]
+            if len(flat) != len(self._arrays) or not all(map(is_, flat, self._arrays)):
+                self._arrays = flat
+                self._found = np.array([[0 if a is None else address_of(a) for a in row] for row in arrays],
+                                       np.uint64)
+            self._made_from = current
+        return self._found
+
+
+def column_at(address: Any, kind: Any, n: Any) -> Any:
+    """Return the `n` values that begin at an address, as an array; `kind` is their type, or an array of such.
+    """
+    made = np.dtype(getattr(kind, "dtype", kind))  # where nothing is compiled
+    return np.frombuffer((ctypes.c_char * (made.itemsize * int(n))).from_address(int(address)), made)
+
+
+def _as_pointer(typing: Any, address: Any, kind: Any) -> Any:
+    """Take an address as that of values of a type."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        number, _ = arguments
+        return builder.inttoptr(number, context.get_value_type(signature.return_type))
+
+    return types.CPointer(kind.dtype)(types.uint64, kind), make  # type: ignore[no-untyped-call]
+
+
+_pointer: Any = intrinsic(_as_pointer)
+
+
+@overload(column_at)
+def _column_at(address, kind, n):
+    return lambda address, kind, n: carray(_pointer(address, kind), n)
