@@ -3,12 +3,10 @@
 from collections.abc import Iterator
 from typing import Any
 
-import numba
 import numpy as np
-from numba import carray
 
+from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.jit import njit
-from ecs_eco.engine.rows import address_of, pointer
 
 BLOCK = 256  # rows of one block
 SPARE = 16  # numbers behind a block that may be read: a vector of the last row's goes beyond it
@@ -51,11 +49,9 @@ class Blocked:
         self.capacity = max(self.capacity, n)
         return self
 
-    def by_address(self) -> tuple[Any, np.ndarray]:
+    def by_address(self) -> tuple[np.ndarray, np.ndarray]:
         """Return what a kernel takes for a column that has rows: the addresses of its blocks, and one of
-        them; interpreted kernels, which know no addresses, take the blocks themselves."""
-        if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
-            return self.blocks, self.blocks[0]
+        them."""
         return self.addresses, self.blocks[0]
 
     def copy(self) -> np.ndarray:
@@ -111,19 +107,11 @@ class Blocked:
         return rows
 
 
-if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
-
-    def block_of(row: int, column: tuple[Any, np.ndarray]) -> np.ndarray:
-        """Return the block [BLOCK, …] of a column `by_address` that holds a row."""
-        return column[0][row // BLOCK]
-
-else:
-
-    @njit
-    def block_of(row, column):
-        """Return the block [BLOCK, …] of a column `by_address` that holds a row."""
-        addresses, like = column
-        return carray(pointer(addresses[row // BLOCK], like), like.shape)
+@njit
+def block_of(row, column):
+    """Return the block [BLOCK, …] of a column `by_address` that holds a row."""
+    addresses, like = column
+    return column_at(addresses[row // BLOCK], like, like.size).reshape(like.shape)
 
 
 @njit

@@ -5,13 +5,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numba
 import numpy as np
-from numba import carray
 
 from ecs_eco.components import Biology, Body, Chemistry, Load, Metabolism, Physical, Shape
+from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.elementary import power
 from ecs_eco.engine.jit import lone_njit
 from ecs_eco.engine.per_row import of_row
-from ecs_eco.engine.rows import address_of, pointer
 from ecs_eco.engine.schema import Columns
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, place_of
 from ecs_eco.space.bodies import extents
@@ -129,9 +128,8 @@ def feel_together(senses: list[tuple[Any, int]]) -> Sense:
 def _own_columns(first, last, addresses, steps, factors, columns, rows, out):
     """Write the values of the rows in each column f32[capacity] at an address, times its factor: nobody looks
     at the length that an array is given here."""
-    like = np.empty(0, np.float32)
     for c in range(columns.size):
-        value, step, factor = carray(pointer(addresses[c], like), 1), np.uint64(steps[c]), factors[c]
+        value, step, factor = column_at(addresses[c], np.float32, 1), np.uint64(steps[c]), factors[c]
         for k in range(last - first):
             i = np.uint64(first + k)
             out[columns[c], i] = value[np.uint64(rows[i]) * step] * factor
