@@ -43,7 +43,8 @@ class Feel(System):
 def feel(first, last, rows, now, happiness, reward, awake, credit):
     """Store happiness and its change of entries first … last − 1; the first feeling of a life changes
     nothing."""
-    for i in range(first, last):
+    for k in range(last - first):
+        i = np.uint64(first + k)
         row = rows[i]
         credit[i] = now[i] - happiness[row] if awake[row] else np.float32(0.0)
         reward[row] = credit[i]
