@@ -6,6 +6,7 @@ from __future__ import annotations
 import threading
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from typing import Any, Self
 
 import esper
@@ -68,6 +69,8 @@ class World:
         if type(self).split is World.split:
             self.split = self._workers.split  # type: ignore[method-assign]  # without a call in between
         self._unheard = Unheard(self.tables)
+        if type(self).together is World.together:
+            self.together = partial(self._workers.together, self.tables.values())  # type: ignore[method-assign]
         self._places = 0  # in the phases, that systems have taken
         self._outer: list[str] = []
         self.context.add(Deaths(self), "die", LAST)

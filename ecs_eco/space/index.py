@@ -47,7 +47,7 @@ class Index:
         self.flat = not sort_cells(alive, x, y, z, uid, *self.space.shape, self.space.inverse, self._cell,
                                    self.start, self._rows, self._x, self._y, self._z, self._uid)
         self._show()
-        self.top = int(self.uid.max(initial=0))
+        self.top = int(np.maximum.reduce(self.uid, initial=0))
 
     def renew(self, table: Any, places: Any) -> bool:
         """Take out who died since, and put in who was born, where nothing else has happened to the table;

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Biology
-from ecs_eco.engine.jit import lone_njit
+from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:
@@ -32,16 +32,15 @@ class Age(System):
                     biology.head_start, work=high // 8)
 
 
-@lone_njit
+@njit
 def grow_old(first, last, alive, born, tick, dt, age, head_start):
     """Give the living of rows first … last − 1 their age at the end of a tick [s]; `head_start` follows an
-    age that was set. Without branches, so that it becomes vector code."""
+    age that was set."""
     for k in range(last - first):
         row = np.uint64(first + k)
-        lives, now, start = alive[row], age[row], head_start[row]
-        # a newborn has age 0 in its tick of birth, which comes after this system
-        before = (tick - born[row] - 1) * dt
-        later = start if now == np.float32(before + start) else now - before
-        after = np.float32((tick - born[row]) * dt + later)
-        head_start[row] = later if lives else start
-        age[row] = after if lives else now
+        if alive[row]:
+            # a newborn has age 0 in its tick of birth, which comes after this system
+            before = (tick - born[row] - 1) * dt
+            if age[row] != np.float32(before + head_start[row]):
+                head_start[row] = age[row] - before
+            age[row] = np.float32((tick - born[row]) * dt + head_start[row])

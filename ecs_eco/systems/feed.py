@@ -84,8 +84,12 @@ class Feed(System):
         else:
             radii = b.radius[: table.high], prey[Body].radius[: prey.high]
             widest = float(sum(map(np.maximum.reduce, radii))) + furthest
-            with world.bands.over(eaters, target, distance2):
-                nearest(eaters, foods, widest, target, distance2, world.split, seek_food, wish)
+            seeking = eaters, foods, widest, target, distance2, world.split, seek_food, wish
+            if world.bands.size == 1:
+                nearest(*seeking)
+            else:
+                with world.bands.over(eaters, target, distance2):
+                    nearest(*seeking)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
         best = np.empty(foods.n, np.int32)
         best.fill(-1)
@@ -97,7 +101,7 @@ class Feed(System):
             target, distance2, eaters.rows, eaters.uid, foods.rows, gain, efficiency, held, store, digestion,
             poison, world.codes[f"eaten by {table.name}"],
             world.codes[f"poisoned by {food.eats}"] if food.deadly else 0, LEAST_ENERGY[table.species.torpor],
-            table.cause, table.killer, table.uid, best, m.energy, m.digesting, m.taken, prey.cause,
+            table.cause, table.killer, best, m.energy, m.digesting, m.taken, prey.cause,
             prey.killer, prey.uid)
         if Matter in table:
             eaten = np.flatnonzero(best >= 0)
@@ -183,7 +187,8 @@ def seek_food(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, 
 def propose(first, last, target, distance2, rows, uid, food_rows, radius, food_radius, reach, decision,
             column, chance, until, key, purpose, toughness, eater_cause, energy, digesting, food_cause):
     """Let eaters first … last − 1 leave the nearest food where they cannot have it: `target` is −1 then."""
-    for i in range(first, last):
+    for k in range(last - first):
+        i = np.uint64(first + k)
         j, row = target[i], rows[i]
         if j < 0:
             continue
@@ -201,7 +206,7 @@ def propose(first, last, target, distance2, rows, uid, food_rows, radius, food_r
 
 @njit
 def ingest(target, distance2, rows, uid, food_rows, gain, efficiency, held, ceiling, digestion, poison, cause,
-           deadly, least, eater_cause, eater_killer, uids, best, energy, digesting, taken, food_cause,
+           deadly, least, eater_cause, eater_killer, best, energy, digesting, taken, food_cause,
            food_killer, food_uids):
     """Resolve the proposals of all eaters, in canonical order, and apply them; return what all gained."""
     for i in range(target.size):
@@ -229,7 +234,7 @@ def ingest(target, distance2, rows, uid, food_rows, gain, efficiency, held, ceil
         gained += np.float64(energy[row]) - np.float64(before)
         digesting[row] = of_row(digestion, row)
         food_cause[food] = cause
-        food_killer[food] = uids[row]
+        food_killer[food] = uid[i]
         if deadly:
             eater_cause[row] = deadly
             eater_killer[row] = food_uids[food]

@@ -114,17 +114,22 @@ class Spread(System):
 
 def sprouting(world: SpatialWorld, taken: np.ndarray, *how: Any) -> tuple[np.ndarray, ...]:
     """Return what `sprout` lists of all sites, i64[k] and f32[k] each: every thread has sites of its own."""
+    if world.threads == 1:
+        return _sprouting(0, taken.size, taken, how)
     parts: list[tuple[np.ndarray, ...]] = [()] * world.threads
     edges = [taken.size * k // len(parts) for k in range(len(parts) + 1)]
 
     def look(k: int) -> None:
-        size = edges[k + 1] - edges[k]
-        numbers, places = np.empty((2, size), np.int64), np.empty((2, size), np.float32)
-        n = sprout(edges[k], edges[k + 1], taken, *how, *numbers, *places)
-        parts[k] = *numbers[:, :n], *places[:, :n]
+        parts[k] = _sprouting(edges[k], edges[k + 1], taken, how)
 
     world.together(*(partial(look, k) for k in range(len(parts))))
-    return parts[0] if len(parts) == 1 else tuple(map(np.concatenate, zip(*parts, strict=True)))
+    return tuple(map(np.concatenate, zip(*parts, strict=True)))
+
+
+def _sprouting(first: int, last: int, taken: np.ndarray, how: tuple[Any, ...]) -> tuple[np.ndarray, ...]:
+    (site, parent), (x, y) = np.empty((2, last - first), np.int64), np.empty((2, last - first), np.float32)
+    n = sprout(first, last, taken, *how, site, parent, x, y)
+    return site[:n], parent[:n], x[:n], y[:n]
 
 
 def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
@@ -170,10 +175,11 @@ def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground
     ny, nx = taken.shape
     n, rate, rain, luck = 0, everywhere, rain_everywhere, np.empty(SITES, np.float32)
     for s in range(first, last):
-        if (s - first) % SITES == 0:
-            for k in range(SITES):  # of those beyond the last site, too: this becomes vector code
-                luck[k] = draw(key, s + k, random.SPREAD + salt)
-        u = luck[(s - first) % SITES]
+        k = np.uint64(s - first) % np.uint64(SITES)
+        if k == 0:
+            for more in range(SITES):  # of those beyond the last site, too: this becomes vector code
+                luck[more] = draw(key, s + more, random.SPREAD + salt)
+        u = luck[k]
         if fertile.size <= 1 and u >= rate + rain:
             continue
         j, i = s // nx, s % nx
