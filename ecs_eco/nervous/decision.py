@@ -6,6 +6,16 @@ import numpy as np
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.random import draw
+from ecs_eco.engine.rows import first_outside
+
+EACH = np.ones(1, np.int64)
+LOWEST, HIGHEST = np.array([[-1], [1]], np.float32) * np.finfo(np.float32).max
+
+
+def finite(numbers: np.ndarray) -> bool:
+    """Return whether all numbers f32[…] are finite: sooner than a sum of numpy, which would say the same."""
+    flat = numbers.reshape(-1)
+    return first_outside((flat,), 0, flat.size, EACH, LOWEST, HIGHEST) < 0
 
 
 @lone_njit
@@ -16,17 +26,6 @@ def uniforms(first, last, key, uid, group, out):
         for k in range(last - first):
             i = np.uint64(first + k)
             out[i, np.uint64(g)] = draw(key, uid[i], random.DECIDE + ((group + g) << 8))
-
-
-@njit
-def finite(logits, values):
-    """Return whether all numbers of f32[n * options] and f32[n] are; without branches, for vectors."""
-    wrong = False
-    for i in range(logits.size):
-        wrong |= not (abs(logits[i]) < np.inf)
-    for i in range(values.size):
-        wrong |= not (abs(values[i]) < np.inf)
-    return not wrong
 
 
 @njit

@@ -11,7 +11,6 @@ import numpy as np
 from ecs_eco.components import Experience, Memory, Motor, Nervous, Plasticity, Policy, Traits
 from ecs_eco.learning.continuous import CONTINUOUS
 from ecs_eco.nervous.decision import finite
-from ecs_eco.nervous.formula_steps import AS_READ, Steps
 from ecs_eco.nervous.networks import HappinessNetwork, Network, ReflexNetwork, mean_of
 from ecs_eco.nervous.ranges import Ranges
 from ecs_eco.nervous.sensors.sense import NOTHING_SENSED, Sense
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
     from ecs_eco.learning.policy_network import PolicyNetwork
     from ecs_eco.learning.torch_ppo import TorchLearner
     from ecs_eco.space.world import SpatialWorld
-
-NO_LEAST = np.float32(-np.inf)
 
 
 class Nerves:
@@ -159,7 +156,7 @@ class Nerves:
         else:
             return (np.zeros((len(self.rows), sum(self.choices)), np.float32),
                     np.zeros(len(self.rows), np.float32))
-        if not finite(thought[0].reshape(-1), thought[1]):
+        if not (finite(thought[0]) and finite(thought[1])):
             self._complain(table, world, thought)
         return thought
 
@@ -221,16 +218,6 @@ class Nerves:
         """Return the happiness that what is sensed now gives: f32[n]; None where there is no such network."""
         return None if self.happiness is None else self._read(self.happiness, table, "happiness",
                                                               (len(self.rows),))
-
-    def felt(self, table: Table) -> tuple[np.ndarray, Steps, np.float32] | None:
-        """Return what happiness is made of: x [channels, n], the steps of a formula over it, and the least;
-        None where there is no such network. Where it has no such steps, x is the happiness itself."""
-        network = self.happiness
-        if (type(network) is HappinessNetwork and network.steps is not None  # what derives from it may differ
-                and not table.species.traits):
-            return self.x.T, network.steps, network.least
-        happiness = self.feel(table)
-        return None if happiness is None else (happiness[None], AS_READ, NO_LEAST)
 
     def remember(self, table: Table, choice: np.ndarray, numbers: np.ndarray, log_probability: np.ndarray,
                  values: np.ndarray) -> None:

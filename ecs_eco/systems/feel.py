@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.components import Nervous
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
-from ecs_eco.nervous.formula_steps import BLOCK, take_steps
+from ecs_eco.nervous.formula_steps import AS_READ, BLOCK, Steps, take_steps
+from ecs_eco.nervous.networks import HappinessNetwork
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
+
+NO_LEAST = np.float32(-np.inf)
 
 
 class Feel(System):
@@ -29,14 +32,25 @@ class Feel(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Update happiness and reward of one species; hand the rewards to its learner."""
         nerves = table.species.nerves
-        if (felt := nerves.felt(table)) is None:
+        if (source := _source(nerves, table)) is None:
             return
-        x, steps, least = felt
+        x, steps, least = source
         reward, n = np.empty(nerves.rows.size, np.float32), table[Nervous]
         world.split(feel, reward.size, nerves.rows, x, *steps, least, n.happiness, n.reward, n.awake, reward,
                     work=reward.size // 3)
         if nerves.learning:
             nerves.credit(table, reward)
+
+
+def _source(nerves: Any, table: Table) -> tuple[np.ndarray, Steps, np.float32] | None:
+    """Return what happiness is made of: x [channels, n], the steps of a formula over it, and the least; None
+    where there is no happiness network. Where that has no such steps, x is the happiness itself."""
+    network = nerves.happiness
+    if (type(network) is HappinessNetwork and network.steps is not None  # what derives from it may differ
+            and not table.species.traits):
+        return nerves.x.T, network.steps, network.least
+    happiness = nerves.feel(table)
+    return None if happiness is None else (happiness[None], AS_READ, NO_LEAST)
 
 
 @njit

@@ -3,6 +3,7 @@ import time
 import numpy as np
 import pytest
 
+from ecs_eco.nervous.sensors.sense import Seekers
 from ecs_eco.space import Index
 from ecs_eco.systems import Sense
 from ecs_eco.testing import act, arrange
@@ -39,6 +40,32 @@ def test_what_was_sensed_last_is_forgotten_when_numbers_change(meadow):
     assert nerves.x.shape == (99, 5)
     assert np.isfinite(nerves.x).all()
     assert (nerves.x[:, 4] == 0.25).all()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_what_is_read_together_is_what_each_sense_reads_alone(meadow, threads):
+    nostrils = [{"kind": "smell", "field": field, "at": [1.0, side], "scale": scale, "name": field + way}
+                for way, side, scale in (("_left", 0.5, 1.0), ("_right", -0.5, 2.0))
+                for field in ("musk", "hay")]
+    properties = [{"kind": "own", "property": name, "scale": scale} for name, scale in
+                  (("energy", 2.0), ("mass", 3.0), ("volume", 0.5), ("age", 7.0), ("sex", 1.0))]
+    world = meadow(sensors=[properties[0], SENSORS[1], *nostrils, *properties[1:]], count=70,
+                   grass={"count": 9}, options={"threads": threads},
+                   world={"fields": {name: {"cell": 1.0} for name in ("musk", "hay")}})
+    table, rng = world.tables["deer"], np.random.default_rng(1)
+    for field in world.fields.values():
+        field.value[:] = rng.random(field.value.shape)
+    for grow in (False, True):
+        if grow:  # columns are others then
+            world.spawn("deer", n=300)
+            world.flush()
+        act(world, Sense)
+        nerves, seekers, first = table.species.nerves, Seekers(world, table), 0
+        alone = np.full(nerves.x.shape, np.nan, np.float32, order="F")
+        for sense, width in nerves.senses:
+            sense(world, table, seekers, alone, first)
+            first += width
+        assert nerves.x.tobytes() == alone.tobytes()
 
 
 def test_senses_of_two_threads_that_look_at_the_same_kind_share_one_neighbour_index(meadow, monkeypatch):
