@@ -35,9 +35,9 @@ def test_all_newborn_are_the_same(case, monkeypatch):
 
 
 def test_a_newborn_is_placed_nowhere_where_a_body_is_everywhere():
-    config = load("predator-prey", {"species.deer.body.radius": 100.0})
-    world = World.from_config(config, seed=1, policies="untrained")
+    world = World.from_config(load("predator-prey"), seed=1, policies="untrained")
     world.flush()
+    world.tables["wolf"].species.radius = 1000.0
     table, parents = world.tables["deer"], np.arange(2)
     way, given = table.species.reproduction, np.full(2, 0.1, np.float32)
     brood, born = broods.small_brood(table, world, way, parents, np.array([1, 2]), given, 3)
