@@ -87,15 +87,10 @@ def list_dying(rows, capacity, own):
     """List which of the first rows.size rows have a cause of death, few of them in the order of uids; return
     their number. `own` u64 are the addresses of ROWS."""
     uid, cause = column_at(own[1], np.uint64, capacity), column_at(own[3], np.uint8, capacity)
-    n, whole = 0, rows.size // 8
-    eight = cause[: 8 * whole].view(np.uint64)
-    for k in range(whole + 1):
-        if k < whole and eight[k] == 0:
-            continue
-        for row in range(8 * k, min(8 * k + 8, rows.size)):
-            if cause[row]:
-                rows[n] = row
-                n += 1
+    n, row = 0, next_dying(cause, 0, rows.size)
+    while row < rows.size:
+        rows[n] = row
+        n, row = n + 1, next_dying(cause, row + 1, rows.size)
     for i in range(1, n if n <= FEW else 0):
         row, j = rows[i], i
         while j > 0 and uid[rows[j - 1]] > uid[row]:
@@ -106,15 +101,41 @@ def list_dying(rows, capacity, own):
 
 
 @njit
+def next_dying(cause, row, high):
+    """Return the first row, from `row` on, that has a cause of death; `high` if none before has."""
+    while row < high and row % 8 != 0 and cause[row] == 0:
+        row += 1
+    if row % 8 == 0:  # eight at once
+        eight, k = cause[: high // 8 * 8].view(np.uint64), row // 8
+        while k < eight.size and eight[k] == 0:
+            k += 1
+        row = 8 * k
+    while row < high and cause[row] == 0:
+        row += 1
+    return row
+
+
+@njit
 def vacate(rows, capacity, own, high):
     """Free rows; return the new end of the rows in use."""
-    alive, uid = column_at(own[0], np.bool_, capacity), column_at(own[1], np.uint64, capacity)
-    cause, killer = column_at(own[3], np.uint8, capacity), column_at(own[4], np.uint64, capacity)
     for row in rows:
-        alive[row] = False
-        uid[row] = 0
-        cause[row] = 0
-        killer[row] = 0
+        free(row, capacity, own)
+    return end_of(high, own)
+
+
+@njit
+def free(row, capacity, own):
+    """Free one row."""
+    column_at(own[0], np.bool_, capacity)[row] = False
+    column_at(own[1], np.uint64, capacity)[row] = 0
+    column_at(own[3], np.uint8, capacity)[row] = 0
+    column_at(own[4], np.uint64, capacity)[row] = 0
+
+
+@njit
+def end_of(high, own):
+    """Return the end of the rows in use, which is not beyond `high`."""
+    alive = column_at(own[0], np.bool_, high)
     while high > 0 and not alive[high - 1]:
         high -= 1
     return high
@@ -127,10 +148,15 @@ def vacate_dying(own, high, died):
     u64[tables, …] are the addresses of ROWS."""
     some = False
     for k in range(high.size):
-        rows = np.empty(high[k], np.int64)
-        died[k] = list_dying(rows, high[k], own[k])
+        died[k], end = 0, high[k]
+        cause = column_at(own[k, 3], np.uint8, end)
+        row = next_dying(cause, 0, end)
+        while row < end:
+            free(row, end, own[k])
+            died[k] += 1
+            row = next_dying(cause, row + 1, end)
         if died[k]:
-            high[k] = vacate(rows[: died[k]], high[k], own[k], high[k])
+            high[k] = end_of(end, own[k])
             some = True
     return some
 

@@ -178,11 +178,12 @@ class Table(dict[type, Any]):
         does not fit.
         """
         n, shapes = len(parents), self.layout().shapes
+        flat = (n,)
         for key, array in values.items():
             if (one := shapes.get(key)) is None:
                 self._refuse(*key)
             shape = array.shape if type(array) is np.ndarray else np.shape(array)
-            if shape != ((n, *one) if one else (n,)):
+            if shape != (flat + one if one else flat):
                 where = f"newborn of {self.name!r}: {key[0].__name__}.{key[1]}"
                 raise ValueError(f"{where} has the shape {shape}; allowed is {(n, *one)}")
         self.births.append((parents, second, dict(values)))

@@ -16,7 +16,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.addresses import column_at
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw, mix
-from ecs_eco.lifecycle.places import TRIES, bound_of, draw_places, keep_apart, range_of
+from ecs_eco.lifecycle.places import TRIES, draw_places, keep_apart, radius_of, range_of
 from ecs_eco.space.bodies import rocks
 from ecs_eco.space.sight import offset
 
@@ -65,18 +65,18 @@ def in_the_way(table: Table, world: SpatialWorld, n: int,
     are many, or bodies other than spheres."""
     tables = world.tables.values()
     high, apart = np.zeros(len(tables), np.int64), np.zeros(len(tables), np.float32)
-    pairs, place, radius = 0, 0, float(table.defaults[Body]["radius"])
-    if Shape in table:
-        radius *= bound_of(table)
+    pairs, place, radius = 0, 0, radius_of(table)
     for k, other in enumerate(tables):
-        opaque = other.species.opaque and Body in other and other.n
-        if opaque and (Shape in other or Position not in other):
-            return None
-        if opaque:
-            apart[k] = radius + other.species.radius
+        opaque = other.species.opaque and other.n and Body in other
         if other is table:
             place = k
-        if opaque or (kin and other is table):
+        elif not opaque:
+            continue
+        if opaque:
+            if Shape in other or Position not in other:
+                return None
+            apart[k] = radius + other.species.radius
+        if opaque or kin:
             high[k] = other.high
             pairs += n * other.high
     return (place, high, apart) if pairs <= MOST_PAIRS else None

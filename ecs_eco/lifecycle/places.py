@@ -49,10 +49,7 @@ class Around(NamedTuple):
 def range_of(table: Table, way: Any) -> tuple[Any, Any]:
     """Return the `dispersal` and `spacing` of a table's newborn, as `Around` has them: both f32, or both
     f32[high] of their parents' rows."""
-    radius = float(table.defaults[Body]["radius"])
-    if Shape in table:
-        radius *= bound_of(table)
-    near = np.float32(-1.0 if way.place == "anywhere" else way.dispersal or 4 * radius)
+    near = np.float32(-1.0 if way.place == "anywhere" else way.dispersal or 4 * radius_of(table))
     spacing = np.float32(way.spacing)
     if table.species.traits:
         spacing, near = own_values(table, {"reproduction.spacing": spacing, "reproduction.dispersal": near})
@@ -100,9 +97,7 @@ def _forbidden(table: Table, world: SpatialWorld, where: Around, who: np.ndarray
     if widest > 0:
         _crowded(who, asked, out, spacing, own.x, own.y, own.z, own.start, space.reach(widest), *space.shape,
                  space.inverse, space.lengths, space.torus, crowded)
-    radius = float(table.defaults[Body]["radius"])
-    if Shape in table:
-        radius *= bound_of(table)
+    radius = radius_of(table)
     for other in world.tables.values():
         if other.n and other.species.opaque and Body in other.columns:
             if Shape in other.columns:
@@ -116,6 +111,12 @@ def _forbidden(table: Table, world: SpatialWorld, where: Around, who: np.ndarray
             _occupied(who, asked, out, index.x, index.y, index.z, index.start, s, space.reach(float(s)),
                       *space.shape, space.inverse, space.lengths, space.torus, taken)
     return forbidden
+
+
+def radius_of(table: Table) -> float:
+    """Return the radius of the smallest sphere around a newborn [m]."""
+    radius = float(table.defaults[Body]["radius"])
+    return radius * bound_of(table) if Shape in table else radius
 
 
 def bound_of(table: Table) -> float:

@@ -17,7 +17,7 @@ class Intake:
     [energy].
 
     It is part of what they took in; what is left came from light, from parents, or from reactions. `total`
-    is the sum over all ticks that it has noted, and `flows` that of the ledger, f64[species, columns]: a
+    is the sum over all ticks, and `flows` that of the ledger, f64[species, columns], written by `add_up`: a
     recording that goes on from a checkpoint begins both at 0.
     """
 
@@ -30,13 +30,12 @@ class Intake:
         self.total = np.zeros((len(names), len(self.foods)))
         self.flows = np.zeros((len(names), columns))
 
-    def note(self, at: int, page: np.ndarray) -> None:
-        """Note the tick that has just passed: `page` f64[species, columns] of the ledger."""
+    def gained(self, at: int) -> np.ndarray:
+        """Return what was gained in the tick that has just passed, f64[species, foods], written down now."""
         row = self.values[at]
         for s, k, food, table in self._places:
             row[s, k] = table.species.eaten.get(food, 0.0)
-        self.total += row
-        self.flows += page
+        return row
 
     def columns(self, n: int) -> dict[str, np.ndarray]:
         """Return copies of the first n ticks as flat columns, by tick, then species."""

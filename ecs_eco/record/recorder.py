@@ -177,7 +177,8 @@ class Recorder(System):
             if world.space.volume and Position in table and table.n:
                 self._means["depth_mean"][at, s] = mean_depth(table.alive[: table.high], table[Position].z,
                                                               float(world.space.size[2]))
-        add_up(self._held(), high, living, self._stock, pages, self._both[at], self._moods[at])
+        add_up(self._held(), high, living, self._stock, pages, self._both[at], self._moods[at],
+               self.intake.gained(at), self.intake.total, self.intake.flows)
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
         if self.details is not None:
@@ -186,7 +187,6 @@ class Recorder(System):
             others.turn(world)
         if self.reports is not None:
             self.reports.note(world, at)
-        self.intake.note(at, pages)
         self._at, self._last = self._at + 1, world.tick
         if self._at == self.block:
             self.flush()

@@ -157,12 +157,13 @@ def held_by(table: Table) -> tuple[np.ndarray | None, ...]:
 
 
 @njit
-def add_up(columns, high, living, stock, page, means, moods):
+def add_up(columns, high, living, stock, page, means, moods, gained, intake, flows):
     """Write what the living of each species with energy hold and feel to the rows of this tick: page
     f64[species, …] of the ledger, where what was endowed, lost, and flowed in the dead stands already, means
     f32[species, …] of energy and happiness, and moods f64[species], the sums of happiness. `columns`
     u64[species, …] are the addresses of `held_by`, of the first `high` rows; the number of the living is
-    living[species, 0]. `stock` f64[species] is what they held before, then what they hold."""
+    living[species, 0]. `stock` f64[species] is what they held before, then what they hold. `intake` and
+    `flows` are the sums over all ticks of what was `gained` from foods and of the ledger."""
     for s in range(high.size):
         if columns[s, 1] == 0:
             continue
@@ -187,6 +188,11 @@ def add_up(columns, high, living, stock, page, means, moods):
         page[s, AFTER] = stock[s] = e
         k = max(living[s, 0], 1)
         means[s, 0], means[s, 1], moods[s] = e / k, h / k, h
+    for s in range(high.size):
+        for k in range(gained.shape[1]):
+            intake[s, k] += gained[s, k]
+        for k in range(page.shape[1]):
+            flows[s, k] += page[s, k]
 
 
 @njit
