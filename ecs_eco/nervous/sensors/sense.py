@@ -42,9 +42,9 @@ Sense = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]
 """sense(world, table, seekers, observations f32[n, channels], first column):
 writes its channels for every seeker.
 
-A shipped one may have an attribute `joint`, a function and what it is for. All that have the same are read in
-one go, by the sense that the function returns for a list of (sense, first column): each call of a kernel takes
-longer than to read a few hundred bodies.
+A shipped one may have an attribute `joint`, a function and what it is for. All that have the same are read
+in one go, by the sense that the function returns for a list of (sense, first column): a call of a kernel
+takes as long as to read hundreds of bodies.
 """
 
 
