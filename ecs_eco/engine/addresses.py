@@ -21,7 +21,8 @@ from ecs_eco.engine.schema import Columns
 def address_of(array: np.ndarray) -> int:
     """Return where an array begins in memory."""
     try:
-        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # four times as fast as numpy's own way
+        # four times as fast as numpy's own way; it has no type that says that it is a buffer
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]
     except (TypeError, ValueError):  # empty, or not to be written to
         return int(array.__array_interface__["data"][0])
 

@@ -116,8 +116,8 @@ def any_brood(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, 
     placed = places[:, 3] > 0
     if not np.logical_and.reduce(placed):
         which, identity, places = which[placed], identity[placed], places[placed]
-    brood = Brood(which, identity, litters.uid[which], *places.T[:3], headings(world, identity),
-                  litters.given[which])
+    brood = Brood(which, identity, litters.uid[which], places[:, 0], places[:, 1], places[:, 2],
+                  headings(world, identity), litters.given[which])
     return brood, np.bincount(which, minlength=litters.uid.size)[litters.mine]
 
 
