@@ -53,7 +53,7 @@ class Addresses:
 def column_at(address: Any, kind: Any, n: Any) -> Any:
     """Return the `n` values that begin at an address, as an array; `kind` is their type, or an array of such.
     """
-    made = np.dtype(getattr(kind, "dtype", kind))  # where nothing is compiled
+    made = np.dtype(kind.dtype if isinstance(kind, np.ndarray) else kind)  # where nothing is compiled
     return np.frombuffer((ctypes.c_char * (made.itemsize * int(n))).from_address(int(address)), made)
 
 
