@@ -21,7 +21,8 @@ from ecs_eco.engine.schema import Columns
 def address_of(array: np.ndarray) -> int:
     """Return where an array begins in memory."""
     try:
-        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # four times as fast as numpy's own way
+        # four times as fast as numpy's own way; it has no type that says that it is a buffer
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]
     except (TypeError, ValueError):  # empty, or not to be written to
         return int(array.__array_interface__["data"][0])
 
@@ -52,7 +53,7 @@ class Addresses:
 def column_at(address: Any, kind: Any, n: Any) -> Any:
     """Return the `n` values that begin at an address, as an array; `kind` is their type, or an array of such.
     """
-    made = np.dtype(getattr(kind, "dtype", kind))  # where nothing is compiled
+    made = np.dtype(kind.dtype if isinstance(kind, np.ndarray) else kind)  # where nothing is compiled
     return np.frombuffer((ctypes.c_char * (made.itemsize * int(n))).from_address(int(address)), made)
 
 
