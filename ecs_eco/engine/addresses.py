@@ -54,7 +54,8 @@ def column_at(address: Any, kind: Any, n: Any) -> Any:
     """Return the `n` values that begin at an address, as an array; `kind` is their type, or an array of such.
     """
     made = np.dtype(kind.dtype if isinstance(kind, np.ndarray) else kind)  # where nothing is compiled
-    return np.frombuffer((ctypes.c_char * (made.itemsize * int(n))).from_address(int(address)), made)
+    memory: Any = (ctypes.c_char * (made.itemsize * int(n))).from_address(int(address))
+    return np.frombuffer(memory, made)
 
 
 def _as_pointer(typing: Any, address: Any, kind: Any) -> Any:

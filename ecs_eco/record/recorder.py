@@ -74,12 +74,8 @@ class Recorder(System):
         tables = [world.tables[name] for name in self.names]
         self._held = Addresses(lambda: [held_by(table) for table in tables])
         self._noted = Addresses(lambda: [noted_of(table) for table in tables])
-        self._died, self._stock = np.zeros((block, s, 256), np.int32), np.zeros(s)
+        self._died, self._stock = np.zeros((block, s, 256), np.int32), np.array([stock_of(t) for t in tables])
         self._both = self._means.view(np.float32).reshape(block, s, -1)  # the same, of energy and happiness
-        for name, i in self.place.items():
-            table = world.tables[name]
-            if Metabolism in table:
-                self._stock[i] = table[Metabolism].energy[table.rows()].sum(dtype=np.float64)
         self._at, self._last = 0, -1  # the row to write next; the last tick that is over
         self._blocks: list[dict[str, np.ndarray]] = []
         self.remembered: int | None = None  # blocks that stay in memory; None: all without a sink, else none
@@ -323,6 +319,11 @@ class Recorder(System):
         if kind in MIGRATION and self.migrations is not None:
             return self.learning.words | self.migrations.words
         return self._pages[kind].words if kind in self._pages else self.learning.words
+
+
+def stock_of(table: Table) -> float:
+    """Return the energy that all of a species hold together, 0 where it has no metabolism."""
+    return float(table[Metabolism].energy[table.rows()].sum(dtype=np.float64)) if Metabolism in table else 0.0
 
 
 def _part(state: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
