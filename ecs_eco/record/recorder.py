@@ -321,7 +321,7 @@ class Recorder(System):
         return self._pages[kind].words if kind in self._pages else self.learning.words
 
 
-def stock_of(table: Table) -> float:
+def stock_of(table: "Table") -> float:
     """Return the energy that all of a species hold together, 0 where it has no metabolism."""
     return float(table[Metabolism].energy[table.rows()].sum(dtype=np.float64)) if Metabolism in table else 0.0
 

@@ -88,6 +88,7 @@ class Plain(NamedTuple):
     arrays: tuple[np.ndarray, ...] = ()  # they keep the addresses alive
     addresses: np.ndarray = np.empty(0, np.uint64)
     steps: np.ndarray = np.empty(0, np.int64)  # from row to row
+    sizes: np.ndarray = np.empty(0, np.int64)  # numbers from the first row's to the last's
     factors: np.ndarray = np.empty(0, np.float32)
     columns: np.ndarray = np.empty(0, np.int64)  # of the observations
 
@@ -101,6 +102,7 @@ class Plain(NamedTuple):
         return cls(made_from, tuple(it for a, it in zip(arrays, senses, strict=True) if a is None),
                    tuple(a for a, _, _ in read), np.array([address_of(a) for a, _, _ in read], np.uint64),
                    np.array([a.strides[0] // a.itemsize for a, _, _ in read], np.int64),
+                   np.array([(a.size - 1) * (a.strides[0] // a.itemsize) + 1 for a, _, _ in read], np.int64),
                    np.array([factor for _, factor, _ in read], np.float32),
                    np.array([column for _, _, column in read], np.int64))
 
@@ -125,11 +127,10 @@ def feel_together(senses: list[tuple[Any, int]]) -> Sense:
 
 
 @lone_njit
-def _own_columns(first, last, addresses, steps, factors, columns, rows, out):
-    """Write the values of the rows in each column f32[capacity] at an address, times its factor: nobody looks
-    at the length that an array is given here."""
+def _own_columns(first, last, addresses, steps, sizes, factors, columns, rows, out):
+    """Write the values of the rows in each column f32[capacity] at an address, times its factor."""
     for c in range(columns.size):
-        value, step, factor = column_at(addresses[c], np.float32, 1), np.uint64(steps[c]), factors[c]
+        value, step, factor = column_at(addresses[c], np.float32, sizes[c]), np.uint64(steps[c]), factors[c]
         for k in range(last - first):
             i = np.uint64(first + k)
             out[columns[c], i] = value[np.uint64(rows[i]) * step] * factor
