@@ -51,11 +51,11 @@ class Addresses:
 
 
 def column_at(address: Any, kind: Any, n: Any) -> Any:
-    """Return the `n` values that begin at an address, as an array; `kind` is their type, or an array of such.
-    """
+    """Return the values that begin at an address, as an array; `n` is their number or the array's shape,
+    `kind` their type, or an array of such."""
     made = np.dtype(kind.dtype if isinstance(kind, np.ndarray) else kind)  # where nothing is compiled
-    memory: Any = (ctypes.c_char * (made.itemsize * int(n))).from_address(int(address))
-    return np.frombuffer(memory, made)
+    memory: Any = (ctypes.c_char * (made.itemsize * int(np.prod(n)))).from_address(int(address))
+    return np.frombuffer(memory, made).reshape(n)
 
 
 def _as_pointer(typing: Any, address: Any, kind: Any) -> Any:

@@ -111,7 +111,14 @@ class Blocked:
 def block_of(row, column):
     """Return the block [BLOCK, …] of a column `by_address` that holds a row."""
     addresses, like = column
-    return column_at(addresses[row // BLOCK], like, like.size).reshape(like.shape)
+    return column_at(addresses[row // BLOCK], like, like.shape)
+
+
+@njit
+def flat_block_of(row, column):
+    """Return the block of a column `by_address` that holds a row, flat; to reshape it takes longer."""
+    addresses, like = column
+    return column_at(addresses[row // BLOCK], like, like.size)
 
 
 @njit

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from ecs_eco.engine.blocks import BLOCK, block_of
+from ecs_eco.engine.blocks import BLOCK, block_of, flat_block_of
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.engine.vectors import LANES, every, load, spread, store
 from ecs_eco.learning.arithmetic import fused_njit, largest, lone_fused_njit, tanh
@@ -53,7 +53,7 @@ def think(first, last, rows, weights, widths, x, logits, values):
     wide = up(wide, LANES)
     units = np.zeros(2 * wide, np.float32)
     for j in range(first, last):
-        w, at, below, above = block_of(rows[j], weights).reshape(-1), rows[j] % BLOCK * size, 0, wide
+        w, at, below, above = flat_block_of(rows[j], weights), rows[j] % BLOCK * size, 0, wide
         for i in range(x.shape[1]):
             units[i] = x[j, i]
         for layer in range(len(widths) - 1):
