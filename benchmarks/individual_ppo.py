@@ -51,7 +51,13 @@ class Herd:
         self.tick = 0
 
     def live(self) -> list[float]:
-        """Live through one tick; return the time of its PARTS [s]."""
+        """Live through one tick; return the time of its PARTS [s]. As in a run, whether threads share it is
+        decided by what ticks took lately."""
+        times: list[float] = []
+        self.world._workers.tick(lambda: times.extend(self._live()), lambda: len(self.rows))
+        return times
+
+    def _live(self) -> list[float]:
         minds, rows, split, x = self.minds, self.rows, self.world.split, self.seen[self.tick % 8]
         policy, experience, times = self.table[Policy], self.table[Experience], [self.clock()]
         logits, values = minds.forward(policy, rows, x, split)
