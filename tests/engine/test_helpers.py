@@ -104,12 +104,14 @@ def test_all_of_a_range_is_done_once(divided, threads):
 
 def test_who_is_ready_does_parts_of_who_is_late(divided, monkeypatch):
     monkeypatch.setattr(workers, "PART", 10)
-    these, done = Workers(2), []
+    these, done, all_others = Workers(2), [], threading.Event()
 
     def kernel(first, last):
         if first == 0:
-            time.sleep(LONG)
+            assert all_others.wait(60)
         done.append((first, last, threading.current_thread()))
+        if len(done) == 7:
+            all_others.set()
 
     these.split(kernel, 80)
     assert [part[:2] for part in sorted(done[:-1])] == [(k, k + 10) for k in range(10, 80, 10)]
@@ -193,11 +195,11 @@ def test_a_process_ends_while_they_are_awake():
 
 
 def test_threads_end_with_what_they_helped(divided):
-    these, seen = Workers(2), []
+    these, seen, met = Workers(2), [], threading.Barrier(2, timeout=60)
 
     def kernel(first, last):
         seen.append(threading.current_thread())
-        time.sleep(LONG)
+        met.wait()  # else one of them might do both parts
 
     these.split(kernel, 100)
     helper = next(thread for thread in seen if thread is not threading.current_thread())
