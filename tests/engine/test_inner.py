@@ -40,6 +40,16 @@ def factorials(n):
     return total
 
 
+PAIR = """
+@njit
+def called(x):
+    return np.sqrt(x)
+
+@njit
+def outer(array):
+    return called(array[0]) + called(array[1])
+"""
+
 SCRIPT = """
 import numpy as np
 from inner_kept import roots, factorials
@@ -58,12 +68,14 @@ except ValueError as error:
 
 
 def test_a_function_that_kernels_call_has_no_machine_code():
-    assert roots(np.array([4.0, 9.0])) == 5
-    (form,) = root.inner.overloads.values()
+    compiled = {"np": np, "njit": njit}
+    exec(PAIR, compiled)  # without a file, so that nothing of it is kept from another run
+    assert compiled["outer"](np.array([4.0, 9.0])) == 5
+    (form,) = compiled["called"].inner.overloads.values()
     assert isinstance(form.library, Linked)
     assert form.library.get_pointer_to_function(form.fndesc.llvm_func_name) == 0
-    (outer,) = roots.overloads.values()
-    assert not isinstance(outer.library, Linked)
+    (form,) = compiled["outer"].overloads.values()
+    assert not isinstance(form.library, Linked)
 
 
 def test_one_that_calls_itself_is_linked():
@@ -77,7 +89,7 @@ def test_an_error_comes_out_of_it_with_its_arguments():
 
 
 def test_what_another_process_kept_is_linked_into_new_kernels(tmp_path):
-    source = Path(__file__).read_text(encoding="utf-8").partition("SCRIPT =")[0]
+    source = Path(__file__).read_text(encoding="utf-8").partition("PAIR =")[0]
     (tmp_path / "inner_kept.py").write_text(source, encoding="utf-8")
     environment = os.environ | {"ECS_ECO_CACHE": str(tmp_path / "cache"),
                                 "PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, sys.path)])}
