@@ -76,6 +76,14 @@ def number_of(goal: dict[str, Any], result: dict[str, Any], where: str, column: 
     return 1e3 / value if per == "steps" else 1e9 / (value * row["animals"]) if per == "ticks" else value
 
 
+def times_one(goal: dict[str, Any], result: dict[str, Any], column: str) -> float:
+    """Return how many times as fast the work is on several threads as on one, where columns are times."""
+    one, several = (number_of(goal, result, row, column) for row in ("row_one", "row"))
+    assert one is not None
+    assert several is not None
+    return one / several
+
+
 def goals(folder: Path) -> str:
     """Return the table of what was aimed at, and what came of it."""
     rows = []
@@ -89,9 +97,9 @@ def goals(folder: Path) -> str:
             before = number_of(goal, result, "row", "before")
         else:
             before = number_of(goal, result, "row_before", "now")
+        if "row_one" in goal:
+            before, now = (times_one(goal, result, column) for column in ("before", "now"))
         assert now is not None
-        if goal.get("ratio") and before:
-            now, before = now / before, None
         met = now >= goal["least"] if "least" in goal else now <= goal["most"]
         aim = f"≥ {goal['least']:,}" if "least" in goal else f"≤ {goal['most']:,}"
         rows.append({"work": goal["work"], "aim": f"{aim} {goal['unit']}",
