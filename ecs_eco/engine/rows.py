@@ -8,7 +8,7 @@ import numpy as np
 from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.jit import njit
 
-FEW = 32  # rows that are brought into order one by one
+FEW = 64  # rows that are brought into order one by one
 ROWS = "alive", "uid", "born", "cause", "killer"  # what a table knows of each row, as kernels take it
 
 
@@ -83,14 +83,15 @@ def occupy(rows, capacity, own, first_uid, tick, high, columns):
 
 
 @njit
-def list_dying(rows, capacity, own):
-    """List which of the first rows.size rows have a cause of death, few of them in the order of uids; return
-    their number. `own` u64 are the addresses of ROWS."""
-    uid, cause = column_at(own[1], np.uint64, capacity), column_at(own[3], np.uint8, capacity)
-    n, row = 0, next_dying(cause, 0, rows.size)
-    while row < rows.size:
-        rows[n] = row
-        n, row = n + 1, next_dying(cause, row + 1, rows.size)
+def list_dying(rows, high, own):
+    """List which of the first `high` rows have a cause of death, few of them in the order of uids; return
+    their number, which may be more than there is room for in `rows`. `own` u64 are the addresses of ROWS."""
+    uid, cause = column_at(own[1], np.uint64, high), column_at(own[3], np.uint8, high)
+    n, row = 0, next_dying(cause, 0, high)
+    while row < high:
+        if n < rows.size:
+            rows[n] = row
+        n, row = n + 1, next_dying(cause, row + 1, high)
     for i in range(1, n if n <= FEW else 0):
         row, j = rows[i], i
         while j > 0 and uid[rows[j - 1]] > uid[row]:

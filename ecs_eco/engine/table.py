@@ -236,9 +236,13 @@ class Table(dict[type, Any]):
         cause = self.cause if self.high == self.capacity else self.cause[: self.high]
         if ALIVE.startswith(cause.data):
             return NOBODY
-        rows = np.empty(self.high, np.int64)
-        rows = rows[: list_dying(rows, self.capacity, self.layout().rows)]
-        return rows if rows.size <= FEW else rows[self.uid[rows].argsort()]
+        rows = np.empty(FEW, np.int64)
+        n = list_dying(rows, self.high, self.layout().rows)
+        if n <= FEW:
+            return rows[:n]
+        rows = np.empty(n, np.int64)
+        list_dying(rows, self.high, self.layout().rows)
+        return rows[self.uid[rows].argsort()]
 
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of the dead."""

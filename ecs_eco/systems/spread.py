@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 EVEN = np.zeros(0, np.float32)
 SITES = 256  # whose numbers are drawn at once
 EVERYWHERE = np.ones((1, 1), np.float32)
+AS_IT_STANDS = np.zeros(0, np.uint64)  # uids of rows, where sites hold uids
 
 
 class Spread(System):
@@ -68,17 +69,17 @@ class Spread(System):
         if table.species.traits:
             own = own_value(table, "reproduction.rate", own)
         rate, vigour = seeds(table, own, way.rate)
-        site, parent, x, y = sprouting(
+        uid = AS_IT_STANDS if world.bands.divided else table.uid
+        sprouts = sprouting(
             world, taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
             world.space.torus, *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
-            world.space.lengths)
-        n = room(table, world, site.size)
+            world.space.lengths, uid)
+        n = room(table, world, sprouts[0].size)
         if n == 0:
             return
         nx = taken.shape[1]
-        site, parent, x, y, z = site[:n], parent[:n], x[:n], y[:n], np.zeros(n, np.float32)
-        parents = (np.maximum(parent, 0).astype(np.uint64) if world.bands.divided
-                   else np.where(parent < 0, np.uint64(0), table.uid[parent]))
+        site, parent, parents, x, y = (column[:n] for column in sprouts)
+        z = np.zeros(n, np.float32)
         if world.terrain is not None:
             x, y = world.terrain.within_sites(x, y, *(((cells + 0.5) / inverse[axis]).astype(np.float32)
                                                       for axis, cells in enumerate((site % nx, site // nx))))
@@ -113,7 +114,7 @@ class Spread(System):
 
 
 def sprouting(world: SpatialWorld, taken: np.ndarray, *how: Any) -> tuple[np.ndarray, ...]:
-    """Return what `sprout` lists of all sites, i64[k] and f32[k] each: every thread has sites of its own."""
+    """Return what `sprout` lists of all sites, arrays [k]: every thread has sites of its own."""
     if world.threads == 1:
         return _sprouting(0, taken.size, taken, how)
     parts: list[tuple[np.ndarray, ...]] = [()] * world.threads
@@ -127,9 +128,10 @@ def sprouting(world: SpatialWorld, taken: np.ndarray, *how: Any) -> tuple[np.nda
 
 
 def _sprouting(first: int, last: int, taken: np.ndarray, how: tuple[Any, ...]) -> tuple[np.ndarray, ...]:
-    (site, parent), (x, y) = np.empty((2, last - first), np.int64), np.empty((2, last - first), np.float32)
-    n = sprout(first, last, taken, *how, site, parent, x, y)
-    return site[:n], parent[:n], x[:n], y[:n]
+    n = last - first
+    listed = [np.empty(n, kind) for kind in (np.int64, np.int64, np.uint64, np.float32, np.float32)]
+    n = sprout(first, last, taken, *how, *listed)
+    return tuple(column[:n] for column in listed)
 
 
 def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
@@ -168,10 +170,11 @@ def stands(alive, x, y, inverse, taken):
 
 @njit
 def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile,
-           inverse, vigour, key, salt, lengths, site, parent, xs, ys):
-    """List those of the sites first … last − 1 that are free and on which a seed sprouts, where on each, and
-    the row of its parent (−1: seed rain); return how many. `fertile` f32[ny, nx] multiplies both rates; a map
-    of one cell is 1 everywhere."""
+           inverse, vigour, key, salt, lengths, uid, site, parent, parents, xs, ys):
+    """List those of the sites first … last − 1 that are free and on which a seed sprouts, the row of its
+    parent (−1: seed rain), the parent's uid (0: seed rain), and where on the site; return how many. `uid` are
+    those of rows; empty where sites hold uids. `fertile` f32[ny, nx] multiplies both rates; a map of one cell
+    is 1 everywhere."""
     ny, nx = taken.shape
     n, rate, rain, luck = 0, everywhere, rain_everywhere, np.empty(SITES, np.float32)
     for s in range(first, last):
@@ -212,6 +215,7 @@ def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground
             if row < 0 or (vigour.size and draw(key, s, random.SPREAD + salt + (5 << 8)) >= vigour[row]):
                 continue
         site[n], parent[n] = s, row
+        parents[n] = 0 if row < 0 else (uid[row] if uid.size else np.uint64(row))
         xs[n] = on_site(i, draw(key, s, random.SPREAD + salt + (3 << 8)), inverse[0], lengths[0])
         ys[n] = on_site(j, draw(key, s, random.SPREAD + salt + (4 << 8)), inverse[1], lengths[1])
         n += 1
