@@ -1,5 +1,6 @@
 """The rows of tables: who comes into them, who leaves them, and what stands in them beyond its limits."""
 
+from collections.abc import Sequence
 from operator import is_
 from typing import Any, NamedTuple
 
@@ -16,26 +17,28 @@ class Layout(NamedTuple):
     """Where the arrays of a table are in memory, and the value that newborn have in each column unless they
     are given another."""
 
-    made_from: tuple[Any, ...] = ()  # what it holds for
-    arrays: tuple[np.ndarray, ...] = ()  # they keep the addresses alive
+    arrays: Sequence[np.ndarray] = ()  # they keep the addresses alive
     rows: np.ndarray = np.empty(0, np.uint64)  # addresses of ROWS
     columns: np.ndarray = np.empty((3, 0), np.uint64)  # addresses, addresses of the values, bytes of a row
     fields: dict[tuple[type[Any], str], Any] = {}  # the columns by component and field
     shapes: dict[tuple[type[Any], str], tuple[int, ...]] = {}  # of the value of one
     others: tuple[tuple[type[Any], str], ...] = ()  # components and fields that have no addresses
 
-    def renewed(self, made_from: tuple[Any, ...], table: Any) -> "Layout":
-        """Return the layout of a table as it is now: often arrays of other tables were replaced."""
+    def renewed(self, table: Any) -> "Layout":
+        """Return the layout of a table as it is now: often arrays of other tables alone were replaced."""
         own = [getattr(table, name) for name in ROWS]
+        arrays = [*own]
+        for component, columns in table.columns.items():
+            arrays += vars(columns).values()
+            arrays += table.defaults[component].values()
+        if len(arrays) == len(self.arrays) and all(map(is_, arrays, self.arrays)):
+            return self
         values = {(c, f): value for c in table.columns for f, value in table.defaults[c].items()}
         fields = {(c, f): vars(table.columns[c])[f] for c, f in values}
-        arrays = (*own, *fields.values(), *values.values())
-        if len(arrays) == len(self.arrays) and all(map(is_, arrays, self.arrays)):
-            return self._replace(made_from=made_from)
         plain = [key for key, array in fields.items()
                  if type(array) is np.ndarray and array.dtype == values[key].dtype]
         columns = [(address_of(fields[key]), address_of(values[key]), values[key].nbytes) for key in plain]
-        return Layout(made_from, arrays, np.array([address_of(array) for array in own], np.uint64),
+        return Layout(arrays, np.array([address_of(array) for array in own], np.uint64),
                       np.array(columns, np.uint64).reshape(-1, 3).T.copy(), fields,
                       {key: value.shape for key, value in values.items()},
                       tuple(key for key in fields if key not in plain))
