@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 EVEN = np.zeros(0, np.float32)
 SITES = 256  # whose numbers are drawn at once
 EVERYWHERE = np.ones((1, 1), np.float32)
+SPROUT = np.int64, np.int64, np.uint64, np.float32, np.float32  # types of what `sprout` lists
 AS_IT_STANDS = np.zeros(0, np.uint64)  # uids of rows, where sites hold uids
 
 
@@ -59,7 +60,7 @@ class Spread(System):
         way = table.species.reproduction
         if way is None or way.kind != "spread":
             return
-        taken, inverse, reach = self.ground(table, world.space, way)
+        taken, inverse, reach, room_for = self.ground(table, world.space, way)
         if world.bands.divided:
             taken = world.bands.sites(table, taken)
         else:
@@ -71,15 +72,16 @@ class Spread(System):
         rate, vigour = seeds(table, own, way.rate)
         uid = AS_IT_STANDS if world.bands.divided else table.uid
         sprouts = sprouting(
-            world, taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
+            world, taken, room_for, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
             world.space.torus, *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
             world.space.lengths, uid)
         n = room(table, world, sprouts[0].size)
         if n == 0:
             return
-        nx = taken.shape[1]
-        site, parent, parents, x, y = (column[:n] for column in sprouts)
-        z = np.zeros(n, np.float32)
+        if n < sprouts[0].size:
+            sprouts = [column[:n] for column in sprouts]
+        site, parent, parents, x, y = sprouts
+        nx, z = taken.shape[1], np.zeros(n, np.float32)
         if world.terrain is not None:
             x, y = world.terrain.within_sites(x, y, *(((cells + 0.5) / inverse[axis]).astype(np.float32)
                                                       for axis, cells in enumerate((site % nx, site // nx))))
@@ -99,9 +101,9 @@ class Spread(System):
             parents, values = parents[rooted], {name: some[rooted] for name, some in values.items()}
         table.request(parents, values)
 
-    def ground(self, table: Table, space: Space, way: Any) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return the sites i64[ny, nx], for the rows of who stands there, their scales [1/m], and how many
-        sites away a seed may fall, 0 for anywhere."""
+    def ground(self, table: Table, space: Space, way: Any) -> tuple[Any, ...]:
+        """Return the sites i64[ny, nx], for the rows of who stands there, their scales [1/m], how many sites
+        away a seed may fall, 0 for anywhere, and room for what `sprout` lists."""
         given = space.size, way.spacing, way.dispersal, way.place
         known = self._grounds.get(table.name)
         if known is None or known[0] != given or known[1] is not table.species.sites:
@@ -109,29 +111,32 @@ class Spread(System):
             inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
             reach = max(1, round((way.dispersal or way.spacing) / way.spacing))
             taken = table.species.sites = np.empty((ny, nx), np.int64)
-            known = self._grounds[table.name] = given, taken, inverse, 0 if way.place == "anywhere" else reach
+            known = self._grounds[table.name] = (
+                given, taken, inverse, 0 if way.place == "anywhere" else reach,
+                [np.empty(taken.size, kind) for kind in SPROUT])
         return known[1:]
 
 
-def sprouting(world: SpatialWorld, taken: np.ndarray, *how: Any) -> tuple[np.ndarray, ...]:
+def sprouting(world: SpatialWorld, taken: np.ndarray, room_for: list[np.ndarray],
+              *how: Any) -> list[np.ndarray]:
     """Return what `sprout` lists of all sites, arrays [k]: every thread has sites of its own."""
     if world.threads == 1:
-        return _sprouting(0, taken.size, taken, how)
-    parts: list[tuple[np.ndarray, ...]] = [()] * world.threads
+        return _sprouting(0, taken.size, taken, how, room_for)
+    parts: list[list[np.ndarray]] = [[]] * world.threads
     edges = [taken.size * k // len(parts) for k in range(len(parts) + 1)]
 
     def look(k: int) -> None:
-        parts[k] = _sprouting(edges[k], edges[k + 1], taken, how)
+        first, last = edges[k], edges[k + 1]
+        parts[k] = _sprouting(first, last, taken, how, [column[first:last] for column in room_for])
 
     world.together(*(partial(look, k) for k in range(len(parts))))
-    return tuple(map(np.concatenate, zip(*parts, strict=True)))
+    return list(map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _sprouting(first: int, last: int, taken: np.ndarray, how: tuple[Any, ...]) -> tuple[np.ndarray, ...]:
-    n = last - first
-    listed = [np.empty(n, kind) for kind in (np.int64, np.int64, np.uint64, np.float32, np.float32)]
-    n = sprout(first, last, taken, *how, *listed)
-    return tuple(column[:n] for column in listed)
+def _sprouting(first: int, last: int, taken: np.ndarray, how: tuple[Any, ...],
+               room_for: list[np.ndarray]) -> list[np.ndarray]:
+    n = sprout(first, last, taken, *how, *room_for)
+    return [column[:n].copy() for column in room_for]  # the next tick writes there again
 
 
 def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
