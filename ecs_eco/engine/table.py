@@ -237,13 +237,12 @@ class Table(dict[type, Any]):
         cause = self.cause if self.high == self.capacity else self.cause[: self.high]
         if ALIVE.startswith(cause.data):
             return NOBODY
-        rows = np.empty(FEW, np.int64)
-        n = list_dying(rows, self.high, self.layout().rows)
-        if n <= FEW:
-            return rows[:n]
-        rows = np.empty(n, np.int64)
-        list_dying(rows, self.high, self.layout().rows)
-        return rows[self.uid[rows].argsort()]
+        rows = np.empty(FEW + self.high // 16, np.int64)
+        if (n := list_dying(rows, self.high, self.layout().rows)) > rows.size:
+            rows = np.empty(n, np.int64)
+            list_dying(rows, self.high, self.layout().rows)
+        rows = rows[:n]
+        return rows if n <= FEW else rows[self.uid[rows].argsort()]
 
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of the dead."""
