@@ -67,7 +67,8 @@ class Unheard:
                 return False
             high[k] = table.high
         if self._found != (now := (Noted.changes, Columns.replaced)):
-            self._own, self._found = np.array([table.layout().rows for table in tables]), now
+            own = np.array([table.layout().rows for table in tables], np.uint64)
+            self._own, self._found = own.reshape(-1, len(ROWS)), now  # a world may have no table
         if vacate_dying(self._own, high, died):
             for table, end, n in zip(tables, high.tolist(), died.tolist(), strict=True):
                 if n:

@@ -38,8 +38,8 @@ class Index:
         self._spare: tuple[np.ndarray, ...] | None = None
 
     def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
-        """Sort the rows that are alive; all arrays are [rows], places in [0, size):
-        others count as in the nearest cell."""
+        """Sort the rows that are `alive` bool[rows]; the other arrays are as long or longer, places in
+        [0, size): others count as in the nearest cell."""
         if alive.size > self._cell.size:
             self._allocate(max(alive.size + alive.size // 4, 2 * self._cell.size))  # newborn have room
         if self.start.size != self.space.n_cells + 1:

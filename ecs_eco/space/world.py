@@ -111,9 +111,9 @@ class SpatialWorld(World):
         if index.version != table.version:
             with index.lock:
                 if index.version != table.version:
-                    p, high, (first, last) = table[Position], table.high, table.steady
+                    p, (first, last) = table[Position], table.steady
                     if last != table.version or index.version < first or not index.renew(table, p):
-                        index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high])
+                        index.build(table.alive[: table.high], p.x, p.y, p.z, table.uid)
                 # of fewer than there are cells, sorting all is faster than to go over the cells
                 index.version, table.followed = table.version, index.n >= self.space.n_cells
         return index

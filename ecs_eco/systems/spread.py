@@ -176,10 +176,9 @@ def stands(alive, x, y, inverse, taken):
 @njit
 def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile,
            inverse, vigour, key, salt, lengths, uid, site, parent, parents, xs, ys):
-    """List those of the sites first … last − 1 that are free and on which a seed sprouts, the row of its
-    parent (−1: seed rain), the parent's uid (0: seed rain), and where on the site; return how many. `uid` are
-    those of rows; empty where sites hold uids. `fertile` f32[ny, nx] multiplies both rates; a map of one cell
-    is 1 everywhere."""
+    """List those of the sites first … last − 1 that are free and on which a seed sprouts, row and uid of its
+    parent (−1 and 0: seed rain), and where on the site; return how many. `uid` are those of rows, empty where
+    sites hold uids; `fertile` f32[ny, nx] multiplies both rates, a map of one cell is 1 everywhere."""
     ny, nx = taken.shape
     n, rate, rain, luck = 0, everywhere, rain_everywhere, np.empty(SITES, np.float32)
     for s in range(first, last):
