@@ -35,7 +35,7 @@ class Reproduce(System):
     needs = (Position, Body, Metabolism, Biology)
     phase = "reproduce"
     # where parents are listed: rows, numbers of newborn, and what they give, of as many as a table had
-    _lists: tuple[np.ndarray, ...] = (np.empty(0, np.int64),)
+    _lists: tuple[np.ndarray, ...] = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0, np.float32))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species reproduce."""
