@@ -73,7 +73,7 @@ class Context:
     def process(self) -> None:
         """Let all processors act, as `esper.process` does, which finds no dead: they have a place of their
         own in a tick."""
-        for processor in tuple(list.__iter__(self.registry.processors)):
+        for processor in self.registry.processors.copy():  # a plain list: this one's own loop makes a tick
             processor.process()
 
     def tell(self, event: str, numbers: list[int], *more: list[Any]) -> None:
@@ -98,4 +98,4 @@ def priority_of(phase: str, place: int) -> int:
 def switch_back(outer: str) -> None:
     """Make a context esper's current one again; the default one if it is gone."""
     if esper.current_world != outer:
-        esper.switch_world(outer if outer in esper.list_worlds() else "default")
+        esper.switch_world(outer if outer in esper._context_map else "default")

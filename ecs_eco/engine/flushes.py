@@ -8,8 +8,9 @@ from typing import Any
 import esper
 import numpy as np
 
-from ecs_eco.engine.addresses import Addresses
+from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.rows import ROWS, vacate_dying
+from ecs_eco.engine.schema import Columns
 from ecs_eco.engine.table import Table
 
 
@@ -50,21 +51,25 @@ class Touched(_OfWorld):
 class Unheard:
     """Deaths of which nobody wants to hear, of all tables in one call of a kernel."""
 
-    def __init__(self, tables: dict[str, Table]) -> None:
-        self._own = Addresses(lambda: [[getattr(t, name) for name in ROWS] for t in tables.values()])
+    def __init__(self) -> None:
+        self._own = np.empty((0, len(ROWS)), np.uint64)  # addresses
+        self._found: tuple[Any, ...] = ()  # from what
         self._high = self._died = np.empty(0, np.int64)
 
     def bury(self, tables: Collection[Table]) -> bool:
         """Free the rows of all that have a cause of death; return False, with nothing done, where an index of
         neighbours wants to hear of them."""
         if self._high.size != len(tables):
-            self._high, self._died = np.empty((2, len(tables)), np.int64)
+            self._high, self._died = np.empty(len(tables), np.int64), np.empty(len(tables), np.int64)
         high, died = self._high, self._died
         for k, table in enumerate(tables):
             if table.followed:
                 return False
             high[k] = table.high
-        if vacate_dying(self._own(), high, died):
+        if self._found != (now := (Noted.changes, Columns.replaced)):
+            own = np.array([table.layout().rows for table in tables], np.uint64)
+            self._own, self._found = own.reshape(-1, len(ROWS)), now  # a world may have no table
+        if vacate_dying(self._own, high, died):
             for table, end, n in zip(tables, high.tolist(), died.tolist(), strict=True):
                 if n:
                     table.note_freed(n, end)

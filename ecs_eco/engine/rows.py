@@ -1,5 +1,6 @@
 """The rows of tables: who comes into them, who leaves them, and what stands in them beyond its limits."""
 
+from collections.abc import Sequence
 from operator import is_
 from typing import Any, NamedTuple
 
@@ -8,7 +9,7 @@ import numpy as np
 from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.jit import njit
 
-FEW = 32  # rows that are brought into order one by one
+FEW = 64  # rows that are brought into order one by one
 ROWS = "alive", "uid", "born", "cause", "killer"  # what a table knows of each row, as kernels take it
 
 
@@ -16,26 +17,28 @@ class Layout(NamedTuple):
     """Where the arrays of a table are in memory, and the value that newborn have in each column unless they
     are given another."""
 
-    made_from: tuple[Any, ...] = ()  # what it holds for
-    arrays: tuple[np.ndarray, ...] = ()  # they keep the addresses alive
+    arrays: Sequence[np.ndarray] = ()  # they keep the addresses alive
     rows: np.ndarray = np.empty(0, np.uint64)  # addresses of ROWS
     columns: np.ndarray = np.empty((3, 0), np.uint64)  # addresses, addresses of the values, bytes of a row
     fields: dict[tuple[type[Any], str], Any] = {}  # the columns by component and field
     shapes: dict[tuple[type[Any], str], tuple[int, ...]] = {}  # of the value of one
     others: tuple[tuple[type[Any], str], ...] = ()  # components and fields that have no addresses
 
-    def renewed(self, made_from: tuple[Any, ...], table: Any) -> "Layout":
-        """Return the layout of a table as it is now: often arrays of other tables were replaced."""
+    def renewed(self, table: Any) -> "Layout":
+        """Return the layout of a table as it is now: often arrays of other tables alone were replaced."""
         own = [getattr(table, name) for name in ROWS]
+        arrays = [*own]
+        for component, columns in table.columns.items():
+            arrays += vars(columns).values()
+            arrays += table.defaults[component].values()
+        if len(arrays) == len(self.arrays) and all(map(is_, arrays, self.arrays)):
+            return self
         values = {(c, f): value for c in table.columns for f, value in table.defaults[c].items()}
         fields = {(c, f): vars(table.columns[c])[f] for c, f in values}
-        arrays = (*own, *fields.values(), *values.values())
-        if len(arrays) == len(self.arrays) and all(map(is_, arrays, self.arrays)):
-            return self._replace(made_from=made_from)
         plain = [key for key, array in fields.items()
                  if type(array) is np.ndarray and array.dtype == values[key].dtype]
         columns = [(address_of(fields[key]), address_of(values[key]), values[key].nbytes) for key in plain]
-        return Layout(made_from, arrays, np.array([address_of(array) for array in own], np.uint64),
+        return Layout(arrays, np.array([address_of(array) for array in own], np.uint64),
                       np.array(columns, np.uint64).reshape(-1, 3).T.copy(), fields,
                       {key: value.shape for key, value in values.items()},
                       tuple(key for key in fields if key not in plain))
@@ -83,14 +86,15 @@ def occupy(rows, capacity, own, first_uid, tick, high, columns):
 
 
 @njit
-def list_dying(rows, capacity, own):
-    """List which of the first rows.size rows have a cause of death, few of them in the order of uids; return
-    their number. `own` u64 are the addresses of ROWS."""
-    uid, cause = column_at(own[1], np.uint64, capacity), column_at(own[3], np.uint8, capacity)
-    n, row = 0, next_dying(cause, 0, rows.size)
-    while row < rows.size:
-        rows[n] = row
-        n, row = n + 1, next_dying(cause, row + 1, rows.size)
+def list_dying(rows, high, own):
+    """List which of the first `high` rows have a cause of death, few of them in the order of uids; return
+    their number, which may be more than there is room for in `rows`. `own` u64 are the addresses of ROWS."""
+    uid, cause = column_at(own[1], np.uint64, high), column_at(own[3], np.uint8, high)
+    n, row = 0, next_dying(cause, 0, high)
+    while row < high:
+        if n < rows.size:
+            rows[n] = row
+        n, row = n + 1, next_dying(cause, row + 1, high)
     for i in range(1, n if n <= FEW else 0):
         row, j = rows[i], i
         while j > 0 and uid[rows[j - 1]] > uid[row]:

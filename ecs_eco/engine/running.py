@@ -45,7 +45,7 @@ def _pass(world: Any, mark: Underway) -> None:
     """Let one tick pass; the mark stands until it is complete."""
     world.underway, world.ticking = mark, True
     with turns.turn:
-        outside = esper.current_world
+        outside = esper.current_world if world.apart else ""
         world.context.show()
         if world._workers.helpers:
             world._workers.tick(world.context.process, lambda: sum(t.n for t in world.tables.values()))

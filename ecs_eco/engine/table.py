@@ -32,10 +32,10 @@ class Table(dict[type, Any]):
     """
 
     # without these, each reading of an attribute of a dict takes three times as long
-    __slots__ = ("__dict__", "__weakref__", "_layout", "alive", "births", "born", "capacity", "cause",
-                 "columns", "defaults", "derived", "dims", "entity", "entity_uid", "followed", "gone", "high",
-                 "killer", "limits", "n", "name", "newborn", "own", "place", "registry", "renewed", "species",
-                 "steady", "uid", "version")
+    __slots__ = ("__dict__", "__weakref__", "_laid_out", "_layout", "alive", "births", "born", "capacity",
+                 "cause", "columns", "defaults", "derived", "dims", "entity", "entity_uid", "followed",
+                 "gone", "high", "killer", "limits", "n", "name", "newborn", "own", "place", "registry",
+                 "renewed", "species", "steady", "uid", "version")
     __hash__, __eq__ = object.__hash__, object.__eq__  # type: ignore[assignment]  # each is itself alone
 
     def __init__(self, name: str, components: Iterable[type[Any]], *, capacity: int = 64,
@@ -67,6 +67,7 @@ class Table(dict[type, Any]):
         self.columns.follow = self.derived.follow = _following(weakref.ref(self))
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = Noted()
         self._layout = NO_LAYOUT  # as it was found last
+        self._laid_out: tuple[Any, ...] = ()  # from what
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
         self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
         self.species: Any = None  # what all entities of the table share: a lifecycle.Species in an ecosystem
@@ -163,8 +164,8 @@ class Table(dict[type, Any]):
 
     def layout(self) -> Layout:
         """Return where the arrays are in memory, as kernels take them."""
-        if self._layout.made_from != (now := (Noted.changes, Columns.replaced)):
-            self._layout = self._layout.renewed(now, self)
+        if self._laid_out != (now := (Noted.changes, Columns.replaced)):
+            self._layout, self._laid_out = self._layout.renewed(self), now
         return self._layout
 
     def request(self, parents: np.ndarray, values: Mapping[tuple[type, str], np.ndarray],
@@ -236,9 +237,12 @@ class Table(dict[type, Any]):
         cause = self.cause if self.high == self.capacity else self.cause[: self.high]
         if ALIVE.startswith(cause.data):
             return NOBODY
-        rows = np.empty(self.high, np.int64)
-        rows = rows[: list_dying(rows, self.capacity, self.layout().rows)]
-        return rows if rows.size <= FEW else rows[self.uid[rows].argsort()]
+        rows = np.empty(FEW + self.high // 16, np.int64)
+        if (n := list_dying(rows, self.high, self.layout().rows)) > rows.size:
+            rows = np.empty(n, np.int64)
+            list_dying(rows, self.high, self.layout().rows)
+        rows = rows[:n]
+        return rows if n <= FEW else rows[self.uid[rows].argsort()]
 
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of the dead."""

@@ -68,7 +68,7 @@ class World:
         self.bands = OneBand()  # more than one: ecs_eco.bands
         if type(self).split is World.split:
             self.split = self._workers.split  # type: ignore[method-assign]  # without a call in between
-        self._unheard = Unheard(self.tables)
+        self._unheard = Unheard()
         if type(self).together is World.together:
             self.together = partial(self._workers.together, self.tables.values())  # type: ignore[method-assign]
         self._places = 0  # in the phases, that systems have taken

@@ -55,7 +55,8 @@ def small_brood(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
                space.lengths, space.torus, space.volume, *rocks(world), world.key, which, names, values, born)
     if m < n:
         which, names, values = which[:m], names[:, :m], values[:, :m]
-    return Brood(which, *names, *values), born
+    # one by one: to unpack an array ends with an IndexError within numpy, which takes longer than all else
+    return Brood(which, names[0], names[1], values[0], values[1], values[2], values[3], values[4]), born
 
 
 def in_the_way(table: Table, world: SpatialWorld, n: int,

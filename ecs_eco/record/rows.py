@@ -157,42 +157,45 @@ def held_by(table: Table) -> tuple[np.ndarray | None, ...]:
 
 
 @njit
-def add_up(columns, high, living, stock, page, means, moods, gained, intake, flows):
-    """Write what the living of each species with energy hold and feel to the rows of this tick: page
-    f64[species, …] of the ledger, where what was endowed, lost, and flowed in the dead stands already, means
-    f32[species, …] of energy and happiness, and moods f64[species], the sums of happiness. `columns`
-    u64[species, …] are the addresses of `held_by`, of the first `high` rows; the number of the living is
-    living[species, 0]. `stock` f64[species] is what they held before, then what they hold. `intake` and
-    `flows` are the sums over all ticks of what was `gained` from foods and of the ledger."""
-    for s in range(high.size):
-        if columns[s, 1] == 0:
-            continue
-        of, n = columns[s], high[s]
-        alive, energy = column_at(of[0], np.bool_, n), column_at(of[1], np.float32, n)
-        taken, burnt = column_at(of[2], np.float32, n), column_at(of[3], np.float32, n)
-        given, happiness = column_at(of[4], np.float32, n), column_at(of[5], np.float32, n)
-        feels = of[5] != 0
-        e, t, b, g, h = 0.0, 0.0, 0.0, 0.0, 0.0
-        for row in range(n):
-            if alive[row]:
-                e += energy[row]
-                t += taken[row]
-                b += burnt[row]
-                g += given[row]
-                if feels:
-                    h += happiness[row]
-        page[s, 0] = stock[s]
-        page[s, FLOW] += t
-        page[s, FLOW + 1] += b
-        page[s, FLOW + 2] += g
-        page[s, AFTER] = stock[s] = e
-        k = max(living[s, 0], 1)
-        means[s, 0], means[s, 1], moods[s] = e / k, h / k, h
-    for s in range(high.size):
+def add_up(first, last, columns, high, living, stock, page, means, moods, gained, intake, flows):
+    """Write what the living of the species first … last − 1, of those with energy, hold and feel to the rows
+    of this tick: page f64[species, …] of the ledger, where what was endowed, lost, and flowed in the dead
+    stands already, means f32[species, …] of energy and happiness, and moods f64[species], the sums of
+    happiness. `columns` u64[species, …] are the addresses of `held_by`, of the first `high` rows; the number
+    of the living is living[species, 0]. `stock` f64[species] is what they held before, then what they hold.
+    `intake` and `flows` are the sums over all ticks of what was `gained` from foods and of the ledger."""
+    for s in range(first, last):
+        if columns[s, 1] != 0:
+            add_up_energy(s, columns[s], high[s], living, stock, page, means, moods)
         for k in range(gained.shape[1]):
             intake[s, k] += gained[s, k]
         for k in range(page.shape[1]):
             flows[s, k] += page[s, k]
+
+
+@njit
+def add_up_energy(s, of, n, living, stock, page, means, moods):
+    """`add_up` for the columns of one species with energy."""
+    alive, energy = column_at(of[0], np.bool_, n), column_at(of[1], np.float32, n)
+    taken, burnt = column_at(of[2], np.float32, n), column_at(of[3], np.float32, n)
+    given, happiness = column_at(of[4], np.float32, n), column_at(of[5], np.float32, n)
+    feels = of[5] != 0
+    e, t, b, g, h = 0.0, 0.0, 0.0, 0.0, 0.0
+    for row in range(n):
+        if alive[row]:
+            e += energy[row]
+            t += taken[row]
+            b += burnt[row]
+            g += given[row]
+            if feels:
+                h += happiness[row]
+    page[s, 0] = stock[s]
+    page[s, FLOW] += t
+    page[s, FLOW + 1] += b
+    page[s, FLOW + 2] += g
+    page[s, AFTER] = stock[s] = e
+    k = max(living[s, 0], 1)
+    means[s, 0], means[s, 1], moods[s] = e / k, h / k, h
 
 
 @njit

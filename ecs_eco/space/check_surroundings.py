@@ -12,6 +12,7 @@ MOST = float(np.finfo(np.float32).max)
 FINITE = np.array([-MOST], np.float32), np.array([MOST], np.float32)
 CONCENTRATION = np.zeros(1), np.array([MOST])
 GROUND = np.zeros(1, np.uint8), np.array([FENCE], np.uint8)
+NUMBER = int, float, np.floating, np.integer
 AMBIENT = ("temperature", "pressure", "light")
 
 
@@ -27,7 +28,7 @@ def check_surroundings(world: Any) -> None:
         _check_map("terrain: height", world.terrain.height, shape, FINITE, "finite numbers [m]")
         _check_map("terrain: ground", world.terrain.ground, shape, GROUND, "0 open, 1 water, 2 rock, 3 fence")
     for quantity, value in world.ambient.items():
-        if not isinstance(value, int | float | np.floating | np.integer) or not -MOST <= float(value) <= MOST:
+        if not isinstance(value, NUMBER) or not -MOST <= float(value) <= MOST:
             raise ValueError(f"ambient[{quantity!r}] is {value!r}; allowed: finite numbers")
     for quantity in AMBIENT:
         if quantity not in world.ambient:

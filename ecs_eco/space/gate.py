@@ -8,6 +8,7 @@ arrays whatever the numbers are, and the debug mode says which system wrote a ba
 """
 
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -117,22 +118,35 @@ def _look(world: Any, known: Looked | None) -> Looked:
 
 def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
     lengths = dict(zip("xyz", world.space.size, strict=False))
+    component: Any
     for component in table.columns:
-        for field, (kind, default) in component.fields.items():
-            # its default is not finite: any number is allowed
-            if (kind.blocked and not heavy) or not np.isfinite(default).all():
-                continue
+        for field, kind, low, high in _declared(component, heavy):
             if component.__name__ == "Position" and (length := lengths.get(field)) is not None:
                 near = np.nextafter(np.float32(length), np.float32(0))
                 yield Limits(component, field, np.float32(0), near, length,
                              world.space.torus and field != "z")
-            elif kind.limits is not None:
-                low, high = kind.limits
-                high = table.dims.get(high) if isinstance(high, str) else high
-                if high is not None:
-                    yield Limits(component, field, kind.dtype.type(low), kind.dtype.type(high))
-            elif kind.dtype.kind == "f":
-                yield Limits(component, field, np.finfo(kind.dtype).min, np.finfo(kind.dtype).max)
+                continue
+            high = table.dims.get(high) if isinstance(high, str) else high
+            if high is not None:
+                yield Limits(component, field, low, kind.dtype.type(high))
+
+
+@lru_cache(256)
+def _declared(component: Any, heavy: bool) -> list[tuple[str, Any, Any, Any]]:
+    """Return the fields of a component that are looked at, with types and limits as they are declared, None
+    where there are none: the same in every table."""
+    out = []
+    for field, (kind, default) in component.fields.items():
+        # its default is not finite: any number is allowed
+        if (kind.blocked and not heavy) or not np.isfinite(default).all():
+            continue
+        low, high = kind.limits or (None, None)
+        if kind.limits is not None:
+            low = kind.dtype.type(low)
+        elif kind.dtype.kind == "f":
+            low, high = np.finfo(kind.dtype).min, np.finfo(kind.dtype).max
+        out.append((field, kind, low, high))
+    return out
 
 
 def admit(world: Any, refuse: bool = True, known: Looked | None = None) -> Looked:

@@ -38,16 +38,16 @@ class Index:
         self._spare: tuple[np.ndarray, ...] | None = None
 
     def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
-        """Sort the rows that are alive; all arrays are [rows], places in [0, size):
-        others count as in the nearest cell."""
+        """Sort the rows that are `alive` bool[rows]; the other arrays are as long or longer, places in
+        [0, size): others count as in the nearest cell."""
         if alive.size > self._cell.size:
             self._allocate(max(alive.size + alive.size // 4, 2 * self._cell.size))  # newborn have room
         if self.start.size != self.space.n_cells + 1:
             self.start = np.zeros(self.space.n_cells + 1, np.int64)
-        self.flat = not sort_cells(alive, x, y, z, uid, *self.space.shape, self.space.inverse, self._cell,
-                                   self.start, self._rows, self._x, self._y, self._z, self._uid)
+        self.flat, self.top = sort_cells(alive, x, y, z, uid, *self.space.shape, self.space.inverse,
+                                         self._cell, self.start, self._rows, self._x, self._y, self._z,
+                                         self._uid)
         self._show()
-        self.top = int(np.maximum.reduce(self.uid, initial=0))
 
     def renew(self, table: Any, places: Any) -> bool:
         """Take out who died since, and put in who was born, where nothing else has happened to the table;
@@ -56,12 +56,13 @@ class Index:
         changes = 0
         for noted in (table.gone, table.newborn):
             rows_of, uids_of = [], []
-            for version, rows, uids in noted:
-                if version > self.version:
-                    rows_of.append(rows)
-                    uids_of.append(uids)
-                    changes += rows.size
-            parts.append((rows_of, uids_of))
+            for version, rows, uids in reversed(noted):  # the latest are few
+                if version <= self.version:
+                    break
+                rows_of.append(rows)
+                uids_of.append(uids)
+                changes += rows.size
+            parts.append((rows_of[::-1], uids_of[::-1]))
         born = parts[1][1]
         if (4 * changes > self.n or self.n + changes > self._rows.size or table.high > self._cell.size
                 or (born and born[0][0] <= self.top)):
@@ -90,7 +91,7 @@ class Index:
 @njit
 def sort_cells(alive, x, y, z, uid, nx, ny, nz, inverse, cell, start, rows, sx, sy, sz, su):
     """Counting sort of the living rows by cell (x fastest), then insertion sort by uid within a cell; return
-    whether any z is not 0.
+    whether z is 0 everywhere, and the largest uid, 0 where nobody lives.
 
     The dead are sorted, too, behind the last cell: a branch for each would take longer.
     """
@@ -117,12 +118,13 @@ def sort_cells(alive, x, y, z, uid, nx, ny, nz, inverse, cell, start, rows, sx, 
         this, before = np.uint64(i), np.uint64(i - 1)
         if (su[before] > su[this]) & (cell[rows[before]] == cell[rows[this]]):
             insert(i, cell, rows, su)
-    high = 0
+    high, top = 0, np.uint64(0)
     for i in range(start[n_cells]):
         it = np.uint64(rows[i])
         sx[i], sy[i], sz[i] = x[it], y[it], z[it]
         high |= z[it] != np.float32(0.0)
-    return high != 0
+        top = max(top, su[i])
+    return high == 0, top
 
 
 @lone_njit

@@ -111,10 +111,11 @@ class SpatialWorld(World):
         if index.version != table.version:
             with index.lock:
                 if index.version != table.version:
-                    p, high, (first, last) = table[Position], table.high, table.steady
+                    p, (first, last) = table[Position], table.steady
                     if last != table.version or index.version < first or not index.renew(table, p):
-                        index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high])
-                index.version, table.followed = table.version, True
+                        index.build(table.alive[: table.high], p.x, p.y, p.z, table.uid)
+                # of fewer than there are cells, sorting all is faster than to go over the cells
+                index.version, table.followed = table.version, index.n >= self.space.n_cells
         return index
 
     def pairs(self, table: Table | str, other: Table | str, radius: Any) -> Pairs:

@@ -34,8 +34,8 @@ class Reproduce(System):
 
     needs = (Position, Body, Metabolism, Biology)
     phase = "reproduce"
-    # where parents are listed: rows and numbers of newborn, and what they give, of as many as a table had
-    _lists: tuple[np.ndarray, np.ndarray] = np.empty((2, 0), np.int64), np.empty(0, np.float32)
+    # where parents are listed: rows, numbers of newborn, and what they give, of as many as a table had
+    _lists: tuple[np.ndarray, ...] = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0, np.float32))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species reproduce."""
@@ -51,9 +51,9 @@ class Reproduce(System):
         """Let parents give birth."""
         m, b = table[Metabolism], table[Biology]
         own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
-        if self._lists[1].size < table.high:
-            self._lists = np.empty((2, table.capacity), np.int64), np.empty(table.capacity, np.float32)
-        (parents, number), given = self._lists
+        if self._lists[0].size < table.high:
+            self._lists = tuple(np.empty(table.capacity, kind) for kind in (np.int64, np.int64, np.float32))
+        parents, number, given = self._lists
         rate = own_value(table, "reproduction.rate", way.rate) if table.species.traits else way.rate
         chance = (chance_of if isinstance(rate, np.ndarray) else _shared_chance)(rate, world.dt)
         living = world.bands.living(table) if world.bands.divided else table.alive

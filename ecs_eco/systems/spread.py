@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 EVEN = np.zeros(0, np.float32)
 SITES = 256  # whose numbers are drawn at once
 EVERYWHERE = np.ones((1, 1), np.float32)
+SPROUT = np.int64, np.int64, np.uint64, np.float32, np.float32  # types of what `sprout` lists
+AS_IT_STANDS = np.zeros(0, np.uint64)  # uids of rows, where sites hold uids
 
 
 class Spread(System):
@@ -58,7 +60,7 @@ class Spread(System):
         way = table.species.reproduction
         if way is None or way.kind != "spread":
             return
-        taken, inverse, reach = self.ground(table, world.space, way)
+        taken, inverse, reach, room_for = self.ground(table, world.space, way)
         if world.bands.divided:
             taken = world.bands.sites(table, taken)
         else:
@@ -68,17 +70,18 @@ class Spread(System):
         if table.species.traits:
             own = own_value(table, "reproduction.rate", own)
         rate, vigour = seeds(table, own, way.rate)
-        site, parent, x, y = sprouting(
-            world, taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
+        uid = AS_IT_STANDS if world.bands.divided else table.uid
+        sprouts = sprouting(
+            world, taken, room_for, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
             world.space.torus, *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
-            world.space.lengths)
-        n = room(table, world, site.size)
+            world.space.lengths, uid)
+        n = room(table, world, sprouts[0].size)
         if n == 0:
             return
-        nx = taken.shape[1]
-        site, parent, x, y, z = site[:n], parent[:n], x[:n], y[:n], np.zeros(n, np.float32)
-        parents = (np.maximum(parent, 0).astype(np.uint64) if world.bands.divided
-                   else np.where(parent < 0, np.uint64(0), table.uid[parent]))
+        if n < sprouts[0].size:
+            sprouts = [column[:n] for column in sprouts]
+        site, parent, parents, x, y = sprouts
+        nx, z = taken.shape[1], np.zeros(n, np.float32)
         if world.terrain is not None:
             x, y = world.terrain.within_sites(x, y, *(((cells + 0.5) / inverse[axis]).astype(np.float32)
                                                       for axis, cells in enumerate((site % nx, site // nx))))
@@ -98,9 +101,9 @@ class Spread(System):
             parents, values = parents[rooted], {name: some[rooted] for name, some in values.items()}
         table.request(parents, values)
 
-    def ground(self, table: Table, space: Space, way: Any) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return the sites i64[ny, nx], for the rows of who stands there, their scales [1/m], and how many
-        sites away a seed may fall, 0 for anywhere."""
+    def ground(self, table: Table, space: Space, way: Any) -> tuple[Any, ...]:
+        """Return the sites i64[ny, nx], for the rows of who stands there, their scales [1/m], how many sites
+        away a seed may fall, 0 for anywhere, and room for what `sprout` lists."""
         given = space.size, way.spacing, way.dispersal, way.place
         known = self._grounds.get(table.name)
         if known is None or known[0] != given or known[1] is not table.species.sites:
@@ -108,28 +111,32 @@ class Spread(System):
             inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
             reach = max(1, round((way.dispersal or way.spacing) / way.spacing))
             taken = table.species.sites = np.empty((ny, nx), np.int64)
-            known = self._grounds[table.name] = given, taken, inverse, 0 if way.place == "anywhere" else reach
+            known = self._grounds[table.name] = (
+                given, taken, inverse, 0 if way.place == "anywhere" else reach,
+                [np.empty(taken.size, kind) for kind in SPROUT])
         return known[1:]
 
 
-def sprouting(world: SpatialWorld, taken: np.ndarray, *how: Any) -> tuple[np.ndarray, ...]:
-    """Return what `sprout` lists of all sites, i64[k] and f32[k] each: every thread has sites of its own."""
+def sprouting(world: SpatialWorld, taken: np.ndarray, room_for: list[np.ndarray],
+              *how: Any) -> list[np.ndarray]:
+    """Return what `sprout` lists of all sites, arrays [k]: every thread has sites of its own."""
     if world.threads == 1:
-        return _sprouting(0, taken.size, taken, how)
-    parts: list[tuple[np.ndarray, ...]] = [()] * world.threads
+        return _sprouting(0, taken.size, taken, how, room_for)
+    parts: list[list[np.ndarray]] = [[]] * world.threads
     edges = [taken.size * k // len(parts) for k in range(len(parts) + 1)]
 
     def look(k: int) -> None:
-        parts[k] = _sprouting(edges[k], edges[k + 1], taken, how)
+        first, last = edges[k], edges[k + 1]
+        parts[k] = _sprouting(first, last, taken, how, [column[first:last] for column in room_for])
 
     world.together(*(partial(look, k) for k in range(len(parts))))
-    return tuple(map(np.concatenate, zip(*parts, strict=True)))
+    return list(map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _sprouting(first: int, last: int, taken: np.ndarray, how: tuple[Any, ...]) -> tuple[np.ndarray, ...]:
-    (site, parent), (x, y) = np.empty((2, last - first), np.int64), np.empty((2, last - first), np.float32)
-    n = sprout(first, last, taken, *how, site, parent, x, y)
-    return site[:n], parent[:n], x[:n], y[:n]
+def _sprouting(first: int, last: int, taken: np.ndarray, how: tuple[Any, ...],
+               room_for: list[np.ndarray]) -> list[np.ndarray]:
+    n = sprout(first, last, taken, *how, *room_for)
+    return [column[:n].copy() for column in room_for]  # the next tick writes there again
 
 
 def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
@@ -168,10 +175,10 @@ def stands(alive, x, y, inverse, taken):
 
 @njit
 def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile,
-           inverse, vigour, key, salt, lengths, site, parent, xs, ys):
-    """List those of the sites first … last − 1 that are free and on which a seed sprouts, where on each, and
-    the row of its parent (−1: seed rain); return how many. `fertile` f32[ny, nx] multiplies both rates; a map
-    of one cell is 1 everywhere."""
+           inverse, vigour, key, salt, lengths, uid, site, parent, parents, xs, ys):
+    """List those of the sites first … last − 1 that are free and on which a seed sprouts, row and uid of its
+    parent (−1 and 0: seed rain), and where on the site; return how many. `uid` are those of rows, empty where
+    sites hold uids; `fertile` f32[ny, nx] multiplies both rates, a map of one cell is 1 everywhere."""
     ny, nx = taken.shape
     n, rate, rain, luck = 0, everywhere, rain_everywhere, np.empty(SITES, np.float32)
     for s in range(first, last):
@@ -212,6 +219,7 @@ def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground
             if row < 0 or (vigour.size and draw(key, s, random.SPREAD + salt + (5 << 8)) >= vigour[row]):
                 continue
         site[n], parent[n] = s, row
+        parents[n] = 0 if row < 0 else (uid[row] if uid.size else np.uint64(row))
         xs[n] = on_site(i, draw(key, s, random.SPREAD + salt + (3 << 8)), inverse[0], lengths[0])
         ys[n] = on_site(j, draw(key, s, random.SPREAD + salt + (4 << 8)), inverse[1], lengths[1])
         n += 1

@@ -43,12 +43,14 @@ def _slow(taken, rate, rain, reach, torus, key, vigour=None):
 def test_the_kernel_is_its_slow_twin(reach, torus, vigour):
     rng = np.random.default_rng(1)
     taken = np.where(rng.random((9, 12)) < 0.4, rng.permutation(108).reshape(9, 12), -1)
-    site, parent = np.empty(108, np.int64), np.empty(108, np.int64)
+    site, parent, parents = np.empty(108, np.int64), np.empty(108, np.int64), np.empty(108, np.uint64)
+    uid = np.arange(500, 608, dtype=np.uint64)
     key = random.tick_key(3, 4)
     scale = np.array([1, 1], np.float32)
     n = sprout(0, 108, taken, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, EVERYWHERE, scale,
-               vigour, key, 0, np.array([12, 9, 0], np.float32), site, parent,
+               vigour, key, 0, np.array([12, 9, 0], np.float32), uid, site, parent, parents,
                *np.empty((2, 108), np.float32))
+    assert parents[:n].tolist() == [0 if row < 0 else 500 + row for row in parent[:n].tolist()]
     assert list(zip(site[:n].tolist(), parent[:n].tolist(), strict=True)) == _slow(
         taken, np.float32(0.6), np.float32(0.2), reach, torus, key, vigour if vigour.size else None
     )
