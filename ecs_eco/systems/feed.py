@@ -82,8 +82,9 @@ class Feed(System):
             target, distance2 = nearest_surface(world, table, prey, furthest)
             world.split(propose, eaters.n, target, distance2, *wish[:3], NO_RADIUS, NO_RADIUS, *wish[5:])
         else:
-            radii = b.radius[: table.high], prey[Body].radius[: prey.high]
-            widest = float(sum(map(np.maximum.reduce, radii))) + furthest
+            mine, theirs = b.radius[: table.high], prey[Body].radius[: prey.high]
+            # of few numbers, argmax takes a third of the time of a maximum
+            widest = float(mine[mine.argmax()] + theirs[theirs.argmax()]) + furthest
             seeking = eaters, foods, widest, target, distance2, world.split, seek_food, wish
             if world.bands.size == 1:
                 nearest(*seeking)
