@@ -14,6 +14,7 @@ from ecs_eco.engine.vectors import LANES, WIDE, every, load, store
 from ecs_eco.learning.arithmetic import fused_njit, largest, tanh
 
 BLOCK = 64  # organisms: four vectors of the widest kind
+STEP = 2 * LANES if WIDE else LANES  # organisms whose units are computed at once
 
 
 @fused_njit
@@ -29,13 +30,15 @@ def infer(first, last, observations, weights, widths, starts, logits, values):
     below, above = np.zeros(widest * BLOCK, np.float32), np.zeros(widest * BLOCK, np.float32)
     for start in range(first, last, BLOCK):
         size = min(BLOCK, last - start)
+        width = (size + STEP - 1) // STEP * STEP  # the last block is often a small one
         _take(observations, widths[0], start, size, below)
         for level in range(n_layers):
             n_in, n_out = widths[level], widths[level + 1]
             matrix = weights[starts[2 * level] : starts[2 * level] + n_in * n_out]
             bias = weights[starts[2 * level + 1] : starts[2 * level + 1] + n_out]
             hidden = level < n_layers - 1
-            _product(matrix, bias, n_in, n_out, n_out if hidden else 1, 1 if hidden else n_in, below, above)
+            _product(matrix, bias, n_in, n_out, n_out if hidden else 1, 1 if hidden else n_in, width, below,
+                     above)
             if hidden:
                 for i in range(n_out * BLOCK):
                     above[i] = tanh(above[i])
@@ -64,21 +67,21 @@ def _take(observations, n, start, size, below):
 
 
 @fused_njit
-def _product(matrix, bias, n_in, n_out, step_in, step_out, below, above):
-    """Write above[n_out, BLOCK] = bias + matrix · below[n_in, BLOCK], in tiles of four units and one or two
-    vectors, as the processor has registers, and the units that are left one by one.
+def _product(matrix, bias, n_in, n_out, step_in, step_out, width, below, above):
+    """Write above[n_out, width] = bias + matrix · below[n_in, width], whose rows are BLOCK apart, in tiles of
+    four units and one or two vectors, as the processor has registers, and the units that are left one by one.
 
     Each input is added to its unit as it is multiplied, which many processors do in one step.
     """
     for j in range(0, n_out // 4 * 4, 4):
         if WIDE:
-            for lane in range(0, BLOCK, 2 * LANES):
+            for lane in range(0, width, 2 * LANES):
                 _two(matrix, bias, n_in, j, step_in, step_out, below, above, lane)
         else:
-            for lane in range(0, BLOCK, LANES):
+            for lane in range(0, width, LANES):
                 _one(matrix, bias, n_in, j, step_in, step_out, below, above, lane)
     for j in range(n_out // 4 * 4, n_out):
-        _unit(matrix, bias, n_in, j, step_in, step_out, below, above)
+        _unit(matrix, bias, n_in, j, step_in, step_out, width, below, above)
 
 
 @fused_njit
@@ -117,15 +120,22 @@ def _put(above, at, u0, u1, u2, u3):
 
 
 @fused_njit
-def _unit(matrix, bias, n_in, j, step_in, step_out, below, above):
-    """Compute unit j of the four vectors of a block."""
-    a = b = c = d = every(bias, j)
-    for k in range(n_in):
-        weight, at = every(matrix, k * step_in + j * step_out), k * BLOCK
-        a, b = a + weight * load(below, at), b + weight * load(below, at + LANES)
-        c, d = c + weight * load(below, at + 2 * LANES), d + weight * load(below, at + 3 * LANES)
-    at = j * BLOCK
-    store(above, at, a)
-    store(above, at + LANES, b)
-    store(above, at + 2 * LANES, c)
-    store(above, at + 3 * LANES, d)
+def _unit(matrix, bias, n_in, j, step_in, step_out, width, below, above):
+    """Compute unit j: of the four vectors of a whole block at once, of fewer one by one."""
+    if width == BLOCK:
+        a = b = c = d = every(bias, j)
+        for k in range(n_in):
+            weight, at = every(matrix, k * step_in + j * step_out), k * BLOCK
+            a, b = a + weight * load(below, at), b + weight * load(below, at + LANES)
+            c, d = c + weight * load(below, at + 2 * LANES), d + weight * load(below, at + 3 * LANES)
+        at = j * BLOCK
+        store(above, at, a)
+        store(above, at + LANES, b)
+        store(above, at + 2 * LANES, c)
+        store(above, at + 3 * LANES, d)
+        return
+    for lane in range(0, width, LANES):
+        a = every(bias, j)
+        for k in range(n_in):
+            a = a + every(matrix, k * step_in + j * step_out) * load(below, k * BLOCK + lane)
+        store(above, j * BLOCK + lane, a)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ecs_eco.components import Experience, Memory, Motor, Nervous, Plasticity, Policy, Traits
 from ecs_eco.learning.continuous import CONTINUOUS
-from ecs_eco.nervous.decision import finite
+from ecs_eco.nervous.decision import all_finite
 from ecs_eco.nervous.networks import HappinessNetwork, Network, ReflexNetwork, mean_of
 from ecs_eco.nervous.ranges import Ranges
 from ecs_eco.nervous.sensors.sense import NOTHING_SENSED, Sense
@@ -156,7 +156,7 @@ class Nerves:
         else:
             return (np.zeros((len(self.rows), sum(self.choices)), np.float32),
                     np.zeros(len(self.rows), np.float32))
-        if not (finite(thought[0]) and finite(thought[1])):
+        if not all_finite(thought[0].reshape(-1), thought[1].reshape(-1)):
             self._complain(table, world, thought)
         return thought
 

@@ -38,7 +38,7 @@ class Decide(System):
         thinks, logits, values, outside = _think(nerves, table, world)
         decides, reaction = nerves.policy and n > 0, nerves.react(table)
         reacts, y = reaction is not None, NO_REFLEX if reaction is None else reaction
-        uid, key, decision = table.uid[nerves.rows], world.key, table[Nervous].decision
+        uid, key, decision = table.uid.take(nerves.rows), world.key, table[Nervous].decision
         numbers = np.empty((n, continuous), np.float32)
         given = nerves.offsets, nerves.targets, nerves.policy, y, reacts, nerves.always, nerves.rows
         if outside is None:

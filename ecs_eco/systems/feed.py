@@ -82,8 +82,9 @@ class Feed(System):
             target, distance2 = nearest_surface(world, table, prey, furthest)
             world.split(propose, eaters.n, target, distance2, *wish[:3], NO_RADIUS, NO_RADIUS, *wish[5:])
         else:
-            radii = b.radius[: table.high], prey[Body].radius[: prey.high]
-            widest = float(sum(map(np.maximum.reduce, radii))) + furthest
+            mine, theirs = b.radius[: table.high], prey[Body].radius[: prey.high]
+            # of few numbers, argmax takes a third of the time of a maximum
+            widest = float(mine[mine.argmax()] + theirs[theirs.argmax()]) + furthest
             seeking = eaters, foods, widest, target, distance2, world.split, seek_food, wish
             if world.bands.size == 1:
                 nearest(*seeking)
@@ -92,7 +93,6 @@ class Feed(System):
                     nearest(*seeking)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
         best = np.empty(foods.n, np.int32)
-        best.fill(-1)
         own = before = NOBODY
         if world.bands.divided:  # what ghosts gain is theirs
             own = eaters.rows[world.bands.entries(eaters)]
@@ -115,8 +115,7 @@ class Feed(System):
         way = table.species.config.metabolism
         if table.species.traits or table.species.growth is not None:
             return meal(table, food, dt)
-        given = (food.reach, food.gain, food.efficiency, food.chance, food.until, way.energy_max,
-                 way.digestion, dt)
+        given = food, way, dt  # sections of a world file do not change: others take their place
         known = self._meals.get((table.name, number))
         if known is None or known[0] != given:
             known = self._meals[table.name, number] = given, meal(table, food, dt)
@@ -208,7 +207,9 @@ def propose(first, last, target, distance2, rows, uid, food_rows, radius, food_r
 def ingest(target, distance2, rows, uid, food_rows, gain, efficiency, held, ceiling, digestion, poison, cause,
            deadly, least, eater_cause, eater_killer, best, energy, digesting, taken, food_cause,
            food_killer, food_uids):
-    """Resolve the proposals of all eaters, in canonical order, and apply them; return what all gained."""
+    """Resolve the proposals of all eaters, in canonical order, and apply them; return what all gained. `best`
+    i32[foods] becomes the eater of each food, −1 for none."""
+    best[:] = -1
     for i in range(target.size):
         j = target[i]
         if j < 0:

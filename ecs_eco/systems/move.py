@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 NO_MOTOR = np.zeros((1, 1), np.float32)
 NO_VIGOUR = np.ones(0, np.float32)
 BLOCK = 64  # rows
-FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)
+# height, ground, scale and cost of slopes without a terrain
+ON_THE_FLAT = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8), np.zeros(2, np.float32), 0.0
 
 
 class Move(System):
@@ -57,7 +58,7 @@ class Move(System):
             return
         p, v, space, terrain = table[Position], table[Velocity], world.space, world.terrain
         height, ground, inverse, slope_cost = (
-            (FLAT, OPEN_GROUND, np.zeros(2, np.float32), 0.0) if terrain is None
+            ON_THE_FLAT if terrain is None
             else (terrain.height, terrain.ground, terrain.inverse, terrain.slope_cost))
         pace = paces(table)
         factor = None if terrain is None or terrain.pace is None else _on_roads(table, terrain)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ecs_eco.engine.random import DECIDE, draw, tick_key
-from ecs_eco.nervous.decision import decide, first_on, uniforms
+from ecs_eco.nervous.decision import HIGHEST, all_finite, decide, first_on, uniforms
 from ecs_eco.nervous.nerves import Nerves
 
 
@@ -94,3 +94,14 @@ def test_uniforms_are_drawn_by_uid_and_group():
     assert len(set(out.ravel().tolist())) == 6
     uniforms(0, 2, key, uid, 1, out[:, :2])
     assert out[0, :2].tolist() == [draw(key, uid[0], DECIDE + (g << 8)) for g in (1, 2)]
+
+
+@pytest.mark.parametrize("wild", [np.nan, np.inf, -np.inf])
+def test_one_number_that_is_not_finite_is_found_among_logits_and_values(wild):
+    logits, values = np.full(35, -HIGHEST, np.float32), np.full(5, HIGHEST, np.float32)
+    assert all_finite(logits, values)
+    for numbers in (logits, values):
+        numbers[-1] = wild
+        assert not all_finite(logits, values)
+        numbers[-1] = 0
+    assert all_finite(logits[:0], values[:0])

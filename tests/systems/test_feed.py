@@ -51,6 +51,23 @@ def test_one_item_goes_to_the_nearest_of_those_that_want_it_equals_to_the_lower_
     assert _eaten(world)[1] == [int(deer.uid[deer.by_uid()][0]), int(deer.uid[deer.by_uid()][2])]
 
 
+def test_another_diet_or_another_metabolism_holds_from_the_next_meal_on(meadow):
+    world = meadow(count=1, grass={"count": 3})
+    deer = arrange(world, "deer", x=5, y=5, energy=0.125)
+    species, grass = deer.species, arrange(world, "grass", x=[5.25, 4.5, 5.75], y=5)
+    _eat(world)
+    assert _energy(world) == [0.375]
+    grass.cause[:], deer[Metabolism].digesting[:] = 0, 0
+    species.diet = [species.diet[0].model_copy(update={"gain": 0.125})]
+    _eat(world)
+    assert _energy(world) == [0.5]
+    grass.cause[:], deer[Metabolism].digesting[:] = 0, 0
+    metabolism = species.config.metabolism.model_copy(update={"energy_max": 0.5625})
+    species.config = species.config.model_copy(update={"metabolism": metabolism})
+    _eat(world)
+    assert _energy(world) == [0.5625]
+
+
 def test_the_full_the_digesting_and_the_unwilling_do_not_eat(meadow):
     block = {"connections": [{"sensor": "energy", "action": "eat", "weight": -1, "below": 0.1}]}
     world = meadow(count=5, grass={"count": 5}, reflex=block,

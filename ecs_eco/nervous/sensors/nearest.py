@@ -52,7 +52,7 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
             own = in_light(world, table, seekers, number, eye, own, by_light, blind)
             radius = max(float(own.max(initial=0.0)), 1e-6)
         places: Any = targets.x, targets.y, targets.z
-        entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
+        entries, distance2, found = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32), False
         hiding, seen = opaque_kinds(world) if occlusion else ((), ()), (space.volume, own, out.T, column)
         if kin is None and (Shape in other or (hiding[1] and solids(world, hiding[1]).uid.size > 0)):
             places, looks_again = look(world, table, seekers, eye, target, radius, cos_half_fov, occlusion,
@@ -60,15 +60,13 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
         elif kin is not None or eye[0] is not mine.x:
             entries, distance2 = nearest_kin(seekers, table, other, targets, kin, eye, own, cos_half_fov,
                                              world.split)
-            looks_again = occlusion and kin is None
-        elif looks_again:
-            nearest(mine, targets, radius, entries, distance2, world.split)
-        else:
+            looks_again, found = occlusion and kin is None, True
+        elif not looks_again:
             return nearest(mine, targets, radius, entries, distance2, world.split, see,
                            (seekers.cos, seekers.sin, *seen))
         if looks_again:
             look_again(world, table, seekers, eye, other, targets, radius, cos_half_fov, occlusion, hiding[0],
-                       entries, distance2, seen)
+                       entries, distance2, found, seen)
         else:
             world.split(_bearings, seekers.n, *eye, seekers.cos, seekers.sin, *places, entries, distance2,
                         space.lengths, space.torus, *seen)
@@ -110,10 +108,10 @@ def look(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.
 
 def look_again(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.ndarray, ...],
                other: "Table", targets: Index, radius: float, cos_half_fov: Any, occlusion: bool,
-               hiding: tuple[str, ...], entries: np.ndarray, distance2: np.ndarray,
+               hiding: tuple[str, ...], entries: np.ndarray, distance2: np.ndarray, found: bool,
                seen: tuple[Any, ...]) -> None:
-    """Replace the nearest spheres of a kind that are out of view or hidden by those that are seen; write
-    direction and nearness as `_bearings` does with `seen`."""
+    """Replace the nearest spheres of a kind, `found` or not yet, that are out of view or hidden by those that
+    are seen; write direction and nearness as `_bearings` does with `seen`."""
     mine, space, height = seekers.index, world.space, relief(world)
     ground, inverse = opaque_ground(world)
     bodies: Any = merged(world, hiding) if occlusion else targets
@@ -122,21 +120,28 @@ def look_again(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tup
     heights: Any = NO_HEIGHTS
     if height.size > 1:
         heights = tops(table, seekers.rows), tops(other, targets.rows)
-    world.split(see_clearly, seekers.n, *eye, mine.uid, seekers.cos, seekers.sin, targets.x,
-                targets.y, targets.z, targets.uid, targets.start, bodies.x,
-                bodies.y, bodies.z, radii, bodies.uid, bodies.start, occlusion, largest, *space.shape,
-                space.inverse, space.lengths, space.torus, space.reach(radius), np.float32(radius),
-                cos_half_fov, ground, inverse, height, *heights, entries, distance2,
-                *seen)
+    nx, ny, nz = space.shape
+    world.split(see_clearly, seekers.n if found else ny * nz, *eye, mine.start, mine.uid, seekers.cos,
+                seekers.sin, targets.x, targets.y, targets.z, targets.start, targets.uid, mine is targets,
+                space.reach(radius), nx, ny, nz, space.lengths, space.torus, mine.flat and targets.flat,
+                np.float32(radius * radius), found, bodies.x, bodies.y, bodies.z, radii, bodies.uid,
+                bodies.start, occlusion, largest, space.inverse, np.float32(radius), cos_half_fov, ground,
+                inverse, height, *heights, entries, distance2, *seen, work=(1 if found else 3) * seekers.n)
 
 
 @lone_njit
-def see_clearly(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu, bstart,
-                occlusion, largest, nx, ny, nz, inverse, lengths, torus, reach, radius, cos_half_fov, ground,
-                ground_inverse, height, eye, top, entries, distance2, volume, own, out, column):
-    """`nearest_visible`, then direction and nearness of what was found."""
+def see_clearly(first, last, ox, oy, oz, ostart, ou, cos, sin, tx, ty, tz, tstart, tu, same, k, nx, ny, nz,
+                lengths, torus, flat, radius2, found, bx, by, bz, br, bu, bstart, occlusion, largest, inverse,
+                radius, cos_half_fov, ground, ground_inverse, height, eye, top, entries, distance2, volume,
+                own, out, column):
+    """`seek` for the seekers in the rows of cells first … last − 1, or for those seekers what is `found`;
+    then `nearest_visible`, direction and nearness of what was found."""
+    if not found:
+        seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, flat,
+             radius2, entries, distance2)
+        first, last = ostart[first * nx], ostart[last * nx]
     sight.nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu,
-                          bstart, occlusion, largest, nx, ny, nz, inverse, lengths, torus, reach, radius,
+                          bstart, occlusion, largest, nx, ny, nz, inverse, lengths, torus, k, radius,
                           cos_half_fov, ground, ground_inverse, height, eye, top, entries, distance2)
     _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, entries, distance2, lengths, torus, volume, own,
               out, column)
