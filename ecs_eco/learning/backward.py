@@ -217,8 +217,8 @@ def _backward(tower, packed, memory, n, sums):
 
 @fused_njit
 def _tanh_all(h):
-    for i in range(len(h)):
-        h[i] = tanh(h[i])
+    for i in range(0, len(h), LANES):
+        store(h, i, tanh(load(h, i)))
 
 
 @lone_fused_njit

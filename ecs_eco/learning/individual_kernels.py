@@ -69,11 +69,8 @@ def think(first, last, rows, weights, widths, x, logits, values):
                 for i in range(below + a // 4 * 4, below + a):
                     y0 = y0 + every(units, i) * load(w, here)
                     here += b
-                store(units, above + o, (y0 + y1) + (y2 + y3))
-            if layer < len(widths) - 2:
-                for o in range(up(b, LANES)):
-                    unit = np.uint64(above + o)
-                    units[unit] = tanh(units[unit])
+                y0 = (y0 + y1) + (y2 + y3)
+                store(units, above + o, tanh(y0) if layer < len(widths) - 2 else y0)
             below, above, at = above, below, at + (a + 1) * b
         for o in range(k):
             logits[j, o] = units[np.uint64(below + o)]
