@@ -7,6 +7,7 @@ import numpy as np
 
 from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.vectors import LANES, prefetch
 
 BLOCK = 256  # rows of one block
 SPARE = 16  # numbers behind a block that may be read: a vector of the last row's goes beyond it
@@ -119,6 +120,24 @@ def flat_block_of(row, column):
     """Return the block of a column `by_address` that holds a row, flat; to reshape it takes longer."""
     addresses, like = column
     return column_at(addresses[row // BLOCK], like, like.size)
+
+
+@njit
+def apart(row, other, column):
+    """Return how many numbers behind a row of a column `by_address` another one begins."""
+    addresses, like = column
+    blocks = np.int64(addresses[other // BLOCK]) - np.int64(addresses[row // BLOCK])
+    return blocks // like.itemsize + (other % BLOCK - row % BLOCK) * (like.size // BLOCK)
+
+
+@njit
+def prefetch_row(row, column):
+    """Let the processor begin to fetch a row of a column `by_address`, of numbers of 4 bytes or fewer."""
+    block = flat_block_of(row, column)
+    n = block.size // BLOCK
+    start = row % BLOCK * n
+    for at in range(start, start + n, LANES):
+        prefetch(block, at)
 
 
 @njit

@@ -117,20 +117,38 @@ def _store(typing: Any, array: Any, at: Any, vector: Any) -> Any:
     return types.void(array, types.intp, _vector), make
 
 
+def _prefetch(typing: Any, array: Any, at: Any) -> Any:
+    """Let the processor begin to fetch what is at array[at], wherever that is: it never fails."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        whole, byte = ir.IntType(32), ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [byte, whole, whole, whole])
+        place = builder.bitcast(_place(context, builder, signature.args[0], *arguments), byte)
+        how = [ir.Constant(whole, 0), ir.Constant(whole, 3), ir.Constant(whole, 1)]
+        builder.call(_insert(builder.module, kind, "llvm.prefetch.p0i8"), [place, *how])
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp), make
+
+
 def _operator(of: Callable[[Any, Any], Any], name: str) -> None:
-    """Let an operator of two vectors be LLVM's instruction of this name."""
+    """Let an operator of two vectors, or of a vector and a float32, be LLVM's instruction of this name."""
+    kinds = (_vector, _vector), (_vector, types.float32), (types.float32, _vector)
 
     @_typing.infer_global(of)
     class Typing(_typing.AbstractTemplate):  # type: ignore[misc]
         key = of
 
         def generic(self, args: Any, kws: Any) -> Any:
-            return _typing.signature(_vector, *args) if args == (_vector, _vector) else None
+            return _typing.signature(_vector, *args) if args in kinds else None
 
     def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return getattr(builder, name)(*arguments)
+        a, b = (value if kind == _vector else _repeated(builder, value)
+                for kind, value in zip(signature.args, arguments, strict=True))
+        return getattr(builder, name)(a, b)
 
-    _lowered(of, _vector, _vector)(make)
+    for kind in kinds:
+        _lowered(of, *kind)(make)
 
 
 if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
@@ -161,10 +179,13 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         """Write a vector to array[at : at + 16]."""
         array[at : at + LANES] = vector
 
+    def prefetch(array: np.ndarray, at: int) -> None:
+        """Do nothing: for what is compiled alone."""
+
 else:
     _made: Any = intrinsic
-    load, every, spread, where_less, floor, store = (
-        _made(of) for of in (_load, _every, _spread, _where_less, _floor, _store)
+    load, every, spread, where_less, floor, store, prefetch = (
+        _made(of) for of in (_load, _every, _spread, _where_less, _floor, _store, _prefetch)
     )
     _operator(operator.add, "fadd")
     _operator(operator.sub, "fsub")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.vectors import spread, where_less
 
 # The numpy error model lets loops become vectors: Python's division by zero would need a branch. "contract"
 # permits a * b + c in one instruction, everywhere alike: a row's result does not depend on where in a block
@@ -24,9 +25,10 @@ _ROOT_HALF = _i32(np.float32(np.sqrt(0.5)).view(np.int32))
 
 @fused_njit
 def tanh(x):
-    """Return tanh(x) to 4e-7, never beyond 1: a ratio of polynomials,
+    """Return tanh(x) of a vector to 4e-7, never beyond 1: a ratio of polynomials,
     fitted for least relative error up to 7.9."""
-    x = _f32(-7.9) if x < _f32(-7.9) else (_f32(7.9) if x > _f32(7.9) else x)
+    low, high = spread(_f32(-7.9)), spread(_f32(7.9))
+    x = where_less(x, low, low, where_less(high, x, high, x))
     s = x * x
     p = s * _f32(1.542802782871051e-08) + _f32(2.202328341591487e-05)
     p = s * p + _f32(3.5789943071068762e-03)

@@ -94,13 +94,14 @@ def _pack(weights, plan, packed):
 
 @fused_njit
 def _unpack(sums, plan, gradient):
-    """Write sums that lie as packed weights do into a gradient that lies as the weights."""
+    """Write sums, those of a head (out, in) and the others as packed weights lie, into a gradient that lies
+    as the weights."""
     for tower in plan:
         for level in range(len(tower)):
             layer = tower[level]
             n_in, n_out, wide = layer[IN], layer[OUT], layer[WIDE_OUT]
             if level == len(tower) - 1:
-                _lay_turned(sums[layer[FORTH] :], wide, gradient[layer[MATRIX] :], n_in, n_in, n_out)
+                _lay(sums[layer[FORTH] :], layer[WIDE_IN], gradient[layer[MATRIX] :], n_in, n_out, n_in)
             else:
                 _lay(sums[layer[FORTH] :], wide, gradient[layer[MATRIX] :], n_out, n_in, n_out)
             _lay(sums[layer[SHIFT] :], n_out, gradient[layer[BIAS] :], n_out, 1, n_out)
@@ -206,8 +207,11 @@ def _backward(tower, packed, memory, n, sums):
         wide, slopes = layer[WIDE_OUT], layer[SLOPES]
         below = tower[level - 1, ABOVE] if level else 0
         _add_rows(memory, slopes, n, wide, sums, layer[SHIFT])
-        _product(memory, below, 1, layer[WIDE_IN], (layer[IN] + 3) // 4 * 4, n, memory, slopes, wide,
-                 sums, layer[FORTH], wide, sums, layer[FORTH])
+        a, a_wide, units, b, b_wide = below, layer[WIDE_IN], layer[IN], slopes, wide
+        if level == len(tower) - 1:  # the few outputs of a head fill up rows of tiles better than vectors
+            a, a_wide, units, b, b_wide = slopes, wide, layer[OUT], below, layer[WIDE_IN]
+        _product(memory, a, 1, a_wide, (units + 3) // 4 * 4, n, memory, b, b_wide,
+                 sums, layer[FORTH], b_wide, sums, layer[FORTH])
         if level:
             under, size = tower[level - 1, SLOPES], rows * layer[WIDE_IN]
             _product(memory, slopes, wide, 1, rows, layer[OUT], packed, layer[BACK], layer[WIDE_IN],
@@ -217,8 +221,8 @@ def _backward(tower, packed, memory, n, sums):
 
 @fused_njit
 def _tanh_all(h):
-    for i in range(len(h)):
-        h[i] = tanh(h[i])
+    for i in range(0, len(h), LANES):
+        store(h, i, tanh(load(h, i)))
 
 
 @lone_fused_njit
@@ -230,12 +234,15 @@ def _through_tanh(d, h):
 
 @fused_njit
 def _add_rows(memory, at, n, width, sums, to):
-    """Add n rows of `width` numbers to sums."""
-    for lane in range(0, width, LANES):
-        total = load(sums, to + lane)
-        for start in range(at + lane, at + n * width, width):
-            total = total + load(memory, start)
-        store(sums, to + lane, total)
+    """Add n rows of `width` numbers to sums: two vectors at once, for each addition waits for the one before;
+    of one vector, the same twice."""
+    for lane in range(0, width, 2 * LANES):
+        other = min(lane + LANES, width - LANES)
+        u, v = load(sums, to + lane), load(sums, to + other)
+        for start in range(at, at + n * width, width):
+            u, v = u + load(memory, start + lane), v + load(memory, start + other)
+        store(sums, to + lane, u)
+        store(sums, to + other, v)
 
 
 @fused_njit

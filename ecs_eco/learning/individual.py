@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -220,7 +221,7 @@ class Individuals:
         learnt = (settings[0] != 0) & (lengths > 0)
         require_finite(report, uid)
         told = report, lengths, settings[0]
-        if not learnt.all():
+        if np.count_nonzero(learnt) < n:
             told = report[learnt], lengths[learnt], settings[0, learnt]
         return summary(*self.bands.learnt(self, *told))
 
@@ -246,6 +247,8 @@ class Individuals:
 
 def require_finite(report: np.ndarray, uid: np.ndarray) -> None:
     """Raise FloatingPointError that names an animal whose gradient is not finite."""
+    if isfinite(np.add.reduce(report[:, 5])):
+        return
     finite = np.isfinite(report[:, 5])
     if not finite.all():
         lost = np.flatnonzero(~finite)
@@ -261,12 +264,14 @@ def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[
     if not n:
         return dict.fromkeys((*kernels.TERMS, "learning_rate"), float("nan")) | {"n_transitions": 0,
                                                                                  "n_animals": 0}
-    means: dict[str, float] = dict(zip(kernels.TERMS, (total(report, axis=0) / n).tolist(), strict=True))
-    known, transitions = report[:, 6][np.isfinite(report[:, 6])], int(total(lengths))
+    sums, known, transitions = total(report), report[:, 6], int(total(lengths))
+    means: dict[str, float] = dict(zip(kernels.TERMS, (sums / n).tolist(), strict=True))
+    known = known[np.isfinite(known)]
     means["explained_variance"] = float(total(known)) / known.size if known.size else float("nan")
     means["reward"] = float(total(report[:, 7] * lengths)) / transitions
     means["learning_rate"] = float(total(rates, dtype=float)) / n
-    return means | {"n_transitions": transitions, "n_animals": n}
+    means["n_transitions"], means["n_animals"] = transitions, n
+    return means
 
 
 def _check(n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...]) -> None:

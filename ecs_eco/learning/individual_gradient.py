@@ -54,9 +54,8 @@ def forward(room, places, widths, rows):
         above = below + rows * narrow
         product(room, below, narrow, 1, rows, w, b, a, w + a * b, above, wide, wide)
         if layer < len(widths) - 2:
-            for i in range(rows * wide):
-                at = np.uint64(above + i)
-                room[at] = tanh(room[at])
+            for i in range(above, above + rows * wide, LANES):
+                store(room, i, tanh(load(room, i)))
         w, below = w + (a + 1) * b, above
     return below
 

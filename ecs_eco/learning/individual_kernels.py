@@ -14,9 +14,9 @@ import math
 
 import numpy as np
 
-from ecs_eco.engine.blocks import BLOCK, block_of, flat_block_of
+from ecs_eco.engine.blocks import BLOCK, apart, block_of, flat_block_of, prefetch_row
 from ecs_eco.engine.random import draw, mix
-from ecs_eco.engine.vectors import LANES, every, load, spread, store
+from ecs_eco.engine.vectors import LANES, every, load, prefetch, spread, store
 from ecs_eco.learning.arithmetic import fused_njit, largest, lone_fused_njit, tanh
 from ecs_eco.learning.individual_gradient import backward, fetch, forward, layout
 from ecs_eco.learning.individual_loss import desk_for, lay_out, loss_slopes, tell
@@ -26,6 +26,7 @@ from ecs_eco.learning.tiles import ROWS, up
 
 TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm",
          "explained_variance", "reward")
+SOON = 8  # animals: so many others are recorded while the places of one are fetched
 _BIRTH = 1 << 32  # purposes of the numbers drawn for newborn weights begin here
 
 
@@ -54,6 +55,7 @@ def think(first, last, rows, weights, widths, x, logits, values):
     units = np.zeros(2 * wide, np.float32)
     for j in range(first, last):
         w, at, below, above = flat_block_of(rows[j], weights), rows[j] % BLOCK * size, 0, wide
+        ahead = apart(rows[j], rows[min(j + 1, last - 1)], weights)  # the next animal's weights
         for i in range(x.shape[1]):
             units[i] = x[j, i]
         for layer in range(len(widths) - 1):
@@ -65,15 +67,14 @@ def think(first, last, rows, weights, widths, x, logits, values):
                               y1 + every(units, i + 1) * load(w, here + b))
                     y2, y3 = (y2 + every(units, i + 2) * load(w, here + 2 * b),
                               y3 + every(units, i + 3) * load(w, here + 3 * b))
-                    here += 4 * b
+                    for _ in range(4):
+                        prefetch(w, here + ahead)
+                        here += b
                 for i in range(below + a // 4 * 4, below + a):
                     y0 = y0 + every(units, i) * load(w, here)
                     here += b
-                store(units, above + o, (y0 + y1) + (y2 + y3))
-            if layer < len(widths) - 2:
-                for o in range(up(b, LANES)):
-                    unit = np.uint64(above + o)
-                    units[unit] = tanh(units[unit])
+                y0 = (y0 + y1) + (y2 + y3)
+                store(units, above + o, tanh(y0) if layer < len(widths) - 2 else y0)
             below, above, at = above, below, at + (a + 1) * b
         for o in range(k):
             logits[j, o] = units[np.uint64(below + o)]
@@ -87,6 +88,8 @@ def record(
     """Append a transition to each animal's rollout; return how many had no room."""
     full, horizon = 0, rewards[1].shape[1]
     for j in range(len(rows)):
+        _prefetch_place(rows[min(j + SOON, len(rows) - 1)], length, observations, choices, log_probabilities,
+                        values)
         row, at = rows[j], rows[j] % BLOCK
         t = length[row]
         if not 0 <= t < horizon:
@@ -101,6 +104,17 @@ def record(
         block_of(row, values)[at, t], block_of(row, rewards)[at, t] = value[j], 0
         length[row] = t + 1
     return full
+
+
+@fused_njit
+def _prefetch_place(row, length, observations, choices, log_probabilities, values):
+    """Let the processor begin to fetch where an animal's next transition goes."""
+    place, c = row % BLOCK * values[1].shape[1] + length[row], observations[1].shape[2]
+    for k in range(0, c, LANES):
+        prefetch(flat_block_of(row, observations), place * c + k)
+    prefetch(flat_block_of(row, choices), place * choices[1].shape[2])
+    prefetch(flat_block_of(row, log_probabilities), place)
+    prefetch(flat_block_of(row, values), place)
 
 
 @fused_njit
@@ -157,7 +171,12 @@ def train(
         seen, taken = block_of(row, observations), block_of(row, choices)
         for i in range(n):
             index[i] = i
-        w[:] = own
+        for i in range(0, size, LANES):
+            store(room, where[1] + i, load(own, i))
+        if j + 1 < last:  # the next animal's arrive while this one learns
+            for column in (weights, moments_1, moments_2):
+                prefetch_row(rows[j + 1], column)
+            prefetch_row(rows[j + 1], observations)
         for epoch in range(epochs[j]):
             if parts > 1:
                 _shuffle(index[:n], chance + np.uint64(epoch))
@@ -177,7 +196,8 @@ def train(
                 terms[5] += adam(
                     w, gradient, own_1, own_2, steps[row], rate, others[4], others[5], others[6]
                 )
-        own[:] = w
+        for i in range(size):  # a copy of a slice asks of each number whether the slice repeats it
+            own[np.uint64(i)] = w[np.uint64(i)]
         tell(desk, epochs[j] * parts, terms)
         terms[5] /= epochs[j] * parts
 

@@ -40,8 +40,8 @@ def infer(first, last, observations, weights, widths, starts, logits, values):
             _product(matrix, bias, n_in, n_out, n_out if hidden else 1, 1 if hidden else n_in, width, below,
                      above)
             if hidden:
-                for i in range(n_out * BLOCK):
-                    above[i] = tanh(above[i])
+                for i in range(0, n_out * BLOCK, LANES):
+                    store(above, i, tanh(load(above, i)))
             below, above = above, below
         for j in range(min(widths[n_layers], n_logits)):
             for i in range(size):

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from ecs_eco import Table, World, component, f32, njit
-from ecs_eco.engine.blocks import BLOCK, SPARE, Blocked, block_of
+from ecs_eco.engine.blocks import BLOCK, SPARE, Blocked, apart, block_of, flat_block_of, prefetch_row
+from ecs_eco.engine.vectors import LANES, load, store
 from ecs_eco.testing import check_component
 
 
@@ -61,6 +62,26 @@ def test_a_kernel_reaches_rows_by_the_addresses_of_blocks():
     add_to_rows(np.array([9]), column.grow(3 * BLOCK).by_address(), 5)
     add_to_rows(np.array([BLOCK, 3 * BLOCK - 1]), column.by_address(), 7)
     assert column[np.array([9, 8, BLOCK, 3 * BLOCK - 1])].tolist() == [[6, 7], [0, 0], [7, 7], [7, 7]]
+
+
+@njit
+def first_of(row, other, column):
+    """The first number of one row, by way of another."""
+    prefetch_row(other, column)
+    return load(flat_block_of(row, column), row % BLOCK * 3 + apart(row, other, column))
+
+
+@njit
+def write_first(row, other, column, out):
+    store(out, 0, first_of(row, other, column))
+
+
+def test_a_row_is_reached_from_another_in_whichever_block():
+    column, out = Blocked((3,), np.float32).grow(3 * BLOCK), np.zeros(LANES, np.float32)
+    column[np.arange(3 * BLOCK)] = np.arange(9 * BLOCK).reshape(-1, 3)
+    for row, other in ((5, 6), (6, 5), (1, 2 * BLOCK + 9), (3 * BLOCK - 7, 0)):
+        write_first(row, other, column.by_address(), out)
+        assert out[:3].tolist() == column[other].tolist()
 
 
 def test_a_vector_of_the_last_row_may_be_read_beyond_its_block():

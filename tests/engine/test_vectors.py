@@ -6,7 +6,7 @@ import sys
 import numpy as np
 
 from ecs_eco.engine.jit import njit
-from ecs_eco.engine.vectors import LANES, every, load, store
+from ecs_eco.engine.vectors import LANES, every, load, prefetch, store
 
 
 @njit
@@ -22,6 +22,21 @@ def test_vectors_compute_what_numpy_computes_to_the_bit():
     weights, out = np.array([7.0, 0.3, 9.0], np.float32), np.empty_like(x)
     weigh(x, weights, out)
     np.testing.assert_array_equal(out, x + x * weights[1])
+
+
+@njit
+def blend(x, out):
+    for at in range(0, x.size, LANES):
+        prefetch(x, at + 1_000_000_000)
+        numbers = load(x, at)
+        store(out, at, np.float32(3) - numbers * np.float32(0.1) + np.float32(1) / numbers)
+
+
+def test_numbers_meet_vectors_and_what_is_nowhere_may_be_prefetched():
+    x = np.random.default_rng(1).normal(size=10 * LANES).astype(np.float32)
+    out = np.empty_like(x)
+    blend(x, out)
+    np.testing.assert_array_equal(out, np.float32(3) - x * np.float32(0.1) + np.float32(1) / x)
 
 
 def test_a_vector_is_read_and_written_where_it_says():
