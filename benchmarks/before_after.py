@@ -90,9 +90,13 @@ for turn, _ in enumerate(sys.stdin):
 
 START = """
 import json, sys
-from ecs_eco.cli import app
+from ecs_eco.cli import main
 
-app(sys.argv[1:], standalone_mode=False)
+try:
+    main()
+except SystemExit as end:
+    if end.code:
+        raise
 heavy = ("torch", "pandas", "matplotlib", "scipy.stats", "scipy.linalg", "pyarrow", "pydantic")
 print(json.dumps({"modules": len(sys.modules), "of these": [name for name in heavy if name in sys.modules]}))
 """
