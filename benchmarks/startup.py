@@ -21,7 +21,8 @@ _bench.pin_threads()
 TRIED = {
     "tried: functions that kernels call not optimized by themselves, nor functions before all is linked":
         "dropped; .85 of the time of compiling, the same bits, but some kernels take 1.5 to 3 times as long",
-    "tried: no machine code of numba's own functions that kernels call": "dropped; .97 of the time of compiling",
+    "tried: no machine code of numba's own functions that kernels call":
+        "dropped; .97 of the time of compiling",
     "tried: models of world files built on first use (defer_build)": "dropped; 15 ms less of a start",
     "tried: ticks of an axis of a report's figures found once for each place":
         "dropped; .95 of the time of laying out and drawing",
