@@ -16,6 +16,7 @@ benchmarks/results/before_after_<what>.json.
 """
 
 import argparse
+import compileall
 import json
 import os
 import random
@@ -89,18 +90,23 @@ for turn, _ in enumerate(sys.stdin):
 
 START = """
 import json, sys
-from ecs_eco.cli import app
+from ecs_eco.cli import main
 
-app(sys.argv[1:], standalone_mode=False)
+try:
+    main()
+except SystemExit as end:
+    if end.code:
+        raise
 heavy = ("torch", "pandas", "matplotlib", "scipy.stats", "scipy.linalg", "pyarrow", "pydantic")
 print(json.dumps({"modules": len(sys.modules), "of these": [name for name in heavy if name in sys.modules]}))
 """
 
 
 def environment(place: Path) -> dict[str, str]:
-    """Return the environment of a process that has the package of a place."""
+    """Return the environment of a process that has the package of a place, and finds its bytecode as that of
+    a user does."""
     return {k: v for k, v in os.environ.items()
-            if k not in ("ECS_ECO_DEBUG", "PYTHONPATH")} | {"PYTHONPATH": str(place)}
+            if k not in ("ECS_ECO_DEBUG", "PYTHONDONTWRITEBYTECODE")} | {"PYTHONPATH": str(place)}
 
 
 def call(place: Path, code: str, argument: Any) -> Any:
@@ -180,6 +186,7 @@ def starts(before: Path, pairs: int, firsts: int) -> dict[str, Any]:
         caches = {place: Path(folder) / name for place, name in ((before, "before"), (ROOT, "after"))}
         for place, cache in caches.items():
             word = "before" if place == before else "after"
+            compileall.compile_dir(place / "ecs_eco", quiet=2)  # as pip does when it installs
             begun = start(place, cache, True)[0]  # compiles
             out.setdefault("100 ticks, first start, with its report, once [s]", {})[word] = round(begun, 2)
             out.setdefault("loads", {})[word] = start(place, cache, False)[1]
@@ -203,7 +210,6 @@ def start(place: Path, cache: Path, report: bool) -> tuple[float, dict[str, Any]
         words = ["run", "predator-prey", "--ticks", "100", "--quiet", *([] if report else ["--no-report"])]
         command = [sys.executable, "-c", START, *words, "--out", f"{folder}/run"]
         surroundings = environment(place) | {"ECS_ECO_CACHE": str(cache)}
-        surroundings.pop("PYTHONDONTWRITEBYTECODE", None)
         begin = time.perf_counter()
         done = subprocess.run(command, cwd=place, env=surroundings, check=True,
                               capture_output=True, text=True)

@@ -7,6 +7,7 @@ import typer
 
 from ecs_eco.cli.commands import asking, beginning, caching, comparing, living, sweeping, telling
 from ecs_eco.cli.terminal import REFUSED, complain, say
+from ecs_eco.engine.garbage import of_a_command
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -65,4 +66,5 @@ app.command()(asking.docs)
 
 def main() -> None:
     """Entry point of the command `ecs-eco`."""
-    app(prog_name="ecs-eco")
+    with of_a_command():
+        app(prog_name="ecs-eco")

@@ -13,6 +13,8 @@ from typing import Any, NoReturn
 
 import typer
 
+from ecs_eco.engine.garbage import loaded
+
 _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
@@ -118,13 +120,16 @@ def path_of(text: str | Path) -> Path:
 
 
 class Progress:
-    """The progress of a command: call it with done and total, which it keeps."""
+    """The progress of a command: call it with done and total, which it keeps. From the first call on, all
+    that the command needs is there."""
 
     def __init__(self, show: Callable[[int, int], None] | None = None) -> None:
         self.done = self.total = 0
         self._show = show
 
     def __call__(self, done: int, total: int) -> None:
+        if not self.done:
+            loaded()
         self.done, self.total = done, total
         if self._show:
             self._show(done, total)

@@ -7,7 +7,6 @@ it. What other kernels call needs none, so it is compiled by itself, without; an
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Callable
 from typing import Any, ClassVar
 
@@ -15,6 +14,7 @@ import numba
 from numba import types
 from numba.core.registry import CPUDispatcher
 
+from ecs_eco.engine.garbage import uncollected
 from ecs_eco.engine.inner import InnerPipeline, OuterPipeline
 from ecs_eco.engine.kernel_cache import KernelCache
 
@@ -35,10 +35,11 @@ class Kernel(CPUDispatcher):
         """Return the function for these types, found or compiled."""
         cache = self._cache
         Kernel.calls.append((self, sig))
-        if isinstance(cache, KernelCache) and cache.folder.shared:
-            with cache.claimed(sig, self.targetctx):
-                return _without_collections(super().compile, sig)
-        return _without_collections(super().compile, sig)
+        with uncollected():
+            if isinstance(cache, KernelCache) and cache.folder.shared:
+                with cache.claimed(sig, self.targetctx):
+                    return super().compile(sig)
+            return super().compile(sig)
 
     def known(self, sig: Any) -> bool:
         """Return whether a compiled form for these types is kept, or another process makes it."""
@@ -52,7 +53,8 @@ class Inner(CPUDispatcher):
 
     def compile(self, sig: Any) -> Any:
         """Return the function for these types, found or compiled."""
-        return _without_collections(super().compile, sig)
+        with uncollected():
+            return super().compile(sig)
 
 
 def kernel(function: Callable[..., Any], **options: Any) -> Any:
@@ -65,14 +67,3 @@ def kernel(function: Callable[..., Any], **options: Any) -> Any:
         made.inner = njit(**options, no_cpython_wrapper=True, pipeline_class=InnerPipeline)(function)
         made.inner.__class__ = Inner
     return made
-
-
-def _without_collections(compile_: Callable[[Any], Any], signature: Any) -> Any:
-    """Compile while Python looks for no circles among the many objects that compiling makes and keeps."""
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
-        return compile_(signature)
-    finally:
-        if collecting:
-            gc.enable()

@@ -3,7 +3,6 @@ brought up to date when somebody looks again."""
 
 from __future__ import annotations
 
-import gc
 import weakref
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -13,6 +12,7 @@ import numpy as np
 from ecs_eco.engine.doors import Cache, Components, Dead, Entities, Events, Kinds, Processors
 from ecs_eco.engine.entity import WAITING, Entity, is_column, name_of
 from ecs_eco.engine.errors import listed
+from ecs_eco.engine.garbage import uncollected
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.schema import Handle
 
@@ -175,20 +175,17 @@ class Registry:
 
     def numbers_with(self, kind: Any) -> Iterator[int]:
         """Yield the numbers of all that have a component of columns; what is asked of each is soon found."""
-        collecting = gc.isenabled()
-        gc.disable()  # a collection while 100,000 handles are made would look at all of them, again and again
         try:
-            for table in self._tables():
-                if kind in table.columns or kind in table.derived:
-                    rows = table.rows()
-                    for number, row in zip(table.entity[rows].tolist(), rows.tolist(), strict=True):
-                        self.looked_at = number, table, row
-                        yield number
-            yield from [one.number for one in self.waiting.values() if kind in one]
+            with uncollected():  # else 100,000 handles would be looked at again and again while they are made
+                for table in self._tables():
+                    if kind in table.columns or kind in table.derived:
+                        rows = table.rows()
+                        for number, row in zip(table.entity[rows].tolist(), rows.tolist(), strict=True):
+                            self.looked_at = number, table, row
+                            yield number
+                yield from [one.number for one in self.waiting.values() if kind in one]
         finally:
             self.looked_at = None
-            if collecting:
-                gc.enable()
 
     def count_with(self, kind: Any) -> int:
         """Return how many have a component of columns."""

@@ -8,6 +8,7 @@ nothing but that kernel's share, and a kernel that is not listed is compiled whe
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.config.shipped import shipped
+from ecs_eco.engine.garbage import uncollected
 
 PACKAGE = Path(__file__).parents[1]
 _HELPER = ("import sys; sys.path.append(sys.argv[1]); "
@@ -121,17 +123,20 @@ def two_processes(world: str) -> Iterator[Compiled]:
     core; says afterwards how many kernels were compiled."""
     from ecs_eco.engine import jit
 
-    path, helper = jit.FOLDER.path, None
+    path, helper, collecting = jit.FOLDER.path, None, gc.isenabled()
     out, there, own = Compiled(), len(list(path.glob("*.nbc"))), jit.FOLDER.compiled
     try:
         if not _mark(world).exists() and cores() > 1 and _compiles() and jit.FOLDER.writable():
             jit.FOLDER.shared, out.processes = True, 2
             helper = _start(["backwards", world])
+            gc.disable()  # until all is `loaded`: most of what compiling makes stays
         yield out
     finally:
         out.number = jit.FOLDER.compiled - own
         if helper is not None:
             jit.FOLDER.shared = False
+            if collecting:
+                gc.enable()
             helper.terminate()
             helper.wait()
             out.number = len(list(path.glob("*.nbc"))) - there
@@ -149,7 +154,8 @@ def _compiles() -> bool:
 def help_on(arguments: Sequence[str]) -> None:
     """Compile in this process, which another has started for that: `backwards WORLD`,
     or `share NUMBER OF WORLD…`."""
-    if arguments[0] == "backwards":
-        compile_listed(arguments[1:], backwards=True)
-    else:
-        compile_listed(arguments[3:], int(arguments[1]), int(arguments[2]))
+    with uncollected():
+        if arguments[0] == "backwards":
+            compile_listed(arguments[1:], backwards=True)
+        else:
+            compile_listed(arguments[3:], int(arguments[1]), int(arguments[2]))

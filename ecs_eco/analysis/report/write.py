@@ -20,6 +20,7 @@ from ecs_eco.analysis.report.recorded import ages_at_death
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.style import as_delivered
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.engine.garbage import uncollected
 
 
 def write_report(run_dir: Path | str, out: Path | str | None = None, against: Path | str | None = None,
@@ -32,7 +33,7 @@ def write_report(run_dir: Path | str, out: Path | str | None = None, against: Pa
     memory. ConfigError for an outside series that cannot be used, FileNotFoundError where the folder holds
     no run, RecordingError where a file of it is damaged.
     """
-    with as_delivered({}):
+    with as_delivered({}), uncollected():  # figures are full of circles, and few
         return _written(Path(run_dir), out, against, match)
 
 
