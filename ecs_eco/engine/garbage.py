@@ -1,7 +1,7 @@
 """When Python looks for circles of objects that nothing else refers to.
 
 It does so after every 700 objects more, and among all that there are when these have become a quarter more.
-While a command loads its modules that is an eighth of the time, and at its end, when it takes all of them
+While a command loads its modules that is a tenth of the time, and at its end, when it takes all of them
 apart, as much again: for nothing, since they stay until the process ends.
 """
 
