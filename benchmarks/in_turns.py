@@ -24,7 +24,7 @@ from before_after import environment
 
 ROOT = Path(__file__).parents[1]
 BEGIN = """
-import json, sys, time
+import sys, time
 sys.path.insert(0, "benchmarks")
 import _bench
 _bench.pin_threads()
