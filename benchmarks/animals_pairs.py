@@ -6,7 +6,7 @@ Both processes hold the same world and let a few ticks pass while the other wait
 The ratio is that of this commit's time of the processor to the other's, turn by turn: median and quartiles;
 with several threads that of the wall clock. `quiet` is the ratio of the means of the least tenth of turns,
 which other work disturbed least. Times are per animal, for where digests are others the worlds go different
-ways after some ticks; `same end` says whether they did not.
+ways after some ticks; `same end` says whether they did not. GiB are the most memory that the process held.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from before_after import environment
 
 ROOT = Path(__file__).parents[1]
 WORLD = """
-import json, sys, time
+import json, resource, sys, time
 sys.path.insert(0, "benchmarks")
 import _bench
 _bench.pin_threads()
@@ -39,8 +39,9 @@ for asked in sys.stdin:
     world.run(ticks)
     wall, own = time.perf_counter() - wall, time.process_time() - own
     n = world.tables["grazer"].n + world.tables["hunter"].n
-    print(json.dumps([wall / ticks / n * 1e9, own / ticks / n * 1e9, world.digest() if "d" in asked else ""]),
-          flush=True)
+    held = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20  # in KiB
+    print(json.dumps([wall / ticks / n * 1e9, own / ticks / n * 1e9, held,
+                      world.digest() if "d" in asked else ""]), flush=True)
 """
 NOTES = {
     "tried, and dropped: the last unit of a layer computed again in place of those that are missing":
@@ -80,7 +81,7 @@ def start(place: Path, asked: list[Any]) -> subprocess.Popen[str]:
 
 def turn(process: subprocess.Popen[str], last: bool) -> list[Any]:
     """Let some ticks of a world pass; return nanoseconds an animal, of the wall clock and of the processor,
-    and the digest in the end."""
+    the most memory so far [GiB], and the digest in the end."""
     assert process.stdin is not None
     assert process.stdout is not None
     process.stdin.write("d\n" if last else "\n")
@@ -108,7 +109,8 @@ def measure(before: Path, animals: int, threads: int, others: int, learn: bool, 
            "turns": turns, "clock": ("wall", "processor")[clock], "before, ns per animal and tick": least[0],
            "now, ns per animal and tick": least[1], "times before": middle,
            "quartiles": f"{low:.3f}-{high:.3f}", "quiet": least[1] / least[0],
-           "same end": took[0][-1][2] == took[1][-1][2]}
+           "GiB before": took[0][-1][2], "GiB now": took[1][-1][2],
+           "same end": took[0][-1][3] == took[1][-1][3]}
     return row
 
 

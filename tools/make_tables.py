@@ -111,13 +111,14 @@ def goal_row(goal: dict[str, Any], before: float | None, now: float) -> dict[str
     def reached(value: float, wanted: float) -> bool:
         return value >= wanted if sign == "≥" else value <= wanted
 
-    met, asked = reached(now, aim), aim / goal["was"]
-    gain: dict[str, Any] = {"now / before": "–", "met as a ratio": "–"}
-    if before is not None:
-        gain = {"now / before": now / before, "met as a ratio": reached(now / before, asked)}
+    met, asked = reached(now, aim), aim / goal["was"] if "was" in goal else None
+    gain = None if before is None else now / before
+    known = asked is not None and gain is not None
     return {"work": goal["work"], "aim": f"{sign} {aim:,} {goal['unit']}",
             "before": "–" if before is None else before, "now": now, "met": met,
-            "aim / figure when it was set": f"{sign} {show(asked)}", **gain,
+            "aim / figure when it was set": "–" if asked is None else f"{sign} {show(asked)}",
+            "now / before": "–" if gain is None else gain,
+            "met as a ratio": reached(gain, asked) if known else "–",
             "what is left": "" if met else goal.get("why", "")}
 
 
