@@ -23,14 +23,18 @@ PART = 3000  # organisms of some 30 ns each, for which Python may be asked once 
 MOST_PARTS = 4  # of one kernel, for each thread
 EASE = 4  # pieces of Python take turns: so many times as many organisms repay a second thread
 SAMPLES = 5  # ticks of each way, of which the median counts: in some, kernels are compiled
-AGAIN = 32  # ticks after which the way that took longer is tried again
+AGAIN, RARELY = 32, 128  # ticks after which the way that took longer is tried again: at first, and in the end
 
 
 class Pace:
-    """What ticks took lately, in seconds an organism: divided between threads, and done by one alone."""
+    """What ticks took lately, in seconds an organism: divided between threads, and done by one alone.
+
+    The way that took longer is tried again, more and more rarely; at once where it took less time just now.
+    """
 
     def __init__(self) -> None:
-        self.ticks = 0
+        self.ticks = self.due = 0  # `due`: the tick in which the other way is tried
+        self.wait = AGAIN  # ticks from one try to the next
         self.alone: deque[float] = deque(maxlen=SAMPLES)
         self.divided: deque[float] = deque(maxlen=SAMPLES)
         self.better = True  # divided
@@ -40,14 +44,22 @@ class Pace:
         self.ticks += 1
         if len(self.alone) < SAMPLES:
             return len(self.divided) < SAMPLES
-        return self.better != (self.ticks % AGAIN == 0)
+        return self.better != (self.ticks >= self.due)
 
     def note(self, divided: bool, seconds: float) -> None:
         """Keep what a tick took."""
         (self.divided if divided else self.alone).append(seconds)
-        if len(self.alone) == len(self.divided) == SAMPLES:
-            middle = SAMPLES // 2
-            self.better = sorted(self.divided)[middle] < sorted(self.alone)[middle]
+        if not len(self.alone) == len(self.divided) == SAMPLES:
+            return
+        alone, several = (sorted(ticks)[SAMPLES // 2] for ticks in (self.alone, self.divided))
+        was, self.better = self.better, several < alone
+        if self.better != was:
+            self.wait = AGAIN
+            self.due = self.ticks + self.wait
+        elif divided != was:  # it was a try
+            gain = seconds < min(alone, several)
+            self.wait = AGAIN if gain else min(2 * self.wait, RARELY)
+            self.due = self.ticks + (1 if gain else self.wait)
 
 
 class Workers:

@@ -3,19 +3,35 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.engine import workers
-from ecs_eco.engine.workers import AGAIN, SAMPLES, Pace, Workers
+from ecs_eco.engine.workers import AGAIN, RARELY, SAMPLES, Pace, Workers
 
 
 @pytest.mark.parametrize(("divided", "alone", "better"), [(1.0, 1.9, True), (1.0, 0.7, False)])
 def test_a_tick_goes_the_way_that_took_less_time_and_the_other_is_tried_again(divided, alone, better):
     pace, ways = Pace(), []
-    for _ in range(5 * AGAIN):
+    for _ in range(10 * RARELY):
         ways.append(pace.divide())
         pace.note(ways[-1], divided if ways[-1] else alone)
     assert ways[:SAMPLES] == [True] * SAMPLES
     assert ways[SAMPLES : 2 * SAMPLES] == [False] * SAMPLES
     later = ways[2 * SAMPLES :]
-    assert later.count(not better) == 5
+    tried = np.flatnonzero(np.array(later) != better)
+    assert AGAIN <= tried[0] + SAMPLES <= 2 * AGAIN + SAMPLES
+    assert (np.diff(tried) >= AGAIN).all()
+    assert (np.diff(tried)[2:] == RARELY).all()
+    assert len(tried) >= 9
+
+
+@pytest.mark.parametrize("better", [True, False])
+def test_the_other_way_is_taken_soon_after_it_has_become_better(better):
+    """A second core that is free again, or has other work now."""
+    pace, ways = Pace(), []
+    for tick in range(20 * RARELY):
+        ways.append(pace.divide())
+        pace.note(ways[-1], 1.0 if ways[-1] == (better if tick < 10 * RARELY else not better) else 1.3)
+    assert ways[9 * RARELY : 10 * RARELY].count(better) >= RARELY - 1
+    changed = 10 * RARELY + RARELY + SAMPLES
+    assert ways[changed : changed + RARELY].count(not better) >= RARELY - 4
 
 
 def test_one_long_tick_decides_nothing():
