@@ -6,8 +6,9 @@ a bare loop: organism-steps per second, in one run on one machine.
 
 Every peer writes the task in its own idiom (`peers_grazing.py`, `peers_others.py`); those that cannot express
 it run a task of their own, named in the table, as a hint of what a tick costs there. Each is a process of one
-thread, peers take turns, and the best round counts; setting up and the first tick are not timed. Where the
-task is common, so must the numbers of animals be: they are compared with the bare loop's.
+thread, peers take turns, and the best round counts; setting up and the first tick are not timed. Who has not
+ended after `--limit` seconds is given up. Where the task is common, so must the numbers of animals be: they
+are compared with the bare loop's.
 """
 
 import argparse
@@ -36,7 +37,7 @@ PEERS = {  # module, function, whether the task is the common one
     "MAgent2 battle, arrays": ("peers_others", "magent2_arrays", False),
     "PettingZoo pursuit": ("peers_others", "pursuit", False),
 }
-PATIENCE, TIMED, LIMIT = 3.0, 200, 600  # [s] of a round, most ticks of it, [s] until a process is given up
+PATIENCE, TIMED = 3.0, 200  # [s] of a round, most ticks of it
 WARM = 60  # ticks in which animals are born and starve
 COMPARED = 20  # ticks after which numbers are compared
 
@@ -66,15 +67,15 @@ def one(peer: str, n: int, seed: int) -> dict[str, Any]:
     return {"steps/s": steps / spent, "ticks": k, **at}
 
 
-def apart(peer: str, n: int, seed: int, interpreter: str) -> dict[str, Any]:
+def apart(peer: str, n: int, seed: int, interpreter: str, limit: float) -> dict[str, Any]:
     """Run a peer in a process of its own; return what it measured, or why not."""
     command = [interpreter, __file__, "--one", peer, str(n), str(seed)]
     paths = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, check=False,
+        done = subprocess.run(command, capture_output=True, text=True, timeout=limit, check=False,
                               env=os.environ | {"PYTHONPATH": paths})
     except subprocess.TimeoutExpired:
-        return {"why": f"not one tick in {LIMIT} s"}
+        return {"why": f"given up after {limit:g} s"}
     if done.returncode:
         return {"why": (done.stderr.strip().splitlines() or ["?"])[-1][:80]}
     result: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
@@ -128,6 +129,7 @@ def main() -> None:
     parser.add_argument("--sizes", nargs="+", type=int, default=[1000, 10_000, 100_000])
     parser.add_argument("--peers", nargs="+", choices=PEERS, default=list(PEERS))
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--limit", type=float, default=600, metavar="S", help="of a process")
     parser.add_argument("--others", default=sys.executable, metavar="PYTHON",
                         help="interpreter that has the other frameworks")
     parser.add_argument("--frames", default=sys.executable, metavar="PYTHON",
@@ -146,7 +148,7 @@ def main() -> None:
                 if not (rounds := found.setdefault((peer, n), [])) or "why" not in rounds[0]:
                     with_it = {"peers_others": asked.others, "peers_frames": asked.frames}.get(
                         PEERS[peer][0], sys.executable)
-                    rounds.append(apart(peer, n, seed, with_it))
+                    rounds.append(apart(peer, n, seed, with_it, asked.limit))
                     print(peer, n, rounds[-1], file=sys.stderr, flush=True)
     rows = rows_of(found)
     if asked.short:
