@@ -16,7 +16,7 @@ from ecs_eco.learning.ppo_kernels import loss_slopes
 
 # transitions of one gradient: fixed, so that sums do not depend on the number of workers
 CHUNK = 2048
-BLOCK = 128  # transitions that go through the network at once
+BLOCK = 64  # transitions that go through the network at once
 # columns of a plan
 IN, OUT, WIDE_IN, WIDE_OUT, MATRIX, BIAS, FORTH, SHIFT, BACK, ABOVE, SLOPES = range(11)
 
