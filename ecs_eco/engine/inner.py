@@ -15,7 +15,10 @@ from numba.core import compiler_machinery
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.environment import lookup_environment
+from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
+
+from ecs_eco.engine.borrowed import wrap
 
 _register: Any = compiler_machinery.register_pass  # numba's are not annotated
 ENVIRONMENT = "_ZN08NumbaEnv"  # how the names of variables begin that hold environments
@@ -67,11 +70,25 @@ class InnerLowering(NativeLowering):
         return True
 
 
+class OuterLower(Lower):
+    """numba's, with wrappers that borrow arrays."""
+
+    def create_cpython_wrapper(self, release_gil: bool = False) -> None:
+        """Make what Python calls."""
+        if not wrap(self.context, self.library, self.fndesc, self.env, self.call_helper, release_gil):
+            super().create_cpython_wrapper(release_gil)  # type: ignore[no-untyped-call]
+
+
 @_register(mutates_CFG=True, analysis_only=False)
 class OuterLowering(NativeLowering):
     """numba's lowering, which then lets machine code find the environments of all functions in it."""
 
     _name = "outer_lowering"
+
+    @property
+    def lowering_class(self) -> type[Lower]:
+        """What lowers a function that Python calls."""
+        return OuterLower
 
     def run_pass(self, state: Any) -> bool:
         """Lower a function that Python calls."""
