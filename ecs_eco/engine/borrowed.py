@@ -61,6 +61,7 @@ def wrap(context: Any, library: Any, description: Any, environment: Any, call_he
 
 def _holds(kind: Any, *allowed: type) -> bool:
     """Return whether a type is one of those allowed, or a tuple of them."""
+    parts: Any = kind  # numba's are not annotated
     if isinstance(kind, types.BaseTuple):
-        return all(_holds(one, *allowed) for one in kind)
+        return all(_holds(one, *allowed) for one in parts)
     return isinstance(kind, allowed)
