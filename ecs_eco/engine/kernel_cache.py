@@ -31,7 +31,7 @@ SEAL = 32  # [bytes] of SHA-256, at the head of a file
 CLAIM, PATIENCE = ".claim", 120.0  # of a process that compiles; how long another waits for it [s]
 _SWITCHES = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT",
              "DISABLE_INTEL_SVML", "FULL_TRACEBACKS")
-_FORMAT = ("borrowed.py", "compiled.py", "elf.py", "inner.py")  # what files of the cache look like
+_FORMAT = ("compiled.py", "elf.py", "inner.py")  # what files of the cache look like
 _PACKAGE = Path(__file__).parent.parent
 
 
