@@ -23,8 +23,8 @@ class Bodies:
         n, there = 0, 0
         for index, _ in tables:
             n += index.n
-        self.x, self.y = np.empty(n, np.float32), np.empty(n, np.float32)  # one by one: to unpack is slow
-        self.z, self.radius = np.empty(n, np.float32), np.empty(n, np.float32)
+        four = np.empty((4, n), np.float32)  # one by one: to unpack an array takes longer
+        self.x, self.y, self.z, self.radius = four[0], four[1], four[2], four[3]
         self.uid, self.kind = np.empty(n, np.uint64), np.empty(n, np.int32)
         self.start, self.largest = np.zeros(space.n_cells + 1, np.int64), 0.0
         for kind, (index, radius) in enumerate(tables):
