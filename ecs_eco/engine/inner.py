@@ -10,14 +10,16 @@ from __future__ import annotations
 import weakref
 from typing import Any
 
-from numba import _dynfunc  # type: ignore[attr-defined]
+from numba import _dynfunc, types  # type: ignore[attr-defined]
 from numba.core import compiler_machinery
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.environment import lookup_environment
+from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
 
 _register: Any = compiler_machinery.register_pass  # numba's are not annotated
+NUMBERS = types.Number, types.Boolean, types.NoneType, types.Omitted
 ENVIRONMENT = "_ZN08NumbaEnv"  # how the names of variables begin that hold environments
 
 
@@ -67,11 +69,42 @@ class InnerLowering(NativeLowering):
         return True
 
 
+class OuterLower(Lower):
+    """numba's, whose kernels borrow the arrays that Python hands them.
+
+    numba makes an owner of each array that comes from Python, and frees it after the call: of a kernel with
+    thirty arrays that is most of its fixed cost. Python's call keeps its arguments anyway while it lasts. So
+    they are borrowed where the kernel cannot keep one for longer: where it returns none, and where there is
+    nothing that it could put one into.
+    """
+
+    def create_cpython_wrapper(self, release_gil: bool = False) -> None:
+        """Make what Python calls."""
+        about, context = self.fndesc, self.context
+        if _holds(about.restype, *NUMBERS) and all(_holds(a, *NUMBERS, types.Array) for a in about.argtypes):
+            context = context.subtarget(enable_nrt=False)  # who counts no references, owns nothing
+        context.create_cpython_wrapper(self.library, about, self.env, self.call_helper,
+                                       release_gil=release_gil)
+
+
+def _holds(kind: Any, *allowed: type) -> bool:
+    """Return whether a type is one of those allowed, or a tuple of them."""
+    parts: Any = kind  # numba's are not annotated
+    if isinstance(kind, types.BaseTuple):
+        return all(_holds(one, *allowed) for one in parts)
+    return isinstance(kind, allowed)
+
+
 @_register(mutates_CFG=True, analysis_only=False)
 class OuterLowering(NativeLowering):
     """numba's lowering, which then lets machine code find the environments of all functions in it."""
 
     _name = "outer_lowering"
+
+    @property
+    def lowering_class(self) -> type[Lower]:
+        """What lowers a function that Python calls."""
+        return OuterLower
 
     def run_pass(self, state: Any) -> bool:
         """Lower a function that Python calls."""

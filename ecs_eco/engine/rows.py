@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.jit import njit
 
+EIGHT_ALIVE = np.uint64(0x0101010101010101)  # bytes of `alive`
 FEW = 64  # rows that are brought into order one by one
 ROWS = "alive", "uid", "born", "cause", "killer"  # what a table knows of each row, as kernels take it
 
@@ -70,19 +71,31 @@ def occupy(rows, capacity, own, first_uid, tick, high, columns):
     """Fill `rows` with the lowest free rows and bring them to life, with the values in `columns`; return the
     new end of the rows in use. `own` u64 are the addresses of ROWS."""
     alive, uid = column_at(own[0], np.bool_, capacity), column_at(own[1], np.uint64, capacity)
-    born, taken = column_at(own[2], np.int64, capacity), 0
-    for row in range(capacity):
-        if taken == rows.size:
-            break
-        if not alive[row]:
-            rows[taken] = row
-            alive[row] = True
-            uid[row] = first_uid + taken
-            born[row] = tick
-            taken += 1
-            high = max(high, row + 1)
+    born, row = column_at(own[2], np.int64, capacity), -1
+    for k in range(rows.size):
+        row = next_free(alive, row + 1, capacity)
+        rows[k] = row
+        alive[row] = True
+        uid[row] = first_uid + k
+        born[row] = tick
+        high = max(high, row + 1)
     fill(rows, capacity, columns)
     return high
+
+
+@njit
+def next_free(alive, row, capacity):
+    """Return the first row, from `row` on, in which nobody lives; there is one."""
+    while row % 8 != 0 and alive[row]:
+        row += 1
+    if row % 8 == 0:  # eight at once
+        eight, k = alive[: capacity // 8 * 8].view(np.uint64), row // 8
+        while k < eight.size and eight[k] == EIGHT_ALIVE:
+            k += 1
+        row = 8 * k
+    while alive[row]:
+        row += 1
+    return row
 
 
 @njit

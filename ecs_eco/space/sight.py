@@ -23,7 +23,8 @@ class Bodies:
         n, there = 0, 0
         for index, _ in tables:
             n += index.n
-        self.x, self.y, self.z, self.radius = np.empty((4, n), np.float32)
+        four = np.empty((4, n), np.float32)  # one by one: to unpack an array takes longer
+        self.x, self.y, self.z, self.radius = four[0], four[1], four[2], four[3]
         self.uid, self.kind = np.empty(n, np.uint64), np.empty(n, np.int32)
         self.start, self.largest = np.zeros(space.n_cells + 1, np.int64), 0.0
         for kind, (index, radius) in enumerate(tables):
@@ -37,6 +38,12 @@ def merge(there, kind, tstart, tx, ty, tz, tuid, tradius, trows, start, x, y, z,
     """Put the entries of an index, all of one kind, among the `there` first of others, from the last to the
     first, by cell and in a cell by uid; return the largest radius."""
     i, j, a, b, largest = there - 1, tx.size - 1, start.size - 1, start.size - 1, np.float32(0.0)
+    if there == 0:  # as vectors
+        x[: j + 1], y[: j + 1], z[: j + 1], uid[: j + 1], kinds[: j + 1] = tx, ty, tz, tuid, kind
+        for k in range(j + 1):
+            radius[k] = tradius[trows[k]]
+            largest = max(largest, radius[k])
+        j = -1
     while j >= 0:
         while tstart[b] > j:
             b -= 1

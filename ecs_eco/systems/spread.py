@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 EVEN = np.zeros(0, np.float32)
-SITES = 256  # whose numbers are drawn at once
 EVERYWHERE = np.ones((1, 1), np.float32)
 SPROUT = np.int64, np.int64, np.uint64, np.float32, np.float32  # types of what `sprout` lists
 AS_IT_STANDS = np.zeros(0, np.uint64)  # uids of rows, where sites hold uids
@@ -180,18 +179,13 @@ def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground
     parent (−1 and 0: seed rain), and where on the site; return how many. `uid` are those of rows, empty where
     sites hold uids; `fertile` f32[ny, nx] multiplies both rates, a map of one cell is 1 everywhere."""
     ny, nx = taken.shape
-    n, rate, rain, luck = 0, everywhere, rain_everywhere, np.empty(SITES, np.float32)
-    for s in range(first, last):
-        k = np.uint64(s - first) % np.uint64(SITES)
-        if k == 0:
-            for more in range(SITES):  # of those beyond the last site, too: this becomes vector code
-                luck[more] = draw(key, s + more, random.SPREAD + salt)
-        u = luck[k]
+    n, rate, rain = 0, everywhere, rain_everywhere
+    free, luck = np.empty(last - first, np.uint32), np.empty(last - first, np.float32)
+    for k in range(free_sites(first, last, taken.reshape(-1), key, salt, free, luck)):
+        s, u = np.int64(free[k]), luck[k]
         if fertile.size <= 1 and u >= rate + rain:
             continue
         j, i = s // nx, s % nx
-        if taken[j, i] >= 0:
-            continue
         if fertile.size > 1:
             y, x = np.float32((j + 0.5) / inverse[1]), np.float32((i + 0.5) / inverse[0])
             factor = fertile[cell_of(y * ground_inverse[1], fertile.shape[0]),
@@ -223,6 +217,19 @@ def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground
         xs[n] = on_site(i, draw(key, s, random.SPREAD + salt + (3 << 8)), inverse[0], lengths[0])
         ys[n] = on_site(j, draw(key, s, random.SPREAD + salt + (4 << 8)), inverse[1], lengths[1])
         n += 1
+    return n
+
+
+@njit
+def free_sites(first, last, taken, key, salt, free, luck):
+    """List those of the sites first … last − 1 that are free, and the first number drawn for each; return how
+    many. Without branches: these would often go another way than the processor expects."""
+    n = 0
+    for s in range(first, last):
+        free[np.uint64(n)] = s
+        n += taken[np.uint64(s)] < 0
+    for k in range(n):
+        luck[k] = draw(key, np.int64(free[k]), random.SPREAD + salt)
     return n
 
 
