@@ -68,10 +68,11 @@ class Spread(System):
             own = own_value(table, "reproduction.rate", own)
         rate, vigour = seeds(table, own, way.rate)
         uid = AS_IT_STANDS if world.bands.divided else table.uid
-        sprouts = sprouting(
-            world, taken, room_for, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
-            world.space.torus, *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
-            world.space.lengths, uid)
+        how = (np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach, world.space.torus,
+               *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
+               world.space.lengths, uid)
+        sprouts = (_sprouting(0, taken.size, taken, how, room_for) if world.threads == 1
+                   else sprouting(world, taken, how, room_for))
         n = room(table, world, sprouts[0].size)
         if n == 0:
             return
@@ -138,11 +139,9 @@ class Sites:
         return self.rows
 
 
-def sprouting(world: SpatialWorld, taken: np.ndarray, room_for: list[np.ndarray],
-              *how: Any) -> list[np.ndarray]:
+def sprouting(world: SpatialWorld, taken: np.ndarray, how: tuple[Any, ...],
+              room_for: list[np.ndarray]) -> list[np.ndarray]:
     """Return what `sprout` lists of all sites, arrays [k]: every thread has sites of its own."""
-    if world.threads == 1:
-        return _sprouting(0, taken.size, taken, how, room_for)
     parts: list[list[np.ndarray]] = [[]] * world.threads
     edges = [taken.size * k // len(parts) for k in range(len(parts) + 1)]
 
