@@ -223,9 +223,9 @@ def ingest(target, distance2, rows, uid, food_rows, gain, efficiency, held, ceil
         eaten[np.uint64(n)] = j
         n += best[j] >= 0
     for k in range(n):
-        j = np.uint64(eaten[k])
-        i = np.uint64(best[j])
-        row, food = np.uint64(rows[i]), np.uint64(food_rows[j])
+        item = np.uint64(eaten[k])
+        eater = np.uint64(best[item])
+        row, food = np.uint64(rows[eater]), np.uint64(food_rows[item])
         before, worth, share = energy[row], of_row(gain, row), of_row(efficiency, row)
         if share > 0 and held.size:
             worth += share * max(held[food], np.float32(0.0))
@@ -237,7 +237,7 @@ def ingest(target, distance2, rows, uid, food_rows, gain, efficiency, held, ceil
         gained += np.float64(energy[row]) - np.float64(before)
         digesting[row] = of_row(digestion, row)
         food_cause[food] = cause
-        food_killer[food] = uid[i]
+        food_killer[food] = uid[eater]
         if deadly:
             eater_cause[row] = deadly
             eater_killer[row] = food_uids[food]
