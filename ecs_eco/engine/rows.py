@@ -11,7 +11,21 @@ from ecs_eco.engine.jit import njit
 
 EIGHT_ALIVE = np.uint64(0x0101010101010101)  # bytes of `alive`
 FEW = 64  # rows that are brought into order one by one
+NOBODY = np.empty(0, np.int64), np.empty(0, np.uint64)  # rows and uids
 ROWS = "alive", "uid", "born", "cause", "killer"  # what a table knows of each row, as kernels take it
+
+
+def changes(table: Any, version: int) -> list[np.ndarray]:
+    """Return rows i64[k] and uids u64[k] of those who left a table after a version, then of who came."""
+    changed: list[np.ndarray] = []
+    for noted in (table.gone, table.newborn):
+        k = len(noted)
+        while k and noted[k - 1][0] > version:  # the latest are few
+            k -= 1
+        later = noted[k:]
+        changed += (NOBODY if not later else later[0][1:] if not later[1:]
+                    else map(np.concatenate, [*zip(*later, strict=True)][1:]))
+    return changed
 
 
 class Layout(NamedTuple):
@@ -52,7 +66,12 @@ def fill(rows, capacity, columns):
     for k in range(columns.shape[1]):
         size = np.int64(columns[2, k])
         n = size // 4
-        if n * 4 == size:
+        if n == 1 and size == 4:  # of most columns: a loop within the loop would take four times as long
+            flat = column_at(columns[0, k], np.uint32, capacity)
+            value = column_at(columns[1, k], np.uint32, 1)[0]
+            for row in rows:
+                flat[np.uint64(row)] = value
+        elif n * 4 == size:
             wide = column_at(columns[0, k], np.uint32, capacity * n)
             given = column_at(columns[1, k], np.uint32, n)
             for row in rows:
@@ -103,11 +122,14 @@ def list_dying(rows, high, own):
     """List which of the first `high` rows have a cause of death, few of them in the order of uids; return
     their number, which may be more than there is room for in `rows`. `own` u64 are the addresses of ROWS."""
     uid, cause = column_at(own[1], np.uint64, high), column_at(own[3], np.uint8, high)
-    n, row = 0, next_dying(cause, 0, high)
-    while row < high:
-        if n < rows.size:
-            rows[n] = row
-        n, row = n + 1, next_dying(cause, row + 1, high)
+    n, eight = 0, cause[: high // 8 * 8].view(np.uint64)
+    for k in range(eight.size + 1):
+        first = 8 * k
+        if k == eight.size or eight[k] != 0:
+            for row in range(first, min(first + 8, high)):  # without branches: who dies cannot be foreseen
+                if n < rows.size:
+                    rows[n] = row
+                n += cause[row] != 0
     for i in range(1, n if n <= FEW else 0):
         row, j = rows[i], i
         while j > 0 and uid[rows[j - 1]] > uid[row]:

@@ -242,7 +242,7 @@ class Table(dict[type, Any]):
             rows = np.empty(n, np.int64)
             list_dying(rows, self.high, self.layout().rows)
         rows = rows[:n]
-        return rows if n <= FEW else rows[self.uid[rows].argsort()]
+        return rows if n <= FEW else rows.take(self.uid.take(rows).argsort())
 
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of the dead."""
@@ -273,7 +273,7 @@ class Table(dict[type, Any]):
             self.steady = (-1, -1)
         else:
             if rows.size:
-                which.append((self.version, rows, self.uid[rows]))
+                which.append((self.version, rows, self.uid.take(rows)))
             self.steady = first, self.version
 
     def reorder(self, rows: np.ndarray) -> None:

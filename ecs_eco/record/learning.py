@@ -35,10 +35,8 @@ def count_actions(rows, alive, born, tick, decision, start, size, neutral, done)
         n += 1
         for g in range(len(start)):
             place = neutral[g]
-            for k in range(size[g]):
-                if decision[row, start[g] + k] > 0:
-                    place = k
-                    break
+            for k in range(size[g] - 1, -1, -1):  # without branches: what is done cannot be foreseen
+                place = k if decision[row, start[g] + k] > 0 else place
             if place >= 0:
                 done[start[g] + place] += 1
     return n

@@ -61,7 +61,7 @@ def note_births(table: Table, columns: np.ndarray, rows: np.ndarray, parents: np
     """Add what newborn in rows i64[k] are endowed with to page f64[species, columns] of the ledger; note them
     `into` rows. `columns` are the addresses of `noted_of` the table."""
     if rows.size > SUMMED and Metabolism in table:
-        page[s, ENDOWED] += np.add.reduce(table[Metabolism].energy[rows], dtype=np.float64)
+        page[s, ENDOWED] += np.add.reduce(table[Metabolism].energy.take(rows), dtype=np.float64)
     born(rows, parents, second, tick, s, table.high, columns, page,
          *(NOWHERE if into is None else into.more(rows.size)))
 
@@ -75,7 +75,7 @@ def note_deaths(table: Table, columns: np.ndarray, rows: np.ndarray, tick: int, 
     if rows.size > SUMMED and Metabolism in table:
         m = table[Metabolism]
         for i, column in enumerate((m.taken, m.burnt, m.given, m.energy)[first:], FLOW + first):
-            page[s, i] += np.add.reduce(column[rows], dtype=np.float64)
+            page[s, i] += np.add.reduce(column.take(rows), dtype=np.float64)
     lose(rows, tick, dt, s, first, table.high, columns, page, died,
          *(NOWHERE if into is None else into.more(rows.size)))
 

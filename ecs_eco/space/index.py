@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.engine.jit import lone_njit, njit
+from ecs_eco.engine.rows import changes
 from ecs_eco.space.geometry import Space, cell_of
 
 NOWHERE = 2**31 - 1  # beyond all cells
-NOBODY = np.empty(0, np.int64), np.empty(0, np.uint64)
 
 
 class Index:
@@ -52,32 +52,19 @@ class Index:
     def renew(self, table: Any, places: Any) -> bool:
         """Take out who died since, and put in who was born, where nothing else has happened to the table;
         return False, with nothing changed, where sorting all is as fast."""
-        parts: list[tuple[list[np.ndarray], list[np.ndarray]]] = []
-        changes = 0
-        for noted in (table.gone, table.newborn):
-            rows_of, uids_of = [], []
-            for version, rows, uids in reversed(noted):  # the latest are few
-                if version <= self.version:
-                    break
-                rows_of.append(rows)
-                uids_of.append(uids)
-                changes += rows.size
-            parts.append((rows_of[::-1], uids_of[::-1]))
-        born = parts[1][1]
-        if (4 * changes > self.n or self.n + changes > self._rows.size or table.high > self._cell.size
-                or (born and born[0][0] <= self.top)):
+        gone, their, born, uids = changes(table, self.version)
+        k = gone.size + born.size
+        if (4 * k > self.n or self.n + k > self._rows.size or table.high > self._cell.size
+                or (born.size and uids[0] <= self.top)):
             return False
-        if born:
-            self.top = int(born[-1][-1])
+        if born.size:
+            self.top = int(uids[-1])
         entries, spare = (self._rows, self._x, self._y, self._z, self._uid), self._spare
         if spare is None or spare[0].size != self._rows.size:
             spare = tuple(map(np.empty_like, entries))
-        changed: list[np.ndarray] = []  # rows and uids of the dead, then of the newborn
-        for one in parts:
-            several = len(one[0]) > 1
-            changed += (NOBODY if not one[0] else map(np.concatenate, one) if several else one[0] + one[1])
-        self.flat &= not put_in(*changed, places.x, places.y, places.z, table.uid, *self.space.shape,
-                                self.space.inverse, self._cell, self.start, *entries, *spare)
+        self.flat &= not put_in(gone, their, born, uids, places.x, places.y, places.z, table.uid,
+                                *self.space.shape, self.space.inverse, self._cell, self.start, *entries,
+                                *spare)
         (self._rows, self._x, self._y, self._z, self._uid), self._spare = spare, entries
         self._show()
         return True

@@ -218,24 +218,26 @@ def ingest(target, distance2, rows, uid, food_rows, gain, efficiency, held, ceil
         if (other < 0 or distance2[i] < distance2[other]
             or (distance2[i] == distance2[other] and uid[i] < uid[other])):
             best[j] = i
-    gained = 0.0
-    for j in range(best.size):
-        i = best[j]
-        if i < 0:
-            continue
-        row, food = rows[i], food_rows[j]
+    gained, n, eaten = 0.0, 0, np.empty(best.size, np.int32)
+    for j in range(best.size):  # without branches: a meal's memory is fetched while others wait for theirs
+        eaten[np.uint64(n)] = j
+        n += best[j] >= 0
+    for k in range(n):
+        item = np.uint64(eaten[k])
+        eater = np.uint64(best[item])
+        row, food = np.uint64(rows[eater]), np.uint64(food_rows[item])
         before, worth, share = energy[row], of_row(gain, row), of_row(efficiency, row)
         if share > 0 and held.size:
             worth += share * max(held[food], np.float32(0.0))
         if poison.size:
-            worth -= poison[food % poison.size]
+            worth -= poison[food % np.uint64(poison.size)]
         after = min(before + worth, max(before, of_row(ceiling, row)))  # bad food has a negative gain
         energy[row] = max(after, min(before, least))
         taken[row] += energy[row] - before
         gained += np.float64(energy[row]) - np.float64(before)
         digesting[row] = of_row(digestion, row)
         food_cause[food] = cause
-        food_killer[food] = uid[i]
+        food_killer[food] = uid[eater]
         if deadly:
             eater_cause[row] = deadly
             eater_killer[row] = food_uids[food]

@@ -62,10 +62,10 @@ def feel(first, last, rows, x, operation, operand, height, least, happiness, rew
         size = min(BLOCK, last - start)
         take_steps(x, start, size, operation, operand, pile)
         for k in range(size):
-            i, now = start + k, pile[0, k]
-            row = rows[i]
+            i, now = np.uint64(start + k), pile[0, k]
+            row = np.uint64(rows[i])
             now = now if (now > least) | (now != now) else least  # as numpy's maximum
-            credit[i] = now - happiness[row] if awake[row] else np.float32(0.0)
-            reward[row] = credit[i]
+            change = now - happiness[row] if awake[row] else np.float32(0.0)
+            credit[i] = reward[row] = change
             happiness[row] = now
             awake[row] = True

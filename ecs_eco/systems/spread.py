@@ -11,6 +11,7 @@ from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.random import draw
+from ecs_eco.engine.rows import NOBODY, changes
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.lifecycle import sizes
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 EVEN = np.zeros(0, np.float32)
+SITES = 256  # that are looked at together
 EVERYWHERE = np.ones((1, 1), np.float32)
 SPROUT = np.int64, np.int64, np.uint64, np.float32, np.float32  # types of what `sprout` lists
 AS_IT_STANDS = np.zeros(0, np.uint64)  # uids of rows, where sites hold uids
@@ -59,21 +61,18 @@ class Spread(System):
         way = table.species.reproduction
         if way is None or way.kind != "spread":
             return
-        taken, inverse, reach, room_for = self.ground(table, world.space, way)
-        if world.bands.divided:
-            taken = world.bands.sites(table, taken)
-        else:
-            p = table[Position]
-            stands(table.alive[: table.high], p.x, p.y, inverse, taken)
+        sites, inverse, reach, room_for = self.ground(table, world.space, way)
+        taken = world.bands.sites(table, sites.rows) if world.bands.divided else sites.look(table, inverse)
         own: Any = np.float32(way.rate)
         if table.species.traits:
             own = own_value(table, "reproduction.rate", own)
         rate, vigour = seeds(table, own, way.rate)
         uid = AS_IT_STANDS if world.bands.divided else table.uid
-        sprouts = sprouting(
-            world, taken, room_for, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
-            world.space.torus, *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
-            world.space.lengths, uid)
+        how = (np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach, world.space.torus,
+               *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
+               world.space.lengths, uid)
+        sprouts = (_sprouting(0, taken.size, taken, how, room_for) if world.threads == 1
+                   else sprouting(world, taken, how, room_for))
         n = room(table, world, sprouts[0].size)
         if n == 0:
             return
@@ -101,26 +100,48 @@ class Spread(System):
         table.request(parents, values)
 
     def ground(self, table: Table, space: Space, way: Any) -> tuple[Any, ...]:
-        """Return the sites i64[ny, nx], for the rows of who stands there, their scales [1/m], how many sites
-        away a seed may fall, 0 for anywhere, and room for what `sprout` lists."""
+        """Return the sites, their scales [1/m], how many of them away a seed may fall, 0 for anywhere, and
+        room for what `sprout` lists."""
         given = space.size, way.spacing, way.dispersal, way.place
         known = self._grounds.get(table.name)
-        if known is None or known[0] != given or known[1] is not table.species.sites:
+        if known is None or known[0] != given or known[1].rows is not table.species.sites:
             nx, ny = (max(1, round(length / way.spacing)) for length in space.size[:2])
             inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
             reach = max(1, round((way.dispersal or way.spacing) / way.spacing))
             taken = table.species.sites = np.empty((ny, nx), np.int64)
             known = self._grounds[table.name] = (
-                given, taken, inverse, 0 if way.place == "anywhere" else reach,
+                given, Sites(taken), inverse, 0 if way.place == "anywhere" else reach,
                 [np.empty(taken.size, kind) for kind in SPROUT])
         return known[1:]
 
 
-def sprouting(world: SpatialWorld, taken: np.ndarray, room_for: list[np.ndarray],
-              *how: Any) -> list[np.ndarray]:
+class Sites:
+    """The row of the plant on each site: i64[ny, nx], −1 where none stands."""
+
+    def __init__(self, rows: np.ndarray) -> None:
+        self.rows = rows
+        self._of = np.zeros(0, np.int32)  # the site of each row
+        self._version = -1  # of the table, that they are true of
+        self._single = False  # whether no two plants stand on one site
+
+    def look(self, table: Table, inverse: np.ndarray) -> np.ndarray:
+        """Return the rows as they are now; looked for anew unless nothing but births and deaths has happened
+        since."""
+        p, (first, last), changed = table[Position], table.steady, [*NOBODY, *NOBODY]
+        anew = not self._single or last != table.version or self._version < first
+        if self._of.size != table.capacity:
+            self._of, anew = np.zeros(table.capacity, np.int32), True
+        if not anew:
+            changed = changes(table, self._version)
+        self._single = stands(table.alive[: table.high], p.x, p.y, table.uid, changed[0],
+                              *changed[2:], anew, inverse, self.rows, self._of)
+        self._version = table.version
+        return self.rows
+
+
+def sprouting(world: SpatialWorld, taken: np.ndarray, how: tuple[Any, ...],
+              room_for: list[np.ndarray]) -> list[np.ndarray]:
     """Return what `sprout` lists of all sites, arrays [k]: every thread has sites of its own."""
-    if world.threads == 1:
-        return _sprouting(0, taken.size, taken, how, room_for)
     parts: list[list[np.ndarray]] = [[]] * world.threads
     edges = [taken.size * k // len(parts) for k in range(len(parts) + 1)]
 
@@ -134,8 +155,9 @@ def sprouting(world: SpatialWorld, taken: np.ndarray, room_for: list[np.ndarray]
 
 def _sprouting(first: int, last: int, taken: np.ndarray, how: tuple[Any, ...],
                room_for: list[np.ndarray]) -> list[np.ndarray]:
-    n = sprout(first, last, taken, *how, *room_for)
-    return [column[:n].copy() for column in room_for]  # the next tick writes there again
+    n, (site, parent, parents, x, y) = sprout(first, last, taken, *how, *room_for), room_for
+    # copies: the next tick writes there again
+    return [site[:n].copy(), parent[:n].copy(), parents[:n].copy(), x[:n].copy(), y[:n].copy()]
 
 
 def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
@@ -159,17 +181,38 @@ def fertility(world: SpatialWorld) -> np.ndarray:
 
 
 @lone_njit
-def stands(alive, x, y, inverse, taken):
-    """Write the row of the plant on each site: i64[ny, nx], −1 where none stands."""
+def stands(alive, x, y, now, gone, born, uids, anew, inverse, taken, site):
+    """Write the row of the plant on each site to taken i64[ny, nx], −1 where none stands, and the site of
+    each row; return whether no two stand on one.
+
+    Unless `anew`, all is known but the rows that are `gone`, and those `born` since, with uids; `now` are the
+    uids of the rows. Where one of them comes upon another all is done anew: the last row stands there.
+    """
     ny, nx = taken.shape
-    flat, cell = taken.reshape(-1), np.empty(BLOCK, np.int32)
-    flat[:] = -1
+    flat, cell, single = taken.reshape(-1), np.empty(BLOCK, np.int32), True
+    if not anew:
+        for row in gone:
+            if flat[site[row]] == row:
+                flat[site[row]] = -1
+        for k in range(born.size):
+            row = born[k]
+            if now[row] == uids[k]:  # else it has died since
+                of = cell_of(y[row] * inverse[1], ny) * nx + cell_of(x[row] * inverse[0], nx)
+                single &= flat[of] < 0
+                flat[of], site[row] = row, of
+        if single:
+            return True
+    flat[:], single = -1, True
     for first in range(0, alive.size, BLOCK):
         size = min(BLOCK, alive.size - first)
         cells_at(first, size, x, y, y, nx, ny, 1, inverse[0], inverse[1], np.float32(0.0), cell)
         for k in range(size):
+            of = np.uint32(cell[k])
+            site[first + k] = of
             if alive[first + k]:
-                flat[np.uint32(cell[k])] = first + k
+                single &= flat[of] < 0
+                flat[of] = first + k
+    return single
 
 
 @njit
@@ -178,59 +221,64 @@ def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground
     """List those of the sites first … last − 1 that are free and on which a seed sprouts, row and uid of its
     parent (−1 and 0: seed rain), and where on the site; return how many. `uid` are those of rows, empty where
     sites hold uids; `fertile` f32[ny, nx] multiplies both rates, a map of one cell is 1 everywhere."""
-    ny, nx = taken.shape
-    n, rate, rain = 0, everywhere, rain_everywhere
-    free, luck = np.empty(last - first, np.uint32), np.empty(last - first, np.float32)
-    for k in range(free_sites(first, last, taken.reshape(-1), key, salt, free, luck)):
-        s, u = np.int64(free[k]), luck[k]
-        if fertile.size <= 1 and u >= rate + rain:
-            continue
-        j, i = s // nx, s % nx
-        if fertile.size > 1:
-            y, x = np.float32((j + 0.5) / inverse[1]), np.float32((i + 0.5) / inverse[0])
-            factor = fertile[cell_of(y * ground_inverse[1], fertile.shape[0]),
-                             cell_of(x * ground_inverse[0], fertile.shape[1])]
-            rate, rain = everywhere * factor, rain_everywhere * factor
-        if u >= rate + rain:
-            continue
-        if ground.size > 1:
-            kind = ground_at(ground, ground_inverse, np.float32((i + 0.5) / inverse[0]),
-                             np.float32((j + 0.5) / inverse[1]))
-            if kind in (WATER, ROCK):
+    (ny, nx), flat, n, luck = taken.shape, taken.reshape(-1), 0, np.empty(SITES, np.float32)
+    rate, rain, near = everywhere, rain_everywhere, np.empty(SITES, np.int64)
+    most = rate + rain if fertile.size <= 1 else np.float32(np.inf)
+    for begin in range(first, last, SITES):
+        size = min(SITES, last - begin)
+        for k in range(lucky(begin, size, flat, key, random.SPREAD + salt, most, luck, near)):
+            s, u = begin + near[k], luck[k]
+            j, i = s // nx, s % nx
+            if fertile.size > 1:
+                y, x = np.float32((j + 0.5) / inverse[1]), np.float32((i + 0.5) / inverse[0])
+                factor = fertile[cell_of(y * ground_inverse[1], fertile.shape[0]),
+                                 cell_of(x * ground_inverse[0], fertile.shape[1])]
+                rate, rain = everywhere * factor, rain_everywhere * factor
+            if u >= rate + rain:
                 continue
-        row = np.int64(-1)
-        if u < rate:
-            a, b = (draw(key, s, random.SPREAD + salt + (1 << 8)),
-                    draw(key, s, random.SPREAD + salt + (2 << 8)))
-            if reach == 0:
-                row = taken[min(int(a * ny), ny - 1), min(int(b * nx), nx - 1)]
-            else:
-                jj, ii = j + int(a * (2 * reach + 1)) - reach, i + int(b * (2 * reach + 1)) - reach
-                if torus:
-                    row = taken[jj % ny, ii % nx]
-                elif 0 <= jj < ny and 0 <= ii < nx:
-                    row = taken[jj, ii]
-            if row < 0 or (vigour.size and draw(key, s, random.SPREAD + salt + (5 << 8)) >= vigour[row]):
-                continue
-        site[n], parent[n] = s, row
-        parents[n] = 0 if row < 0 else (uid[row] if uid.size else np.uint64(row))
-        xs[n] = on_site(i, draw(key, s, random.SPREAD + salt + (3 << 8)), inverse[0], lengths[0])
-        ys[n] = on_site(j, draw(key, s, random.SPREAD + salt + (4 << 8)), inverse[1], lengths[1])
-        n += 1
+            if ground.size > 1:
+                kind = ground_at(ground, ground_inverse, np.float32((i + 0.5) / inverse[0]),
+                                 np.float32((j + 0.5) / inverse[1]))
+                if kind in (WATER, ROCK):
+                    continue
+            row = np.int64(-1)
+            if u < rate:
+                a, b = (draw(key, s, random.SPREAD + salt + (1 << 8)),
+                        draw(key, s, random.SPREAD + salt + (2 << 8)))
+                if reach == 0:
+                    row = taken[min(int(a * ny), ny - 1), min(int(b * nx), nx - 1)]
+                else:
+                    jj, ii = j + int(a * (2 * reach + 1)) - reach, i + int(b * (2 * reach + 1)) - reach
+                    if torus:
+                        row = taken[jj % ny, ii % nx]
+                    elif 0 <= jj < ny and 0 <= ii < nx:
+                        row = taken[jj, ii]
+                if row < 0 or (vigour.size and draw(key, s, random.SPREAD + salt + (5 << 8)) >= vigour[row]):
+                    continue
+            site[n], parent[n] = s, row
+            parents[n] = 0 if row < 0 else (uid[row] if uid.size else np.uint64(row))
+            xs[n] = on_site(i, draw(key, s, random.SPREAD + salt + (3 << 8)), inverse[0], lengths[0])
+            ys[n] = on_site(j, draw(key, s, random.SPREAD + salt + (4 << 8)), inverse[1], lengths[1])
+            n += 1
     return n
 
 
 @njit
-def free_sites(first, last, taken, key, salt, free, luck):
-    """List those of the sites first … last − 1 that are free, and the first number drawn for each; return how
-    many. Without branches: these would often go another way than the processor expects."""
-    n = 0
-    for s in range(first, last):
-        free[np.uint64(n)] = s
-        n += taken[np.uint64(s)] < 0
-    for k in range(n):
-        luck[k] = draw(key, np.int64(free[k]), random.SPREAD + salt)
-    return n
+def lucky(begin, size, flat, key, purpose, most, luck, near):
+    """List those of `size` sites from `begin` on, at most SITES, that are free and for which a number below
+    `most` is drawn: how far from `begin`, and the number. Return how many. Without branches, for none of it
+    can be foreseen."""
+    free = few = 0
+    for k in range(size):
+        near[np.uint64(free)] = k
+        free += flat[np.uint64(begin + k)] < 0
+    for k in range(free):
+        luck[k] = draw(key, begin + near[k], purpose)
+    for k in range(free):
+        site, u = near[k], luck[k]
+        near[np.uint64(few)], luck[np.uint64(few)] = site, u
+        few += u < most
+    return few
 
 
 @njit
