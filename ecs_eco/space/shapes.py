@@ -18,6 +18,7 @@ from ecs_eco.engine.jit import njit
 
 X, Y, Z, LENGTH, WIDTH, HEIGHT, ROUND, COS, SIN = range(9)
 CONCENTRIC = 1e-9  # [m] a distance without a direction
+TURNED = 2e-7  # by which part of its size a corner may be off, since cosine and sine are float32
 
 
 def volume(length: Any, width: Any, height: Any, rounding: Any) -> Any:
@@ -109,6 +110,11 @@ def closest(form, i, other, e, dx, dy):
 
 
 @njit
+def _size(form, i):
+    return np.float64(form[i, LENGTH]) + np.float64(form[i, WIDTH])
+
+
+@njit
 def contact(form, i, other, e, dx, dy, dz, volume, tie):
     """Return the distance between the surfaces of two bodies [m], less than 0 where they overlap: by that
     much the shortest push parts them; and the direction of that push on i, a unit vector.
@@ -126,7 +132,7 @@ def contact(form, i, other, e, dx, dy, dz, volume, tie):
         return apart - rounding, nx, ny, 0.0
     px, py, qx, qy = closest(form, i, other, e, dx, dy)
     flat = math.hypot(px - qx, py - qy)
-    if flat > CONCENTRIC:
+    if flat > CONCENTRIC + TURNED * (_size(form, i) + _size(other, e)):
         nx, ny = (px - qx) / flat, (py - qy) / flat
     if upright <= 0:
         return flat - rounding, nx, ny, 0.0

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ecs_eco.space.shapes import bounds, contact, ray, surface, volume
@@ -94,6 +94,7 @@ def slow_depth(one, other, space):
 @pytest.mark.definition("1 conformation")
 @settings(deadline=None)
 @given(bodies, bodies, st.booleans())
+@example(form(half=(1, 0, 0), rounding=0.5, heading=1.0), form(y=3e-19, half=(1, 0, 0), heading=1.0), False)
 def test_distances_are_those_of_brute_force_over_directions(one, other, space):
     if not space:
         one[0, 2] = other[0, 2] = 0
