@@ -131,8 +131,22 @@ def _lay_out(figure: Figure, dpi: int) -> None:
     """Do alone what matplotlib would draw the whole figure for once more."""
     if (engine := figure.get_layout_engine()) is not None:
         figure.set_dpi(dpi)
+        axes: list[Any] = figure.axes  # its attribute is matplotlib's own
+        for ax in filter(_nothing_above, axes):
+            ax._autotitlepos = False  # to find where titles stay, ticks would be made and measured once more
         engine.execute(figure)
         figure.set_layout_engine(None)
+
+
+def _nothing_above(ax: Any) -> bool:
+    """Whether nothing can stand above axes that would move their titles: labels of ticks, other axes, or a
+    factor of all labels, which matplotlib writes for tiny, large or close numbers."""
+    low, high = sorted(ax.get_ylim())
+    plain = ax.get_yscale() == "linear" and low <= 0 <= high and 1e-2 < max(-low, high) < 1e5
+    alone = not ax.child_axes and "outline" not in ax.spines and all(
+        other is ax or other.bbox.bounds != ax.bbox.bounds for other in ax.figure.axes)
+    below = ax.xaxis.get_label_position() == "bottom" and not ax.xaxis.get_tick_params().get("labeltop")
+    return bool(plain and alone and below)
 
 
 def save_svg(figure: Figure, path: Path | str) -> Path:
