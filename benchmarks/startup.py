@@ -24,6 +24,7 @@ TRIED = {
     "tried: no machine code of numba's own functions that kernels call":
         "dropped; .97 of the time of compiling",
     "tried: models of world files built on first use (defer_build)": "dropped; 15 ms less of a start",
+    "tried: a report without matplotlib's help on its own classes": "dropped; 1 of the time of loading it",
     "tried: ticks of an axis of a report's figures found once for each place":
         "dropped; .95 of the time of laying out and drawing",
 }  # fmt: skip
