@@ -99,11 +99,16 @@ def goals(folder: Path) -> str:
         if "row_one" in goal:
             before, now = (times_one(goal, result, column) for column in ("before", "now"))
         assert now is not None
-        rows.append(goal_row(goal, before, now) | {"result": goal["result"]})
+        gain = None if before is None else now / before
+        if "ratio" in goal:
+            shorter = number_of({**goal, "per": ""}, result, "row", "ratio")
+            assert shorter is not None
+            gain = 1 / shorter
+        rows.append(goal_row(goal, before, now, gain) | {"result": goal["result"]})
     return table(rows)
 
 
-def goal_row(goal: dict[str, Any], before: float | None, now: float) -> dict[str, Any]:
+def goal_row(goal: dict[str, Any], before: float | None, now: float, gain: float | None) -> dict[str, Any]:
     """Return what the table says of a goal: the figure beside its aim, the gain beside that aimed at."""
     sign, aim = ("≥", goal["least"]) if "least" in goal else ("≤", goal["most"])
 
@@ -111,7 +116,6 @@ def goal_row(goal: dict[str, Any], before: float | None, now: float) -> dict[str
         return value >= wanted if sign == "≥" else value <= wanted
 
     met, asked = reached(now, aim), aim / goal["was"] if "was" in goal else None
-    gain = None if before is None else now / before
     known = asked is not None and gain is not None
     return {"work": goal["work"], "aim": f"{sign} {aim:,} {goal['unit']}",
             "before": "–" if before is None else before, "now": now, "met": met,
