@@ -131,7 +131,8 @@ From `benchmarks/goals.toml`. Before and now are from the same run on the same m
 figures of a faster one, so each is also held against the gain that it asked for: the aim by the figure when \
 it was set, of a range the end that is farther from the aim. The machine is named below with each table, and \
 its load: other work on it makes all of them longer, the first start, which takes both cores, up to three \
-times. What was tried and dropped stands below the tables.
+times; where two commits took turns, now / before is the median of turns. \
+What was tried and dropped stands below the tables.
 """
 
 
