@@ -3,6 +3,7 @@
     python benchmarks/animals_pairs.py --before COMMIT [--rows 10000:2:1:0 …] [--turns 60]
 
 Both processes hold the same world and let a few ticks pass while the other waits, as often as `--turns` says.
+With this commit as the other, and `10000:2:1:0` for rows, they show what a second thread gains.
 The ratio is that of this commit's time of the processor to the other's, turn by turn: median and quartiles;
 with several threads that of the wall clock. `quiet` is the ratio of the means of the least tenth of turns,
 which other work disturbed least. Times are per animal, for where digests are others the worlds go different
@@ -99,7 +100,8 @@ def turn(process: subprocess.Popen[str], last: bool) -> list[Any]:
 
 def measure(before: Path, animals: int, threads: int, others: int, learn: bool, turns: int) -> dict[str, Any]:
     """Return the row of one world: this commit on so many threads, the other on `others`."""
-    ticks = 64 if learn else max(1, 20_000 // animals)
+    # who waited is slow at first, on several threads most: their turns are long
+    ticks = 64 if learn else max(1, (20_000 if max(threads, others) == 1 else 2_000_000) // animals)
     worlds = [start(before, [animals, others, learn, ticks]), start(ROOT, [animals, threads, learn, ticks])]
     took: list[list[list[Any]]] = [[], []]
     for number in range(turns):

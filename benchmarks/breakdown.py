@@ -115,7 +115,7 @@ def main() -> None:
         for threads in (1, 2):
             world = World.from_config(_bench.savanna(animals), seed=1, policies="untrained", threads=threads,
                                       training=True)
-            world._workers.pace.divide = lambda: True  # in each tick
+            world.workers.pace.divide = lambda: True  # in each tick
             world.run(5)
             spent, ticks = timed(world), max(5, 600_000 // animals)
             start = time.perf_counter()

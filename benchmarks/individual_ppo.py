@@ -54,7 +54,7 @@ class Herd:
         """Live through one tick; return the time of its PARTS [s]. As in a run, whether threads share it is
         decided by what ticks took lately."""
         times: list[float] = []
-        self.world._workers.tick(lambda: times.extend(self._live()), lambda: len(self.rows))
+        self.world.workers.tick(lambda: times.extend(self._live()), lambda: len(self.rows))
         return times
 
     def _live(self) -> list[float]:

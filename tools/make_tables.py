@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 BENCHMARKS = ROOT / "benchmarks"
 PAGE, README = ROOT / "docs" / "benchmarks.md", ROOT / "README.md"
 MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
-ORDER = ("animals", "animals_threads", "animals_pairs", "animals_pairs_million", "breakdown", "main_job",
+ORDER = ("animals", "animals_threads", "animals_pairs", "animals_pairs_million", "animals_pairs_threads", "breakdown", "main_job",
          "main_job_training", "main_job_calls", "animals_learning", "peers", "plants",
          "memory", "startup", "checkpoints", "checkpoints_cost", "bands", "bands_halo", "bands_model",
          "portable", "sweep_overhead", "sweep_overhead_ray", "firm_ground", "doors", "ppo", "individual_ppo",
@@ -72,15 +72,8 @@ def number_of(goal: dict[str, Any], result: dict[str, Any], where: str, column: 
     row = next(r for r in result["rows"] if wanted.items() <= r.items())
     value = float(row[goal[column]])
     per = goal.get("per")
-    return 1e3 / value if per == "steps" else 1e9 / (value * row["animals"]) if per == "ticks" else value
-
-
-def times_one(goal: dict[str, Any], result: dict[str, Any], column: str) -> float:
-    """Return how many times as fast the work is on several threads as on one, where columns are times."""
-    one, several = (number_of(goal, result, row, column) for row in ("row_one", "row"))
-    assert one is not None
-    assert several is not None
-    return one / several
+    return {"steps": 1e3 / value, "ticks": 1e9 / (value * row.get("animals", 1)), "times": 1 / value}.get(
+        per or "", value)
 
 
 def goals(folder: Path) -> str:
@@ -96,8 +89,6 @@ def goals(folder: Path) -> str:
             before = number_of(goal, result, "row", "before")
         else:
             before = number_of(goal, result, "row_before", "now")
-        if "row_one" in goal:
-            before, now = (times_one(goal, result, column) for column in ("before", "now"))
         assert now is not None
         gain = None if before is None else now / before
         if "ratio" in goal:

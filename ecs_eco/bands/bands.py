@@ -42,7 +42,7 @@ class Bands(OneBand):
 
     def __init__(self, world: SpatialWorld, comm: Any, least: int = LEAST) -> None:
         self.comm, self.size, self.rank, self.least = comm, comm.Get_size(), comm.Get_rank(), least
-        self.workers = world._workers
+        self.workers = world.workers
         self.traffic = Traffic()
         self.wishes = False  # whether this process has been told to stop
         self._rows: dict[int, Any] = {}  # the MPI type of a row of so many bytes

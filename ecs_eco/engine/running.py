@@ -47,8 +47,8 @@ def _pass(world: Any, mark: Underway) -> None:
     with turns.turn:
         outside = esper.current_world if world.apart else ""
         world.context.show()
-        if world._workers.helpers:
-            world._workers.tick(world.context.process, lambda: sum(t.n for t in world.tables.values()))
+        if world.workers.helpers:
+            world.workers.tick(world.context.process, lambda: sum(t.n for t in world.tables.values()))
         else:
             world.context.process()
         world.tick += 1

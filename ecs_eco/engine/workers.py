@@ -9,11 +9,12 @@ from __future__ import annotations
 import threading
 import time
 import weakref
-from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any
+
+from ecs_eco.engine.pace import Pace
 
 if TYPE_CHECKING:
     from ecs_eco.engine.helpers import Helper
@@ -22,44 +23,7 @@ PARALLEL_FROM = 3000  # organisms of some 30 ns each: fewer do not repay a secon
 PART = 3000  # organisms of some 30 ns each, for which Python may be asked once more
 MOST_PARTS = 4  # of one kernel, for each thread
 EASE = 4  # pieces of Python take turns: so many times as many organisms repay a second thread
-SAMPLES = 5  # ticks of each way, of which the median counts: in some, kernels are compiled
-AGAIN, RARELY = 32, 128  # ticks after which the way that took longer is tried again: at first, and in the end
-
-
-class Pace:
-    """What ticks took lately, in seconds an organism: divided between threads, and done by one alone.
-
-    The way that took longer is tried again, more and more rarely; at once where it took less time just now.
-    """
-
-    def __init__(self) -> None:
-        self.ticks = self.due = 0  # `due`: the tick in which the other way is tried
-        self.wait = AGAIN  # ticks from one try to the next
-        self.alone: deque[float] = deque(maxlen=SAMPLES)
-        self.divided: deque[float] = deque(maxlen=SAMPLES)
-        self.better = True  # divided
-
-    def divide(self) -> bool:
-        """Return whether to divide the next tick."""
-        self.ticks += 1
-        if len(self.alone) < SAMPLES:
-            return len(self.divided) < SAMPLES
-        return self.better != (self.ticks >= self.due)
-
-    def note(self, divided: bool, seconds: float) -> None:
-        """Keep what a tick took."""
-        (self.divided if divided else self.alone).append(seconds)
-        if not len(self.alone) == len(self.divided) == SAMPLES:
-            return
-        alone, several = (sorted(ticks)[SAMPLES // 2] for ticks in (self.alone, self.divided))
-        was, self.better = self.better, several < alone
-        if self.better != was:
-            self.wait = AGAIN
-            self.due = self.ticks + self.wait
-        elif divided != was:  # it was a try
-            gain = seconds < min(alone, several)
-            self.wait = AGAIN if gain else min(2 * self.wait, RARELY)
-            self.due = self.ticks + (1 if gain else self.wait)
+IDLE = 32  # ticks of one thread after one in which no work was worth dividing
 
 
 class Workers:
@@ -72,9 +36,10 @@ class Workers:
         self.all_busy = False  # whether all threads are busy in `together`: its pieces are not split further
         # which part of 0…n this process does, while it shares work with others (ecs_eco.bands)
         self.own: Callable[[int], tuple[int, int]] | None = None
-        self.alone = False  # whether the world's own thread does all work of this tick
+        self.parallel = threads > 1  # whether others take part: not where this thread does all work of a tick
         self.pace = Pace()
-        self._divided = False  # whether some work of this tick could be divided
+        self._divided = False  # whether some work of a tick was divided, of the last one in which any may be
+        self._idle = 0  # ticks until some may be again
         self._end = weakref.finalize(self, _end, self.helpers)
 
     def tick(self, process: Callable[[], Any], organisms: Callable[[], int]) -> None:
@@ -82,30 +47,39 @@ class Workers:
         if not self.helpers or PARALLEL_FROM <= 0:
             process()
             return
-        self.alone, self._divided, begin = not self.pace.divide(), False, time.perf_counter()
+        if self._idle:
+            self._idle -= 1
+            self.parallel = False
+        elif self.pace.divide():
+            self._divided = False
+        else:
+            self.parallel = False
+        begin = time.perf_counter()
         try:
             process()
             if self._divided:
-                self.pace.note(not self.alone, (time.perf_counter() - begin) / max(organisms(), 1))
+                self.pace.note(self.parallel, time.perf_counter() - begin, max(organisms(), 1))
+            elif self.parallel:
+                self._idle = IDLE
         finally:
-            self.alone = False
+            self.parallel = bool(self.helpers)
 
     def _worth(self, items: int) -> bool:
         """Return whether work with this many items is to be divided."""
-        if not self.helpers or self.all_busy or items < PARALLEL_FROM:
+        if self.all_busy or items < PARALLEL_FROM or not self._taken.acquire(blocking=False):
             return False
         self._divided = True
-        return not self.alone and self._taken.acquire(blocking=False)
+        return True
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
         """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
         where `work` items are worth it."""
-        if not self.helpers and self.own is None:
+        if not self.parallel and self.own is None:
             kernel(0, n, *arguments)
             return
         start, stop = (0, n) if self.own is None else self.own(n)
         work = n if work is None else work
-        if not self._worth(work):
+        if not self.parallel or not self._worth(work):
             kernel(start, stop, *arguments)
             return
         # more parts than threads: who comes late, as its core had other work, leaves more to the others
@@ -118,7 +92,7 @@ class Workers:
     def together(self, tables: Iterable[Any], *work: Callable[[], Any]) -> None:
         """Do independent pieces of work, the first on this thread and the others on all where there are many
         organisms in the tables; they must not share what they write."""
-        if not self.helpers or self.all_busy or not work or not self._worth(sum(t.n for t in tables) // EASE):
+        if not self.parallel or not work or not self._worth(sum(t.n for t in tables) // EASE):
             for piece in work:
                 piece()
             return
@@ -156,7 +130,7 @@ class Workers:
 
     def end(self) -> None:
         """Let the other threads end: from now on this one does all work."""
-        helpers, self.helpers = self.helpers, []
+        helpers, self.helpers, self.parallel = self.helpers, [], False
         _end(helpers)
 
 

@@ -64,18 +64,18 @@ class World:
         self.owner: threading.Thread
         self.apart = False  # whether it runs in a thread beside another world
         turns.enter(self)
-        self.context, self._workers = Context(self), Workers(self.threads)
+        self.context, self.workers = Context(self), Workers(self.threads)
         self.bands = OneBand()  # more than one: ecs_eco.bands
         if type(self).split is World.split:
-            self.split = self._workers.split  # type: ignore[method-assign]  # without a call in between
+            self.split = self.workers.split  # type: ignore[method-assign]  # without a call in between
         self._unheard = Unheard()
         if type(self).together is World.together:
-            self.together = partial(self._workers.together, self.tables.values())  # type: ignore[method-assign]
+            self.together = partial(self.workers.together, self.tables.values())  # type: ignore[method-assign]
         self._places = 0  # in the phases, that systems have taken
         self._outer: list[str] = []
         self.context.add(Deaths(self), "die", LAST)
         self.context.add(Births(self), "reproduce", LAST)
-        weakref.finalize(self, _forget, self.context, self._workers, self._outer, threading.get_ident())
+        weakref.finalize(self, _forget, self.context, self.workers, self._outer, threading.get_ident())
 
     def __repr__(self) -> str:
         return (f"<World {self.name!r} at tick {self.tick}: "
@@ -332,11 +332,11 @@ class World:
     def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
         """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
         where `work` items are worth it."""
-        self._workers.split(kernel, n, *arguments, work=work)
+        self.workers.split(kernel, n, *arguments, work=work)
 
     def together(self, *work: Callable[[], Any]) -> None:
         """Do independent pieces of work, on all threads where it pays; no two may write to the same array."""
-        self._workers.together(self.tables.values(), *work)
+        self.workers.together(self.tables.values(), *work)
 
 
 def _forget(context: Context, workers: Workers, within: list[str], thread: int) -> None:

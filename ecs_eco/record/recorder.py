@@ -176,7 +176,7 @@ class Recorder(System):
                                                               float(world.space.size[2]))
         world.split(add_up, len(self.names), self._held(), high, living, self._stock, pages, self._both[at],
                     self._moods[at], self.intake.gained(at), self.intake.total, self.intake.flows,
-                    work=rows // 5)  # it takes a fifth of what else takes so long
+                    work=rows // 15)  # a fifth of the time of others, and mostly of one species
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
         if self.details is not None:

@@ -87,7 +87,8 @@ class SpatialWorld(World):
         index = self._indexes.get(table.name)
         if index is not None and index.version == table.version and index.space is self.space:
             return index
-        if self.threads > 1 and not self._workers.all_busy and self._index_of(table).version != table.version:
+        many = self.workers.parallel and not self.workers.all_busy
+        if many and self._index_of(table).version != table.version:
             placed = [t for t in self.tables.values() if Position in t]
             stale = [t for t in placed if self._index_of(t).version != t.version]
             stale.sort(key=lambda t: -t.n)  # the longest work begins first

@@ -29,8 +29,9 @@ class Sense(System):
     phase = "sense"
 
     @cached_property
-    def _shares(self) -> dict[str, tuple[tuple[Any, ...], list[Share], Share]]:
-        """By table: what its members sense, on how many threads and processes; and who reads what."""
+    def _shares(self) -> dict[tuple[str, bool], tuple[tuple[Any, ...], list[Share], Share]]:
+        """By table, on several threads and on one: what its members sense, in how many processes; and who
+        reads what."""
         return {}
 
     def update(self, table: Table, world: SpatialWorld) -> None:
@@ -40,11 +41,11 @@ class Sense(System):
         out = nerves.readout(seekers.n)
         nerves.rows = seekers.rows
         nerves.sensed = NOTHING_SENSED
-        asked = (*nerves.senses, world.threads, world.bands.size)
-        if self._shares.get(table.name, NOBODY)[0] != asked:
-            self._shares[table.name] = asked, *shared_out(nerves.senses, world.threads, world.bands.size == 1)
-        _, shares, undivided = self._shares[table.name]
-
+        asked, parallel = (*nerves.senses, world.bands.size), world.workers.parallel
+        if self._shares.get((table.name, parallel), NOBODY)[0] != asked:
+            self._shares[table.name, parallel] = asked, *shared_out(nerves.senses, parallel,
+                                                                    world.bands.size == 1)
+        _, shares, undivided = self._shares[table.name, parallel]
         if len(shares) == 1 and world.bands.size == 1 and not world.bands.divided:
             undivided = shares[0]
         else:
@@ -69,17 +70,17 @@ def read(share: Share, world: SpatialWorld, table: Table, seekers: Seekers, out:
         sense(world, table, seekers, out, first)
 
 
-def shared_out(senses: Sequence[tuple[Any, int]], threads: int, alone: bool) -> tuple[list[Share], Share]:
+def shared_out(senses: Sequence[tuple[Any, int]], parallel: bool, alone: bool) -> tuple[list[Share], Share]:
     """Return pieces of work, the first of which is for the world's own thread: one of all senses, or of each
     where there are several threads, wide ones first; and what is read after them, by every process where this
     one is not alone."""
-    shares: list[Share] = [[] for _ in range(1 if threads == 1 else len(senses) + 1)]
+    shares: list[Share] = [[] for _ in range(len(senses) + 1 if parallel else 1)]
     undivided: Share = shares[0] if alone else []
     for place, (sense, _, first) in enumerate(sorted(joined(senses), key=lambda one: -one[1])):
         # functions of the user's own run on the world's thread
         own = (not sense.__module__.startswith(SHIPPED) or sense.__qualname__.startswith("ambient")
                or getattr(sense, "by_light", False))
-        (undivided if own else shares[0 if threads == 1 else place + 1]).append((sense, first))
+        (undivided if own else shares[place + 1 if parallel else 0]).append((sense, first))
     return [share for share in shares if share], [] if alone else undivided
 
 

@@ -71,8 +71,8 @@ class Spread(System):
         how = (np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach, world.space.torus,
                *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
                world.space.lengths, uid)
-        sprouts = (_sprouting(0, taken.size, taken, how, room_for) if world.threads == 1
-                   else sprouting(world, taken, how, room_for))
+        sprouts = (sprouting(world, taken, how, room_for) if world.workers.parallel
+                   else _sprouting(0, taken.size, taken, how, room_for))
         n = room(table, world, sprouts[0].size)
         if n == 0:
             return

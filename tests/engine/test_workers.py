@@ -1,53 +1,86 @@
+import math
+
 import numpy as np
 import pytest
 
 from ecs_eco import World
 from ecs_eco.engine import workers
-from ecs_eco.engine.workers import AGAIN, RARELY, SAMPLES, Pace, Workers
+from ecs_eco.engine.pace import AGAIN, RARELY, SAMPLES, SOON, WARM, Pace
+from ecs_eco.engine.workers import Workers
 
 
-@pytest.mark.parametrize(("divided", "alone", "better"), [(1.0, 1.9, True), (1.0, 0.7, False)])
-def test_a_tick_goes_the_way_that_took_less_time_and_the_other_is_tried_again(divided, alone, better):
-    pace, ways = Pace(), []
-    for _ in range(10 * RARELY):
+def ways_of(pace, ticks, seconds):
+    """Let so many ticks pass that take `seconds(divided, tick)`; return the way of each."""
+    ways = []
+    for tick in range(ticks):
         ways.append(pace.divide())
-        pace.note(ways[-1], divided if ways[-1] else alone)
-    assert ways[:SAMPLES] == [True] * SAMPLES
-    assert ways[SAMPLES : 2 * SAMPLES] == [False] * SAMPLES
-    later = ways[2 * SAMPLES :]
-    tried = np.flatnonzero(np.array(later) != better)
-    assert AGAIN <= tried[0] + SAMPLES <= 2 * AGAIN + SAMPLES
-    assert (np.diff(tried) >= AGAIN).all()
-    assert (np.diff(tried)[2:] == RARELY).all()
-    assert len(tried) >= 9
+        pace.note(ways[-1], seconds(ways[-1], tick))
+    return np.array(ways)
+
+
+@pytest.mark.parametrize("tick", [0.001, 1.0])
+@pytest.mark.parametrize(("divided", "alone", "better"), [(1.0, 1.9, True), (1.0, 0.7, False)])
+def test_a_tick_goes_the_way_that_took_less_time_and_the_other_is_tried_again(divided, alone, better, tick):
+    pace, warm = Pace(), math.ceil(WARM / (tick * 0.7)) + 1
+    longest = warm + SAMPLES  # ticks of a try
+    ways = ways_of(pace, 10 * RARELY * longest, lambda way, _: tick * (divided if way else alone))
+    assert ways[:SAMPLES].all()
+    changes = np.flatnonzero(np.diff(ways)) + 1
+    begins, ends = changes[ways[changes] != better], changes[ways[changes] == better]
+    ends = ends[ends > begins[0]]
+    lengths = ends - begins[: len(ends)]
+    assert (lengths >= SAMPLES).all()
+    assert (lengths <= longest).all()
+    waits = tick * (begins[1 : len(ends) + 1] - ends[: len(begins) - 1]) * min(divided, alone)
+    cost = tick * max(divided, alone) * lengths[: len(waits)]
+    assert (waits >= AGAIN * cost * 0.9).all()
+    assert (waits[3:] >= RARELY * cost[3:] * 0.9).all()
+    assert len(begins) >= 6
 
 
 @pytest.mark.parametrize("better", [True, False])
 def test_the_other_way_is_taken_soon_after_it_has_become_better(better):
     """A second core that is free again, or has other work now."""
-    pace, ways = Pace(), []
-    for tick in range(20 * RARELY):
-        ways.append(pace.divide())
-        pace.note(ways[-1], 1.0 if ways[-1] == (better if tick < 10 * RARELY else not better) else 1.3)
-    assert ways[9 * RARELY : 10 * RARELY].count(better) >= RARELY - 1
-    changed = 10 * RARELY + RARELY + SAMPLES
-    assert ways[changed : changed + RARELY].count(not better) >= RARELY - 4
+    change = 20 * RARELY
+    ways = ways_of(Pace(), 2 * change + RARELY * 10, lambda way, tick: 1.0 if way == (
+        better if tick < change else not better) else 1.3)
+    assert (ways[change // 2 : change] == better).mean() > 0.95
+    sooner = change + 2 * SOON * 8  # the chosen way takes longer than it did
+    assert (ways[sooner : sooner + RARELY] != better).mean() > 0.9
+
+
+def test_a_way_that_becomes_better_without_notice_is_found_in_the_end():
+    change = 20 * RARELY
+    ways = ways_of(Pace(), 40 * RARELY, lambda way, tick: (0.6 if tick > change else 1.3) if way else 1.0)
+    assert not ways[change // 2 : change].mean() > 0.05
+    assert ways[change + 8 * RARELY:].mean() > 0.9
+
+
+@pytest.mark.parametrize("way", [True, False])
+def test_who_slept_is_slow_at_first_and_that_does_not_count(way):
+    """The first ticks of a way take twice as long as the other's, all later ones half as long."""
+    pace, since = Pace(), 0
+    for _ in range(4000):
+        divide = pace.divide()
+        since = since + 1 if divide == way else 0
+        pace.note(divide, 0.004 if divide != way else 0.008 if since < 5 else 0.002)
+    assert pace.better == way
 
 
 def test_one_long_tick_decides_nothing():
     pace = Pace()
-    for tick in range(AGAIN - 1):
-        divide = pace.divide()
-        pace.note(divide, 100.0 if tick == 0 else 1.0 if divide else 1.5)
+    ways_of(pace, 4 * SAMPLES, lambda way, tick: 100.0 if tick == 3 else 1.0 if way else 1.5)
     assert pace.better
 
 
-def test_a_second_thread_whose_core_has_other_work_is_left_alone():
-    pace = Pace()
-    for tick in range(20 * AGAIN):
-        divide = pace.divide()
-        pace.note(divide, 1.0 if not divide else 0.6 if tick < AGAIN else 1.3)
-    assert not pace.better
+def test_tries_of_a_way_that_takes_twice_as_long_cost_little():
+    pace, spent = Pace(), 0.0
+    for _ in range(20_000):
+        way = pace.divide()
+        seconds = 0.004 if way else 0.002
+        pace.note(way, seconds)
+        spent += seconds
+    assert spent < 20_000 * 0.002 * 1.01
 
 
 def test_in_a_tick_alone_no_work_is_divided(monkeypatch):
@@ -57,9 +90,11 @@ def test_in_a_tick_alone_no_work_is_divided(monkeypatch):
     def kernel(first, last):
         parts.append((first, last))
 
-    for _ in range(SAMPLES + 1):
+    for divided in (True, False):
+        both.pace.way = divided
         parts.clear()
         both.tick(lambda: both.split(kernel, 100), lambda: 100)
+        assert (len(parts) > 1) == divided
     both.end()
     assert parts == [(0, 100)]
 
@@ -68,7 +103,7 @@ def test_ticks_without_work_to_divide_are_not_measured(monkeypatch):
     monkeypatch.setattr(workers, "PARALLEL_FROM", 10)
     world = World(threads=2)
     world.run(3)
-    assert not world._workers.pace.divided
+    assert not world.workers.pace.passed
 
 
 def test_the_way_changes_no_result(monkeypatch):
@@ -80,7 +115,8 @@ def test_the_way_changes_no_result(monkeypatch):
         def kernel(first, last, totals=totals):
             totals[first:last] += np.arange(first, last)
 
-        for _ in range(20):
+        for k in range(20):
+            these.pace.way = k % 3 == 0
             these.tick(lambda these=these, kernel=kernel: these.split(kernel, 100), lambda: 100)
         these.end()
         out.append(totals)
