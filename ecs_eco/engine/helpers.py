@@ -8,94 +8,37 @@ holds the GIL on its way into a kernel, and to find it taken is to sleep, and to
 
 from __future__ import annotations
 
-import platform
 import threading
-import time
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numba
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core.cgutils import get_or_insert_function
-from numba.extending import intrinsic
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.engine.looks import changes, looks_of
+from ecs_eco.engine.parts import serve
 
 AWAKE = 200e-6  # [s] of looking at a counter before one sleeps
 ASKED, DONE = 10e-6, 2e-6  # [s] from a counter's change to the GIL, for a helper and for who waits for it
 PATIENCE = 5.0  # [s] for a thread that is to end
-X86 = platform.machine().lower() in ("x86_64", "amd64", "i386", "i686")
-_insert: Any = get_or_insert_function  # numba's are not annotated
-
-
-def _number(typing: Any, counter: Any) -> Any:
-    """The number in an array of one i64, as it is now."""
-
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        place = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-        return builder.load_atomic(place, "monotonic", 8)
-
-    return types.int64(counter), make
-
-
-def _rest(typing: Any) -> Any:
-    """Leave the core to its other thread for some cycles, where it has two."""
-
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        if X86:
-            kind = ir.FunctionType(ir.VoidType(), [])
-            builder.call(_insert(builder.module, kind, "llvm.x86.sse2.pause"), [])
-        return context.get_dummy_value()
-
-    return types.none(), make
-
-
-_intrinsic: Any = intrinsic
-number, rest = _intrinsic(_number), _intrinsic(_rest)
-
-
-@njit
-def changes(counter, last, looks, rests):
-    """Return whether an array of one i64 holds another number than `last` before so many looks are over; so
-    many rests after the change."""
-    for _ in range(looks):
-        if number(counter) != last:
-            for _ in range(rests):
-                rest()
-            return True
-        rest()
-    return False
-
-
-@cache
-def _looks(seconds: float) -> int:
-    """Return how many looks at a counter take so long: one takes 10 to 50 ns, by processor."""
-    counter, took = np.zeros(1, np.int64), []
-    changes(counter, 0, 1, 1)
-    for _ in range(5):
-        begin = time.perf_counter()
-        changes(counter, 0, 2000, 1)
-        took.append(time.perf_counter() - begin)
-    return max(1, round(2000 * seconds / min(took)))
 
 
 def _moved(counter: np.ndarray, last: int, pause: float) -> bool:
     if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         return bool(counter[0] != last)
-    return bool(changes(counter, last, _looks(AWAKE), _looks(pause)))
+    return bool(changes(counter, last, looks_of(AWAKE), looks_of(pause)))
 
 
 class Helper:
     """A thread for one piece of work at a time: `start` it, do your own, and `finish`.
 
     It begins with the first piece, and lives until `end`. One thread alone may ask it. What it and who waits
-    for it write is ordered by the GIL, which both hold whenever they touch anything but the counters.
+    for it write is ordered by the GIL, which both hold whenever they touch anything but the counters. While
+    it is awake it also takes parts of kernels, of its team's record (`ecs_eco.engine.parts`).
     """
 
-    def __init__(self) -> None:
+    def __init__(self, record: np.ndarray) -> None:
+        self._record = record
         self._asked, self._done = np.zeros(1, np.int64), np.zeros(1, np.int64)  # pieces
         self._asleep = self._awaited = False
         self._bell, self._ready = threading.Semaphore(0), threading.Semaphore(0)
@@ -106,10 +49,17 @@ class Helper:
 
     def start(self, work: Callable[..., Any], *arguments: Any) -> None:
         """Let it call `work(*arguments)` beside this thread."""
+        self.wake()
+        self._ask(work, arguments)
+
+    def wake(self) -> None:
+        """Let it look whether there is something to do."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._live, name="ecs-eco helper", daemon=True)
             self._thread.start()
-        self._ask(work, arguments)
+        elif self._asleep:
+            self._asleep = False
+            self._bell.release()
 
     def finish(self) -> None:
         """Wait until it has done its work; raises what that raised."""
@@ -135,12 +85,13 @@ class Helper:
         self._work, self._arguments = work, arguments
         self._asked[0] += 1
         if self._asleep:  # both say first what they do and look then at what the other does
+            self._asleep = False
             self._bell.release()
 
     def _live(self) -> None:
         while True:
             last = int(self._done[0])
-            while self._asked[0] == last and not _moved(self._asked, last, ASKED):
+            while self._asked[0] == last and not self._served(last):
                 self._asleep = True
                 if self._asked[0] == last:
                     self._bell.acquire()
@@ -156,3 +107,9 @@ class Helper:
             self._done[0] = last + 1
             if self._awaited:
                 self._ready.release()
+
+    def _served(self, last: int) -> bool:
+        """Take parts of kernels, until there is other work or there has been none for a while."""
+        if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+            return bool(self._asked[0] != last)
+        return bool(serve(self._record, self._asked, last, looks_of(AWAKE), looks_of(ASKED)))

@@ -159,7 +159,7 @@ class KernelCache(NullCache):
     """
 
     def __init__(self, function: Callable[..., Any], folder: Folder, options: str = "") -> None:
-        self.folder, code = folder, function.__code__
+        self.folder, self.options, code = folder, options, function.__code__
         cells = [cell.cell_contents for cell in function.__closure__ or ()]
         self._name = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}".replace(
             "<", ""

@@ -18,6 +18,7 @@ from ecs_eco.engine.pace import Pace
 
 if TYPE_CHECKING:
     from ecs_eco.engine.helpers import Helper
+    from ecs_eco.engine.team import Team
 
 PARALLEL_FROM = 3000  # organisms of some 30 ns each: fewer do not repay a second thread; 0: all is divided
 PART = 3000  # organisms of some 30 ns each, for which Python may be asked once more
@@ -31,7 +32,8 @@ class Workers:
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
-        self.helpers = _helpers(threads - 1)
+        self.team = _team(threads)
+        self.helpers: list[Helper] = [] if self.team is None else self.team.helpers
         self._taken = threading.Lock()  # held by the thread that divides work
         self.all_busy = False  # whether all threads are busy in `together`: its pieces are not split further
         # which part of 0…n this process does, while it shares work with others (ecs_eco.bands)
@@ -84,6 +86,12 @@ class Workers:
             return
         # more parts than threads: who comes late, as its core had other work, leaves more to the others
         k = min(max(work // PART, self.threads), MOST_PARTS * self.threads)
+        if self.team is not None and self.team.divides(kernel):
+            try:
+                self.team.run(kernel, start, stop, k, arguments)
+            finally:
+                self._taken.release()
+            return
         bounds = [start + (stop - start) * i // k for i in range(k + 1)]
         first, *others = zip(bounds, bounds[1:], strict=False)
         self._take_turns(partial(kernel, *first, *arguments),
@@ -134,12 +142,12 @@ class Workers:
         _end(helpers)
 
 
-def _helpers(n: int) -> list[Helper]:
-    if not n:
-        return []
-    from ecs_eco.engine.helpers import Helper
+def _team(threads: int) -> Team | None:
+    if threads == 1:
+        return None
+    from ecs_eco.engine.team import Team
 
-    return [Helper() for _ in range(n)]
+    return Team(threads - 1)
 
 
 def _end_of(helper: Helper) -> list[BaseException]:

@@ -1,0 +1,70 @@
+"""To look at a number in memory that another thread changes, again and again, free of the GIL."""
+
+from __future__ import annotations
+
+import platform
+import time
+from functools import cache
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core.cgutils import get_or_insert_function
+from numba.extending import intrinsic
+
+from ecs_eco.engine.jit import njit
+
+X86 = platform.machine().lower() in ("x86_64", "amd64", "i386", "i686")
+_insert: Any = get_or_insert_function  # numba's are not annotated
+
+
+def _number(typing: Any, numbers: Any, at: Any) -> Any:
+    """The number numbers[at] of an array i64[n], as it is now."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array = context.make_array(signature.args[0])(context, builder, arguments[0])
+        return builder.load_atomic(builder.gep(array.data, [arguments[1]]), "seq_cst", 8)
+
+    return types.int64(numbers, types.intp), make
+
+
+def _rest(typing: Any) -> Any:
+    """Leave the core to its other thread for some cycles, where it has two."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        if X86:
+            kind = ir.FunctionType(ir.VoidType(), [])
+            builder.call(_insert(builder.module, kind, "llvm.x86.sse2.pause"), [])
+        return context.get_dummy_value()
+
+    return types.none(), make
+
+
+_intrinsic: Any = intrinsic
+number, rest = _intrinsic(_number), _intrinsic(_rest)
+
+
+@njit
+def changes(counter, last, looks, rests):
+    """Return whether an array of one i64 holds another number than `last` before so many looks are over; so
+    many rests after the change."""
+    for _ in range(looks):
+        if number(counter, 0) != last:
+            for _ in range(rests):
+                rest()
+            return True
+        rest()
+    return False
+
+
+@cache
+def looks_of(seconds: float) -> int:
+    """Return how many looks at a counter take so long: one takes 10 to 50 ns, by processor."""
+    counter, took = np.zeros(1, np.int64), []
+    changes(counter, 0, 1, 1)
+    for _ in range(5):
+        begin = time.perf_counter()
+        changes(counter, 0, 2000, 1)
+        took.append(time.perf_counter() - begin)
+    return max(1, round(2000 * seconds / min(took)))

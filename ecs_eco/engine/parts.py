@@ -1,0 +1,171 @@
+"""A kernel's range in parts, which the threads of a world take one after the other, all free of the GIL.
+
+To hand a call over to another thread by way of Python takes 25 µs at best, and 100 where one of the two then
+waits for the GIL: as long as much of the work that a tick divides. So who divides a call puts its arguments,
+as the kernel takes them, where the helpers look, and the address of code that calls the kernel with them. A
+job is open while its number is odd. A helper says that it is inside before it looks once more whether the job
+is still open; who closes it then waits until nobody is inside. So it may come too late, or not at all: the
+others do its parts.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core.cgutils import unpack_tuple
+from numba.extending import intrinsic
+
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.kernel import Kernel, kernel
+from ecs_eco.engine.kernel_cache import KernelCache
+from ecs_eco.engine.looks import number, rest
+
+# Places in the record of a team, i64[RECORD]; those that are written by several are 64 bytes from each other
+JOB, NEXT, INSIDE = 0, 8, 16  # the number of the job; the next part to be done; how many helpers are inside
+PARTS, FIRST, LAST, CODE, ARGUMENTS, FAILED = range(24, 30)
+RECORD = 32
+ROOM = 1 << 16  # [bytes] for the arguments of one call
+_I64: Any = ir.IntType(64)
+_BYTE: Any = ir.IntType(8).as_pointer()
+_PART: Any = ir.FunctionType(_I64, [_I64, _I64, _BYTE])  # first, last, arguments: 0, or what went wrong
+_unpacked: Any = unpack_tuple  # numba's are not annotated
+
+
+def _place(context: Any, builder: Any, kind: Any, array: Any, at: Any) -> Any:
+    return builder.gep(context.make_array(kind)(context, builder, array).data, [at])
+
+
+def _add(typing: Any, record: Any, at: Any, more: Any) -> Any:
+    """Add to record[at] what no other thread does at the same time; what was there before."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        place = _place(context, builder, signature.args[0], *arguments[:2])
+        return builder.atomic_rmw("add", place, arguments[2], "seq_cst")
+
+    return types.int64(record, types.intp, types.int64), make
+
+
+def _call(typing: Any, code: Any, first: Any, last: Any, place: Any) -> Any:
+    """Call the code at an address for first … last − 1, with arguments that are at another one."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        code, first, last, place = arguments
+        return builder.call(builder.inttoptr(code, _PART.as_pointer()),
+                            [first, last, builder.inttoptr(place, _BYTE)])
+
+    return types.int64(types.int64, types.int64, types.int64, types.int64), make
+
+
+def _lay_out(typing: Any, of: Any, room: Any, arguments: Any) -> Any:
+    """Put arguments into the room for them, and return the address of code that calls the kernel `of` with
+    what is there."""
+    call = of.get_call_type(typing, (types.intp, types.intp, *arguments.types), {})
+
+    def make(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        kind = given[2].type
+        if context.get_abi_sizeof(kind) > ROOM:
+            raise ValueError(f"kernel {of.dispatcher.__name__}: its arguments take "
+                             f"{context.get_abi_sizeof(kind)} bytes; at most {ROOM} can be divided")
+        compiled = of.dispatcher.overloads[call.args]
+        context.active_code_library.add_linking_library(compiled.library)
+        part = ir.Function(builder.module, _PART, f"{builder.function.name}.part")
+        part.linkage = "internal"
+        inside = ir.IRBuilder(part.append_basic_block())
+        held = inside.load(inside.bitcast(part.args[2], kind.as_pointer()))
+        about = compiled.fndesc
+        status, _ = context.call_conv.call_function(
+            inside, context.declare_function(builder.module, about), about.restype, about.argtypes,
+            [*part.args[:2], *_unpacked(inside, held, len(arguments.types))])
+        inside.ret(inside.zext(status.is_error, _I64))
+        place = context.make_array(signature.args[1])(context, builder, given[1]).data
+        builder.store(given[2], builder.bitcast(place, kind.as_pointer()))
+        return builder.ptrtoint(part, _I64)
+
+    return types.int64(of, room, arguments), make
+
+
+_intrinsic: Any = intrinsic
+add, call, lay_out = _intrinsic(_add), _intrinsic(_call), _intrinsic(_lay_out)
+
+
+@njit
+def take_parts(record):
+    """Do those parts of a job that nobody has taken."""
+    parts, first, n = record[PARTS], record[FIRST], record[LAST] - record[FIRST]
+    k = add(record, NEXT, 1)
+    while k < parts:
+        if call(record[CODE], first + n * k // parts, first + n * (k + 1) // parts, record[ARGUMENTS]):
+            record[FAILED] = 1
+        k = add(record, NEXT, 1)
+
+
+@njit
+def alone(record, looks):
+    """Return whether no helper is inside, or leaves before so many looks are over."""
+    for _ in range(looks):
+        if number(record, INSIDE) == 0:
+            return True
+        rest()
+    return False
+
+
+@njit
+def serve(record, asked, last, looks, rests):
+    """Take parts of all jobs that are open. Return whether `asked` holds another number than `last`, before
+    so many looks are over since the last job; so many rests after that change."""
+    left, done = looks, 0
+    while left > 0:
+        job = number(record, JOB)
+        if job & 1 and job != done:
+            add(record, INSIDE, 1)
+            if number(record, JOB) == job:
+                take_parts(record)
+                left = looks
+            add(record, INSIDE, -1)
+            done = job
+        if number(asked, 0) != last:
+            for _ in range(rests):
+                rest()
+            return True
+        rest()
+        left -= 1
+    return False
+
+
+def divided(one: Any) -> Any:
+    """Return the kernel that does what a kernel of (first, last, *arguments) does, in parts that others take
+    too: (record, room, address of the room, first, last, parts, looks, *arguments) -> whether all is done;
+    where it is not after so many looks, ask `alone` until it is."""
+    if (made := getattr(one, "divided", None)) is not None:
+        return made
+    inner = one.inner
+
+    def run(record, room, address, first, last, parts, looks, *arguments):
+        record[CODE], record[ARGUMENTS] = lay_out(inner, room, arguments), address
+        record[PARTS], record[FIRST], record[LAST], record[NEXT] = parts, first, last, 0
+        add(record, JOB, 1)
+        take_parts(record)
+        add(record, JOB, 1)
+        return alone(record, looks)
+
+    made = kernel(run, nogil=True, error_model="numpy")
+    if isinstance(one._cache, KernelCache):
+        made._cache = KernelCache(one.py_func, one._cache.folder, f"{one._cache.options} in parts")
+    one.divided = made
+    return made
+
+
+def can_be_divided(one: Any) -> bool:
+    """Whether this is a kernel of ours, and kernels are compiled."""
+    return isinstance(one, Kernel) and not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
+
+
+def record_of_a_team() -> np.ndarray:
+    """Return the record, i64[RECORD], from the beginning of a line of the cache on."""
+    held = np.zeros(RECORD + 8, np.int64)
+    first = -held.ctypes.data // 8 % 8
+    return held[first : first + RECORD]

@@ -1,0 +1,45 @@
+"""The helpers of one world, and the kernels whose parts they take."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.engine import parts
+from ecs_eco.engine.helpers import AWAKE, Helper
+from ecs_eco.engine.looks import looks_of
+from ecs_eco.engine.parts import alone, can_be_divided, divided
+
+NAP = 50e-6  # [s] between looks at who is late: its core has other work
+
+
+class Team:
+    """Threads that take parts of one kernel at a time, beside the thread that runs it."""
+
+    def __init__(self, helpers: int) -> None:
+        self.record, self.room = parts.record_of_a_team(), np.zeros(parts.ROOM, np.uint8)
+        self._address = self.room.ctypes.data
+        self.helpers = [Helper(self.record) for _ in range(helpers)]
+        self.divides = can_be_divided
+
+    def run(self, kernel: Any, first: int, last: int, k: int, arguments: tuple[Any, ...]) -> None:
+        """Run `kernel(first, last, *arguments)` in k parts; RuntimeError where it failed in one of them."""
+        whole = divided(kernel)
+        for helper in self.helpers:
+            helper.wake()
+        interrupted = None
+        done = whole(self.record, self.room, self._address, first, last, k, looks_of(AWAKE), *arguments)
+        while not done:
+            try:
+                time.sleep(NAP)
+                done = alone(self.record, 1)
+            except KeyboardInterrupt as error:  # others may still be at work on these arrays
+                interrupted = error
+        if self.record[parts.FAILED]:
+            self.record[parts.FAILED] = 0
+            raise RuntimeError(f"kernel {kernel.__name__}: it failed in one of {k} parts; run the world with "
+                               "one thread to see how")
+        if interrupted is not None:
+            raise interrupted
