@@ -1,8 +1,8 @@
 """Threads that help a world's own, awake for a moment after each piece of work: the next begins at once.
 
 To wake a thread that sleeps, and to be woken by it, takes some 100 µs, as long as much of the work that a
-tick divides. A helper looks at a counter instead, free of the GIL, for up to a fifth of a millisecond before
-it sleeps; so does who waits for it. Who sees the counter change rests for a moment more: the other one still
+tick divides. A helper looks at a counter instead, free of the GIL, for up to a millisecond before it sleeps;
+so does who waits for it. Who sees the counter change rests for a moment more: the other one still
 holds the GIL on its way into a kernel, and to find it taken is to sleep, and to be woken, too.
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 from ecs_eco.engine.looks import changes, looks_of
 from ecs_eco.engine.parts import serve
 
-AWAKE = 200e-6  # [s] of looking at a counter before one sleeps
+AWAKE = 1e-3  # [s] of looking at a counter before one sleeps
 ASKED, DONE = 10e-6, 2e-6  # [s] from a counter's change to the GIL, for a helper and for who waits for it
 PATIENCE = 5.0  # [s] for a thread that is to end
 

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from ecs_eco.engine.helpers import Helper
     from ecs_eco.engine.team import Team
 
-PARALLEL_FROM = 3000  # organisms of some 30 ns each: fewer do not repay a second thread; 0: all is divided
-PART = 3000  # organisms of some 30 ns each, for which Python may be asked once more
+PARALLEL_FROM = 1500  # organisms of some 30 ns each: fewer do not repay a second thread; 0: all is divided
+PART = 1000  # organisms of some 30 ns each: who comes late leaves so many to others
 MOST_PARTS = 4  # of one kernel, for each thread
-EASE = 4  # pieces of Python take turns: so many times as many organisms repay a second thread
+EASE = 8  # pieces of Python take turns: so many times as many organisms repay a second thread
 IDLE = 32  # ticks of one thread after one in which no work was worth dividing
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,9 +29,9 @@ class Sense(System):
     phase = "sense"
 
     @cached_property
-    def _shares(self) -> dict[tuple[str, bool], tuple[tuple[Any, ...], list[Share], Share]]:
-        """By table, on several threads and on one: what its members sense, in how many processes; and who
-        reads what."""
+    def _shares(self) -> dict[str, tuple[tuple[Any, ...], Share, Share]]:
+        """By table: what its members sense, in how many processes; and what is read by each of them, or by
+        all."""
         return {}
 
     def update(self, table: Table, world: SpatialWorld) -> None:
@@ -41,16 +41,16 @@ class Sense(System):
         out = nerves.readout(seekers.n)
         nerves.rows = seekers.rows
         nerves.sensed = NOTHING_SENSED
-        asked, parallel = (*nerves.senses, world.bands.size), world.workers.parallel
-        if self._shares.get((table.name, parallel), NOBODY)[0] != asked:
-            self._shares[table.name, parallel] = asked, *shared_out(nerves.senses, parallel,
-                                                                    world.bands.size == 1)
-        _, shares, undivided = self._shares[table.name, parallel]
-        if len(shares) == 1 and world.bands.size == 1 and not world.bands.divided:
-            undivided = shares[0]
+        asked = (*nerves.senses, world.bands.size)
+        if self._shares.get(table.name, NOBODY)[0] != asked:
+            self._shares[table.name] = asked, *shared_out(nerves.senses, world.bands.size == 1)
+        _, shared, undivided = self._shares[table.name]
+        if world.bands.size == 1 and not world.bands.divided:
+            undivided = shared
         else:
             with world.bands.own(seekers.index, out):
-                world.together(*[partial(read, share, world, table, seekers, out) for share in shares])
+                for sense, first in shared:
+                    sense(world, table, seekers, out, first)
         for sense, first in undivided:
             sense(world, table, seekers, out, first)
         if table.species.traits:
@@ -64,24 +64,17 @@ class Sense(System):
             nerves.sensed = uid.copy(), nerves.x
 
 
-def read(share: Share, world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray) -> None:
-    """Let some senses of a species read."""
-    for sense, first in share:
-        sense(world, table, seekers, out, first)
-
-
-def shared_out(senses: Sequence[tuple[Any, int]], parallel: bool, alone: bool) -> tuple[list[Share], Share]:
-    """Return pieces of work, the first of which is for the world's own thread: one of all senses, or of each
-    where there are several threads, wide ones first; and what is read after them, by every process where this
-    one is not alone."""
-    shares: list[Share] = [[] for _ in range(len(senses) + 1 if parallel else 1)]
-    undivided: Share = shares[0] if alone else []
-    for place, (sense, _, first) in enumerate(sorted(joined(senses), key=lambda one: -one[1])):
-        # functions of the user's own run on the world's thread
+def shared_out(senses: Sequence[tuple[Any, int]], alone: bool) -> tuple[Share, Share]:
+    """Return what each process reads of its own part, wide senses first, and what every process reads of all,
+    where this one is not alone."""
+    shared: Share = []
+    undivided: Share = []
+    for sense, _, first in sorted(joined(senses), key=lambda one: -one[1]):
+        # functions of the user's own, and what is the same for all
         own = (not sense.__module__.startswith(SHIPPED) or sense.__qualname__.startswith("ambient")
                or getattr(sense, "by_light", False))
-        (undivided if own else shares[place + 1 if parallel else 0]).append((sense, first))
-    return [share for share in shares if share], [] if alone else undivided
+        (undivided if own and not alone else shared).append((sense, first))
+    return shared, undivided
 
 
 def joined(senses: Sequence[tuple[Any, int]]) -> list[tuple[Any, int, int]]:

@@ -12,6 +12,7 @@ import pytest
 from ecs_eco.engine import helpers, workers
 from ecs_eco.engine.helpers import Helper
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.parts import record_of_a_team
 from ecs_eco.engine.workers import Workers
 
 LONG = 0.05  # [s] longer than a helper stays awake
@@ -25,7 +26,7 @@ def add(first, last, numbers):
 
 @pytest.fixture
 def helper():
-    one = Helper()
+    one = Helper(record_of_a_team())
     yield one
     one.end()
 
@@ -68,7 +69,7 @@ def test_what_it_raises_is_raised_once_by_who_waits(helper):
 
 
 def test_it_ends_and_begins_again():
-    helper, seen = Helper(), []
+    helper, seen = Helper(record_of_a_team()), []
     for _ in range(2):
         helper.start(lambda: seen.append(threading.current_thread()))
         helper.finish()
