@@ -22,16 +22,23 @@ from ecs_eco.engine.inner import Linked, stand_in
 
 def to_bytes(result: Any) -> bytes:
     """Return a compiled form as bytes."""
-    library, description, own, signature, objects, lifted, _, reload, environments = result._reduce()
-    name, _, (code, bitcode) = library
-    module = result.library._get_module_for_linking()
-    symbols = [symbol.name for group in (module.functions, module.global_variables)
-               for symbol in group if not symbol.is_declaration]
+    library, description = result.library, result.fndesc
+    library._ensure_finalized()
+    code, bitcode, symbols = b"", b"", []
+    if isinstance(library, Linked):
+        bitcode = library._get_module_for_linking().as_bitcode()  # type: ignore[no-untyped-call]
+    else:
+        code, module = library._get_compiled_object(), library._final_module
+        symbols = [symbol.name for group in (module.functions, module.global_variables)
+                   for symbol in group if not symbol.is_declaration]
     called = ([] if not code else undefined(code)) if sys.platform == "linux" else None
+    description.typemap = description.calltypes = None  # of no use, and not all of it can be written
+    environments = result._find_referenced_environments()
     bare = [one.env_name for one in environments if _is_bare(one)]
     others = [one for one in environments if not _is_bare(one)]
-    content = (name, code, bitcode, symbols, called,
-               (description, own, signature, objects, lifted, reload), bare, others)
+    rest = (description, result.environment, result.signature, result.objectmode, result.lifted,
+            result.reload_init)
+    content = library.name, code, bitcode, symbols, called, rest, bare, others
     return bytes(serialize.dumps(content))  # type: ignore[no-untyped-call]
 
 
@@ -47,7 +54,7 @@ def from_bytes(content: bytes, target_context: Any) -> CompileResult:
     codegen = target_context.codegen()
     environments = (*others, *map(_without_constants, bare))  # held, for machine code has their addresses
     if code:
-        library: Any = _Library(codegen, name, code, bitcode, symbols)
+        library: Any = _Library(codegen, name, code, symbols)
         function = target_context.get_executable(library, description, own)
         for one in environments:
             codegen.set_env(one.env_name, one)
@@ -62,20 +69,14 @@ def from_bytes(content: bytes, target_context: Any) -> CompileResult:
 
 
 class _Library(JITCodeLibrary):
-    """Machine code that is there; its form for linking is read when another kernel is compiled with it."""
+    """Machine code that is there; what is linked into other kernels is `_Bitcode`."""
 
-    def __init__(self, codegen: Any, name: str, code: bytes, bitcode: bytes, symbols: list[str]) -> None:
+    def __init__(self, codegen: Any, name: str, code: bytes, symbols: list[str]) -> None:
         super().__init__(codegen, name)  # type: ignore[no-untyped-call]
-        self._bitcode = bitcode
         self.enable_object_caching()  # type: ignore[no-untyped-call]
         self._set_compiled_object(code)  # type: ignore[no-untyped-call]
         self._finalize_final_module()  # type: ignore[no-untyped-call]
         codegen._engine._defined_symbols.update(symbols)
-
-    def _get_module_for_linking(self) -> Any:
-        if self._shared_module is None:
-            self._shared_module = llvm.parse_bitcode(self._bitcode)
-        return self._shared_module
 
 
 class _Bitcode(Linked):

@@ -36,11 +36,6 @@ class Linked(JITCodeLibrary):
         """Return 0: there is no machine code."""
         return 0
 
-    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-        """Return what stands for the function: no machine code, and its bitcode."""
-        bitcode = self._get_module_for_linking().as_bitcode()  # type: ignore[no-untyped-call]
-        return self.name, "object", (b"", bitcode)
-
 
 def stand_in(description: Any, environment: Any, library: Any) -> Any:
     """Return a function that stands for one without machine code, and cannot be called."""

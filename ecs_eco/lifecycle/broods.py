@@ -101,13 +101,18 @@ def settle(parents, number, given, dispersal, spacing, table, columns, high, apa
     """Name the newborn, find a place for each, and write those that have one, in order: `which` litter,
     `names` u64[2, n] identity and mother, `values` f32[5, n] place, heading and energy; count those of each
     parent, and return their number. `columns` u64[tables, …] are addresses of `SpatialWorld.whereabouts`."""
-    n, m, uid = which.size, 0, column_at(columns[table, 1], np.uint64, parents.max() + 1)[parents]
-    px, py, pz = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
+    n, m, uid, rows = which.size, 0, np.empty(parents.size, np.uint64), 0
+    for row in parents:
+        rows = max(rows, row + 1)
+    own, at = column_at(columns[table, 1], np.uint64, rows), np.empty((3, n), np.float32)
+    for i in range(parents.size):
+        uid[i] = own[parents[i]]
     name(uid, number, which, names[0])
-    for at, axis in enumerate((px, py, pz)):
-        column = column_at(columns[table, 2 + at], np.float32, parents.max() + 1)
+    for axis in range(3):
+        column = column_at(columns[table, 2 + axis], np.float32, rows)
         for i in range(n):
-            axis[i] = column[parents[which[i]]]
+            at[axis, i] = column[parents[which[i]]]
+    px, py, pz = at[0], at[1], at[2]
     free, out, homeless, left = np.zeros(n, np.bool_), np.zeros((n, 4), np.float32), np.arange(n), n
     for attempt in range(TRIES):
         some = homeless[:left]

@@ -38,10 +38,10 @@ def merge(there, kind, tstart, tx, ty, tz, tuid, tradius, trows, start, x, y, z,
     """Put the entries of an index, all of one kind, among the `there` first of others, from the last to the
     first, by cell and in a cell by uid; return the largest radius."""
     i, j, a, b, largest = there - 1, tx.size - 1, start.size - 1, start.size - 1, np.float32(0.0)
-    if there == 0:  # as vectors
-        x[: j + 1], y[: j + 1], z[: j + 1], uid[: j + 1], kinds[: j + 1] = tx, ty, tz, tuid, kind
+    if there == 0:
         for k in range(j + 1):
-            radius[k] = tradius[trows[k]]
+            x[k], y[k], z[k], radius[k] = tx[k], ty[k], tz[k], tradius[trows[k]]
+            uid[k], kinds[k] = tuid[k], kind
             largest = max(largest, radius[k])
         j = -1
     while j >= 0:
