@@ -79,11 +79,15 @@ def gather(x, y, z, reach, start, bx, by, bz, nx, ny, nz, inverse, lengths, toru
     n = 0
     for k in range(max(cz - reach, 0), min(cz + reach, nz - 1) + 1):
         for j in range(y0, y1 + 1):
-            base = (k * ny + (j + ny) % ny) * nx
-            for i in range(x0, x1 + 1):
-                c = base + (i + nx) % nx
-                for e in range(start[c], start[c + 1]):
-                    if n < out.size:
+            row = (k * ny + (j + ny) % ny) * nx
+            for part in range(3):  # left of the seam, within, right of it
+                a, b, base = max(x0, 0), min(x1, nx - 1), row
+                if part == 0:
+                    a, b, base = x0, min(x1, -1), row + nx
+                elif part == 2:
+                    a, b, base = max(x0, nx), x1, row - nx
+                if a <= b:
+                    for e in range(start[base + a], min(start[base + b + 1], start[base + a] + out.size - n)):
                         out[n] = e
                         n += 1
     return n
@@ -149,14 +153,15 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, n
                 row, fy = j + ny, y + lengths[1]
             elif j >= ny:
                 row, fy = j - ny, y - lengths[1]
-            base = (k * ny + row) * nx
-            for i in range(i0, i1 + 1):
-                column, fx = i, x
-                if i < 0:
-                    column, fx = i + nx, x + lengths[0]
-                elif i >= nx:
-                    column, fx = i - nx, x - lengths[0]
-                for e in range(start[base + column], start[base + column + 1]):
+            for part in range(3):  # left of the seam, within, right of it
+                a, b, base, fx = max(i0, 0), min(i1, nx - 1), (k * ny + row) * nx, x
+                if part == 0:
+                    a, b, base, fx = i0, min(i1, -1), base + nx, x + lengths[0]
+                elif part == 2:
+                    a, b, base, fx = max(i0, nx), i1, base - nx, x - lengths[0]
+                if a > b:
+                    continue
+                for e in range(start[base + a], start[base + b + 1]):
                     ex, ey, ez = bx[e] - fx, by[e] - fy, bz[e] - z
                     if around:
                         ex = wrapped(ex - half * dx, lengths[0]) + half * dx
