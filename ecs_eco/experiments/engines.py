@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
-from ecs_eco.experiments.pool import Pool
 
 if TYPE_CHECKING:
     from ecs_eco.config import WorldConfig
@@ -48,6 +47,8 @@ def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") 
         from ecs_eco.experiments.ray_executor import RayExecutor
 
         return RayExecutor(workers)
+    from ecs_eco.experiments.pool import Pool  # processes: not for a run of one's own
+
     return Pool(workers or WORKERS)
 
 
@@ -107,6 +108,8 @@ def completed(
     pool: Executor, fn: Callable[..., Result], jobs: Mapping[Key, Sequence[Any]]
 ) -> Iterator[tuple[Key, Future[Result]]]:
     """Call `fn` with the arguments of each job; yield keys with their futures as these are done."""
+    from ecs_eco.experiments.pool import Pool
+
     if isinstance(pool, Pool):
         yield from pool.completed(fn, jobs)
         return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -71,14 +71,17 @@ class Spread(System):
         how = (np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach, world.space.torus,
                *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
                world.space.lengths, uid)
-        sprouts = (sprouting(world, taken, how, room_for) if world.workers.parallel
-                   else _sprouting(0, taken.size, taken, how, room_for))
-        n = room(table, world, sprouts[0].size)
+        found = room_for[-1]
+        world.split(sprout, found.size, taken, *how, *room_for, work=taken.size // 3)
+        sprouts, parts = room_for, found.nonzero()[0]
+        if parts.size > 1 or (parts.size and parts[0] > 0):
+            sprouts = listed(room_for, found, parts)
+        n = room(table, world, sprouts[0].size if sprouts is not room_for else int(found[0]))
         if n == 0:
             return
-        if n < sprouts[0].size:
-            sprouts = [column[:n] for column in sprouts]
-        site, parent, parents, x, y = sprouts
+        # copies: the next tick writes there again
+        site, parent, parents, x, y = (sprouts[0][:n].copy(), sprouts[1][:n].copy(), sprouts[2][:n].copy(),
+                                       sprouts[3][:n].copy(), sprouts[4][:n].copy())
         nx, z = taken.shape[1], np.zeros(n, np.float32)
         if world.terrain is not None:
             x, y = world.terrain.within_sites(x, y, *(((cells + 0.5) / inverse[axis]).astype(np.float32)
@@ -109,9 +112,10 @@ class Spread(System):
             inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
             reach = max(1, round((way.dispersal or way.spacing) / way.spacing))
             taken = table.species.sites = np.empty((ny, nx), np.int64)
+            room_for = [np.empty(taken.size, kind) for kind in SPROUT]
             known = self._grounds[table.name] = (
                 given, Sites(taken), inverse, 0 if way.place == "anywhere" else reach,
-                [np.empty(taken.size, kind) for kind in SPROUT])
+                [*room_for, np.empty(-(-taken.size // SITES), np.int64)])
         return known[1:]
 
 
@@ -139,25 +143,10 @@ class Sites:
         return self.rows
 
 
-def sprouting(world: SpatialWorld, taken: np.ndarray, how: tuple[Any, ...],
-              room_for: list[np.ndarray]) -> list[np.ndarray]:
-    """Return what `sprout` lists of all sites, arrays [k]: every thread has sites of its own."""
-    parts: list[list[np.ndarray]] = [[]] * world.threads
-    edges = [taken.size * k // len(parts) for k in range(len(parts) + 1)]
-
-    def look(k: int) -> None:
-        first, last = edges[k], edges[k + 1]
-        parts[k] = _sprouting(first, last, taken, how, [column[first:last] for column in room_for])
-
-    world.together(*(partial(look, k) for k in range(len(parts))))
-    return list(map(np.concatenate, zip(*parts, strict=True)))
-
-
-def _sprouting(first: int, last: int, taken: np.ndarray, how: tuple[Any, ...],
-               room_for: list[np.ndarray]) -> list[np.ndarray]:
-    n, (site, parent, parents, x, y) = sprout(first, last, taken, *how, *room_for), room_for
-    # copies: the next tick writes there again
-    return [site[:n].copy(), parent[:n].copy(), parents[:n].copy(), x[:n].copy(), y[:n].copy()]
+def listed(columns: list[np.ndarray], found: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
+    """Return what `sprout` has listed, of those blocks from which on it has found something."""
+    return [np.concatenate([column[b * SITES : b * SITES + found[b]] for b in parts])
+            for column in columns[:-1]]
 
 
 def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
@@ -217,15 +206,17 @@ def stands(alive, x, y, now, gone, born, uids, anew, inverse, taken, site):
 
 @njit
 def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile,
-           inverse, vigour, key, salt, lengths, uid, site, parent, parents, xs, ys):
-    """List those of the sites first … last − 1 that are free and on which a seed sprouts, row and uid of its
-    parent (−1 and 0: seed rain), and where on the site; return how many. `uid` are those of rows, empty where
-    sites hold uids; `fertile` f32[ny, nx] multiplies both rates, a map of one cell is 1 everywhere."""
-    (ny, nx), flat, n, luck = taken.shape, taken.reshape(-1), 0, np.empty(SITES, np.float32)
+           inverse, vigour, key, salt, lengths, uid, site, parent, parents, xs, ys, found):
+    """List those of the blocks of SITES sites first … last − 1 that are free and on which a seed sprouts, row
+    and uid of its parent (−1 and 0: seed rain), and where on the site: from the place of the first site on,
+    and in `found`, at the first block, how many. `uid` are those of rows, empty where sites hold uids;
+    `fertile` f32[ny, nx] multiplies both rates, a map of one cell is 1 everywhere."""
+    (ny, nx), flat, luck, n = taken.shape, taken.reshape(-1), np.empty(SITES, np.float32), first * SITES
     rate, rain, near = everywhere, rain_everywhere, np.empty(SITES, np.int64)
     most = rate + rain if fertile.size <= 1 else np.float32(np.inf)
-    for begin in range(first, last, SITES):
-        size = min(SITES, last - begin)
+    for block in range(first, last):
+        begin, found[block] = block * SITES, 0
+        size = min(SITES, flat.size - begin)
         for k in range(lucky(begin, size, flat, key, random.SPREAD + salt, most, luck, near)):
             s, u = begin + near[k], luck[k]
             j, i = s // nx, s % nx
@@ -260,7 +251,8 @@ def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground
             xs[n] = on_site(i, draw(key, s, random.SPREAD + salt + (3 << 8)), inverse[0], lengths[0])
             ys[n] = on_site(j, draw(key, s, random.SPREAD + salt + (4 << 8)), inverse[1], lengths[1])
             n += 1
-    return n
+    if last > first:
+        found[first] = n - first * SITES
 
 
 @njit

@@ -6,7 +6,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
 from ecs_eco.space.world import SpatialWorld
 from ecs_eco.systems import Spread
-from ecs_eco.systems.spread import EVERYWHERE, Sites, sprout
+from ecs_eco.systems.spread import EVERYWHERE, Sites, listed, sprout
 from ecs_eco.testing import act, arrange
 
 WAY = {"kind": "spread", "rate": 0.5, "seed_rain": 0.0, "spacing": 2.0}
@@ -39,23 +39,27 @@ def _slow(taken, rate, rain, reach, torus, key, vigour=None):
 
 @pytest.mark.parametrize("reach", [0, 1, 3])
 @pytest.mark.parametrize("torus", [True, False])
-@pytest.mark.parametrize("vigour", [np.zeros(0, np.float32), np.linspace(0, 1, 108, dtype=np.float32)],
+@pytest.mark.parametrize("vigour", [np.zeros(0, np.float32), np.linspace(0, 1, 810, dtype=np.float32)],
                          ids=["even", "uneven"])
 def test_the_kernel_is_its_slow_twin(reach, torus, vigour):
     rng = np.random.default_rng(1)
-    taken = np.where(rng.random((9, 12)) < 0.4, rng.permutation(108).reshape(9, 12), -1)
-    site, parent, parents = np.empty(108, np.int64), np.empty(108, np.int64), np.empty(108, np.uint64)
-    uid = np.arange(500, 608, dtype=np.uint64)
+    taken = np.where(rng.random((27, 30)) < 0.4, rng.permutation(810).reshape(27, 30), -1)
+    site, parent, parents = np.empty(810, np.int64), np.empty(810, np.int64), np.empty(810, np.uint64)
+    uid, found = np.arange(500, 1310, dtype=np.uint64), np.empty(4, np.int64)
     key = random.tick_key(3, 4)
     scale = np.array([1, 1], np.float32)
-    n = sprout(0, 108, taken, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, EVERYWHERE, scale,
-               vigour, key, 0, np.array([12, 9, 0], np.float32), uid, site, parent, parents,
-               *np.empty((2, 108), np.float32))
+    room_for = site, parent, parents, *np.empty((2, 810), np.float32), found
+    for first, last in ((3, 4), (0, 1), (1, 3)):  # blocks, in any order
+        sprout(first, last, taken, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, EVERYWHERE, scale,
+               vigour, key, 0, np.array([30, 27, 0], np.float32), uid, *room_for)
+    assert found[2] == 0  # it was no first block
+    site, parent, parents, _, _ = listed(room_for, found, found.nonzero()[0])
+    n = site.size
     assert parents[:n].tolist() == [0 if row < 0 else 500 + row for row in parent[:n].tolist()]
     assert list(zip(site[:n].tolist(), parent[:n].tolist(), strict=True)) == _slow(
         taken, np.float32(0.6), np.float32(0.2), reach, torus, key, vigour if vigour.size else None
     )
-    assert n > 10
+    assert n > 100
 
 
 def _grow(world):

@@ -194,13 +194,17 @@ def test_threads_are_used_when_they_are_tested(menagerie, threads):
     used = set()
     with all_threads():
         world = World.from_config(menagerie(), policies="untrained", threads=threads)
-        take_turns = world.workers._take_turns
+        take_turns, divide = world.workers._take_turns, world.workers.team.run
 
         def watched(first, others):
             used.add(getattr(getattr(first, "func", first), "__name__", ""))
             return take_turns(first, others)
 
-        world.workers._take_turns = watched
+        def in_parts(kernel, *arguments):
+            used.add(kernel.__name__)
+            return divide(kernel, *arguments)
+
+        world.workers._take_turns, world.workers.team.run = watched, in_parts
         world.run(1)
-    # the last two: of what is done together, senses and fields
-    assert {"move", "burn", "seek_food", "grow", "push_apart", "read", "spread"} <= used
+    # the last: of what is done together, fields
+    assert {"move", "burn", "seek_food", "grow", "push_apart", "see", "infer", "spread"} <= used
