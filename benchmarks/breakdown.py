@@ -1,6 +1,6 @@
 """Where the time of a tick goes: nanoseconds per animal of each system, with one and with two threads.
 
-    python benchmarks/breakdown.py [--sizes 30000 100000]
+    python benchmarks/breakdown.py [--sizes 10000 30000 100000]
 """
 
 import argparse
@@ -109,7 +109,7 @@ def handing_over(repeats: int = 2000) -> str:
 def main() -> None:
     """Profile each size with one and two threads in turn."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("--sizes", type=int, nargs="+", default=[30_000, 100_000])
+    parser.add_argument("--sizes", type=int, nargs="+", default=[10_000, 30_000, 100_000])
     columns: dict[str, dict[str, float]] = {}
     for animals in parser.parse_args().sizes:
         for threads in (1, 2):
