@@ -35,6 +35,7 @@ animals, threads, learn, ticks = json.loads(sys.argv[1])
 world = World.from_config(_bench.savanna(animals), seed=1, policies="untrained", threads=threads,
                           training=True, learn=learn)
 world.run(65 if learn else 15)
+print("ready", flush=True)
 for asked in sys.stdin:
     wall, own = time.perf_counter(), time.process_time()
     world.run(ticks)
@@ -83,8 +84,11 @@ NOTES = {
 
 def start(place: Path, asked: list[Any]) -> subprocess.Popen[str]:
     """Return a process with the package of a place, and its world."""
-    return subprocess.Popen([sys.executable, "-c", WORLD, json.dumps(asked)], cwd=place, text=True,
+    made = subprocess.Popen([sys.executable, "-c", WORLD, json.dumps(asked)], cwd=place, text=True,
                             env=environment(place), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    assert made.stdout is not None
+    made.stdout.readline()  # what it does until it is ready, it does alone
+    return made
 
 
 def turn(process: subprocess.Popen[str], last: bool) -> list[Any]:

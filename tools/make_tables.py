@@ -120,7 +120,7 @@ def goal_row(goal: dict[str, Any], before: float | None, now: float, gain: float
 GOALS = """## What was aimed at
 
 From `benchmarks/goals.toml`. Before and now are from the same run on the same machine. Aims were set by \
-figures of a faster one, so each is also held against the gain that it asked for: the aim by the figure when \
+figures of another one, so each is also held against the gain that it asked for: the aim by the figure when \
 it was set, of a range the end that is farther from the aim. The machine is named below with each table, and \
 its load: other work on it makes all of them longer, the first start, which takes both cores, up to three \
 times; where two commits took turns, now / before is the median of turns. \

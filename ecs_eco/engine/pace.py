@@ -7,7 +7,7 @@ from collections import deque
 
 SAMPLES = 5  # ticks of which the median counts
 WARM = 0.3  # [s] after a change of way that do not count: who slept is slow at first
-AGAIN, RARELY = 32, 128  # times what a try took passes before the next one: at first, and in the end
+AGAIN, RARELY = 8, 128  # times what a try took passes before the next one: at first, and in the end
 SLOWER = 1.2  # times as long as when the way was chosen: the other one is tried sooner
 SOON = 4  # times what a try took passes before that
 

@@ -34,7 +34,7 @@ def test_a_tick_goes_the_way_that_took_less_time_and_the_other_is_tried_again(di
     waits = tick * (begins[1 : len(ends) + 1] - ends[: len(begins) - 1]) * min(divided, alone)
     cost = tick * max(divided, alone) * lengths[: len(waits)]
     assert (waits >= AGAIN * cost * 0.9).all()
-    assert (waits[3:] >= RARELY * cost[3:] * 0.9).all()
+    assert (waits[5:] >= RARELY * cost[5:] * 0.9).all()
     assert len(begins) >= 6
 
 
