@@ -77,9 +77,11 @@ def _lay_out(typing: Any, of: Any, room: Any, arguments: Any) -> Any:
         inside = ir.IRBuilder(part.append_basic_block())
         held = inside.load(inside.bitcast(part.args[2], kind.as_pointer()))
         about = compiled.fndesc
-        status, _ = context.call_conv.call_function(
+        status, value = context.call_conv.call_function(
             inside, context.declare_function(builder.module, about), about.restype, about.argtypes,
             [*part.args[:2], *_unpacked(inside, held, len(arguments.types))])
+        if context.enable_nrt:  # nobody wants what it returns
+            context.nrt.decref(inside, about.restype, value)
         inside.ret(inside.zext(status.is_error, _I64))
         place = context.make_array(signature.args[1])(context, builder, given[1]).data
         builder.store(given[2], builder.bitcast(place, kind.as_pointer()))
@@ -160,8 +162,9 @@ def divided(one: Any) -> Any:
 
 
 def can_be_divided(one: Any) -> bool:
-    """Whether this is a kernel of ours, and kernels are compiled."""
-    return isinstance(one, Kernel) and not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
+    """Whether this is a kernel of ours that is given all its arguments, and kernels are compiled."""
+    return (isinstance(one, Kernel) and not one.py_func.__defaults__
+            and not numba.config.DISABLE_JIT)  # type: ignore[attr-defined]
 
 
 def record_of_a_team() -> np.ndarray:

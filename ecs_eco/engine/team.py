@@ -29,17 +29,26 @@ class Team:
         whole = divided(kernel)
         for helper in self.helpers:
             helper.wake()
-        interrupted = None
-        done = whole(self.record, self.room, self._address, first, last, k, looks_of(AWAKE), *arguments)
-        while not done:
-            try:
-                time.sleep(NAP)
-                done = alone(self.record, 1)
-            except KeyboardInterrupt as error:  # others may still be at work on these arrays
-                interrupted = error
+        done = False
+        try:
+            done = whole(self.record, self.room, self._address, first, last, k, looks_of(AWAKE), *arguments)
+        finally:
+            if not done:
+                self._wait()
         if self.record[parts.FAILED]:
             self.record[parts.FAILED] = 0
             raise RuntimeError(f"kernel {kernel.__name__}: it failed in one of {k} parts; run the world with "
                                "one thread to see how")
+
+    def _wait(self) -> None:
+        """Wait until no helper is at work on a kernel's arrays, whatever happens meanwhile."""
+        interrupted = None
+        while True:
+            try:
+                while not alone(self.record, 1):
+                    time.sleep(NAP)
+                break
+            except KeyboardInterrupt as error:
+                interrupted = error
         if interrupted is not None:
             raise interrupted

@@ -9,6 +9,7 @@ import time
 import numba
 import numpy as np
 import pytest
+from numba.core.runtime import _nrt_python, rtsys
 
 from ecs_eco.engine import helpers, parts, team, workers
 from ecs_eco.engine.jit import njit
@@ -101,6 +102,54 @@ def test_what_is_no_kernel_of_ours_is_divided_too(threads):
         times = np.zeros(100)
         threads.split(function, 100, times, np.ones(1, np.float32), 0.0, False, (0, 0.0))
         assert (times == 1).all()
+
+
+def test_what_a_kernel_returns_is_let_go(threads):
+    @njit
+    def copied(first, last, out):
+        out[first:last] += 1
+        return out[first:last].copy()
+
+    out = np.zeros(1000)
+    threads.split(copied, 1000, out)
+    _nrt_python.memsys_enable_stats()
+    before = rtsys.get_allocation_stats()
+    for _ in range(99):
+        threads.split(copied, 1000, out)
+    after = rtsys.get_allocation_stats()
+    _nrt_python.memsys_disable_stats()
+    assert (out == 100).all()
+    assert after.alloc - before.alloc == after.free - before.free > 100
+
+
+def test_arguments_may_have_defaults(threads):
+    @njit
+    def raised(first, last, out, by=2):
+        out[first:last] += by
+
+    out = np.zeros(100)
+    threads.split(raised, 100, out)
+    assert (out == 2).all()
+
+
+def test_after_an_interruption_nobody_is_at_work(threads, monkeypatch):
+    """As a second Ctrl-C would, while this thread waits for one who is late."""
+    record, naps = threads.team.record, []
+
+    def nap(seconds):
+        naps.append(seconds)
+        if len(naps) == 1:
+            raise KeyboardInterrupt
+        record[parts.INSIDE] = 0
+
+    monkeypatch.setattr(team.time, "sleep", nap)
+    times = np.zeros(100)
+    threads.split(count, 100, times, np.ones(1, np.float32), 0.0, False, (0, 0.0))
+    record[parts.INSIDE] = 1  # one who never leaves
+    with pytest.raises(KeyboardInterrupt):
+        threads.team._wait()
+    assert len(naps) == 2
+    assert record[parts.INSIDE] == 0
 
 
 def test_a_helper_that_is_late_is_waited_for(threads, monkeypatch):
