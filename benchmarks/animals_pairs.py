@@ -3,7 +3,8 @@
     python benchmarks/animals_pairs.py --before COMMIT [--rows 10000:2:1:0 …] [--turns 60]
 
 Both processes hold the same world and let a few ticks pass while the other waits, as often as `--turns` says.
-With this commit as the other, and `10000:2:1:0` for rows, they show what a second thread gains.
+With this commit as the other, and `10000:2:1:0` for rows, they show what a second thread gains; with
+`--beside 1`, what it loses where the second core has other work.
 The ratio is that of this commit's time of the processor to the other's, turn by turn: median and quartiles;
 with several threads that of the wall clock. `quiet` is the ratio of the means of the least tenth of turns,
 which other work disturbed least. Times are per animal, for where digests are others the worlds go different
@@ -16,6 +17,8 @@ import statistics
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +89,18 @@ NOTES = {
 }
 
 
+@contextmanager
+def beside(processes: int) -> Iterator[None]:
+    """Within, so many processes take a core each."""
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(processes)]
+    try:
+        yield
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+
+
 def start(place: Path, asked: list[Any]) -> subprocess.Popen[str]:
     """Return a process with the package of a place, and its world."""
     made = subprocess.Popen([sys.executable, "-c", WORLD, json.dumps(asked)], cwd=place, text=True,
@@ -140,6 +155,7 @@ def main() -> None:
                                  "100000:2:2:0"])
     parser.add_argument("--folder", type=Path, help="a checkout of that commit, whose kernels are compiled")
     parser.add_argument("--turns", type=int, default=60)
+    parser.add_argument("--beside", type=int, default=0, help="processes that each take a core meanwhile")
     parser.add_argument("--name", default="animals_pairs", help="of the result")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -150,10 +166,12 @@ def main() -> None:
             files = subprocess.run(["git", "archive", given.before], cwd=ROOT, capture_output=True,
                                    check=True).stdout
             subprocess.run(["tar", "x", "-C", folder], input=files, check=True)
-        for row in given.rows:
-            animals, threads, others, learn = map(int, row.split(":"))
+        for words in given.rows:
+            animals, threads, others, learn = map(int, words.split(":"))
             turns = max(4, given.turns // 8) if learn else given.turns
-            rows.append(measure(before, animals, threads, others, bool(learn), turns))
+            with beside(given.beside):
+                row = measure(before, animals, threads, others, bool(learn), turns)
+            rows.append(row | ({"beside": given.beside} if given.beside else {}))
             _bench.save(given.name, "Animals that sense, think and act, beside an earlier commit", rows,
                         {"before": given.before, **NOTES})
 

@@ -15,8 +15,8 @@ BENCHMARKS = ROOT / "benchmarks"
 PAGE, README = ROOT / "docs" / "benchmarks.md", ROOT / "README.md"
 MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
 ORDER = ("animals", "animals_threads", "animals_pairs", "animals_pairs_million", "animals_pairs_threads",
-         "breakdown", "main_job",
-         "main_job_training", "main_job_calls", "animals_learning", "peers", "plants",
+         "animals_pairs_busy", "breakdown", "main_job", "main_job_training",
+         "main_job_calls", "animals_learning", "peers", "plants",
          "memory", "startup", "checkpoints", "checkpoints_cost", "bands", "bands_halo", "bands_model",
          "portable", "sweep_overhead", "sweep_overhead_ray", "firm_ground", "doors", "ppo", "individual_ppo",
          "births", "variable_births", "genomes", "viewer_cost", "viewer_frames", "page",
