@@ -15,8 +15,8 @@ from typing import Any
 import numba
 import numpy as np
 
-from ecs_eco.engine.looks import changes, looks_of
 from ecs_eco.engine.parts import serve
+from ecs_eco.engine.spinning import changes, looks_of
 
 AWAKE = 1e-3  # [s] of looking at a counter before one sleeps
 ASKED, DONE = 10e-6, 2e-6  # [s] from a counter's change to the GIL, for a helper and for who waits for it

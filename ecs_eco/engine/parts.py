@@ -1,4 +1,5 @@
-"""A kernel's range in parts, which the threads of a world take one after the other, all free of the GIL.
+"""A kernel's range in parts, which the threads of a world take one after the other, all free of the GIL:
+fork and join with dynamic scheduling, as OpenMP calls it.
 
 To hand a call over to another thread by way of Python takes 25 µs at best, and 100 where one of the two then
 waits for the GIL: as long as much of the work that a tick divides. So who divides a call puts its arguments,
@@ -22,7 +23,8 @@ from numba.extending import intrinsic
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.kernel import Kernel, kernel
 from ecs_eco.engine.kernel_cache import KernelCache
-from ecs_eco.engine.looks import number, rest
+from ecs_eco.engine.spinning import number, rest
+from ecs_eco.engine.vectors import place
 
 # Places in the record of a team, i64[RECORD]; those that are written by several are 64 bytes from each other
 JOB, NEXT, INSIDE = 0, 8, 16  # the number of the job; the next part to be done; how many helpers are inside
@@ -35,27 +37,23 @@ _PART: Any = ir.FunctionType(_I64, [_I64, _I64, _BYTE])  # first, last, argument
 _unpacked: Any = unpack_tuple  # numba's are not annotated
 
 
-def _place(context: Any, builder: Any, kind: Any, array: Any, at: Any) -> Any:
-    return builder.gep(context.make_array(kind)(context, builder, array).data, [at])
-
-
 def _add(typing: Any, record: Any, at: Any, more: Any) -> Any:
     """Add to record[at] what no other thread does at the same time; what was there before."""
 
     def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        place = _place(context, builder, signature.args[0], *arguments[:2])
-        return builder.atomic_rmw("add", place, arguments[2], "seq_cst")
+        address = place(context, builder, signature.args[0], *arguments[:2])
+        return builder.atomic_rmw("add", address, arguments[2], "seq_cst")
 
     return types.int64(record, types.intp, types.int64), make
 
 
-def _call(typing: Any, code: Any, first: Any, last: Any, place: Any) -> Any:
+def _call(typing: Any, code: Any, first: Any, last: Any, held: Any) -> Any:
     """Call the code at an address for first … last − 1, with arguments that are at another one."""
 
     def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        code, first, last, place = arguments
+        code, first, last, held = arguments
         return builder.call(builder.inttoptr(code, _PART.as_pointer()),
-                            [first, last, builder.inttoptr(place, _BYTE)])
+                            [first, last, builder.inttoptr(held, _BYTE)])
 
     return types.int64(types.int64, types.int64, types.int64, types.int64), make
 
@@ -83,8 +81,8 @@ def _lay_out(typing: Any, of: Any, room: Any, arguments: Any) -> Any:
         if context.enable_nrt:  # nobody wants what it returns
             context.nrt.decref(inside, about.restype, value)
         inside.ret(inside.zext(status.is_error, _I64))
-        place = context.make_array(signature.args[1])(context, builder, given[1]).data
-        builder.store(given[2], builder.bitcast(place, kind.as_pointer()))
+        begin = context.make_array(signature.args[1])(context, builder, given[1]).data
+        builder.store(given[2], builder.bitcast(begin, kind.as_pointer()))
         return builder.ptrtoint(part, _I64)
 
     return types.int64(of, room, arguments), make
@@ -148,7 +146,7 @@ def divided(one: Any) -> Any:
 
     def run(record, room, address, first, last, parts, looks, *arguments):
         record[CODE], record[ARGUMENTS] = lay_out(inner, room, arguments), address
-        record[PARTS], record[FIRST], record[LAST], record[NEXT] = parts, first, last, 0
+        record[PARTS], record[FIRST], record[LAST], record[NEXT], record[FAILED] = parts, first, last, 0, 0
         add(record, JOB, 1)
         take_parts(record)
         add(record, JOB, 1)

@@ -9,8 +9,8 @@ import numpy as np
 
 from ecs_eco.engine import parts
 from ecs_eco.engine.helpers import AWAKE, Helper
-from ecs_eco.engine.looks import looks_of
 from ecs_eco.engine.parts import alone, can_be_divided, divided
+from ecs_eco.engine.spinning import looks_of
 
 NAP = 50e-6  # [s] between looks at who is late: its core has other work
 
@@ -18,11 +18,12 @@ NAP = 50e-6  # [s] between looks at who is late: its core has other work
 class Team:
     """Threads that take parts of one kernel at a time, beside the thread that runs it."""
 
+    divides = staticmethod(can_be_divided)
+
     def __init__(self, helpers: int) -> None:
         self.record, self.room = parts.record_of_a_team(), np.zeros(parts.ROOM, np.uint8)
         self._address = self.room.ctypes.data
         self.helpers = [Helper(self.record) for _ in range(helpers)]
-        self.divides = can_be_divided
 
     def run(self, kernel: Any, first: int, last: int, k: int, arguments: tuple[Any, ...]) -> None:
         """Run `kernel(first, last, *arguments)` in k parts; RuntimeError where it failed in one of them."""
@@ -36,7 +37,6 @@ class Team:
             if not done:
                 self._wait()
         if self.record[parts.FAILED]:
-            self.record[parts.FAILED] = 0
             raise RuntimeError(f"kernel {kernel.__name__}: it failed in one of {k} parts; run the world with "
                                "one thread to see how")
 

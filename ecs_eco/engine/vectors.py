@@ -45,7 +45,8 @@ class _Model(models.PrimitiveModel):
         super().__init__(manager, of, _LLVM)  # type: ignore[no-untyped-call]
 
 
-def _place(context: Any, builder: Any, kind: Any, array: Any, at: Any) -> Any:
+def place(context: Any, builder: Any, kind: Any, array: Any, at: Any) -> Any:
+    """Return the address of array[at], as LLVM has it, for an array of one axis; `at` is not checked."""
     return builder.gep(context.make_array(kind)(context, builder, array).data, [at])
 
 
@@ -53,8 +54,8 @@ def _load(typing: Any, array: Any, at: Any) -> Any:
     """The numbers array[at] … array[at + 15] of a contiguous f32 array; `at` is not checked."""
 
     def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        place = _place(context, builder, signature.args[0], *arguments)
-        vector = builder.load(builder.bitcast(place, _LLVM.as_pointer()))
+        address = place(context, builder, signature.args[0], *arguments)
+        vector = builder.load(builder.bitcast(address, _LLVM.as_pointer()))
         vector.align = 4
         return vector
 
@@ -65,7 +66,7 @@ def _every(typing: Any, array: Any, at: Any) -> Any:
     """The number array[at] of a contiguous f32 array, 16 times; `at` is not checked."""
 
     def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        number = builder.load(_place(context, builder, signature.args[0], *arguments))
+        number = builder.load(place(context, builder, signature.args[0], *arguments))
         return _repeated(builder, number)
 
     return _vector(array, types.intp), make
@@ -110,8 +111,8 @@ def _store(typing: Any, array: Any, at: Any, vector: Any) -> Any:
     """Write a vector to array[at] … array[at + 15]; `at` is not checked."""
 
     def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        place = _place(context, builder, signature.args[0], *arguments[:2])
-        builder.store(arguments[2], builder.bitcast(place, _LLVM.as_pointer())).align = 4
+        address = place(context, builder, signature.args[0], *arguments[:2])
+        builder.store(arguments[2], builder.bitcast(address, _LLVM.as_pointer())).align = 4
         return context.get_dummy_value()
 
     return types.void(array, types.intp, _vector), make
@@ -123,9 +124,9 @@ def _prefetch(typing: Any, array: Any, at: Any) -> Any:
     def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         whole, byte = ir.IntType(32), ir.IntType(8).as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [byte, whole, whole, whole])
-        place = builder.bitcast(_place(context, builder, signature.args[0], *arguments), byte)
+        address = builder.bitcast(place(context, builder, signature.args[0], *arguments), byte)
         how = [ir.Constant(whole, 0), ir.Constant(whole, 3), ir.Constant(whole, 1)]
-        builder.call(_insert(builder.module, kind, "llvm.prefetch.p0i8"), [place, *how])
+        builder.call(_insert(builder.module, kind, "llvm.prefetch.p0i8"), [address, *how])
         return context.get_dummy_value()
 
     return types.void(array, types.intp), make

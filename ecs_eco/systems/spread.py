@@ -73,10 +73,11 @@ class Spread(System):
                world.space.lengths, uid)
         found = room_for[-1]
         world.split(sprout, found.size, taken, *how, *room_for, work=taken.size // 3)
-        sprouts, parts = room_for, found.nonzero()[0]
-        if parts.size > 1 or (parts.size and parts[0] > 0):
+        sprouts, n, parts = room_for, int(found[0]), found.nonzero()[0]
+        if parts.size > 1 or (parts.size and parts[0] > 0):  # several threads listed them
             sprouts = listed(room_for, found, parts)
-        n = room(table, world, sprouts[0].size if sprouts is not room_for else int(found[0]))
+            n = sprouts[0].size
+        n = room(table, world, n)
         if n == 0:
             return
         # copies: the next tick writes there again

@@ -6,7 +6,7 @@ import pytest
 from ecs_eco import World
 from ecs_eco.engine import workers
 from ecs_eco.engine.pace import AGAIN, RARELY, SAMPLES, SOON, WARM, Pace
-from ecs_eco.engine.workers import Workers
+from ecs_eco.engine.workers import IDLE, Workers
 
 
 def ways_of(pace, ticks, seconds):
@@ -104,6 +104,15 @@ def test_ticks_without_work_to_divide_are_not_measured(monkeypatch):
     world = World(threads=2)
     world.run(3)
     assert not world.workers.pace.passed
+
+
+def test_after_a_tick_with_nothing_to_divide_some_go_without_asking(monkeypatch):
+    monkeypatch.setattr(workers, "PARALLEL_FROM", 10)
+    both, asked = Workers(2), []
+    for _ in range(2 * IDLE + 2):
+        both.tick(lambda: asked.append(both.parallel), lambda: 5)
+    both.end()
+    assert asked == [True, *[False] * IDLE] * 2
 
 
 def test_the_way_changes_no_result(monkeypatch):

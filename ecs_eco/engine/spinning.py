@@ -1,4 +1,4 @@
-"""To look at a number in memory that another thread changes, again and again, free of the GIL."""
+"""Busy waiting, free of the GIL: to look at a number in memory, which another thread changes, until it does."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from numba.core.cgutils import get_or_insert_function
 from numba.extending import intrinsic
 
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.vectors import place
 
 X86 = platform.machine().lower() in ("x86_64", "amd64", "i386", "i686")
 _insert: Any = get_or_insert_function  # numba's are not annotated
@@ -23,8 +24,7 @@ def _number(typing: Any, numbers: Any, at: Any) -> Any:
     """The number numbers[at] of an array i64[n], as it is now."""
 
     def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array = context.make_array(signature.args[0])(context, builder, arguments[0])
-        return builder.load_atomic(builder.gep(array.data, [arguments[1]]), "seq_cst", 8)
+        return builder.load_atomic(place(context, builder, signature.args[0], *arguments), "seq_cst", 8)
 
     return types.int64(numbers, types.intp), make
 
