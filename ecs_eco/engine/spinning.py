@@ -1,4 +1,4 @@
-"""Busy waiting, free of the GIL: to look at a number in memory, which another thread changes, until it does."""
+"""Busy waiting, free of the GIL: to look at a number in memory until another thread has changed it."""
 
 from __future__ import annotations
 
