@@ -1,7 +1,7 @@
 """Another commit beside this one: the same results, and at what speed?
 
     python benchmarks/before_after.py digests --before COMMIT
-    python benchmarks/before_after.py times --before COMMIT [--sets 8]
+    python benchmarks/before_after.py times --before COMMIT [--sets 8] [--worlds NAME …]
     python benchmarks/before_after.py starts --before COMMIT [--pairs 12] [--firsts 3]
 
 `digests`: ten runs of 500 ticks, of all shipped worlds, with learning on and off, brains shared and
@@ -44,7 +44,8 @@ WORLDS: dict[str, tuple[str, dict[str, Any], int]] = {  # world, changes, ticks 
     "predator-prey, 10,000 animals": ("predator-prey", {
         "space.size": [640.0, 640.0], "species.grass.count": 25_000, "species.deer.count": 9000,
         "species.wolf.count": 1000}, 12),
-    "reflexes": ("reflexes", {}, 40),
+    **{name: (name, {}, 40) for name in ("reflexes", "happiness", "innate", "island", "diel-migration",
+                                         "learning-krill", "lamb")},
 }  # fmt: skip
 
 DIGEST = """
@@ -131,10 +132,12 @@ def digests(before: Path) -> dict[str, Any]:
     return {"cases": cases, "equal": sum(case["equal"] for case in cases)}
 
 
-def times(before: Path, sets: int) -> dict[str, Any]:
-    """Return for each world the ratio of this commit's seconds to the other's, and that of the control."""
+def times(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
+    """Return for each of these worlds the ratio of the two commits' seconds, now to before, and the
+    control's."""
     results = {}
-    for name, (world, changes, ticks) in WORLDS.items():
+    for name in worlds:
+        world, changes, ticks = WORLDS[name]
         for one, turn_ticks in ((False, ticks), (True, ticks // 4)):
             took: list[list[list[float]]] = []  # by set, turn and process
             for _ in range(sets):
@@ -253,6 +256,7 @@ def main() -> int:
     parser.add_argument("--pairs", type=int, default=12, help="of starts")
     parser.add_argument("--firsts", type=int, default=3, help="pairs of first starts")
     parser.add_argument("--sets", type=int, default=8, help="of processes whose turns are timed")
+    parser.add_argument("--worlds", nargs="+", choices=list(WORLDS), default=list(WORLDS), metavar="NAME")
     given = parser.parse_args()
     git = {name: subprocess.run(["git", "rev-parse", "--short", name], cwd=ROOT, capture_output=True,
                                 text=True, check=True).stdout.strip()
@@ -263,7 +267,7 @@ def main() -> int:
         subprocess.run(["tar", "x", "-C", folder], input=files, check=True)
         place = Path(folder)
         result = (digests(place) if given.what == "digests"
-                  else times(place, given.sets) if given.what == "times"
+                  else times(place, given.sets, given.worlds) if given.what == "times"
                   else starts(place, given.pairs, given.firsts))
     record = {"before": git[given.before], "after": git["HEAD"], "load": os.getloadavg()[0], **result}
     (RESULTS / f"before_after_{given.what}.json").write_text(json.dumps(record, indent=1) + "\n",
