@@ -32,7 +32,7 @@ def run() -> Series:
 def test_populations_give_the_numerous_species_its_own_axis(run: Series) -> None:
     left, right = figures.populations(run).axes
     assert [line.get_label() for line in right.get_lines()] == ["grass"]
-    assert list(left.get_lines()[-1].get_xdata()) == [1001]  # the cross where the wolves end
+    assert list(left.get_lines()[-1].get_xdata()) == [1000]  # the cross where the wolves end
     assert right.get_ylim()[0] == 0
 
 
