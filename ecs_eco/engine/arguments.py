@@ -6,6 +6,7 @@ import operator
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from ecs_eco.engine.code import takes
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 SEEDS = 2**63  # as in a world file
@@ -45,6 +46,15 @@ def positive(name: str, value: Any, unit: str) -> float:
     if not (number > 0 and math.isfinite(number)):
         raise ValueError(f"{name} is {value!r}; allowed is a finite number of {unit} above 0")
     return number
+
+
+def called_with(name: str, value: Any, *arguments: str) -> None:
+    """Raise TypeError for anything but None and a function that can be called with these arguments."""
+    wanted = f"a function that is called with {' and '.join(arguments)}, or None"
+    if value is not None and not callable(value):
+        raise TypeError(f"{name} is {value!r}; allowed is {wanted}")
+    if value is not None and (fault := takes(value, len(arguments))):
+        raise TypeError(f"{name} is {value!r}, which {fault}; allowed is {wanted}")
 
 
 def by_species(name: str, value: Any, species: Iterable[str], kinds: tuple[type, ...], allowed: str) -> Any:
