@@ -1,12 +1,13 @@
 """Arguments from Python, checked like the values of a file: errors give the name,
 the value and what is allowed."""
 
+import inspect
 import math
 import operator
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
 from typing import Any
 
-from ecs_eco.engine.code import takes
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 SEEDS = 2**63  # as in a world file
@@ -46,6 +47,18 @@ def positive(name: str, value: Any, unit: str) -> float:
     if not (number > 0 and math.isfinite(number)):
         raise ValueError(f"{name} is {value!r}; allowed is a finite number of {unit} above 0")
     return number
+
+
+def takes(function: Callable[..., Any], n: int, given: Mapping[str, Any] = MappingProxyType({})) -> str:
+    """Say why a function cannot be called with `n` arguments and `given` parameters, or ""; it is not called.
+    """
+    try:
+        inspect.signature(function).bind(*[None] * n, **given)
+    except TypeError as error:
+        return f"is to take {n} arguments: {error}"
+    except ValueError:  # it does not say
+        return ""
+    return ""
 
 
 def called_with(name: str, value: Any, *arguments: str) -> None:

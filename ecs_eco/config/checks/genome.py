@@ -14,6 +14,7 @@ from ecs_eco.config.checks.matter import Key
 from ecs_eco.config.checks.nerves import check_sensors
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.names import is_component
 from ecs_eco.config.numbers import with_value
 from ecs_eco.engine.errors import Problem, UnknownName
 from ecs_eco.engine.section import function_name
@@ -69,7 +70,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
 def components_of(config: WorldConfig, species: Species) -> list[Any] | None:
     """The user's own components of the species; None if they may not be loaded, or are invalid."""
     own = [config._code.known(c) for c in species.components]
-    return None if any(c is None for c in own) else own
+    return own if all(map(is_component, own)) else None
 
 
 def _check_connections(config: WorldConfig, name: str) -> Iterator[Problem]:
