@@ -63,7 +63,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
 
         layout = layout_of(section, traits, shapes)
         yield from _check_extremes(config, name, key, section, traits)
-        yield from _check_operators(config, key, section, layout)
+        yield from _check_operators(config, species, key, layout)
         yield from _check_founders(key, section, layout)
 
 
@@ -178,16 +178,16 @@ def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterato
             yield Problem((*key, "genes", i, "trait"), fault, code.gene.trait, allowed)
 
 
-def _check_operators(config: WorldConfig, key: Key, section: GenomeSection,
-                     layout: Layout) -> Iterator[Problem]:
+def _check_operators(config: WorldConfig, species: Species, key: Key, layout: Layout) -> Iterator[Problem]:
+    """Problems of the operators; whether that which crosses fits these genomes matters where it is used."""
     from ecs_eco.genomes.operators import check_entry, taken_apart
 
     for word in ("mate", "mutate"):
-        entry, at = getattr(section, word), (*key, word, "operator")
+        entry, at = getattr(species.genome, word), (*key, word, "operator")
         named = isinstance(entry.operator, str) and ":" not in entry.operator
         try:
             if named:
-                check_entry(word, entry.operator, entry.arguments, layout)
+                check_entry(word, entry.operator, entry.arguments, layout, species.mates or word != "mate")
             elif (own := config._code.known(entry.operator)) is not None:
                 taken_apart(word, partial(own, **entry.arguments))
         except (ValueError, UnknownName) as error:
