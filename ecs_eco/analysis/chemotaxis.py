@@ -56,7 +56,7 @@ def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: 
         return None
     tick, uid, *columns = (np.concatenate(column) for column in zip(*blocks, strict=True))
     order = np.lexsort((tick, uid))
-    order = order[tick[order] >= int(series.ticks[-1]) - most]
+    order = order[tick[order] > int(series.ticks[-1]) - most]
     before, after = order[:-1], order[1:]
     # places are those of the end of a tick
     both = (uid[before] == uid[after]) & (tick[after] - tick[before] == 1)

@@ -190,7 +190,7 @@ def extinction_curve(runs: Sequence[Series], species: str) -> SurvivalCurve:
 
 def _lifetimes(runs: Sequence[Series], species: str) -> tuple[list[float], list[bool]]:
     gone = [run.extinct[run.index(species)] for run in runs]
-    lived = [float((run.ticks[-1] if np.isnan(t) else t) - run.ticks[0])
+    lived = [float(run.length if np.isnan(t) else t - run.ticks[0])
              for run, t in zip(runs, gone, strict=True)]
     return lived, [not np.isnan(t) for t in gone]
 
@@ -200,7 +200,7 @@ def _arm(
 ) -> dict[str, Any]:
     n, kept = len(runs), sum(run.persisted for run in runs)
     names = runs[0].species
-    last = min(int(run.ticks[-1] - run.ticks[0]) for run in runs)
+    last = min(run.length for run in runs)
     usable = [c for c in cycles if c.enough]
     pairs = [f"{a}→{b}" for i, a in enumerate(names) for b in names[i + 1 :]]
     return {

@@ -46,7 +46,7 @@ def recorded_tracks(run: Path | str, prey: str, predator: str, within: float = 1
     """Return tracks of prey in the last `most` ticks of a run with details of prey and predators;
     None if they never met."""
     series = load_series(run)
-    first = int(series.ticks[-1]) - most
+    first = int(series.ticks[-1]) - most + 1
     mine, other = (_places(run, name, first) for name in (prey, predator))
     space = Box.of(series)
     nobody = (np.zeros(0, np.uint64), np.zeros((0, 3)))

@@ -61,10 +61,9 @@ def lifetime(series: Series) -> tuple[float, bool]:
     """Ticks from the start to the first extinction of any species and True;
     to the end of the run and False where there was none."""
     gone = series.extinct[series.present]
-    if not len(series.ticks):
-        return 0.0, False
-    end = float(series.ticks[-1]) if np.isnan(gone).all() else float(np.nanmin(gone))
-    return end - float(series.ticks[0]), not np.isnan(gone).all()
+    if np.isnan(gone).all():
+        return float(series.length), False
+    return float(np.nanmin(gone) - series.ticks[0]), True
 
 
 def opening(series: Series) -> list[str]:
@@ -73,7 +72,7 @@ def opening(series: Series) -> list[str]:
     lived = [s for s, here in zip(series.species, series.present, strict=True) if here]
     if not lived:
         return ["No species had a living member at the end of any tick."]
-    lost, end = declines(series), f"tick {series.ticks[-1]:,.0f}"
+    lost, end = declines(series), f"tick {series.ticks[-1] + 1:,.0f}"
     kept = [s for s in lived if s not in {d.species for d in lost}]
     if not lost:
         first = (f"All {len(lived)} species persisted to {end}."

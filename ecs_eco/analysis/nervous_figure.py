@@ -31,7 +31,7 @@ from ecs_eco.analysis.nervous_pen import (
     look,
     minus,
 )
-from ecs_eco.analysis.style import as_delivered, svg_of
+from ecs_eco.analysis.style import as_delivered, empty, svg_of
 from ecs_eco.analysis.svg import themed
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine import files
@@ -102,13 +102,9 @@ def _checked(values: Mapping[str, Any], d: Diagram) -> dict[str, np.ndarray]:
 
 def _figure(drawings: list[_Drawing]) -> Figure:
     """Drawings below each other, each on axes of its own size."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     with as_delivered({"text.parse_math": False}):
         wide, high = max(x.at.width for x in drawings), sum(x.at.height for x in drawings)
-        figure = Figure(figsize=(wide, high))
-        FigureCanvasAgg(figure)
+        figure = empty(wide, high)
         bottom = high
         for drawing in drawings:
             bottom -= drawing.at.height

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,9 +28,7 @@ def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) ->
     series = replace(series, manifest={"colors": colours, "dt": world.dt, "intervened": world.intervened})
     if column not in series.columns:
         raise KeyError(unknown_name("the series", "column", column, [*series.columns]))
-    figure: Any = populations(series) if column == "n" else over_time(series, column)
-    figure._repr_png_ = lambda: _png(figure)  # matplotlib's own needs pyplot, and with it a state
-    return figure
+    return populations(series) if column == "n" else over_time(series, column)
 
 
 @styled
@@ -49,9 +46,3 @@ def over_time(series: Series, column: str) -> Figure:
     ax.margins(x=0)
     mark(ax, interventions(series))
     return figure
-
-
-def _png(figure: Figure) -> bytes:
-    file = BytesIO()
-    figure.savefig(file, format="png", dpi=90, facecolor="white")
-    return file.getvalue()

@@ -45,6 +45,11 @@ class Series:
         return tuple(name for name in self.columns if is_reporter(name))
 
     @property
+    def length(self) -> int:
+        """Ticks from the beginning of the first to the end of the last."""
+        return int(self.ticks[-1] - self.ticks[0]) + 1 if len(self.ticks) else 0
+
+    @property
     def dt(self) -> float:
         """Length of a tick [s]."""
         return float(self.manifest.get("dt", 1.0))

@@ -207,8 +207,8 @@ class Grid:
 
     @property
     def length(self) -> float:
-        """Ticks of the longest run, from its first one."""
-        return max(float(run.ticks[-1] - run.ticks[0]) for row in self.runs for run in row)
+        """Ticks of the longest run."""
+        return float(max(run.length for row in self.runs for run in row))
 
     def table(self, value: Callable[[Series], float]) -> np.ndarray:
         """A value of every run, (training, worlds)."""

@@ -6,8 +6,8 @@ import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import wraps
-from io import StringIO
+from functools import partial, wraps
+from io import BytesIO, StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec
 
@@ -56,13 +56,27 @@ RASTER = 110  # dots an inch of what is no line: relief, and maps of colours
 _bare = False  # whether matplotlib's settings are its defaults, by `as_delivered`
 
 
-def panels(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
-    """An empty figure [inches] with rows × columns of axes."""
+def empty(width: float, height: float, **more: Any) -> Figure:
+    """A figure [inches] without axes, which notebooks show."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure: Any = Figure(figsize=(width, height), **more)
     FigureCanvasAgg(figure)
+    figure._repr_png_ = partial(_png, figure)  # matplotlib's own needs pyplot, and with it a state
+    return figure  # type: ignore[no-any-return]
+
+
+def _png(figure: Figure) -> bytes:
+    file = BytesIO()
+    with as_delivered({"text.parse_math": False}):
+        figure.savefig(file, format="png", dpi=90, facecolor="white")
+    return file.getvalue()
+
+
+def panels(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
+    """An empty figure [inches] with rows × columns of axes, which notebooks show."""
+    figure = empty(width, height, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
 
 

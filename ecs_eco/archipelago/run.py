@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from ecs_eco.archipelago import island
-from ecs_eco.engine.arguments import whole_number
+from ecs_eco.engine.arguments import called_with, whole_number
 from ecs_eco.engine.errors import ConfigError, Problem, RecordingError
 from ecs_eco.experiments.engines import LOCAL, completed, engine, prepare
 from ecs_eco.experiments.pool import Pool
@@ -97,6 +97,7 @@ class Archipelago:
         done again, with the same result. `progress(done, total)` counts ticks of islands. Ctrl-C raises
         Stopped; `run` goes on from the last barrier. Raises RecordingError where `until` lies before that.
         """
+        called_with("progress", progress, "done", "total")
         until = self.manifest["ticks"] if until is None else until
         if until < self.tick:
             raise RecordingError(f"{self.folder}: is at tick {self.tick} already; until {until} lies before "

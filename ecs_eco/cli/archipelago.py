@@ -10,16 +10,18 @@ import typer
 
 from ecs_eco.cli.folders import known_policies, results
 from ecs_eco.cli.terminal import INTERRUPTED, complain, progress, refuse, say
+from ecs_eco.engine import portable
 from ecs_eco.experiments.engines import LOCAL, check_engine
 
 UNIT = "ticks of islands"
 
 
-def command_of(world: str, seed: int, ticks: int, policies: str, changes: list[str],
+def command_of(world: str, config: Any, seed: int, ticks: int, policies: str, changes: list[str],
                learn: bool | None, record: str | None) -> str:
     """Return the command that runs a world so, as its manifest has it."""
-    command = (f"ecs-eco run {shlex.quote(world)} --seed {seed} --ticks {ticks} --policies "
-               f"{shlex.quote(policies)}")
+    command = (f"ecs-eco{portable.option()} run {shlex.quote(world)} --seed {seed} "
+               f"--ticks {ticks} --policies {shlex.quote(policies)}")
+    command += " --trust" if config.code else ""
     command += "".join(f" --set {shlex.quote(change)}" for change in changes)
     command += {None: "", True: " --learn", False: " --no-learn"}[learn] + " --out DIR"
     return command + ("" if record is None else f" --record {record}")
@@ -47,7 +49,7 @@ def run_islands(config: Any, world: str, changes: list[str], ticks: int | None, 
     known_policies(policies, config)
     from ecs_eco.archipelago.run import Archipelago
 
-    command = command_of(world, seed, ticks, policies, changes, learn, record)
+    command = command_of(world, config, seed, ticks, policies, changes, learn, record)
     with results(out, f"{config.name}-{seed}") as claim, progress(config.name, quiet, UNIT) as bar:
         made = Archipelago.from_config(config, seed, ticks, claim, policies, learn, record=record,
                                        command=command)

@@ -15,6 +15,7 @@ from ecs_eco.cli.archipelago import command_of, has_islands, resume_islands, run
 from ecs_eco.cli.folders import known_policies, pages, results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, progress, refuse, say
 from ecs_eco.config import load
+from ecs_eco.engine import portable
 from ecs_eco.experiments.engines import LOCAL, check_engine, engine
 from ecs_eco.record.archipelago import is_archipelago
 
@@ -58,7 +59,7 @@ def run_world(
     ):
         out = claim.path
         try:
-            command = command_of(world, seed, ticks, policies, changes, learn, record)
+            command = command_of(world, config, seed, ticks, policies, changes, learn, record)
             more = _given(prepare=prepare if viewer is None else viewer.open, record=record,
                           checkpoint_every=checkpoint_every, keep=checkpoint_every and keep)
             result = run_to_folder(
@@ -197,7 +198,8 @@ def resume_run(
         more |= _given(prepare=prepare if viewer is None else viewer.open)
         try:
             if claim is not None:
-                command = f"ecs-eco resume {shlex.quote(str(folder))} --out DIR"
+                command = f"ecs-eco{portable.option()} resume {shlex.quote(str(folder))} --out DIR"
+                command += " --trust" if manifest["config"].get("code") else ""
                 command += "" if from_tick is None else f" --from-tick {from_tick}"
                 command += "".join(f" --set {shlex.quote(change)}" for change in changes)
                 result = fork(folder, claim, from_tick, changes, until, bar, command=command, **more)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.cli.terminal import refuse, say
+from ecs_eco.engine import portable
 
 
 def watch_it(
@@ -98,7 +99,8 @@ def _start(source: Any, world: str, changes: list[str], ticks: int | None, learn
     if not isinstance(source, Live):
         return None
     config = source.world.config
-    words = ["run", world, "--seed", str(source.world.seed)]
+    words = [*portable.option().split(), "run", world, "--seed", str(source.world.seed)]
+    words += ["--trust"] if config is not None and config.code else []
     words += [] if ticks is None else ["--ticks", str(ticks)]
     words += [] if learn is None else ["--learn" if learn else "--no-learn"]
     words += [] if policies == "trained" else ["--policies", policies]

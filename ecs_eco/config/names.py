@@ -71,6 +71,11 @@ def _marked(annotation: Any) -> bool:
     return any(_marked(part) for part in get_args(annotation))
 
 
+def is_component(thing: Any) -> bool:
+    """Whether it is a class declared with @ecs_eco.component."""
+    return isinstance(thing, type) and isinstance(getattr(thing, "fields", None), dict)
+
+
 def code_of(config: Any) -> list[str]:
     """The entries of `code`, then the modules of functions that were passed in Python."""
     modules = [function_name(value).partition(":")[0] for key, value in names_in(config)

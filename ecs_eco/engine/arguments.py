@@ -1,9 +1,11 @@
 """Arguments from Python, checked like the values of a file: errors give the name,
 the value and what is allowed."""
 
+import inspect
 import math
 import operator
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
@@ -45,6 +47,27 @@ def positive(name: str, value: Any, unit: str) -> float:
     if not (number > 0 and math.isfinite(number)):
         raise ValueError(f"{name} is {value!r}; allowed is a finite number of {unit} above 0")
     return number
+
+
+def takes(function: Callable[..., Any], n: int, given: Mapping[str, Any] = MappingProxyType({})) -> str:
+    """Say why a function cannot be called with `n` arguments and `given` parameters, or ""; it is not called.
+    """
+    try:
+        inspect.signature(function).bind(*[None] * n, **given)
+    except TypeError as error:
+        return f"is to take {n} arguments: {error}"
+    except ValueError:  # it does not say
+        return ""
+    return ""
+
+
+def called_with(name: str, value: Any, *arguments: str) -> None:
+    """Raise TypeError for anything but None and a function that can be called with these arguments."""
+    wanted = f"a function that is called with {' and '.join(arguments)}, or None"
+    if value is not None and not callable(value):
+        raise TypeError(f"{name} is {value!r}; allowed is {wanted}")
+    if value is not None and (fault := takes(value, len(arguments))):
+        raise TypeError(f"{name} is {value!r}, which {fault}; allowed is {wanted}")
 
 
 def by_species(name: str, value: Any, species: Iterable[str], kinds: tuple[type, ...], allowed: str) -> Any:

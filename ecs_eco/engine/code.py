@@ -14,7 +14,8 @@ import importlib
 import inspect
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import traceback
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -33,7 +34,7 @@ SHIPPED = (
 """All code of this package that data may name without listing it."""
 ENTRY = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
 LARGEST_FILE = 10_000_000  # bytes
-_loaded: dict[tuple[Source, ...], dict[str, ModuleType]] = {}
+_loaded: dict[tuple[Source, ...], dict[str, ModuleType | Exception]] = {}
 
 
 class CodeError(ConfigError):
@@ -123,18 +124,18 @@ class Code:
         if not self.lists(name):
             raise CodeError([self.unlisted((), name)])
         self.require(name)
-        thing = getattr(self._modules[module], attribute)
+        thing = getattr(self._module(module), attribute)
         if ((inspect.isroutine(thing) or inspect.isclass(thing))
             and not self._is_home(module, getattr(thing, "__module__", None))):
             raise AttributeError(f"{module} only imports {attribute}, from {thing.__module__}")
         return thing
 
     def problem(self, key: tuple[str | int, ...], name: Any) -> Problem | None:
-        """The problem with a name; None if it is right, or its code may not run."""
+        """The problem with a name; None if it is right, or its code may not run, or does not (`faults`)."""
         try:
             if isinstance(name, str) and not self.lists(name):
                 return self.unlisted(key, name)
-            if isinstance(name, str) and name not in SHIPPED and not self.allowed:
+            if self._unseen(name):
                 return None
             thing = self.function(name)
         except AttributeError as error:
@@ -146,9 +147,23 @@ class Code:
             return Problem(key, f"{name} is no function", name, "a function or a class")
         return None
 
+    def faults(self) -> list[Problem]:
+        """A problem for each listed text that does not run, where all may."""
+        if not self.allowed:
+            return []
+        return [Problem(("code", i), f"cannot be imported: {type(error).__name__}: {error}{_line(error, s)}",
+                        s.entry, "code that runs")
+                for i, s in enumerate(self.sources)
+                if isinstance(error := self._modules[s.module], Exception)]
+
+    def _unseen(self, name: Any) -> bool:
+        """Whether a name is of a listed text that may not run, or does not."""
+        return (isinstance(name, str) and name not in SHIPPED and self.lists(name) and (
+            not self.allowed or isinstance(self._modules[name.partition(":")[0]], Exception)))
+
     def _missing(self, key: tuple[str | int, ...], name: str, why: str) -> Problem:
         module, _, attribute = name.partition(":")
-        names = vars(self._modules[module])
+        names = vars(self._module(module))
         own = [n for n, f in names.items()
                if callable(f) and n[0] != "_" and self._is_home(module, getattr(f, "__module__", None))]
         fault = why if "only imports" in why else f"{module} has no function {attribute}"
@@ -156,8 +171,8 @@ class Code:
 
     def known(self, name: Any) -> Any:
         """The object that a name stands for; None if the name is wrong, or its code may not run."""
-        hidden = isinstance(name, str) and name not in SHIPPED and not self.allowed
-        return None if hidden or self.problem((), name) is not None else self.function(name)
+        wrong = self._unseen(name) or self.problem((), name) is not None
+        return None if wrong else self.function(name)
 
     def unlisted(self, key: tuple[str | int, ...], name: str) -> Problem:
         """The problem of a name whose module `code` does not list."""
@@ -167,16 +182,24 @@ class Code:
         near = next((n for n in SHIPPED if n.lower() == name.lower()), "") or nearest(module, known)
         return Problem(key, f"names code in {module}, which `code` does not list", name, allowed, near)
 
-    @property
-    def _modules(self) -> dict[str, ModuleType]:
-        if self.sources not in _loaded:
-            _loaded[self.sources] = dict(_load(self.sources))
-        return _loaded[self.sources]
+    @cached_property
+    def _modules(self) -> dict[str, ModuleType | Exception]:
+        """Each module, or why it does not run; those that all run are kept for all worlds."""
+        modules = _loaded.get(self.sources) or dict(_load(self.sources))
+        if not any(isinstance(module, Exception) for module in modules.values()):
+            _loaded[self.sources] = modules
+        return modules
+
+    def _module(self, module: str) -> ModuleType:
+        """The module; raises why it does not run."""
+        if isinstance(loaded := self._modules[module], Exception):
+            raise loaded
+        return loaded
 
     def _is_home(self, module: str, home: str | None) -> bool:
         """Whether a function or class with this `__module__` is the module's own: from its file,
         or its package."""
-        own = self._modules[module].__name__
+        own = self._module(module).__name__
         return (home is None or home == own
                 or (not own.startswith(PRIVATE) and home.partition(".")[0] == own.partition(".")[0]))
 
@@ -267,18 +290,23 @@ def _origin(module: str) -> str | None:
     return origin or ""
 
 
-def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType]]:
-    """Run the texts in their order; a later file may import an earlier one by its name."""
+def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Exception]]:
+    """Run the texts in their order; a later file may import an earlier one by its name. In the place of what
+    does not run is why."""
     digest = hashlib.sha256(" ".join(f"{s.entry} {s.sha256}" for s in sources).encode()).hexdigest()[:16]
-    earlier: dict[str, ModuleType] = {}
+    earlier: dict[str, ModuleType | Exception] = {}
     for source in sources:
-        if source.is_file:
-            earlier[source.module] = _run(source, f"{PRIVATE}{digest}_{source.module}", dict(earlier))
-            yield source.module, earlier[source.module]
-        else:
-            if source.module not in sys.modules:
+        loaded: ModuleType | Exception
+        try:
+            if not source.is_file and source.module not in sys.modules:
                 _require_unchanged(source)
-            yield source.module, importlib.import_module(source.module)
+            loaded = (_run(source, f"{PRIVATE}{digest}_{source.module}", dict(earlier)) if source.is_file
+                      else importlib.import_module(source.module))
+        except Exception as error:
+            loaded = error
+        if source.is_file:
+            earlier[source.module] = loaded
+        yield source.module, loaded
 
 
 def _require_unchanged(source: Source) -> None:
@@ -290,13 +318,21 @@ def _require_unchanged(source: Source) -> None:
         raise CodeError([Problem(("code",), fault, source.entry, HOW)])
 
 
-def _run(source: Source, name: str, earlier: dict[str, ModuleType]) -> ModuleType:
+def _line(error: Exception, source: Source) -> str:
+    """The line of a text where it stopped, "" where its error says so, or where it did not begin."""
+    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == source.path]
+    return f" ({source.entry}, line {lines[-1]})" if lines else ""
+
+
+def _run(source: Source, name: str, earlier: dict[str, ModuleType | Exception]) -> ModuleType:
     """Execute the text that was read, as a module with a private name that no other import finds."""
 
     def find(wanted: str, globals_: Any = None, locals_: Any = None, fromlist: Any = (),
              level: int = 0) -> Any:
         if level == 0 and wanted in earlier:
-            return earlier[wanted]
+            if isinstance(module := earlier[wanted], Exception):
+                raise ImportError(f"{wanted}.py cannot be imported")
+            return module
         return builtins.__import__(wanted, globals_, locals_, fromlist, level)
 
     module = ModuleType(name)
@@ -309,15 +345,3 @@ def _run(source: Source, name: str, earlier: dict[str, ModuleType]) -> ModuleTyp
         del sys.modules[name]
         raise
     return module
-
-
-def takes(function: Callable[..., Any], n: int, given: Mapping[str, Any] = MappingProxyType({})) -> str:
-    """Say why a function cannot be called with `n` arguments and `given` parameters, or ""; it is not called.
-    """
-    try:
-        inspect.signature(function).bind(*[None] * n, **given)
-    except TypeError as error:
-        return f"is to take {n} arguments: {error}"
-    except ValueError:  # it does not say
-        return ""
-    return ""

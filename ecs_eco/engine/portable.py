@@ -45,6 +45,11 @@ def mode() -> str:
     return "portable" if _on else "native"
 
 
+def option() -> str:
+    """Return what a command needs after `ecs-eco` to compute in the mode of this process."""
+    return " --portable" if _on else ""
+
+
 def possible() -> bool:
     """Return whether this machine is an x86-64 one."""
     return platform.machine().lower() in ("x86_64", "amd64")

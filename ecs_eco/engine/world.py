@@ -13,7 +13,7 @@ import esper
 import numpy as np
 
 from ecs_eco.engine import random, turns
-from ecs_eco.engine.arguments import positive, seed_number, whole_number
+from ecs_eco.engine.arguments import called_with, positive, seed_number, whole_number
 from ecs_eco.engine.bands import OneBand
 from ecs_eco.engine.codes import Codes
 from ecs_eco.engine.context import LAST, Context, priority_of, switch_back
@@ -239,6 +239,7 @@ class World:
         UnfinishedTick.
         """
         ticks = whole_number("ticks", ticks)
+        called_with("progress", progress, "done", "ticks")
         self._mine()
         require_whole(self, "run")
         self.admit(refuse=self.debug is None)

@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
+from ecs_eco.engine.arguments import called_with
 from ecs_eco.experiments.arm import arms_of, check_training
 from ecs_eco.experiments.comparison import Comparison, Key, run_jobs
 from ecs_eco.experiments.engines import LOCAL, engine, prepare
@@ -28,7 +29,7 @@ def compare(
     retrain: bool = False,
     executor: str | Executor = LOCAL,
     workers: int | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
     """Run a world as it is and under treatments with the same seeds into a folder, or go on there; return the
     content of its compare.json.
@@ -38,6 +39,7 @@ def compare(
     """
     from ecs_eco.analysis.compare import compare as differences
 
+    called_with("progress", progress, "done", "total")
     arms = arms_of(world, list(changes), treatments)
     check_training(arms, training_seeds, retrain)
     training = None if training_seeds is None else range(1, training_seeds + 1)
@@ -55,7 +57,8 @@ def compare(
         write_plan(folder, comparison.plan)
         prepare(pool, folder, arms[0].config)
         for work, jobs in ((train_or_find, comparison.trainings), (run_arm, comparison.runs)):
-            run_jobs(work, {key: job for key, job in jobs.items() if not job.done}, pool, progress, failed)
+            run_jobs(work, {key: job for key, job in jobs.items() if not job.done}, pool,
+                     progress or (lambda done, total: None), failed)
             if errors:
                 raise errors[0]
         return differences(comparison.folders(), folder, training=comparison.training_seeds_of_runs(),

@@ -15,7 +15,7 @@ import numpy as np
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.loading import changed
-from ecs_eco.engine.arguments import seed_number, whole_number
+from ecs_eco.engine.arguments import called_with, seed_number, whole_number
 from ecs_eco.experiments.training_worlds import TrainingWorlds
 from ecs_eco.worlds.reconfigure import reconfigure
 
@@ -35,6 +35,7 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
     by species (see `ecs_eco.analysis.learning`). `trust` allows the code that the world lists to run in this
     process.
     """
+    called_with("progress", progress, "done", "ticks")
     config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
     ticks = config.training.ticks if ticks is None else whole_number("ticks", ticks, 1)
     seed = config.seed if seed is None else seed_number(seed)

@@ -29,25 +29,25 @@ class Operators:
     With `mutation` off, nothing mutates.
     """
 
-    def __init__(self, toolbox: Toolbox, layout: Layout, chance: float = 1.0) -> None:
+    def __init__(self, toolbox: Toolbox, layout: Layout, chance: float = 1.0, mates: bool = True) -> None:
         if not 0 <= chance <= 1:
             raise ValueError(f"mate: chance = {chance}; allowed are 0 to 1")
         self.toolbox, self.layout, self.chance, self.mutation = toolbox, layout, chance, True
         # mutate, with its chance, low and up for each locus
         self._loci: tuple[Any, np.ndarray, np.ndarray, np.ndarray] | None = None
         self._seen: dict[str, tuple[Any, Callable[..., Any], dict[str, Any]]] = {}
-        for word in ("mate", "mutate"):
+        for word in ("mate", "mutate") if mates else ("mutate",):
             self._operator(word)
 
     @classmethod
     def from_config(cls, section: GenomeSection, layout: Layout, select_mate: str = "nearest",
-                    find: Callable[[Any], Any] = handed_over) -> Operators:
+                    find: Callable[[Any], Any] = handed_over, mates: bool = True) -> Operators:
         """Return the operators of a world file; `select_mate` is the rule of its species,
-        `find` is as in `toolbox_of`."""
+        `find` and `mates` are as in `toolbox_of`."""
         if layout.longest is not None:
             raise ValueError("Operators.from_config: strings of this layout vary in length; "
                              "ecs_eco.genomes.operators_of takes it")
-        return cls(toolbox_of(section, layout, select_mate, find), layout, section.mate.chance)
+        return cls(toolbox_of(section, layout, select_mate, find, mates), layout, section.mate.chance, mates)
 
     @property
     def choice(self) -> int:

@@ -26,10 +26,10 @@ def layout_of(section: GenomeSection, traits: Mapping[str, Trait] | None = None,
 
 
 def operators_of(section: GenomeSection, layout: Layout, select_mate: str = "nearest",
-                 find: Callable[[Any], Any] = handed_over) -> Operators:
+                 find: Callable[[Any], Any] = handed_over, mates: bool = True) -> Operators:
     """Return the operators of a world file's genome; arguments as `Operators.from_config`."""
     from ecs_eco.genomes.batch import Operators
     from ecs_eco.genomes.variable_births import VariableOperators
 
     kind = VariableOperators if isinstance(layout, VariableLayout) else Operators
-    return kind.from_config(section, layout, select_mate, find)
+    return kind.from_config(section, layout, select_mate, find, mates)

@@ -50,13 +50,14 @@ REFUSED = {  # operators of DEAP that cannot work on letters
 
 
 def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, select_mate: str = "nearest",
-               find: Callable[[Any], Any] = handed_over) -> Toolbox:
+               find: Callable[[Any], Any] = handed_over, mates: bool = True) -> Toolbox:
     """Return a DEAP toolbox with `mate` and `mutate` from a section, or a dict with these keys,
     and a rule as `select_mate`.
 
     mutUniformInt draws among all letters by default. `find` returns the function of "module:name", as
-    `WorldConfig.function` does; without it a user's function must be passed itself. Raises ValueError for an
-    operator that cannot work on these genomes, UnknownName for one that DEAP does not have.
+    `WorldConfig.function` does; without it a user's function must be passed itself. Of a species that never
+    `mates` the operator that crosses is not checked. Raises ValueError for an operator that cannot work on
+    these genomes, UnknownName for one that DEAP does not have.
     """
     from deap.base import Toolbox
 
@@ -69,7 +70,7 @@ def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, selec
     if select_mate not in RULES:
         raise UnknownName(unknown_name("select_mate", "rule", select_mate, RULES))
     toolbox.register("select_mate", RULES[select_mate])
-    for word in ("mate", "mutate"):
+    for word in ("mate", "mutate") if mates else ("mutate",):
         check_operator(word, getattr(toolbox, word), layout)
     return toolbox
 
@@ -124,9 +125,9 @@ def defaults(name: Any, layout: Layout) -> dict[str, Any]:
     return {"low": 0, "up": len(layout.alphabet) - 1} if name == "mutUniformInt" else {}
 
 
-def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout) -> None:
-    """Raise ValueError or UnknownName where DEAP's operator cannot work on these genomes with these
-    arguments; nothing is called."""
+def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout, used: bool = True) -> None:
+    """Raise ValueError or UnknownName where DEAP has no such operator or it takes other arguments, or where
+    it is `used` and cannot work with these on these genomes; nothing is called."""
     check_name(word, name, layout)
     takes, given = known_operators(word, layout)[name], defaults(name, layout) | dict(given)
     if wrong := [k for k in given if k not in takes]:
@@ -134,7 +135,8 @@ def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout) 
                          f"{_takes(takes, wrong[0])}")
     if missing := [k for k in takes if k not in given]:
         raise ValueError(f"{word}: {name}: missing a required argument: '{missing[0]}'; {_takes(takes)}")
-    _check_values(word, name, given, layout)
+    if used:
+        _check_values(word, name, given, layout)
 
 
 def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> None:

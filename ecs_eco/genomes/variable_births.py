@@ -36,17 +36,17 @@ class VariableOperators(Operators):
 
     def __init__(self, toolbox: Toolbox, layout: VariableLayout, chance: float = 1.0, *,
                  insertion: float = 0.0, deletion: float = 0.0, duplication: float = 0.0,
-                 loss: float = 0.0) -> None:
+                 loss: float = 0.0, mates: bool = True) -> None:
         self.insertion, self.deletion, self.duplication, self.loss = insertion, deletion, duplication, loss
         self.at_limit = np.zeros(len(EVENTS), np.int64)
-        super().__init__(toolbox, layout, chance)
+        super().__init__(toolbox, layout, chance, mates)
 
     @classmethod
     def from_config(cls, section: GenomeSection, layout: Any, select_mate: str = "nearest",
-                    find: Callable[[Any], Any] = handed_over) -> VariableOperators:
-        return cls(toolbox_of(section, layout, select_mate, find), layout, section.mate.chance,
+                    find: Callable[[Any], Any] = handed_over, mates: bool = True) -> VariableOperators:
+        return cls(toolbox_of(section, layout, select_mate, find, mates), layout, section.mate.chance,
                    insertion=section.insertion, deletion=section.deletion, duplication=section.duplication,
-                   loss=section.loss)
+                   loss=section.loss, mates=mates)
 
     @property
     def genes(self) -> tuple[Any, ...]:

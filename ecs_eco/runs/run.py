@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.engine import portable
-from ecs_eco.engine.arguments import whole_number
+from ecs_eco.engine.arguments import called_with, whole_number
 from ecs_eco.engine.errors import CheckpointError, RecordingError
 from ecs_eco.engine.hooks import listening
 from ecs_eco.record import belonging, seal
@@ -71,6 +71,7 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
     from ecs_eco.worlds.policies import weights_files
 
     start = time.perf_counter()
+    called_with("progress", progress, "done", "ticks")
     config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
     how_many(record, "record")
     ticks = config.ticks if ticks is None else whole_number("ticks", ticks)
@@ -99,6 +100,7 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
     CheckpointError.
     """
     start, path = time.perf_counter(), Path(path)
+    called_with("progress", progress, "done", "ticks")
     read_manifest(path)
     with Claim(path) as claim:
         manifest = _with_id(path, read_manifest(path))
@@ -139,6 +141,7 @@ def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None
     requested by hand in that tick or later are not carried out. The recording begins there.
     """
     start, path = time.perf_counter(), Path(path)
+    called_with("progress", progress, "done", "ticks")
     manifest = _with_id(path, read_manifest(path))
     with begun(out) as claim:
         world = world_at(path, manifest, from_tick, threads, complain, trust)

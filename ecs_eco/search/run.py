@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.config import load
+from ecs_eco.engine.arguments import called_with
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.experiments.engines import LOCAL, engine, prepare, terminate, workers_of
 from ecs_eco.record.claim import Claim, ours
@@ -50,6 +51,7 @@ def search(
     `executor` is "local" (two `workers`, if they are not given), "ray", or an executor of your own. Raises
     ConfigError; FolderInUse if another process searches there.
     """
+    called_with("progress", progress, "the search")
     config = load(world, overrides, trust=trust)
     plan = plan_of(config)
     _check_optimiser(optimiser)

@@ -141,17 +141,20 @@ def _claimed(place: Path) -> Iterator[Claim]:
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
-    """Return a progress function that notes the tick in a file, now and then; lost notes do no harm."""
+    """Return a progress function that notes the tick in a file, now and then, and from the second call on
+    since when ticks pass; lost notes do no harm."""
     last = 0.0
-    begin = {"began": time.time(), "pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
+    begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
 
     def note(done: int, _: int) -> None:
         nonlocal last
         now = time.monotonic()
         if now - last < PACE and last:
             return
+        if last:  # ticks pass; what came before, training and compiling, says nothing about their rate
+            begin.setdefault("from", done)
+            begin.setdefault("began", time.time())
         last = now
-        begin.setdefault("from", done)
         beside = path.with_name(f".{path.name}.{os.getpid()}")
         try:
             beside.write_text(json.dumps(begin | {"done": done, "at": time.time()}), encoding="utf-8")

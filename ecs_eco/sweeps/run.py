@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ecs_eco.engine.arguments import called_with
 from ecs_eco.experiments.engines import LOCAL, engine, prepare
 from ecs_eco.experiments.pool import Pool
 from ecs_eco.experiments.trained import is_trained
@@ -45,6 +46,7 @@ def run_sweep(plan: str | Path | Mapping[str, Any], folder: str | Path, *,
     fails stops no other. `trust` allows the code that the world lists to run. Raises ConfigError for a plan
     that is refused, ForeignFile where the folder holds the sweep of another.
     """
+    called_with("progress", progress, "the outcome")
     sweep = begin(Path(folder), design_of(read_plan(plan), trust=trust))
     if isinstance(executor, Executor):
         return do_jobs(sweep, executor, progress=progress)

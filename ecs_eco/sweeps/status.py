@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import socket
 import time
 from collections import Counter
@@ -15,6 +16,7 @@ from ecs_eco.record.claim import owner_of
 from ecs_eco.sweeps.folder import FAILED, PROGRESS, Sweep
 from ecs_eco.sweeps.jobs import read_done
 
+ENOUGH = 5.0  # [s] of ticks after which the rate of a job counts
 SILENCE = 600.0  # [s] after which a job on another machine that notes nothing counts as lost
 
 
@@ -29,12 +31,17 @@ class Status:
     jobs: int = 0
     ticks: int = 0  # of all runs so far
     ticks_in_all: int = 0
-    rate: float = 0.0  # [ticks/s] of what runs now
+    rates: list[float] = field(default_factory=list)  # [ticks/s] of the runs that have one by now
     seconds: float = 0.0  # [s] that the runs that are done took, added up
 
     @property
+    def rate(self) -> float:
+        """Ticks a second of all that runs now, as far as the rates that are known tell; 0 where none is."""
+        return len(self.running) * sum(self.rates) / len(self.rates) if self.rates else 0.0
+
+    @property
     def remaining(self) -> float | None:
-        """Seconds to the end at the present rate; None where nothing runs."""
+        """Seconds to the end at the present rate; None where none is known."""
         return (self.ticks_in_all - self.ticks) / self.rate if self.rate else None
 
     def errors(self) -> list[tuple[str, list[int]]]:
@@ -61,6 +68,8 @@ class Survey:
             else:
                 _look_at(status, job.number, sweep.job_folder(job.number))
         status.seconds = sum(self._done.values())
+        if not status.rates and status.seconds:  # what runs has just begun
+            status.rates.append(sweep.ticks * len(status.done) / status.seconds)
         return status
 
     def _is_done(self, number: int) -> bool:
@@ -81,9 +90,9 @@ def _look_at(status: Status, number: int, place: Path) -> None:
     silent = time.time() - float(note.get("at", 0.0)) > SILENCE
     if owner is not None and (owner.get("host") == socket.gethostname() or not silent):
         status.running.append(number)
-        lasted = float(note.get("at", 0.0)) - float(note.get("began", 0.0))
-        if lasted > 0:
-            status.rate += (ticks - int(note.get("from", 0))) / lasted
+        lasted = float(note.get("at", 0.0)) - float(note.get("began", math.inf))
+        if lasted >= ENOUGH:
+            status.rates.append((ticks - int(note.get("from", 0))) / lasted)
     elif failure := _read(place / FAILED):
         status.failed[number] = f"{failure.get('error')}: {failure.get('text')}"
     else:

@@ -37,7 +37,8 @@ def fork(first: Source, tick: int | None, change: Any, start: Start | None = Non
             raise ValueError(f"what if: tick = {tick}; a recorded run is forked at the tick that it shows, "
                              f"{first.tick:,}: go there first")
         branch = of_recorded(first, change)
-        again = recipe.of_run(str(first.recording.path), branch.start, change)
+        code = bool(first.recording.manifest["config"].get("code"))
+        again = recipe.of_run(str(first.recording.path), code, branch.start, change)
     else:
         raise ValueError("what if: nothing that can be forked is shown")
     words = "nothing changed" if change is None else describe(change)

@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from ecs_eco.engine import portable
 from ecs_eco.view.source import Message
 
 
@@ -20,10 +21,12 @@ class Start(NamedTuple):
     planned: Sequence[Message] = ()
 
 
-def of_run(folder: str, tick: int, change: Message | None) -> Message:
-    """Return {"toml", "command"} for a branch of a recorded run from the start of a tick."""
+def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Message:
+    """Return {"toml", "command"} for a branch of a recorded run, with `code` of its own or without, from the
+    start of a tick."""
     done = [] if change is None else [dated(change, tick)]
-    words = ["ecs-eco", "resume", folder, "--from-tick", str(tick)]
+    words = ["ecs-eco", *portable.option().split(), "resume", folder, "--from-tick", str(tick)]
+    words += ["--trust"] if code else []
     if change is not None and change["kind"] == "set":
         for key, value in change["set"].items():
             words += ["--set", f"{key}={inline(value)}"]

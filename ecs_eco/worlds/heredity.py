@@ -117,7 +117,8 @@ def apply_heredity(world: SpatialWorld, table: Table, species: Any,
         from ecs_eco.genomes import operators_of
 
         choice, counts = getattr(species.reproduction, "choice", "nearest"), heredity.state()
-        heredity.operators = operators_of(species.genome, heredity.layout, choice, world.config.function)
+        heredity.operators = operators_of(species.genome, heredity.layout, choice, world.config.function,
+                                          species.mates)
         heredity.load(counts)
 
 

@@ -41,7 +41,7 @@ def series_table(numbers: np.ndarray, seed: int = 0, species: tuple[str, ...] = 
     before = np.vstack([numbers[:1], numbers[:-1]])
     births = rng.poisson(0.01 * before) + np.maximum(numbers - before, 0)
     deaths = before + births - numbers
-    flat: dict[str, Any] = {"tick": np.repeat(np.arange(1, ticks + 1), s)}
+    flat: dict[str, Any] = {"tick": np.repeat(np.arange(ticks), s)}
     flat["species"] = pa.array(np.tile(species, ticks)).dictionary_encode()
     flat |= {"n": numbers.astype(np.int32), "births": births.astype(np.int32),
              "deaths": deaths.astype(np.int32)}
@@ -93,7 +93,7 @@ def write_run(
             "z": pa.array(np.zeros(len(who), np.float32)),
             "uid": pa.array(np.arange(1, len(who) + 1, dtype=np.uint64)),
         }
-        tick = pa.array(np.full(len(who), len(numbers)))
+        tick = pa.array(np.full(len(who), len(numbers) - 1))
         (folder / "snapshots").mkdir()
         pq.write_table(
             pa.table({"tick": tick, "species": pa.array(who, pa.string()).dictionary_encode(),

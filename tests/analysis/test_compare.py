@@ -34,8 +34,10 @@ def test_persistence_and_extinction_are_counted(compared: tuple[dict, Path]) -> 
     assert (arms["trained"]["persisted"], arms["random"]["persisted"]) == (5, 0)
     assert arms["random"]["persistence"] == [0.0, 0.0, pytest.approx(0.434, abs=1e-3)]
     assert arms["random"]["seeds"] == [0, 1, 2, 3, 4]
+    assert arms["trained"]["ticks"] == 1500
+    assert "<td>1,500</td>" in (compared[1] / "compare.html").read_text()
     wolf = arms["random"]["per_species"]["wolf"]
-    # from tick 1 to 700, the third of five
+    # the third of five
     assert (wolf["extinctions"], wolf["median_extinction"]) == (5, 699.0)
     assert arms["random"]["per_species"]["deer"]["median_extinction"] is None
 
@@ -45,7 +47,7 @@ def test_effects_have_intervals(compared: tuple[dict, Path]) -> None:
     assert effect["persistence"][0] == -1
     assert effect["persistence"][2] < 0
     value, low, high = effect["per_species"]["wolf"]["lifetime"]
-    assert value == pytest.approx(699 - 1499)
+    assert value == pytest.approx(699 - 1500)
     assert low < value < high < 0
     assert effect["per_species"]["wolf"]["log_rank_p"] < 0.01
     assert effect["per_species"]["deer"]["log_rank_p"] == 1

@@ -14,7 +14,7 @@ def run(deer: list[int], wolf: list[int], starved: list[int], eaten: list[int], 
     died = np.add(starved, eaten)
     columns = {"n": (deer, wolf), "births": (births, zero), "deaths": (died, zero)}
     columns |= {"died: starved": (starved, zero), "died: eaten by wolf": (eaten, zero)}
-    return Series(np.arange(1, len(deer) + 1), ("deer", "wolf"),
+    return Series(np.arange(len(deer)), ("deer", "wolf"),
                   {k: np.array(v, float).T for k, v in columns.items()}, dict(manifest))
 
 
@@ -26,7 +26,7 @@ def lost() -> Series:
 def test_an_end_is_told_from_the_last_tick_with_half_of_the_greatest_number(lost: Series) -> None:
     end = decline(lost, "deer")
     assert end is not None
-    assert (end.tick, end.since, end.n, end.births, end.deaths) == (5, 2, 8, 1, 9)
+    assert (end.tick, end.since, end.n, end.births, end.deaths) == (4, 1, 8, 1, 9)
     assert end.causes == {"starved": 6, "eaten by wolf": 3}
     assert end.shares() == "starved 67%, eaten by wolf 33%"
     assert decline(lost, "wolf") is None
@@ -37,12 +37,12 @@ def test_an_end_is_told_from_the_last_tick_with_half_of_the_greatest_number(lost
 def test_a_report_opens_with_who_persisted(lost: Series) -> None:
     assert opening(lost) == [
         "1 of 2 species died out; wolf persisted to tick 6.",
-        "deer died out at tick 5. From tick 2, when there were 8, 9 deaths against 1 birth: starved 67%, "
+        "deer died out at tick 4. From tick 1, when there were 8, 9 deaths against 1 birth: starved 67%, "
         "eaten by wolf 33%.",
     ]
     alive = run([5] * 4, [2] * 4, [0] * 4, [0] * 4, [0] * 4)
     assert opening(alive) == ["All 2 species persisted to tick 4."]
-    assert lifetime(alive) == (3.0, False)
+    assert lifetime(alive) == (4.0, False)
     nobody = run([1, 0], [1, 0], [0, 1], [0, 0], [0, 0])
     assert opening(nobody)[0] == "All 2 species died out; at the end, tick 2, nobody lives."
 
@@ -60,7 +60,7 @@ def test_an_end_that_was_to_be_expected_is_called_so() -> None:
 def test_a_species_that_dies_within_the_first_tick_is_not_hidden() -> None:
     gone = run([0, 0], [2, 2], [7, 0], [0, 0], [0, 0])
     assert not gone.persisted
-    assert (opening(gone)[1] == "deer died out at tick 1. From tick 1, when there were 7, "
+    assert (opening(gone)[1] == "deer died out at tick 0. From tick 0, when there were 7, "
                                 "7 deaths against 0 births: starved 100%.")
 
 
@@ -70,5 +70,5 @@ def test_several_runs_open_with_the_share_that_persisted(lost: Series) -> None:
     assert shared([alive]) == "All species persisted in 1 of 1 run (100%)."
     assert shared([alive, lost, later]) == (
         "All species persisted in 1 of 3 runs (33%). deer died out in 2 of 3, "
-        "at ticks 5 to 6 (eaten by wolf 67%, starved 33%)."
+        "at ticks 4 to 5 (eaten by wolf 67%, starved 33%)."
     )

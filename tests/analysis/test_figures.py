@@ -1,5 +1,6 @@
 """Every figure draws, on ordinary runs and on odd ones; what can be counted in it is counted."""
 
+import copy
 import runpy
 import subprocess
 import sys
@@ -11,9 +12,11 @@ import pytest
 
 from ecs_eco.analysis import figures
 from ecs_eco.analysis.cycles import cross_seed_surrogates, cycle_statistics
+from ecs_eco.analysis.nervous_figure import draw_nervous_system
 from ecs_eco.analysis.palette import safe
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.survival import kaplan_meier
+from ecs_eco.config import load
 
 chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("chains.py"))))
 PAIRS = [("grass", "deer"), ("deer", "wolf")]
@@ -29,7 +32,7 @@ def run() -> Series:
 def test_populations_give_the_numerous_species_its_own_axis(run: Series) -> None:
     left, right = figures.populations(run).axes
     assert [line.get_label() for line in right.get_lines()] == ["grass"]
-    assert list(left.get_lines()[-1].get_xdata()) == [1001]  # the cross where the wolves end
+    assert list(left.get_lines()[-1].get_xdata()) == [1000]  # the cross where the wolves end
     assert right.get_ylim()[0] == 0
 
 
@@ -51,6 +54,13 @@ def test_a_line_marks_each_intervention_and_its_words_stand_at_the_first_of_its_
     assert [(text.xy[0], text.get_text()) for text in ax.texts] == [(100, "cull 50 % of wolf"),
                                                                     (400, "fence along [1, 2] [3, 4]")]
     assert not figures.populations(run).axes[-1].texts
+
+
+def test_notebooks_show_every_figure_as_a_picture_without_pyplot(run: Series) -> None:
+    drawn = [figures.populations(run), figures.phase(run, PAIRS), figures.deaths(run),
+             draw_nervous_system(load("reflexes"), "goat")]
+    for figure in [*drawn, copy.deepcopy(drawn[0])]:
+        assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
 
 
 def test_phase_plots_begin_at_the_first_tick(run: Series, tmp_path: Path) -> None:

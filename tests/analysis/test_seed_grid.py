@@ -135,7 +135,7 @@ def test_a_grid_holds_every_run_in_its_place() -> None:
     assert (grid.training, grid.worlds) == ((7, 8, 9), (1, 2))
     summary = crossed(grid, n_boot=49)
     assert summary["persisted"].tolist() == [[1, 1], [0, 0], [1, 1]]
-    assert summary["lifetimes"].tolist() == [[399, 399], [100, 200], [399, 399]]
+    assert summary["lifetimes"].tolist() == [[400, 400], [100, 200], [400, 400]]
     assert summary["persisted_by_training_seed"] == {7: 2, 8: 0, 9: 2}
     assert summary["variance_shares"]["persisted"]["share"]["training seed"].value == pytest.approx(1.0)
     time, low, high = survival_band(grid, n_boot=99)
@@ -162,7 +162,7 @@ def test_a_crossed_comparison_opens_with_who_persisted_and_tells_the_variance(tm
     arm = comparison["arms"]["world"]
     sentence = comparison["opening"]["world"]
     assert sentence.startswith("All species persisted in 4 of 6 runs (67%). wolf died out in 2 of 6, "
-                               "at ticks 101 to 201 (")
+                               "at ticks 100 to 200 (")
     assert arm["persistence"] == pytest.approx(list(share_interval(np.array([[1, 1], [0, 0], [1, 1]]))))
     assert arm["crossed"]["world_seeds"] == [1, 2]
     assert comparison["effects"]["random"]["persistence"][0] == pytest.approx(-2 / 3)

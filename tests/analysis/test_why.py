@@ -204,7 +204,7 @@ def test_a_stopped_run_is_told_by_who_has_as_good_as_died_out() -> None:
     assert diagnosis["verdict"] == "overgrazing"
     assert not diagnosis["fell"][0]["extinct"]
     findings = sentences(run, explain(run))["What happened"]
-    assert "stopped at tick 99 of 500" in findings[0]
+    assert "stopped at tick 100 of 500" in findings[0]
     assert "had nearly died out" in findings[1]
 
 

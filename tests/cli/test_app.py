@@ -11,6 +11,7 @@ import sys
 import time
 import typing
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -18,9 +19,11 @@ from typer.testing import CliRunner
 
 import ecs_eco
 from ecs_eco.cli import app
+from ecs_eco.cli.archipelago import command_of
 from ecs_eco.config import load
 from ecs_eco.config.models.sensors import AnySensor
 from ecs_eco.config.shipped import shipped
+from ecs_eco.view.recipe import of_run
 
 ROOT = Path(ecs_eco.__path__[0]).parent
 FEW = ["--set", "species.grass.count=60", "--set", "species.deer.count=12", "--set", "species.wolf.count=2"]
@@ -176,6 +179,18 @@ def test_run_hands_on_its_options(
     assert command.startswith(f"ecs-eco run predator-prey --seed 3 --ticks 7 --policies {policies}")
     assert ("--learn" in command, "--no-learn" in command) == (learn is True, learn is False)
     assert not (here / "runs").exists()
+
+
+def test_commands_that_repeat_a_run_allow_its_code_and_name_the_mode(monkeypatch: pytest.MonkeyPatch) -> None:
+    for code in ([], ["mine.py"]):
+        run = command_of("own.toml", SimpleNamespace(code=code), 1, 5, "random", [], None, None)
+        fork = of_run("my-run", bool(code), 3, None)["command"]
+        assert ["--trust" in command.split() for command in (run, fork)] == [bool(code)] * 2
+        assert "--portable" not in run + fork
+    monkeypatch.setattr("ecs_eco.engine.portable._on", True)
+    assert command_of("own.toml", SimpleNamespace(code=[]), 1, 5, "random", [], None, None) == (
+        "ecs-eco --portable run own.toml --seed 1 --ticks 5 --policies random --out DIR")
+    assert of_run("my-run", False, 3, None)["command"].startswith("ecs-eco --portable resume my-run ")
 
 
 def test_the_world_has_ticks_and_seed_where_none_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,10 @@ import pytest
 from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.experiments.compare import compare
+from ecs_eco.experiments.pretraining import pretrain
+from ecs_eco.runs.run import fork, resume, run_to_folder
+from ecs_eco.search import search
 
 
 @pytest.mark.parametrize("seed", [-1, 1.9, True, 2**64 + 7, 2**63, "1", None, np.float64(2), np.bool_(True)])
@@ -68,3 +72,22 @@ def test_an_empty_key_is_refused(key):
     for changes in ({key: 5}, {"interventions": [{"kind": "set", "at": 3, "set": {key: 5}}]}):
         with pytest.raises(ConfigError, match=r"an empty key|is empty"):
             load("predator-prey", changes)
+
+
+@pytest.mark.parametrize(("progress", "why"), [
+    (True, "True; allowed is a function that is called with done and t(icks|otal), or None"),
+    (lambda done: None, "is to take 2 arguments.*allowed is a function that is called with done and t")])
+def test_what_cannot_be_called_is_no_progress_and_nothing_has_begun(progress, why, tmp_path):
+    world = World()
+    calls = [lambda: world.run(3, progress), lambda: run_to_folder("reflexes", ticks=3, out=tmp_path / "run",
+                                                                   progress=progress),
+             lambda: resume(tmp_path, progress=progress), lambda: fork(tmp_path, tmp_path / "fork",
+                                                                       progress=progress),
+             lambda: pretrain("reflexes", progress=progress),
+             lambda: compare("reflexes", out=tmp_path / "compared", progress=progress)]
+    for call in calls:
+        with pytest.raises(TypeError, match=why):
+            call()
+    assert (world.tick, list(tmp_path.iterdir())) == (0, [])
+    with pytest.raises(TypeError, match="called with the search, or None"):
+        search("reflexes", tmp_path / "search", progress=True)

@@ -2,6 +2,7 @@
 
 import sys
 import types
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -139,3 +140,66 @@ def test_asking_for_an_unknown_action_names_the_right_one() -> None:
     table = decided((0, 0, 0))
     with pytest.raises(KeyError, match=r"did you mean \"shelter.hide\""):
         table.species.nerves.doing(table, "shelter.hyde")
+
+
+OWN = """from ecs_eco import System, component, f32
+
+@component
+class Slime:
+    length: f32 = 0.5  # [m]
+
+class Fields:
+    fields = ("length",)
+
+def plain():
+    pass
+
+class Wait(System):
+    phase = "record"
+
+    def process(self, *_):
+        pass
+"""
+
+
+def slimy(folder: Path, code: dict[str, str], component: str = "own:Slime", **more: Any) -> dict[str, Any]:
+    for name, text in code.items():
+        (folder / name).write_text(text)
+    data = world_of(actions={}, sensors=[], components=[component])
+    return data | {"code": list(code), "systems": ["own:Wait"],
+                   "reporters": {"slime": "mean(snail.Slime.length)"}} | more
+
+
+@pytest.mark.parametrize(("bad", "why"), [
+    ("import nosuch", "ModuleNotFoundError: No module named 'nosuch' (bad.py, line 1)"),
+    ("def f(:", "SyntaxError: invalid syntax (bad.py, line 1)"),
+    ("\nNONE.x", "NameError: name 'NONE' is not defined (bad.py, line 2)"),
+    ("import own\nown.missing", "AttributeError: module"),
+])
+def test_a_bad_module_is_named_and_the_others_are_not_blamed(tmp_path: Path, bad: str, why: str) -> None:
+    for more in ({}, {"reporters": {"of the bad one": "bad:f"}}):
+        data = slimy(tmp_path, {"own.py": OWN, "bad.py": bad}, **more)
+        with pytest.raises(ConfigError) as error:
+            load(data, trust=True, places=[tmp_path])
+        problem, = error.value.problems
+        assert (problem.key, problem.value) == (("code", 1), "bad.py")
+        assert problem.what.startswith(f"cannot be imported: {why}")
+    (tmp_path / "bad.py").write_text("import own\nf = own.plain")  # mended, in the same process
+    assert load(data | {"reporters": {}}, trust=True, places=[tmp_path])
+
+
+def test_a_module_that_imports_a_bad_one_says_which(tmp_path: Path) -> None:
+    data = slimy(tmp_path, {"bad.py": "1 / 0", "own.py": "import bad"})
+    with pytest.raises(ConfigError) as error:
+        load(data, trust=True, places=[tmp_path])
+    assert [(p.key, p.what) for p in error.value.problems] == [
+        (("code", 0), "cannot be imported: ZeroDivisionError: division by zero (bad.py, line 1)"),
+        (("code", 1), "cannot be imported: ImportError: bad.py cannot be imported (own.py, line 1)")]
+
+
+@pytest.mark.parametrize("name", ["plain", "Wait", "Fields"])
+def test_what_is_no_component_is_refused_where_a_reporter_is_a_formula(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        load(slimy(tmp_path, {"own.py": OWN}, f"own:{name}"), trust=True, places=[tmp_path])
+    assert [(p.key, p.what) for p in error.value.problems] == [
+        (("species", "snail", "components", 0), "no component")]

@@ -5,9 +5,12 @@ import copy
 import numpy as np
 import pytest
 
+from ecs_eco import World
+from ecs_eco.config import load
 from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.traits import traits_of
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.genomes import Gene, Layout, Operators
 from ecs_eco.genomes.codes import Range
 from ecs_eco.testing import check_genome as check_layout
@@ -116,6 +119,23 @@ def test_what_is_wrong_is_said_with_its_key(change, key: str, words: str) -> Non
     problems = list(check_genome(world(change), "goat"))
     assert [p.path for p in problems] == [f"species.goat.{key}"]
     assert words in str(problems[0])
+
+
+ASEXUAL = {"kind": "asexual", "rate": 0.5, "energy_min": 0.1, "energy_given": 0.05}
+
+
+@pytest.mark.parametrize(("reproduction", "mate"), [
+    (ASEXUAL, {}), (ASEXUAL | {"kind": "simplified"}, {}), (None, {"operator": "cxOnePoint"}),
+    ({"kind": "sexual", "energy_min": 0.1, "energy_given": 0.05, "reach": 1.0}, {"chance": 0.0})])
+def test_an_operator_that_crosses_nothing_need_not_fit_the_genome(reproduction, mate) -> None:
+    genome = {"genes": [{"name": "one", "letters": 1, "low": 0.0, "high": 1.0}], "mate": mate}
+    moss = {"count": 9, "body": {"radius": 0.2}, "metabolism": {"energy": 0.5, "energy_max": 1.0},
+            "reproduction": reproduction, "genome": genome}
+    data = {"format": 1, "name": "moss", "space": {"size": [20.0, 20.0]}, "species": {"moss": moss}}
+    assert World.from_config(data).run(2).table("moss").n
+    genome["mate"] = mate | {"operator": "cxTwoPont"}
+    with pytest.raises(ConfigError, match="cxTwoPoint"):
+        load(data)
 
 
 def test_a_brain_in_the_genome_has_as_many_codons_as_the_form_says() -> None:

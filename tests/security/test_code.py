@@ -30,6 +30,15 @@ def test_every_field_that_may_name_code_is_in_the_table() -> None:
     assert set(KEYS) == set(ARGUMENTS)
 
 
+def test_the_page_lists_every_function_with_the_arguments_that_it_is_called_with() -> None:
+    page = (Path(__file__).parents[2] / "docs/explanation/security.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (`[^|]+`) \| an? [^|]+ \| ([^|]*) \|$", page, re.MULTILINE)
+    listed = {key.strip("`"): len(given.split(", ")) for keys, given in rows for key in keys.split(", ")}
+    for key, n in ARGUMENTS.items():
+        if n:
+            assert listed[key] == n, key
+
+
 @pytest.mark.parametrize("pattern", KEYS)
 def test_code_that_is_not_listed_is_refused_and_not_imported(pattern: str, mark: Path) -> None:
     path = written(mark.parent, world_of(pattern))

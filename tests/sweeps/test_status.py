@@ -6,8 +6,10 @@ import json
 import time
 from pathlib import Path
 
+import pytest
+
 from ecs_eco.record.claim import Claim
-from ecs_eco.sweeps.jobs import run_job
+from ecs_eco.sweeps.jobs import _noting, run_job
 from ecs_eco.sweeps.status import Survey
 from tests.sweeps.test_run import begun
 
@@ -32,6 +34,28 @@ def test_jobs_are_done_running_waiting_or_failed(tmp_path: Path) -> None:
     assert status.remaining is not None
     assert abs(status.remaining - 15 / 0.2) < 5
     assert survey.look().waiting == [2, 3]  # nobody has it now
+
+
+def test_a_job_that_has_just_begun_promises_no_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep, now = begun(tmp_path), time.time()
+    for number in (0, 1):
+        sweep.job_folder(number).mkdir(parents=True)
+    monkeypatch.setattr(time, "time", lambda: now)
+    with Claim(sweep.job_folder(0)):
+        note = _noting(sweep.job_folder(0) / "progress.json", 1000)
+        note(0, 1000)  # then it trains, and compiles
+        now += 40
+        monkeypatch.setattr("ecs_eco.sweeps.jobs.PACE", 0.0)
+        note(2, 1000)
+        now += 2
+        note(102, 1000)
+        assert (Survey(sweep).look().running, Survey(sweep).look().remaining) == ([0], None)
+        now += 4
+        note(302, 1000)
+        assert Survey(sweep).look().rate == pytest.approx(50)
+        with Claim(sweep.job_folder(1)):  # which has not noted anything
+            (sweep.job_folder(1) / "progress.json").write_text(json.dumps({"at": now, "done": 0}))
+            assert Survey(sweep).look().rate == pytest.approx(100)
 
 
 def test_a_job_of_a_process_that_is_gone_does_not_run(tmp_path: Path) -> None:

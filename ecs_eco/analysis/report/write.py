@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
@@ -100,9 +101,13 @@ def _what(series: Series) -> str:
 
 def rerun(m: Mapping[str, Any]) -> str:
     """The command that runs a world like this from its manifest; changes made with --set are not in it."""
-    words = ["ecs-eco run", m.get("world", "WORLD"), f"--seed {m.get('seed', 0)} --ticks {m.get('ticks', 0)}"]
+    portable = " --portable" if m.get("target", {}).get("mode") == "portable" else ""
+    words = [f"ecs-eco{portable} run", shlex.quote(str(m.get("world", "WORLD"))),
+             f"--seed {m.get('seed', 0)} --ticks {m.get('ticks', 0)}"]
     if m.get("policies", "trained") != "trained":
-        words.append(f"--policies {m['policies']}")
+        words.append(f"--policies {shlex.quote(str(m['policies']))}")
+    if m.get("config", {}).get("code"):
+        words.append("--trust")
     if m.get("learn") is not None:
         words.append("--learn" if m["learn"] else "--no-learn")
     return " ".join([*words, "--out DIR"])

@@ -48,7 +48,8 @@ def headline(case: Case, findings: Mapping[str, Any]) -> str:
         other = findings["runner_up"]
         text += sure + (f"; else {other['verdict']} ({other['confidence']:.0%})." if other else ".")
     if not series.manifest.get("finished", True):
-        text += f" The run was stopped at tick {series.ticks[-1]:,} of {series.manifest.get('ticks', 0):,}."
+        done, wanted = series.ticks[-1] + 1, series.manifest.get("ticks", 0)
+        text += f" The run was stopped at tick {done:,} of {wanted:,}."
     return text
 
 

@@ -10,8 +10,9 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.names import Key, used_in
-from ecs_eco.engine.code import takes
+from ecs_eco.config.names import Key, is_component, used_in
+from ecs_eco.engine.arguments import takes
+from ecs_eco.engine.code import SHIPPED
 from ecs_eco.engine.errors import Problem
 from ecs_eco.engine.parameters import problems_of_parameters
 from ecs_eco.engine.section import Use, function_name
@@ -28,7 +29,11 @@ ARGUMENTS = {  # by key, the number of arguments of a function; None: it is chec
 
 def check_code(config: WorldConfig) -> Iterator[Problem]:
     """All problems of the functions, systems and components that a world names, and of their parameters."""
-    for place, entry in used_in(config):
+    used = list(used_in(config))
+    names = [entry.use if isinstance(entry, Use) else entry for _, entry in used]
+    if any(isinstance(name, str) and name not in SHIPPED for name in names):
+        yield from config._code.faults()
+    for place, entry in used:
         key, value = ((*place, "use"), entry.use) if isinstance(entry, Use) else (place, entry)
         pattern = next((p for p in ARGUMENTS if fnmatchcase(".".join(map(str, place)), p)), "")
         made = (not isinstance(value, str) and callable(getattr(value, "process", None))
@@ -40,7 +45,7 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
         elif pattern == "systems.*" and not callable(getattr(thing, "process", None)):
             yield Problem(key, "no system: it has no method process", function_name(value),
                           "a class derived from ecs_eco.System")
-        elif pattern == "species.*.components.*" and not getattr(thing, "fields", None):
+        elif pattern == "species.*.components.*" and not is_component(thing):
             yield Problem(key, "no component", function_name(value),
                           "a class declared with @ecs_eco.component")
         elif not made and (n := ARGUMENTS.get(pattern)) is not None:

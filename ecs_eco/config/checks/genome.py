@@ -14,6 +14,7 @@ from ecs_eco.config.checks.matter import Key
 from ecs_eco.config.checks.nerves import check_sensors
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.names import is_component
 from ecs_eco.config.numbers import with_value
 from ecs_eco.engine.errors import Problem, UnknownName
 from ecs_eco.engine.section import function_name
@@ -62,14 +63,14 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
 
         layout = layout_of(section, traits, shapes)
         yield from _check_extremes(config, name, key, section, traits)
-        yield from _check_operators(config, key, section, layout)
+        yield from _check_operators(config, species, key, layout)
         yield from _check_founders(key, section, layout)
 
 
 def components_of(config: WorldConfig, species: Species) -> list[Any] | None:
     """The user's own components of the species; None if they may not be loaded, or are invalid."""
     own = [config._code.known(c) for c in species.components]
-    return None if any(c is None for c in own) else own
+    return own if all(map(is_component, own)) else None
 
 
 def _check_connections(config: WorldConfig, name: str) -> Iterator[Problem]:
@@ -177,16 +178,16 @@ def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterato
             yield Problem((*key, "genes", i, "trait"), fault, code.gene.trait, allowed)
 
 
-def _check_operators(config: WorldConfig, key: Key, section: GenomeSection,
-                     layout: Layout) -> Iterator[Problem]:
+def _check_operators(config: WorldConfig, species: Species, key: Key, layout: Layout) -> Iterator[Problem]:
+    """Problems of the operators; whether that which crosses fits these genomes matters where it is used."""
     from ecs_eco.genomes.operators import check_entry, taken_apart
 
     for word in ("mate", "mutate"):
-        entry, at = getattr(section, word), (*key, word, "operator")
+        entry, at = getattr(species.genome, word), (*key, word, "operator")
         named = isinstance(entry.operator, str) and ":" not in entry.operator
         try:
             if named:
-                check_entry(word, entry.operator, entry.arguments, layout)
+                check_entry(word, entry.operator, entry.arguments, layout, species.mates or word != "mate")
             elif (own := config._code.known(entry.operator)) is not None:
                 taken_apart(word, partial(own, **entry.arguments))
         except (ValueError, UnknownName) as error:

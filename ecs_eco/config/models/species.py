@@ -231,6 +231,12 @@ class Species(Section):
         return {group: (actions.continuous[0], actions.continuous[1])
                 for group, actions in self.actions.items() if isinstance(actions, Continuous)}
 
+    @property
+    def mates(self) -> bool:
+        """Whether genomes of two parents are crossed."""
+        sexual = self.reproduction is not None and self.reproduction.kind == "sexual"
+        return sexual and self.genome is not None and self.genome.mate.chance > 0
+
     def action_list(self) -> tuple[tuple[str, str], ...]:
         """(group, action) of every action in the order of the decision vector."""
         return tuple((group, action) for group, actions in self.groups().items() for action in actions)

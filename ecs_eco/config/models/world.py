@@ -19,7 +19,7 @@ from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
 from ecs_eco.config.models.viewer import Viewer
 from ecs_eco.config.models.water import Sun, Water, Year
-from ecs_eco.config.names import code_of
+from ecs_eco.config.names import code_of, is_component
 from ecs_eco.engine.code import NONE, Code
 from ecs_eco.engine.parameters import applied
 from ecs_eco.engine.section import (
@@ -149,7 +149,7 @@ class WorldConfig(Section):
     def own_fields(self, kind: str) -> dict[str, float]:
         """Component.field of every number in the user's own components of a species, with its default; none
         of components whose code may not run yet."""
-        components = [c for c in map(self.known, self.species[kind].components) if hasattr(c, "fields")]
+        components = filter(is_component, map(self.known, self.species[kind].components))
         return {f"{c.__name__}.{field}": float(default) for c in components
                 for field, (type_, default) in c.fields.items() if not type_.shape}
 
