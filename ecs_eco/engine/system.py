@@ -11,7 +11,6 @@ from ecs_eco.engine.phases import Scheduled
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.world import World
 
-
 TURN = random.LOT + (3 << 8)  # purpose of the draws of which table comes first
 
 
@@ -20,8 +19,8 @@ class System(Scheduled):
 
     A subclass declares `needs` (components) and `phase`, and defines `update(table, world)`, called for every
     table that has them all, in the order in which tables were added; with `rivals`, in an order drawn in each
-    tick, so that no table is always first. A system that joins tables overrides `process`. `acts` are the groups of actions that it carries out, beyond those that every world knows:
-    species may use them.
+    tick, so that no table is always first. A system that joins tables overrides `process`. `acts` are the
+    groups of actions that it carries out, beyond those that every world knows: species may use them.
     """
 
     needs: tuple[type, ...] = ()

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
+REFUSED = (COUNTS_ROW.names or ()).index("refused")
 MOST_SPECIES = 128  # their numbers are written as i8
 
 
@@ -172,7 +173,7 @@ class Recorder(System):
         for s, name in enumerate(self.names):
             table = world.tables[name]
             living[s, 0], high[s] = table.n, table.high
-            living[s, 3], table.species.refused = table.species.refused, 0
+            living[s, REFUSED], table.species.refused = table.species.refused, 0
             rows += table.high
             if world.space.volume and Position in table and table.n:
                 self._means["depth_mean"][at, s] = mean_depth(table.alive[: table.high], table[Position].z,
@@ -256,7 +257,10 @@ class Recorder(System):
         for name in PAGES:
             array = getattr(self, f"_{name}")
             array[...] = 0
-            array[0] = _as_rows(state[f"page/{name}"], array.dtype)
+            page = state[f"page/{name}"]
+            if name == "counts" and page.shape[-1] < self._numbers.shape[-1]:  # of before births were refused
+                page = np.insert(page, REFUSED, 0, axis=-1)
+            array[0] = _as_rows(page, array.dtype)
         self._events = {kind: [] for kind in EVENTS}
         for kind, names in EVENTS.items():
             if f"{kind}/tick" in state:

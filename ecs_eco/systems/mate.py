@@ -144,7 +144,8 @@ def agreed(table: Table, world: SpatialWorld, i: Any, partner: np.ndarray,
     choosers, of = entry[: uid.size], np.full(who.size, -1)
     of[choosers] = entry[uid.size :]
     pairs = np.empty((uid.size, 2), np.int64)
-    n = pair(choosers[nearest_first(world.key, uid, far)], of, np.arange(who.size), np.zeros(who.size, np.bool_), pairs)
+    n = pair(choosers[nearest_first(world.key, uid, far)], of, np.arange(who.size),
+             np.zeros(who.size, np.bool_), pairs)
     rows = rows_of(table, who)[pairs[:n]] if n else pairs[:0]
     return np.ascontiguousarray(rows[(rows >= 0).all(axis=1)])
 

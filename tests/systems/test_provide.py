@@ -108,9 +108,10 @@ def test_the_soil_nourishes_any_of_the_seeds_that_want_it_of_whatever_species():
     both = {name: {"count": 0, "body": {"radius": RADIUS}, "substances": {"nitrogen": 2.0},
                    "born_with": "soil", "reproduction": SITE} for name in ("heather", "sorrel")}
     fields = {"soil": {"cell": 5.0, "substance": "nitrogen", "initial": 1e-9}}
-    world, names, y = heath(nitrogen=0.0, world={"fields": fields, "species": both}), [], []
+    wide = {"space": {"size": [10.0, 10.0]}, "fields": fields, "species": both}
+    world, names, y = heath(nitrogen=0.0, world=wide), [], []
     for world.tick in range(80):
-        world.fields["soil"].value[...] = 2.5 / 25_000
+        world.fields["soil"].value[...] = [[[2.5 / 25_000, 0], [0, 0]]]  # for one seed
         act(world, Spread)
         for table in world.tables.values():
             for _, _, values in table.births:

@@ -138,7 +138,7 @@ def test_nothing_grows_on_rock_or_water_nor_beyond_max_count(meadow):
 
 
 def test_max_count_leaves_room_for_seeds_anywhere(meadow):
-    world, y = _meadow(meadow, 1, {"seed_rain": 1.0}, max_count=6), []
+    world, y = _meadow(meadow, 1, {"rate": 0.0, "seed_rain": 1.0}, max_count=6), []
     grass = arrange(world, "grass", x=1, y=1)
     for world.tick in range(60):
         act(world, Spread)
