@@ -84,7 +84,7 @@ class Births:
         if not ordered:
             own = own[table.uid[own].argsort()]
         if own.size:
-            for listen in world.on_death:
+            for listen in tuple(world.on_death):
                 listen(table, own)
             if table.name in self.sites:
                 self.cleared[table.name].append((self._site(table, *self._xy(table, own)),
@@ -107,7 +107,7 @@ class Births:
                 values = {key: np.asarray(array)[here] for key, array in values.items()}
                 rows = table.settle(uid[here], np.full(here.size, world.tick), values)
                 mates = np.zeros(here.size, np.uint64) if second is None else second[here]
-                for listen in world.on_birth:
+                for listen in tuple(world.on_birth):
                     listen(table, rows, parents[here], mates)
 
     def _here(self, table: Table, values: Values, n: int) -> np.ndarray:

@@ -43,6 +43,8 @@ def collect(bands: Any, recorder: Any) -> None:
     others.
     """
     pages, at = recorder.learning.rows, page_end(recorder)
+    if bands.place:
+        recorder._counts["refused"] = 0  # all processes count the same
     mine = {"sums": [array[:at] for array in sums(recorder)], "stocks": stocks(recorder),
             "events": recorder._events, "actions": pages["actions"], "lessons": bands.lessons}
     parts = bands.wire.comm.gather(mine if bands.place else None)

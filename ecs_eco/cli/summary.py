@@ -39,6 +39,12 @@ def summary(config: WorldConfig) -> str:
     ]
     for name, species in config.species.items():
         lines.append(f"  {name}: {species.count}" + ("" if species.reproduction else ", does not multiply"))
+        if (way := species.reproduction) is not None and way.kind == "spread":
+            sites = " × ".join(str(max(1, round(length / way.spacing))) for length in config.space.size[:2])
+            shared = sum(s.reproduction is not None and s.reproduction.kind == "spread"
+                         for s in config.species.values()) > 1
+            lines.append(f"    spreads over {sites} sites of its own" + (
+                "; other plants may stand on the same ground" if shared else ""))
         channels = species.channels(config.dims)
         if channels:
             lines.append(f"    senses {', '.join(channels)}")

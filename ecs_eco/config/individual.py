@@ -62,6 +62,7 @@ WIDTH = "it is the width of a column or of a network's input, which all of the s
 SHARED = {  # pattern → why it cannot be an organism's own
     "count": POPULATION, "max_count": POPULATION,
     "age.*": PARENTLESS,
+    "metabolism.energy_spread": PARENTLESS,
     "metabolism.energy": "founders bring it along; of those with parents it is reproduction.energy_given",
     "substances.*": MATTER, "reactions.*.from.*": CHEMISTRY, "reactions.*.to.*": CHEMISTRY,
     "body.density": "mass follows from it: that of an organism is body.mass",

@@ -82,7 +82,7 @@ def bury(world: Any, table: Table, rows: np.ndarray, ordered: bool = False) -> N
     heard = "death" in world.context.registry.events
     if not ordered and (heard or world.on_death):
         rows = rows[table.uid[rows].argsort()]
-    for listen in world.on_death:
+    for listen in tuple(world.on_death):
         listen(table, rows)
     if heard:
         causes = [world.causes[cause - 1] for cause in table.cause[rows]]
@@ -109,7 +109,7 @@ def bear(world: Any) -> None:
                     registry.bear(request, table, int(rows[0]))
                 if second is None and world.on_birth:
                     second = np.zeros(parents.shape, parents.dtype)
-                for listen in world.on_birth:
+                for listen in tuple(world.on_birth):
                     listen(table, rows, parents, second)
                 born.append((table, rows))
     if "birth" in registry.events:
@@ -119,7 +119,7 @@ def bear(world: Any) -> None:
 
 def depart(world: Any, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
     """Free the rows i64[k] of migrants, by uid, that leave for islands `to` i64[k]; no death."""
-    for listen in world.on_departure:
+    for listen in tuple(world.on_departure):
         listen(table, rows, to)
     table.vacate(rows)
 
@@ -129,5 +129,5 @@ def arrive(world: Any, table: Table, uid: np.ndarray, born: np.ndarray,
     """Give rows to migrants with these uids u64[k] and columns that come from islands `origin` i64[k]: no
     birth."""
     rows = table.settle(uid, born, values)
-    for listen in world.on_arrival:
+    for listen in tuple(world.on_arrival):
         listen(table, rows, origin)

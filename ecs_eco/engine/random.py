@@ -16,7 +16,8 @@ from ecs_eco.engine.jit import njit
 _MASK = (1 << 64) - 1
 
 # What a number is drawn for. One organism may draw one number per purpose, salt and tick.
-PLACE, SEX, DECIDE, FEED, BIRTH, SPREAD, WANDER, USER, MATE, GENES, BRAIN, CULL, MIGRATE = range(1, 14)
+(PLACE, SEX, DECIDE, FEED, BIRTH, SPREAD, WANDER, USER, MATE, GENES, BRAIN, CULL, MIGRATE,
+ LOT) = range(1, 15)
 
 
 @njit
@@ -40,6 +41,16 @@ def draw(key, identity, purpose):
     """Return a float32 in [0, 1): uniform on multiples of 2**-24, the same for the same (key,
     identity, purpose)."""
     return np.float32(bits(key, identity, purpose) >> np.uint64(40)) * np.float32(5.9604645e-08)
+
+
+@njit
+def by_lot(key, identity, purpose):
+    """Return a random order of identities u64[n], each different: i64[n]. It does not depend on how they are
+    arranged: `bits` of different identities are never equal."""
+    lots = np.empty(identity.size, np.uint64)
+    for i in range(identity.size):
+        lots[i] = bits(key, identity[i], purpose)
+    return np.argsort(lots)
 
 
 def mix_int(z: int) -> int:

@@ -1,24 +1,31 @@
 """Systems are behaviour: an esper.Processor that gets, table by table, the columns it named."""
 
 from typing import Any
+from zlib import crc32
 
+import numpy as np
+
+from ecs_eco.engine import random
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.phases import Scheduled
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.world import World
+
+TURN = random.LOT + (3 << 8)  # purpose of the draws of which table comes first
 
 
 class System(Scheduled):
     """What happens to all entities that have the components in `needs`, once a tick.
 
     A subclass declares `needs` (components) and `phase`, and defines `update(table, world)`, called for every
-    table that has them all, in the order in which tables were added. A system that joins tables overrides
-    `process`. `acts` are the groups of actions that it carries out, beyond those that every world knows:
-    species may use them.
+    table that has them all, in the order in which tables were added; with `rivals`, in an order drawn in each
+    tick, so that no table is always first. A system that joins tables overrides `process`. `acts` are the
+    groups of actions that it carries out, beyond those that every world knows: species may use them.
     """
 
     needs: tuple[type, ...] = ()
     acts: tuple[str, ...] = ()
+    rivals = False  # whether tables compete in it: their order is then drawn in each tick
     world: World
     # the tables that have what it needs, and what that was found from
     _fitting: tuple[tuple[Any, ...], list[Table]] = ((), [])
@@ -29,8 +36,13 @@ class System(Scheduled):
         now = Noted.changes, self.needs, world
         if self._fitting[0] != now:
             self._fitting = now, [t for t in world.tables.values() if t.has(self.needs)]
-        for table in self._fitting[1]:
+        for table in self._drawn() if self.rivals and len(self._fitting[1]) > 1 else self._fitting[1]:
             self.update(table, world)
+
+    def _drawn(self) -> list[Table]:
+        """Return the tables in an order drawn for their names."""
+        names = np.array([crc32(table.name.encode()) for table in self._fitting[1]], np.uint64)
+        return [self._fitting[1][i] for i in random.by_lot(self.world.key, names, TURN)]
 
     def update(self, table: Table, world: Any) -> None:
         """Change one table's columns by one tick."""

@@ -38,7 +38,7 @@ class World:
     rows), before the rows are freed, and `on_birth` (table, rows, uids of first and of second parents, 0 for
     none), once the rows are filled; of migrants `on_departure` (table, rows, numbers of the islands that they
     leave for) and `on_arrival` (table, rows, numbers of those that they come from). They are called in the
-    order of the list; none of them is saved.
+    order of the list, as it was when the event happened: a hook may remove itself. None of them is saved.
     """
 
     def __init__(self, *, dt: float = 1.0, seed: int = 0, threads: int = 1, name: str = "world") -> None:
@@ -209,10 +209,17 @@ class World:
         return found
 
     def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
-        """Yield (uid, handle, …) for all living entities that have these components, in the order of uids."""
+        """Yield (uid, handle, …) for all living entities that have these components, in the order of uids.
+
+        Those that die within the loop before it comes to them are left out, and the newborn too.
+        """
         living = [(int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components)
                   for r in t.rows()]
         for uid, table, row in sorted(living, key=lambda one: one[0]):
+            if table.uid[row] != uid:  # it has died, or is in another row now
+                if not (there := np.flatnonzero(table.uid[: table.high] == uid)).size:
+                    continue
+                row = int(there[0])
             yield uid, *(self._handle(table, row, component) for component in components)
 
     def _handle(self, table: Table, row: int, component: type[Any]) -> Any:

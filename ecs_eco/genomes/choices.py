@@ -12,8 +12,8 @@ Numbers = Sequence[float]
 
 
 def nearest(chooser: int, candidates: Sequence[int], distance: Numbers, energy: Numbers, age: Numbers) -> int:
-    """Return the nearest candidate; ties go to the lowest uid."""
-    return min(zip(distance, candidates, strict=True))[1]
+    """Return the nearest candidate; of equal ones any."""
+    return _first(distance, candidates)
 
 
 def any_one(chooser: int, candidates: Sequence[int], distance: Numbers, energy: Numbers, age: Numbers) -> int:
@@ -22,13 +22,19 @@ def any_one(chooser: int, candidates: Sequence[int], distance: Numbers, energy: 
 
 
 def richest(chooser: int, candidates: Sequence[int], distance: Numbers, energy: Numbers, age: Numbers) -> int:
-    """Return the candidate with the most energy; ties go to the lowest uid."""
-    return min(zip((-e for e in energy), candidates, strict=True))[1]
+    """Return the candidate with the most energy; of equal ones any."""
+    return _first([-e for e in energy], candidates)
 
 
 def oldest(chooser: int, candidates: Sequence[int], distance: Numbers, energy: Numbers, age: Numbers) -> int:
-    """Return the oldest candidate; ties go to the lowest uid."""
-    return min(zip((-a for a in age), candidates, strict=True))[1]
+    """Return the oldest candidate; of equal ones any."""
+    return _first([-a for a in age], candidates)
+
+
+def _first(values: Numbers, candidates: Sequence[int]) -> int:
+    """Return the candidate with the least value, one of them at random where several have it."""
+    least = min(values)
+    return random.choice(sorted(c for v, c in zip(values, candidates, strict=True) if v == least))
 
 
 RULES: dict[str, Callable[..., int]] = dict(zip(CHOICES, (nearest, any_one, richest, oldest), strict=True))

@@ -21,6 +21,7 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.lifecycle import sizes
 from ecs_eco.lifecycle.broods import Brood, name, small_brood
+from ecs_eco.lifecycle.founders import newcomers
 from ecs_eco.lifecycle.places import Around, around, find_places
 from ecs_eco.space.geometry import cell_of
 
@@ -61,13 +62,25 @@ class Litters(NamedTuple):
 
 
 def room(table: Table, world: SpatialWorld, wanted: int) -> int:
-    """Return how many of `wanted` newborn there is room for:
+    """Return how many of `wanted` newborn there is room for, and count those that are refused:
     `max_count` minus the living, the births pending, and the eggs."""
-    most, eggs = table.species.max_count, table.species.eggs
+    most, eggs, n = table.species.max_count, table.species.eggs, wanted
     if eggs is not None:
-        wanted = room(eggs, world, wanted)
+        n = room(eggs, world, n)
         most = None if most is None else most - eggs.n - eggs.waiting
-    return wanted if most is None else max(0, min(wanted, most - world.bands.count(table) - table.waiting))
+    if most is not None:
+        n = max(0, min(n, most - world.bands.count(table) - table.waiting))
+    table.species.refused += wanted - n
+    return n
+
+
+def share_out(world: SpatialWorld, uid: np.ndarray, number: np.ndarray, n: int) -> np.ndarray:
+    """Return how many newborn of each litter get one of `n` places, i64[k]: each of the `number` i64[k]
+    newborn of parents `uid` u64[k] has the same probability."""
+    wanted = int(number.sum())
+    which, identity = np.empty(wanted, np.int64), np.empty(wanted, np.uint64)
+    name(uid, number, which, identity)
+    return np.bincount(which[random.by_lot(world.key, identity, random.LOT)[:n]], minlength=uid.size)
 
 
 def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, number: np.ndarray,
@@ -78,14 +91,36 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     A species that lays eggs has them laid.
 
     Each newborn gets the energy `given` f32[k]; the caller takes it from the parent. `fathers` are uids
-    u64[k], dead or alive, `sperm` u8[k, loci] their genomes.
+    u64[k], dead or alive, `sperm` u8[k, loci] their genomes. Immigrants compete with the newborn for the
+    places that `max_count` leaves.
     """
     alone = not world.bands.divided
     litters = None if alone else world.bands.litters(
         litters_of(table, parents, number, given, fathers), around(table, way, parents))
-    n = room(table, world, sum((number if litters is None else litters.number).tolist()))
-    if not n:
-        return np.zeros(parents.size, np.int64)
+    asked, come = number if litters is None else litters.number, immigrants(table, world, way)
+    wanted = sum(asked.tolist()) + come
+    n = room(table, world, wanted)
+    if n < wanted:
+        uid = table.uid[parents] if litters is None else litters.uid
+        asked = share_out(world, np.concatenate([uid, future(world, table, come)]),
+                          np.concatenate([asked, np.ones(come, np.int64)]), n)
+        asked, come = asked[: uid.size], int(asked[uid.size :].sum())
+        number, litters = (asked, None) if litters is None else (number, litters._replace(number=asked))
+    born = np.zeros(parents.size, np.int64)
+    if n > come:
+        born = _bear(table, world, way, parents, number, given, litters, n - come, fathers, sperm)
+    if come:
+        table.request(np.zeros(come, np.uint64), newcomers(table, world, table.species.config,
+                                                           future(world, table, come)))
+    return born
+
+
+def _bear(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, number: np.ndarray,
+          given: np.ndarray, litters: Litters | None, n: int, fathers: np.ndarray | None,
+          sperm: np.ndarray | None) -> np.ndarray:
+    """Request the `n` newborn of litters for which there is room; return how many of each parent's have a
+    place."""
+    alone = litters is None
     found = small_brood(table, world, way, parents, number, given, n) if alone else None
     if found is None:
         litters = litters or litters_of(table, parents, number, given, fathers)
@@ -98,6 +133,19 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     return born
 
 
+def immigrants(table: Table, world: SpatialWorld, way: Any) -> int:
+    """Return how many immigrants come in this tick: the integer part of rate × dt, and one more with the
+    probability of the rest."""
+    rate = getattr(way, "immigration", 0.0)
+    return int(rate * world.dt + float(random.draw(world.key, np.uint64(table.place),
+                                                   random.BIRTH + (2 << 8)))) if rate else 0
+
+
+def future(world: SpatialWorld, table: Table, n: int) -> np.ndarray:
+    """Return identities u64[n] of newcomers: uids to come, of which no draw has been made yet."""
+    return np.arange(n, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
+
+
 def litters_of(table: Table, parents: np.ndarray, number: np.ndarray, given: np.ndarray,
                fathers: np.ndarray | None) -> Litters:
     """Return the litters of parents in rows i64[k], as `bring_forth` has them."""
@@ -107,7 +155,7 @@ def litters_of(table: Table, parents: np.ndarray, number: np.ndarray, given: np.
 
 def any_brood(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, litters: Litters,
               n: int) -> tuple[Brood, np.ndarray]:
-    """Return the first `n` newborn without those for whom there is no place, and the number of each parent
+    """Return the `n` newborn without those for whom there is no place, and the number of each parent
     i64[k]."""
     which, identity = np.empty(n, np.int64), np.empty(n, np.uint64)
     name(litters.uid, litters.number, which, identity)
@@ -196,8 +244,9 @@ def whole(litter):
 
 @njit
 def affordable(energy, given, n):
-    """Return how many newborn, at most n, a parent can pay `given` for without falling to 0."""
-    while n > 0 and not energy - np.float32(n) * given > 0:
+    """Return how many newborn, at most n, a parent can pay `given` for without falling to 0: all, if they
+    cost nothing."""
+    while n > 0 and given > 0 and not energy - np.float32(n) * given > 0:
         n -= 1
     return n
 

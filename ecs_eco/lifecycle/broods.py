@@ -15,8 +15,8 @@ from ecs_eco.components import Body, Position, Shape
 from ecs_eco.engine import random
 from ecs_eco.engine.addresses import column_at
 from ecs_eco.engine.jit import njit
-from ecs_eco.engine.random import draw, mix
-from ecs_eco.lifecycle.places import TRIES, draw_places, keep_apart, radius_of, range_of
+from ecs_eco.engine.random import by_lot, draw, mix
+from ecs_eco.lifecycle.places import APART, TRIES, draw_places, keep_apart, radius_of, range_of
 from ecs_eco.space.bodies import rocks
 from ecs_eco.space.sight import offset
 
@@ -42,7 +42,7 @@ class Brood(NamedTuple):
 
 def small_brood(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, number: np.ndarray,
                 given: np.ndarray, n: int) -> tuple[Brood, np.ndarray] | None:
-    """Return the first `n` newborn of parents in rows i64[k], as `bring_forth` has them, without those for
+    """Return the `n` newborn of parents in rows i64[k], as `bring_forth` has them, without those for
     whom there is no place, and the number of each parent i64[k]; None where others must look for places."""
     dispersal, spacing = range_of(table, way)
     others = None if isinstance(spacing, np.ndarray) else in_the_way(table, world, n, spacing > 0)
@@ -113,7 +113,8 @@ def settle(parents, number, given, dispersal, spacing, table, columns, high, apa
         for i in range(n):
             at[axis, i] = column[parents[which[i]]]
     px, py, pz = at[0], at[1], at[2]
-    free, out, homeless, left = np.zeros(n, np.bool_), np.zeros((n, 4), np.float32), np.arange(n), n
+    free, out, left = np.zeros(n, np.bool_), np.zeros((n, 4), np.float32), n
+    homeless = by_lot(key, names[0], APART) if spacing > 0 else np.arange(n)
     for attempt in range(TRIES):
         some = homeless[:left]
         draw_places(some, names[0], px, py, pz, dispersal, lengths, torus, volume, ground, ground_inverse,

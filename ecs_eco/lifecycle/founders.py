@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
+NERVOUS_SPREAD = 0.25  # hungry to well fed, lest all that must find food starve in the same tick
 Values = dict[tuple[type, str], np.ndarray]
 
 
@@ -38,16 +39,24 @@ def newcomers(table: Table, world: SpatialWorld, kind: Any, identity: np.ndarray
     if span is not None:
         u = random.draw_many(world.key, identity[:count], random.SEX + (2 << 8) + ((table.place + 1) << 20))
         values[Biology, "age"] = (np.float32(span[0]) + np.float32(span[1] - span[0]) * u).astype(np.float32)
-    if Metabolism in table and table.species.nerves is not None:  # hungry to well fed, lest all die at once
+    if spread := energy_spread(table, kind):
         u = random.draw_many(world.key, identity[:count], random.BIRTH + ((table.place + 1) << 20))
         values[Metabolism, "energy"] = (
-            np.float32(kind.metabolism.energy) * (np.float32(0.75) + np.float32(0.5) * u)
+            np.float32(kind.metabolism.energy) * (np.float32(1 - spread) + np.float32(2 * spread) * u)
         ).clip(
             0, kind.metabolism.energy_max).astype(np.float32)
     if (heredity := table.species.heredity) is not None:
         values |= heredity.founders(world, table, identity[:count])
         _keep_within_stores(table, values)
     return values | sizes.of_adults(table, values, count)
+
+
+def energy_spread(table: Table, kind: Any) -> float:
+    """Return by what share of `metabolism.energy` that of founders is larger or smaller, at most."""
+    if Metabolism not in table or kind is None:
+        return 0.0
+    given: float | None = kind.metabolism.energy_spread
+    return (NERVOUS_SPREAD if table.species.nerves is not None else 0.0) if given is None else given
 
 
 def _keep_within_stores(table: Table, values: Values) -> None:

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-TRIES = 8  # places tried before a birth fails for lack of room
+TRIES = 8  # places tried before a birth fails because there is no room
+APART = random.LOT + (1 << 8)  # purpose of the draws that order newborn which keep apart from each other
 
 
 class Around(NamedTuple):
@@ -68,7 +69,7 @@ def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.n
     """Return (x, y, z, whether there is room) for each newborn, drawn for `identity` u64[k]: f32[k, 4]."""
     space, ground = world.space, rocks(world)
     out, free = np.zeros((identity.size, 4), np.float32), np.zeros(identity.size, np.bool_)
-    homeless = np.arange(identity.size)
+    homeless = random.by_lot(world.key, identity, APART)
     for attempt in range(TRIES):
         draw_places(homeless, identity, where.x, where.y, where.z, where.dispersal, space.lengths,
                     space.torus, space.volume, *ground, world.key, attempt, out, free)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Body, Chemistry, Position
+from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.lifecycle.matter import book, first_fields, newborn_volumes
 from ecs_eco.space.geometry import cells_of
@@ -17,9 +18,10 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def root(world: SpatialWorld, table: Table, values: Mapping[tuple[type, str], np.ndarray]) -> np.ndarray:
+def root(world: SpatialWorld, table: Table, values: Mapping[tuple[type, str], np.ndarray],
+         site: np.ndarray) -> np.ndarray:
     """Take what newborn with these columns are made of from the soil under them; return which of them find
-    all of it, bool[k]. Who comes first in the order given has the first choice."""
+    all of it, bool[k]. They take it in an order drawn for their sites u64[k]."""
     molarity, fields = table.defaults[Chemistry]["molarity"], first_fields(world)
     needed = [s for s, name in enumerate(world.substances) if molarity[s] > 0 and name in fields]
     n = values[Position, "x"].size
@@ -34,7 +36,9 @@ def root(world: SpatialWorld, table: Table, values: Mapping[tuple[type, str], np
         cell[:, k] = cells_under(field, values)
         wanted[:, k] = np.float64(molarity[s]) * volume / field.litres
         soil.append(field.value.reshape(-1))
-    claim(cell, wanted, tuple(soil), rooted)
+    order = random.by_lot(world.key, site, random.LOT + (1 << 8) + (table.place << 20))
+    claim(cell[order], wanted[order], tuple(soil), rooted)
+    rooted[order] = rooted.copy()
     taken = np.zeros(len(world.substances))
     taken[needed] = molarity[needed].astype(np.float64) * volume[rooted].sum()
     book(world, table, "taken_up", taken)

@@ -105,6 +105,8 @@ class Species:
     sex: str = "none"
     max_count: int | None = None
     """Births stop at this number of living."""
+    refused: int = 0
+    """Births that it refused since a recorder last noted them."""
     reproduction: AnyReproduction | None = None
     care: Care | None = None
     """How its parents feed their young; None: they do not."""

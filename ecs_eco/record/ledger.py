@@ -15,7 +15,7 @@ LEDGER = ("stock_before", "endowed", *FLOWS, "lost", "stock_after")
 MIGRATION = ("imported", "exported")
 """Further columns of the ledger of an island: the energy of those that came from others and left for them."""
 
-COUNTS_ROW = np.dtype([("n", np.int32), ("births", np.int32), ("deaths", np.int32)])
+COUNTS_ROW = np.dtype([(name, np.int32) for name in ("n", "births", "deaths", "refused")])
 LEDGER_ROW = np.dtype([(name, np.float64) for name in LEDGER])
 
 

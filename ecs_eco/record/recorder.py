@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
+REFUSED = (COUNTS_ROW.names or ()).index("refused")
 MOST_SPECIES = 128  # their numbers are written as i8
 
 
@@ -65,7 +66,7 @@ class Recorder(System):
         island = is_island(world)
         self._counts = np.zeros((block, s), ISLAND_COUNTS_ROW if island else COUNTS_ROW)
         self.means = ("energy_mean", "happiness_mean", *(("depth_mean",) if world.space.volume else ()))
-        self._numbers = self._counts.view(np.int32).reshape(block, s, -1)  # the same: n, births, deaths
+        self._numbers = self._counts.view(np.int32).reshape(block, s, -1)  # the same, by COUNTS_ROW
         self._means = np.zeros((block, s), np.dtype([(name, np.float32) for name in self.means]))
         self._moods = np.zeros((block, s))  # sums of happiness
         self._ledger = np.zeros((block, s), ISLAND_LEDGER_ROW if island else LEDGER_ROW)
@@ -92,6 +93,8 @@ class Recorder(System):
         world.on_birth.append(self.born)
         world.on_death.append(self.died)
         self.migrations = Migrations(self, world) if island else None
+        for table in tables:
+            table.species.refused = 0
         world.recorder = self
         world.add_system(self)
 
@@ -170,6 +173,7 @@ class Recorder(System):
         for s, name in enumerate(self.names):
             table = world.tables[name]
             living[s, 0], high[s] = table.n, table.high
+            living[s, REFUSED], table.species.refused = table.species.refused, 0
             rows += table.high
             if world.space.volume and Position in table and table.n:
                 self._means["depth_mean"][at, s] = mean_depth(table.alive[: table.high], table[Position].z,
@@ -253,7 +257,10 @@ class Recorder(System):
         for name in PAGES:
             array = getattr(self, f"_{name}")
             array[...] = 0
-            array[0] = _as_rows(state[f"page/{name}"], array.dtype)
+            page = state[f"page/{name}"]
+            if name == "counts" and page.shape[-1] < self._numbers.shape[-1]:  # of before births were refused
+                page = np.insert(page, REFUSED, 0, axis=-1)
+            array[0] = _as_rows(page, array.dtype)
         self._events = {kind: [] for kind in EVENTS}
         for kind, names in EVENTS.items():
             if f"{kind}/tick" in state:

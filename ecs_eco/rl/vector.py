@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.engine import random
 from ecs_eco.engine.arguments import whole_number
 from ecs_eco.nervous.external import Sensed
 from ecs_eco.rl import spaces
@@ -18,6 +19,7 @@ try:
 except ModuleNotFoundError as error:
     raise needed(error.name or "gymnasium") from None
 
+FILL = random.LOT + (4 << 8)  # purpose of the draws of who gets a free slot
 Step = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
 
 
@@ -25,8 +27,8 @@ class Slots(VectorEnv):
     """n bodies of a species, each in a slot until it dies.
 
     Death is termination: the slot's `final_obs` in the infos is what the dead sensed last, its reward the
-    last one. In the same step a free slot takes a living member that has none, the one of the lowest uid; as
-    long as there is none it is empty, senses zeros, and `mask` in the infos is False. Those without a slot
+    last one. In the same step a free slot takes a living member that has none, drawn at random; as long as
+    there is none it is empty, senses zeros, and `mask` in the infos is False. Those without a slot
     decide by the species' own policy, by chance where it has none. After `max_cycles` ticks all are
     truncated, and where the species is extinct a new world begins, in the same step.
     """
@@ -105,7 +107,10 @@ class Slots(VectorEnv):
         """Give free slots bodies that have none; return what all sense f32[n, channels]."""
         free = np.flatnonzero(self.uid == 0)
         if len(free) and len(sensed.uid) > self.num_envs - len(free):
-            others = np.setdiff1d(sensed.uid, self.uid)[: len(free)]
+            others = np.setdiff1d(sensed.uid, self.uid)
+            if len(others) > len(free):
+                key = self.arena.opened().world.key
+                others = np.sort(others[random.by_lot(key, others, FILL)[: len(free)]])
             self.uid[free[: len(others)]] = others
         here = self._find(sensed.uid)
         x = np.zeros((self.num_envs, len(self.channels)), np.float32)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Body, Metabolism, Position
+from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
@@ -17,17 +18,20 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
+TURN = random.LOT + (2 << 8)  # purpose of the draws that say who builds first
+
 
 class Build(System):
     """An animal that decides to, and has more energy than it takes, makes an object where it is: a nest, a
     dam, a store of honey.
 
     It burns the cost, and gives the object the energy that objects of this type hold. None is made closer to
-    another than the spacing, or beyond the greatest number; the lower uid goes first. The objects are there
-    at the end of the tick.
+    another than the spacing, or beyond the greatest number; where several want to, chance decides. The
+    objects are there at the end of the tick.
     """
 
     needs = (Position, Body, Metabolism)
+    rivals = True
     phase = "interact"
 
     def update(self, table: Table, world: SpatialWorld) -> None:
@@ -43,12 +47,13 @@ class Build(System):
         m, p, nerves = table[Metabolism], table[Position], table.species.nerves
         worth = np.float32(0.0 if thing.species.store is None else thing.species.store.initial)
         price = np.broadcast_to(cost + worth, table.high)
-        wants = (awake(table) & (table.cause == 0))[: table.high] & (m.energy[: table.high] > price)
+        wants = (awake(table) & (table.cause == 0))[: table.high]
+        wants &= (m.energy[: table.high] > price) | (price == 0)
         if nerves is not None and "build" in nerves.groups:
             wants &= (nerves.doing(table, f"build.{way.object}")[: table.high]
                       if way.object in nerves.groups["build"] else False)
-        rows = table.by_uid()
-        rows = rows[wants[rows]]
+        rows = np.flatnonzero(wants)
+        rows = rows[random.by_lot(world.key, table.uid[rows], TURN)]
         apart = np.broadcast_to(spacing, table.high)[rows]
         if rows.size and apart.max() > 0:
             rows = rows[free(thing, np.stack([p.x[rows], p.y[rows], p.z[rows]], 1), apart, world)]
@@ -56,6 +61,7 @@ class Build(System):
             rows = rows[: max(0, way.most - thing.n - thing.waiting)]
         if not rows.size:
             return
+        rows = rows[table.uid[rows].argsort()]
         thing.request(table.uid[rows], {(Position, axis): getattr(p, axis)[rows]
                                         for axis in ("x", "y", "z", "heading")})
         before = m.energy[rows]

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
+TIE = random.CULL + (1 << 23)  # purpose of the draws between those that are equal
 CELL = 1.0  # [m] side of the cells of a fence where the world has no ground of its own; less in a small world
 
 
@@ -69,6 +70,7 @@ class Intervene(System):
             table.cause[rows] = world.cause(order.cause)
             return
         wanted = order.count if order.share is None else math.floor(order.share * rows.size + 0.5)
+        rows = rows[random.by_lot(world.key, table.uid[rows], TIE)]
         first = np.argsort(_rank(table, rows, order.which, world.key), kind="stable")
         table.cause[rows[first[:wanted]]] = world.cause(order.cause)
 
@@ -221,7 +223,7 @@ def checked(world: SpatialWorld, order: Any, requests: Sequence[dict[str, Any]])
 
 
 def _rank(table: Table, rows: np.ndarray, which: str, key: np.uint64) -> np.ndarray:
-    """Return a number for each row, in the order of uids: the lowest is culled first."""
+    """Return a number for each row: the lowest is culled first."""
     if which == "random":
         return random.draw_many(key, table.uid[rows], random.CULL)
     if which in ("richest", "poorest"):

@@ -13,7 +13,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.elementary import power
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
-from ecs_eco.engine.random import draw, mix
+from ecs_eco.engine.random import bits, draw, mix
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.lifecycle.births import life_history, rows_of, ticks, whole
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 CHOOSES, SIRES = 1, 2  # bits: the roles of an organism that is ready
-MEET, TASTE = random.MATE, random.MATE + (1 << 8)  # purposes of random draws
+MEET, TASTE, TIE = random.MATE, random.MATE + (1 << 8), random.MATE + (2 << 8)  # purposes of random draws
 NO_DECISION = np.zeros((1, 1), np.uint8)
 SPHERES = np.zeros((0, 9), np.float32)  # where the forms of capsules and boxes would be
 WILLING = {"none": 0, "one": 1, "both": 2}
@@ -39,7 +39,7 @@ class Mate(System):
 
     An organism is ready if it is old enough, fed enough, rested and not pregnant; a male must also be able to
     pay his share, and pays it at once. In a species without sexes any two mate, and the chooser bears the
-    young. No organism mates twice in a tick: nearer pairs go first, ties by the uid of the chooser.
+    young. No organism mates twice in a tick: nearer pairs go first, equally near ones in a random order.
     Conception has the `chance` per second of contact, times the fertility of both.
     """
 
@@ -88,7 +88,7 @@ class Mate(System):
             pay = share, energy_given, litter
             self.ask(table, rule[1], i, choosers, can, near, (decision, column, WILLING[way.consent]), pay,
                      partner, distance2, world)
-        order = choosers[np.lexsort((i.uid[choosers], distance2[choosers]))]
+        order = choosers[nearest_first(world.key, i.uid[choosers], distance2[choosers])]
         pairs = np.empty((order.size, 2), np.int64)
         n = pair(order, partner, i.rows, np.zeros(i.n, np.bool_), pairs)
         self.conceive(table, world, way, pairs[:n])
@@ -144,9 +144,16 @@ def agreed(table: Table, world: SpatialWorld, i: Any, partner: np.ndarray,
     choosers, of = entry[: uid.size], np.full(who.size, -1)
     of[choosers] = entry[uid.size :]
     pairs = np.empty((uid.size, 2), np.int64)
-    n = pair(choosers[np.lexsort((uid, far))], of, np.arange(who.size), np.zeros(who.size, np.bool_), pairs)
+    n = pair(choosers[nearest_first(world.key, uid, far)], of, np.arange(who.size),
+             np.zeros(who.size, np.bool_), pairs)
     rows = rows_of(table, who)[pairs[:n]] if n else pairs[:0]
     return np.ascontiguousarray(rows[(rows >= 0).all(axis=1)])
+
+
+def nearest_first(key: np.uint64, uid: np.ndarray, distance2: np.ndarray) -> np.ndarray:
+    """Return the order of choosers u64[n] by distance, of equal ones as drawn: i64[n]."""
+    order = random.by_lot(key, uid, TIE)
+    return order[distance2[order].argsort(kind="stable")]
 
 
 def action(table: Table) -> tuple[int, np.ndarray]:
@@ -200,8 +207,8 @@ def suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, form, volume, 
     """Return the squared distance from entry i to entry j where j can sire, pay,
     is willing and in reach; else −1. It is that of the surfaces where they are no spheres."""
     it = rows[j]
-    part = of_row(share, it)
-    if (j == i or not can[it] & SIRES or (part > 0 and not energy[it] > part * each * number)
+    price = of_row(share, it) * each * number
+    if (j == i or not can[it] & SIRES or (price > 0 and not energy[it] > price)
         or wills(decision, column, it) < want):
         return np.float32(-1)
     if len(form):
@@ -237,8 +244,7 @@ def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx
     """Write the father that each of the entries first … last − 1 of the index chooses (−1: none),
     and his squared distance.
 
-    The choice is the nearest, a random one, the richest or the oldest; ties go by distance,
-    then by the lower uid.
+    The choice is the nearest, a random one, the richest or the oldest; ties go by distance, then by chance.
     """
     close = np.empty(x.size, np.int64)
     for i in range(first, last):
@@ -265,7 +271,9 @@ def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx
                 score = -age[it]
             k = partner[i]
             if k < 0 or score < best or (score == best
-                                         and (d2 < distance2[i] or (d2 == distance2[i] and uid[j] < uid[k]))):
+                                         and (d2 < distance2[i] or (
+                                             d2 == distance2[i] and bits(key, mix(uid[i]) ^ uid[j], TIE)
+                                             < bits(key, mix(uid[i]) ^ uid[k], TIE)))):
                 best, partner[i], distance2[i] = score, j, d2
 
 

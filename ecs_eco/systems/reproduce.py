@@ -16,8 +16,7 @@ from ecs_eco.engine.random import draw
 from ecs_eco.engine.rows import FEW
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, room, whole
-from ecs_eco.lifecycle.founders import newcomers
+from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, whole
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -29,7 +28,8 @@ class Reproduce(System):
 
     The newborn appears at a random place that no body occupies (`anywhere`, or within `dispersal` of the
     parent); where another of its kind lives within `spacing`, the birth fails and costs nothing. A litter is
-    cut to the number that the parent can pay for without falling to 0. Immigrants come in addition.
+    cut to the number that the parent can pay for without falling to 0. Immigrants, like founders, come in
+    addition. Where `max_count` is reached, newborn and immigrants share its free places at random.
     """
 
     needs = (Position, Body, Metabolism, Biology)
@@ -43,12 +43,6 @@ class Reproduce(System):
         if (way is None or way.kind not in ("simplified", "asexual")
             or not (world.reproduction or table.species.nerves is None)):
             return  # animals do not reproduce while they are pre-trained; plants do
-        self.bear(table, world, way)
-        if way.immigration:
-            self.immigrate(table, world, way)
-
-    def bear(self, table: Table, world: SpatialWorld, way: Any) -> None:
-        """Let parents give birth."""
         m, b = table[Metabolism], table[Biology]
         own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
         if self._lists[0].size < table.high:
@@ -59,24 +53,13 @@ class Reproduce(System):
         living = world.bands.living(table) if world.bands.divided else table.alive
         n = ready(living[: table.high], m.energy, b.age, b.fertility, table.uid, own,
                   energy_min, age_min, energy_given, litter, chance, world.key, parents, number, given)
-        if n == 0 and not world.bands.divided:
+        if n == 0 and not (world.bands.divided or way.immigration):
             return
         parents, number, given = parents[:n], number[:n], given[:n]
         if n > FEW:
             order = table.uid[parents].argsort()
             parents, number, given = parents[order], number[order], given[order]
         pay(parents, bring_forth(table, world, way, parents, number, given), given, m.energy, m.given)
-
-    def immigrate(self, table: Table, world: SpatialWorld, way: Any) -> None:
-        """Add immigrants like the founders: the integer part of rate × dt,
-        and one more by chance for the rest."""
-        wanted = way.immigration * world.dt
-        chance = float(random.draw(world.key, np.uint64(table.place), random.BIRTH + (2 << 8)))
-        if count := room(table, world, int(wanted + chance)):
-            # future uids: no draw has used them yet
-            identity = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
-            values = newcomers(table, world, table.species.config, identity)
-            table.request(np.zeros(count, np.uint64), values)
 
 
 def chance_of(rate: Any, dt: float) -> Any:

@@ -45,10 +45,11 @@ class Spread(System):
     place of a plant within an open site, the plant stands at the centre. Classes of land cover multiply both
     rates. Plants come from nothing, whatever
     the light, except where they are born with what the soil holds: then a seed sprouts only where there is
-    enough.
+    enough. Where soil is scarce, or `max_count` is reached, chance decides which seeds sprout.
     """
 
     needs = (Position, Metabolism)
+    rivals = True
     phase = "reproduce"
 
     @cached_property
@@ -77,12 +78,17 @@ class Spread(System):
         if parts.size > 1 or (parts.size and parts[0] > 0):  # several threads listed them
             sprouts = listed(room_for, found, parts)
             n = sprouts[0].size
-        n = room(table, world, n)
+        wanted, n = n, room(table, world, n)
         if n == 0:
             return
+        some: Any = slice(n)
+        if n < wanted:
+            some = np.sort(random.by_lot(world.key, sprouts[0][:wanted].astype(np.uint64),
+                                         random.LOT + (table.place << 20))[:n])
         # copies: the next tick writes there again
-        site, parent, parents, x, y = (sprouts[0][:n].copy(), sprouts[1][:n].copy(), sprouts[2][:n].copy(),
-                                       sprouts[3][:n].copy(), sprouts[4][:n].copy())
+        site, parent, parents, x, y = (sprouts[0][some].copy(), sprouts[1][some].copy(),
+                                       sprouts[2][some].copy(), sprouts[3][some].copy(),
+                                       sprouts[4][some].copy())
         nx, z = taken.shape[1], np.zeros(n, np.float32)
         if world.terrain is not None:
             x, y = world.terrain.within_sites(x, y, *(((cells + 0.5) / inverse[axis]).astype(np.float32)
@@ -99,7 +105,7 @@ class Spread(System):
                 values[name][own], values[name][grown] = some, inherited[name]
         values |= sizes.of_newborn(table, values, n)
         if table.species.born_with == "soil":
-            rooted = root(world, table, values)
+            rooted = root(world, table, values, site.astype(np.uint64))
             parents, values = parents[rooted], {name: some[rooted] for name, some in values.items()}
         table.request(parents, values)
 

@@ -13,6 +13,7 @@ SHORT = {"predator-prey": ["species.deer.ppo.horizon=8", "species.wolf.ppo.horiz
                            "species.deer.ppo.minibatch=4096", "space.size=[120.0, 120.0]",
                            "species.grass.count=1000", "species.deer.count=600", "species.wolf.count=90"],
          "reflexes": ["species.goat.ppo.horizon=8", "species.goat.reproduction.age_min=5.0",
+                      "species.goat.max_count=500", "species.green.max_count=3520",
                       "species.goat.reproduction.energy_min=0.5"],
          ROAMING: ["species.deer.ppo.horizon=8", "species.deer.metabolism.energy=0.9",
                    "species.deer.metabolism.basal=0.03", "species.deer.reproduction.rate=0.2"]}
@@ -40,7 +41,7 @@ for tick in range(ticks):
         all_ = comm.allreduce(table.n)
         seen["part"] &= all_ == one.tables[table.name].n and (table.n < all_ or comm.size == 1)
 same = one.digest() == many.digest()
-counts = [{c: world.series()[c].to_pylist() for c in ("tick", "n", "births", "deaths")}
+counts = [{c: world.series()[c].to_pylist() for c in ("tick", "n", "births", "deaths", "refused")}
           for world in (one, many)]
 same &= comm.rank > 0 or counts[0] == counts[1]
 path = "the-whole.safetensors"

@@ -129,3 +129,12 @@ def test_the_words_of_others_for_hyperparameters_are_taken_and_noted():
                              "species.deer.ppo: lr is called learning_rate here"]
     with pytest.raises(ConfigError, match=r"(?s)species.deer.ppo.gamma = 0.97.*another word for discount"):
         load("predator-prey", {"species.deer.ppo.gamma": 0.97})
+
+
+def test_the_summary_says_that_plants_have_sites_of_their_own():
+    moss = {"count": 3, "body": {"radius": 0.1},
+            "reproduction": {"kind": "spread", "rate": 0.1, "spacing": 0.5}}
+    told = [summary(load({"format": 1, "name": "heath", "space": {"size": [10.0, 5.0]},
+                          "species": dict.fromkeys(names, moss)})) for names in (["moss"], ["moss", "fern"])]
+    assert "spreads over 20 × 10 sites of its own\n" in told[0]
+    assert told[1].count("sites of its own; other plants may stand on the same ground") == 2

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World, component, f32
+from ecs_eco.components import Position
 from ecs_eco.engine.flushes import arrive, depart
 
 
@@ -53,3 +54,61 @@ def test_each_hook_is_called_with_as_many_arguments_as_its_page_lists():
     world.kill(2, "culled")
     world.run(1)
     assert called == listed
+
+
+@pytest.fixture
+def herd():
+    world = World((50.0, 50.0), seed=1)
+    world.add_table("sheep", Position, Weight)
+    world.spawn("sheep", Position(x=1.0), n=10)
+    world.flush()
+    return world
+
+
+def _birth(world):
+    world.spawn("sheep", Position(), n=1)
+    world.flush()
+
+
+def _death(world):
+    world.kill(1)
+    world.flush()
+
+
+@pytest.mark.parametrize(("name", "event"), [
+    ("before_tick", lambda world: world.run(1)), ("on_birth", _birth), ("on_death", _death),
+    ("on_departure", lambda world: depart(world, world.tables["sheep"], np.array([0]), np.array([1]))),
+    ("on_arrival", lambda world: arrive(world, world.tables["sheep"], np.array([99], np.uint64),
+                                        np.zeros(1, np.int64), {}, np.array([1]))),
+])  # fmt: skip
+def test_a_hook_that_removes_itself_or_another_silences_none(herd, name, event):
+    hooks, called = getattr(herd, name), []
+
+    def once(*_):
+        called.append("once")
+        hooks.remove(once)
+        hooks.remove(other)
+
+    def other(*_):
+        called.append("other")
+
+    hooks += [once, other]
+    event(herd)
+    assert called == ["once", "other"]
+    assert hooks == []
+
+
+def test_a_loop_over_the_living_leaves_out_those_that_die_in_it_and_the_newborn_in_their_rows(herd):
+    seen = []
+    for uid, position in herd.each(Position):
+        if uid == 3:
+            herd.kill(7)
+            herd.flush()
+            herd.spawn("sheep", Position(x=40.0))  # 11, in the row of 7
+            herd.flush()
+            herd.tables["sheep"].reorder(herd.tables["sheep"].rows()[::-1])
+        seen.append(uid)
+        position.x = float(uid)
+    assert seen == [1, 2, 3, 4, 5, 6, 8, 9, 10]
+    assert herd.get(11, Position).x == 40.0
+    assert [herd.get(uid, Position).x for uid in (4, 10)] == [4.0, 10.0]

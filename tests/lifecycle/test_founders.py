@@ -1,10 +1,10 @@
-"""Organisms without parents: how old they are."""
+"""Organisms without parents: how old they are, and how much energy they have."""
 
 import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import Biology
+from ecs_eco.components import Biology, Metabolism
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 
@@ -77,3 +77,18 @@ def test_a_world_without_the_key_has_the_hash_and_the_founders_that_it_had():
 def test_ages_that_cannot_be_are_refused(age, message):
     with pytest.raises(ConfigError, match=message):
         load(pond(age=age))
+
+
+SENSES = {"sensors": [{"kind": "own", "property": "energy"}], "locomotion": {"speed": {"go": 1.0}},
+          "actions": {"speed": ["go"]}, "automatic": ["go"]}
+
+
+@pytest.mark.parametrize(("metabolism", "nerves", "low", "high"), [
+    ({}, {}, 0.5, 0.5), ({}, SENSES, 0.375, 0.625), ({"energy_spread": 0.0}, SENSES, 0.5, 0.5),
+    ({"energy_spread": 0.5}, {}, 0.25, 0.75), ({"energy_spread": 1.0, "energy_max": 0.75}, SENSES, 0.0, 0.75),
+])  # fmt: skip
+def test_energies_of_founders_are_spread_as_their_world_file_says(metabolism, nerves, low, high):
+    carp = World.from_config(pond(metabolism={"energy": 0.5} | metabolism, **nerves), seed=3).table("carp")
+    energy = carp[Metabolism].energy[carp.rows()]
+    assert (energy.min(), energy.max()) == pytest.approx((low, high), abs=0.01)
+    assert len(set(energy.tolist())) == 1 or energy.min() < 0.5 < energy.max()

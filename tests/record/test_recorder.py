@@ -8,7 +8,7 @@ from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.components.genome import Genome
 from ecs_eco.genomes import Alphabet
 from ecs_eco.record import Recorder
-from ecs_eco.record.ledger import LEDGER
+from ecs_eco.record.ledger import COUNTS_ROW, LEDGER
 from ecs_eco.testing import arrange
 
 SIGNS = np.array([1, 1, 1, -1, -1, -1, -1])
@@ -289,3 +289,15 @@ def test_events_that_nobody_kept_are_no_events_of_a_world_without_deaths(meadow)
     deaths = Recorder(world, keep_events=True).events("deaths")
     assert {len(column) for column in deaths.values()} == {0}
     assert {"tick", "uid", "cause"} <= set(deaths)
+
+
+def test_a_recording_of_before_births_were_refused_goes_on(meadow):
+    world = meadow().run(3)
+    world.recorder.flush()
+    state = world.recorder.state()
+    page = state["page/counts"]
+    former = state | {"page/counts": np.delete(page, COUNTS_ROW.names.index("refused"), axis=-1)}
+    del former["series/refused"]
+    world.recorder.load(former)
+    world.run(2)
+    assert world.series()["refused"].to_pylist() == [0] * 2 * 5

@@ -106,3 +106,13 @@ def test_our_own_ppo_trains_on_slots():
     training = train(slots(PASTURE, "deer", 5), PPO(horizon=16), 800, seed=1, hidden=(8,))
     assert training.brain.n_observations == 4
     assert len(training.returns) > 1
+
+
+def test_a_free_slot_takes_any_of_the_living():
+    species = PASTURE["species"] | {"deer": PASTURE["species"]["deer"] | {"count": 40, "max_count": 40}}
+    envs, taken = slots(PASTURE | {"species": species}, "deer", 4), []
+    for seed in range(40):
+        taken += envs.reset(seed=seed)[1]["uid"].tolist()
+    first = min(taken)
+    assert len(taken) == 160
+    assert abs(np.mean(taken) - first - 19.5) < 4 * 40 / np.sqrt(12 * 160)

@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 
 from ecs_eco import World
@@ -66,12 +67,19 @@ def test_what_it_holds_is_given_to_it():
     assert stores.ledger["cell"]["endowed"] == 0.25
 
 
-def test_none_is_made_closer_than_the_spacing_and_the_lower_uid_goes_first():
-    world = World.from_config(_garden())
-    arrange(world, "bee", x=[5, 5.75, 6.25, 19.75], y=[5, 5, 5, 5], energy=0.5)
-    world.run(1)
+def test_none_is_made_closer_than_the_spacing_and_any_may_be_the_first():
+    world, made = World.from_config(_garden()), []
     cells = world.tables["cell"]
-    assert sorted(cells[Position].x[cells.rows()].tolist()) == [5, 6.25, 19.75]
+    for world.tick in range(60):
+        arrange(world, "bee", x=[5, 5.75, 6.25, 19.75], y=[5, 5, 5, 5], energy=0.5)
+        _tick(world)
+        made.append(sorted(cells.births[0][2][Position, "x"].tolist()))
+        cells.births = []
+    assert {tuple(x) for x in made} == {(5, 6.25, 19.75), (5.75, 19.75)}
+    assert abs(made.count([5.75, 19.75]) - 20) < 15  # a third; four standard deviations
+    for x in (5.0, 6.25, 19.75):
+        world.spawn("cell", Position(x=x, y=5.0))
+    world.flush()
     arrange(world, "bee", x=[0.25, 5.5, 7.5, 10], y=5, energy=0.5)  # the first is near, around the torus
     world.run(1)
     assert sorted(cells[Position].x[cells.rows()].tolist()) == [5, 6.25, 7.5, 10, 19.75]
@@ -81,6 +89,31 @@ def test_there_are_no_more_than_the_most():
     world = World.from_config(_garden(builds=[{"object": "cell", "cost": 0.0625, "most": 3}]))
     numbers = [world.run(1).tables["cell"].n for _ in range(3)]
     assert numbers == [3, 3, 3]
+
+
+@pytest.mark.parametrize("names", [("bee", "wasp"), ("wasp", "bee")])
+def test_species_and_individuals_that_build_the_same_share_what_is_the_most(names):
+    way = BEE | {"builds": [{"object": "cell", "cost": 0.0625, "most": 1}]}
+    world = World.from_config(_garden() | {"species": dict.fromkeys(names, way)})
+    cells, builders = world.tables["cell"], []
+    uids = sorted(int(uid) for name in names for uid in world.tables[name].uid[world.tables[name].rows()])
+    for world.tick in range(120):
+        for name in names:
+            arrange(world, name, energy=0.5)
+        _tick(world)
+        builders += [uids.index(int(uid)) for parents, _, _ in cells.births for uid in parents]
+        cells.births = []
+    counts = np.bincount(builders, minlength=8)
+    assert counts.sum() == 120
+    assert np.abs(counts - 15).max() < 15  # four standard deviations
+
+
+def test_what_costs_nothing_is_built_without_energy():
+    world = World.from_config(_garden(count=1, actions={}, reflex=None,
+                                      builds=[{"object": "cell", "cost": 0.0}]))
+    arrange(world, "bee", energy=0.0)
+    act(world, Build)
+    assert world.tables["cell"].waiting == 1
 
 
 def test_without_the_action_it_builds_whenever_it_can():

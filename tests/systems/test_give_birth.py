@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 
 from ecs_eco.components import Biology, Genome, Gestation, LifeHistory, Metabolism, Position
+from ecs_eco.engine import random
 from ecs_eco.lifecycle.births import affordable
 from ecs_eco.systems import GiveBirth, Mate
 from ecs_eco.testing import act, arrange, shuffle
-from tests.systems.couples import FEMALE, MALE, WAY, WIDE, mate_and_give_birth
+from tests.systems.couples import FEMALE, MALE, WAY, WIDE, mate_and_give_birth, mix
 
 
 def _couples(meadow, n, **changes):
@@ -94,11 +95,20 @@ def test_what_the_father_gave_for_the_unborn_fills_the_mother_up_at_most(meadow)
     assert _of(world, Metabolism, "given", range(4)) == [-0.125, 0.25, -0.25, 0.25]
 
 
-def test_max_count_leaves_room_for_the_first_of_the_first_mothers(meadow):
-    world, born, _ = _couples(meadow, 3, max_count=9, reproduction={"litter": 2, "energy_given": 0.125})
-    mate_and_give_birth(shuffle(world, 3))
-    assert [m for _, m, _ in born] == [0, 0, 2]
-    assert _of(world, Metabolism, "energy", [0, 2, 4]) == [0.5, 0.625, 0.75]
+def test_the_newborn_of_all_litters_share_the_room_below_max_count(meadow):
+    numbers, siblings = np.zeros(3, int), 0
+    for tick in range(60):
+        world, born, _ = _couples(meadow, 3, max_count=9, reproduction={"litter": 2, "energy_given": 0.125})
+        world.tick = tick
+        mate_and_give_birth(shuffle(world, tick))
+        each = [sum(m == mother for _, m, _ in born) for mother in (0, 2, 4)]
+        assert sum(each) == 3
+        assert _of(world, Metabolism, "energy", [0, 2, 4]) == [0.75 - 0.125 * n for n in each]
+        numbers += each
+        siblings += max(each) == 2
+        assert world.tables["deer"].species.refused == 3
+    assert np.abs(numbers - 60).max() < 20  # four standard deviations
+    assert abs(siblings - 36) < 16  # of six newborn, three: in 3/5 of all ticks two are siblings
 
 
 def test_who_finds_no_place_is_not_born_and_costs_nothing(meadow):
@@ -247,7 +257,7 @@ def test_nobody_is_born_while_numbers_are_held_constant(meadow):
 def test_what_a_parent_can_afford(energy, given):
     energy, given = np.float32(energy), np.float32(given)
     assert affordable(energy, given, 5) == max([k for k in range(6)
-                                                if k == 0 or energy - np.float32(k) * given > 0])
+                                                if k * given == 0 or energy - np.float32(k) * given > 0])
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -263,20 +273,24 @@ def test_kernels_agree_with_a_plain_loop(meadow, seed):
     due = _of(world, Gestation, "due", range(120))
     act(shuffle(world, seed), GiveBirth)
     world.flush()
-    n_born, room = [sum(m == i for _, m, _ in born) for i in range(120)], 90
+    wanted = [(i, nth) for i in range(120) if carrying[i] and due[i] <= 20 for nth in range(carrying[i])
+              if energy[i] - (nth + 1) * max(0.25 - stored[i] / carrying[i], 0) > 0]
+    first = int(deer.uid[deer.by_uid()[0]])
+    identity = [first + i if nth == 0 else mix(mix(first + i) + nth) for i, nth in wanted]
+    lots = [random.bits(world.key, np.uint64(one), random.LOT) for one in identity]
+    admitted = [wanted[k][0] for k in np.argsort(lots)[:90]]
+    n_born = [sum(m == i for _, m, _ in born) for i in range(120)]
     new = _of(world, Metabolism, "energy", range(120)), _of(world, Metabolism, "given", range(120))
     for i in range(120):
         if not carrying[i] or due[i] > 20:
             expected, n = energy[i], 0
         else:
-            part = max(0.25 - stored[i] / carrying[i], 0)
-            n = max([k for k in range(carrying[i] + 1) if k == 0 or energy[i] - k * part > 0])
-            n, room = min(n, room), room - min(n, room)
+            part, n = max(0.25 - stored[i] / carrying[i], 0), admitted.count(i)
             after = energy[i] - n * part
             expected = max(after, min(after + stored[i] * (carrying[i] - n) / carrying[i], 1.0))
         assert n_born[i] == n
         assert new[0][i] == pytest.approx(expected, abs=1e-6)
         assert new[1][i] == pytest.approx(energy[i] - expected, abs=1e-6)
-    assert room == 0
+    assert (len(wanted) > 90, sum(n_born)) == (True, 90)
     assert _of(world, Gestation, "rest", range(120)) == [24 if carrying[i] and due[i] <= 20 else 0
                                                          for i in range(120)]

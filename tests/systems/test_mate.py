@@ -6,9 +6,9 @@ import pytest
 from ecs_eco.components import Biology, Body, Genome, Gestation, LifeHistory, Metabolism, Nervous, Position
 from ecs_eco.engine import random
 from ecs_eco.systems import Mate
-from ecs_eco.systems.mate import MEET, TASTE
+from ecs_eco.systems.mate import MEET, TASTE, TIE
 from ecs_eco.testing import arrange, check_system, difference, shuffle, state
-from tests.systems.couples import FEMALE, MALE, WAY, couples_of, mate, mix, plain_draw, values_by_uid
+from tests.systems.couples import FEMALE, MALE, WAY, WIDE, couples_of, mate, mix, plain_draw, values_by_uid
 
 
 @pytest.mark.definition("3 reproduction")
@@ -69,12 +69,38 @@ def test_a_species_without_the_action_is_always_willing(meadow, consent):
 def test_of_two_hermaphrodites_one_conceives(meadow):
     world = meadow(count=2, reproduction=WAY)
     arrange(world, "deer", x=[5.0, 6.0], y=5.0, energy=0.75)
-    assert mate(world) == {0: 1}
-    assert mate(world) == {0: 1}  # and neither the pregnant nor the other has whom to mate with
+    pair = mate(world)
+    assert pair in ({0: 1}, {1: 0})
+    assert mate(world) == pair  # and neither the pregnant nor the other has whom to mate with
     world = meadow(count=3, reproduction=WAY)
     arrange(world, "deer", x=[5.0, 6.5, 7.0], y=5.0, energy=0.75)
-    assert mate(world) == {1: 2}  # the first wants 1, who has mated
+    assert mate(world) in ({1: 2}, {2: 1})  # the first wants 1, who has mated
     assert mate(meadow(count=1, reproduction=WAY)) == {}
+
+
+def test_the_older_of_two_hermaphrodites_bears_the_young_no_more_often_than_the_younger(meadow):
+    world = meadow(count=400, reproduction=WAY, world=WIDE)
+    x = np.repeat(10.0 * np.arange(200), 2) + np.tile([0.0, 1.0], 200)
+    arrange(world, "deer", x=x % 400, y=10.0 + 10 * np.floor(x / 400), energy=0.75)
+    mothers = np.array(list(mate(world)))
+    assert mothers.size == 200
+    assert abs((mothers % 2 == 0).sum() - 100) < 29  # four standard deviations
+
+
+def test_of_equally_rich_and_near_mates_each_is_chosen_as_often(meadow):
+    world = meadow(count=3, sex="random", reproduction=WAY | {"choice": "richest"})
+    chosen = []
+    for world.tick in range(100):
+        arrange(world, "deer", x=[5.0, 4.0, 6.0], y=5.0, sex=[FEMALE, MALE, MALE], energy=0.75, carrying=0)
+        chosen += mate(world).values()
+    assert len(chosen) == 100
+    assert abs(chosen.count(1) - 50) < 20  # four standard deviations
+
+
+def test_a_father_without_energy_sires_young_that_cost_nothing(meadow):
+    world = couples_of(meadow, 1, reproduction={"father_share": 1.0, "energy_given": 0.0, "energy_min": 0.0})
+    arrange(world, "deer", energy=0.0)
+    assert mate(world) == {0: 1}
 
 
 def test_the_father_pays_his_share_of_the_litter_at_once(meadow):
@@ -190,13 +216,15 @@ def _pairs(world, way, own):
                 continue
             score = (d2, plain_draw(world.key, mix(int(deer.uid[r])) ^ int(deer.uid[s]), TASTE),
                      -m.energy[s], -b.age[s])[choice]
-            if best is None or (score, d2, deer.uid[s]) < best[:3]:
-                best = (score, d2, deer.uid[s])
+            lot = random.bits(world.key, np.uint64(mix(int(deer.uid[r])) ^ int(deer.uid[s])), TIE)
+            if best is None or (score, d2, lot) < best[:3]:
+                best = (score, d2, lot, deer.uid[s])
         if best is not None:
-            proposals.append((best[1], deer.uid[r], best[2]))
+            lot = random.bits(world.key, deer.uid[r], TIE)
+            proposals.append((best[1], lot, deer.uid[r], best[3]))
     taken, pairs = set(), {}
     first = deer.uid[rows[0]]
-    for _, she, he in sorted(proposals):
+    for _, _, she, he in sorted(proposals):
         if not {she, he} & taken:
             taken |= {she, he}
             pairs[int(she - first)] = int(he - first)

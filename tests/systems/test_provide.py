@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import Body, Chemistry, Matter
+from ecs_eco.components import Body, Chemistry, Matter, Position
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.lifecycle.matter import litres, stocks
 from ecs_eco.record.matter import LEDGER, imbalance
+from ecs_eco.systems import Spread
 from ecs_eco.systems.provide import divide
+from ecs_eco.testing import act
 
 DIVIDES = {"kind": "asexual", "rate": 1.0, "energy_min": 0.1, "energy_given": 0.05, "dispersal": 5.0}
 
@@ -102,8 +104,27 @@ def test_no_seed_sprouts_where_the_soil_lacks_what_it_needs():
     assert world.tables["heather"].n == 1
 
 
+def test_the_soil_nourishes_any_of_the_seeds_that_want_it_of_whatever_species():
+    both = {name: {"count": 0, "body": {"radius": RADIUS}, "substances": {"nitrogen": 2.0},
+                   "born_with": "soil", "reproduction": SITE} for name in ("heather", "sorrel")}
+    fields = {"soil": {"cell": 5.0, "substance": "nitrogen", "initial": 1e-9}}
+    wide = {"space": {"size": [10.0, 10.0]}, "fields": fields, "species": both}
+    world, names, y = heath(nitrogen=0.0, world=wide), [], []
+    for world.tick in range(80):
+        world.fields["soil"].value[...] = [[[2.5 / 25_000, 0], [0, 0]]]  # for one seed
+        act(world, Spread)
+        for table in world.tables.values():
+            for _, _, values in table.births:
+                names += [table.name] * values[Position, "y"].size
+                y += values[Position, "y"].tolist()
+            table.births = []
+    assert len(y) == 80
+    assert abs(names.count("heather") - 40) < 18  # four standard deviations
+    assert abs(np.mean(y) - 2.5) < 4 * 5 / np.sqrt(12 * 80)  # the middle of the world
+
+
 def test_soil_that_lasts_for_two_gives_rise_to_two():
-    """One cell for all sites: the first two seeds get what there is."""
+    """One cell for all sites: two seeds get what there is."""
     fields = {"soil": {"cell": 2.5, "substance": "nitrogen", "initial": 1e-9}}
     world = heath(nitrogen=0.0001, world={"fields": fields})
     world.fields["soil"].value[...] = [[[4.5 / 6250, 0], [0, 0]]]

@@ -3,10 +3,12 @@ import pytest
 
 from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Position
 from ecs_eco.engine import random
+from ecs_eco.lifecycle import broods
 from ecs_eco.systems import Reproduce
 from ecs_eco.testing import act, arrange, shuffle
 
 WAY = {"kind": "simplified", "rate": 1.0, "energy_min": 0.5, "energy_given": 0.25}  # 1 − 1/e a second
+FREE = WAY | {"energy_min": 0.0, "energy_given": 0.0}
 
 
 def _born(world):
@@ -186,15 +188,100 @@ def test_what_heredity_says_of_a_newborn_holds(meadow):
     assert deer[Body].radius[rows].tolist() == list(range(len(rows)))
 
 
-def test_max_count_leaves_room_for_the_first_by_uid(meadow):
+def test_max_count_leaves_room_for_those_that_are_drawn(meadow):
     world = meadow(count=10, max_count=12, world={"space": {"size": [400.0, 400.0]}}, reproduction=WAY)
     deer = arrange(world, "deer", energy=1.0)
     uid = deer.uid[deer.by_uid()]
     ready = uid[random.draw_many(world.key, uid, random.BIRTH) < 1 - np.exp(-1)]
     assert len(ready) > 2
+    lots = [random.bits(world.key, one, random.LOT) for one in ready]
     shuffle(world, 3)
-    assert _born(world)[0] == ready[:2].tolist()
+    assert _born(world)[0] == sorted(ready[np.argsort(lots)[:2]].tolist())
+    assert deer.species.refused == len(ready) - 2
     assert _born(world)[0] == []
+
+
+def _crowd(meadow, seed, **deer):
+    """A population at its `max_count`, of whom one in twenty dies at random in a tick."""
+    return meadow(**{"count": 60, "max_count": 60, "age": [0.0, 60.0], "fertility": 0.5,
+                     "metabolism": {"energy": 1.0, "growth": 1.0, "basal": 0.0},
+                     "reproduction": WAY | {"energy_given": 0.125},
+                     "world": {"space": {"size": [400.0, 400.0]}, "seed": seed, "land_use": [
+                         {"kind": "harvest", "species": "deer", "rate": 0.05}]}} | deer)
+
+
+def test_under_max_count_parents_are_of_any_age(meadow):
+    world, ranks = _crowd(meadow, 1), []
+
+    def note(table, rows, parents, _):
+        if table.name == "deer":
+            living = np.sort(table.uid[table.alive])
+            living = living[living < table.uid[rows].min()]
+            ranks.extend(np.searchsorted(living, parents) / (living.size - 1))
+
+    world.on_birth.append(note)
+    world.run(150)
+    assert world.tables["deer"].n >= 50
+    assert len(ranks) > 300
+    assert abs(np.mean(ranks) - 0.5) < 4 * np.sqrt(1 / 12 / len(ranks))  # 0 is the oldest
+
+
+def test_the_series_says_how_many_births_max_count_refused(meadow):
+    limited, free = (_crowd(meadow, 2, max_count=most).run(1).series().to_pydict() for most in (60, 999))
+    deer = limited["species"].index("deer")
+    assert limited["refused"][deer] == free["births"][deer] - limited["births"][deer] > 10
+    assert not any(free["refused"])
+
+
+def test_who_gets_a_place_below_max_count_does_not_depend_on_rows(meadow):
+    one, other = _crowd(meadow, 3).run(20), _crowd(meadow, 3)
+    for _ in range(20):
+        shuffle(other, other.tick).run(1)
+    assert one.digest() == other.digest()
+
+
+def test_immigrants_share_the_room_below_max_count_with_the_newborn(meadow):
+    way, came, expected = WAY | {"immigration": 10.0}, 0, 0.0
+    world = meadow(count=10, max_count=13, world={"space": {"size": [400.0, 400.0]}}, reproduction=way)
+    deer = world.tables["deer"]
+    for world.tick in range(100):
+        arrange(world, "deer", energy=1.0)
+        act(world, Reproduce)
+        born, deer.births = deer.births, []
+        assert sum(parents.size for parents, _, _ in born) == 3
+        came += sum((parents == 0).sum() for parents, _, _ in born)
+        ready = (random.draw_many(world.key, deer.uid[deer.rows()], random.BIRTH) < 1 - np.exp(-1)).sum()
+        expected += 3 * 10 / (10 + ready)
+    assert abs(came - expected) < 36  # four standard deviations
+
+
+@pytest.mark.parametrize("most", [broods.MOST_PAIRS, -1])
+def test_of_newborn_too_near_to_each_other_any_may_get_its_place(meadow, monkeypatch, most):
+    monkeypatch.setattr(broods, "MOST_PAIRS", most)
+    world = meadow(count=30, world={"space": {"size": [60.0, 60.0]}}, body={"radius": 0.1, "opaque": False},
+                   reproduction=FREE)
+    deer, ranks = arrange(world, "deer", energy=1.0, x=1.0, y=1.0), []
+    deer.species.reproduction = deer.species.reproduction.model_copy(update={"spacing": 15.0})
+    first = int(deer.uid[deer.by_uid()[0]])
+    for world.tick in range(60):
+        act(world, Reproduce)
+        for parents, _, _ in deer.births:
+            ranks += [(int(uid) - first) / 29 for uid in parents]
+        deer.births = []
+    assert 200 < len(ranks) < 900
+    assert abs(np.mean(ranks) - 0.5) < 4 * np.sqrt(1 / 12 / len(ranks))  # 0 is the oldest
+
+
+def test_a_species_without_an_energy_budget_has_grandchildren(meadow):
+    world = meadow(count=40, world={"space": {"size": [400.0, 400.0]}},
+                   reproduction=FREE | {"kind": "asexual", "rate": 0.2, "dispersal": 9.0})
+    deer = arrange(world, "deer", energy=0.0)
+    founders, parents = deer.uid[deer.by_uid()].max(), []
+    world.on_birth.append(lambda table, rows, first, _: parents.extend(first.tolist()))
+    for world.tick in range(10):
+        act(world, Reproduce)
+        world.flush()
+    assert sum(uid > founders for uid in parents) > 20
 
 
 def test_max_count_counts_those_who_wait_to_be_born(meadow):

@@ -137,6 +137,18 @@ def test_nothing_grows_on_rock_or_water_nor_beyond_max_count(meadow):
     assert few.tables["grass"].n == 33
 
 
+def test_max_count_leaves_room_for_seeds_anywhere(meadow):
+    world, y = _meadow(meadow, 1, {"rate": 0.0, "seed_rain": 1.0}, max_count=6), []
+    grass = arrange(world, "grass", x=1, y=1)
+    for world.tick in range(60):
+        act(world, Spread)
+        y += [v for _, _, values in grass.births for v in values[Position, "y"]]
+        grass.births = []
+    assert len(y) == 300
+    assert abs(np.mean(y) - 10) < 4 * 20 / np.sqrt(12 * 300)  # the middle of the world
+    assert grass.species.refused == 60 * (99 - 5)
+
+
 def test_two_species_of_plants_do_not_sprout_on_the_same_sites(meadow):
     way = {"count": 1, "reproduction": WAY | {"rate": 0.0, "seed_rain": 0.2, "spacing": 1.0}}
     world = meadow(world={"species": {"fern": {"body": {"radius": 0.25, "opaque": False}, **way}}}, grass=way)

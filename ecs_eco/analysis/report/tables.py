@@ -44,10 +44,10 @@ def numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
     `ages` holds deaths and mean age at death."""
     if not len(series.ticks):
         return "<p>The run has no ticks.</p>"
-    head = ["species", "first tick", "mean", "least", "most", "last tick", "births", "deaths",
+    head = ["species", "first tick", "mean", "least", "most", "last tick", "births", "refused", "deaths",
             "mean age at death [s]", "life expectancy [s]"]
-    note = ("Life expectancy is the total time lived divided by deaths: unlike the age at death, "
-            "it counts those still alive.")
+    note = ("Refused are births for which max_count left no room. Life expectancy is the total time lived "
+            "divided by deaths: unlike the age at death, it counts those still alive.")
     rows = [_numbers_of(series, i, ages) for i in range(len(series.species))]
     return f"{table(head, rows)}<p class='under'>{note}</p>"
 
@@ -55,7 +55,7 @@ def numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
 def _numbers_of(series: Series, i: int, ages: Mapping[str, tuple[int, float]]) -> list[str]:
     n, species = series.n[:, i], series.species[i]
     sums = [f"{series.columns[c][:, i].sum():,.0f}" if c in series.columns else "–"
-            for c in ("births", "deaths")]
+            for c in ("births", "refused", "deaths")]
     died = series.columns["deaths"][:, i].sum() if "deaths" in series.columns else 0
     expected = n.sum() * series.dt / died if died else np.nan
     hue = figures.colors(series.species, series.manifest.get("colors"))[species]

@@ -160,7 +160,8 @@ class Case:
         if rows is None or "energy_min" not in way:
             return np.zeros(0), np.zeros(0)
         ticks, at = np.unique(rows["tick"], return_inverse=True)
-        enough = rows["energy"] >= way["energy_min"]
+        price = way.get("energy_given", 0.0) * (1.0 - way.get("father_share", 0.0))
+        enough = (rows["energy"] >= way["energy_min"]) & ((price == 0) | (rows["energy"] > price))
         return ticks, np.bincount(at, weights=enough) / np.bincount(at)
 
 

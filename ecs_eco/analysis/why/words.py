@@ -87,7 +87,9 @@ def _died_of(case: Case, f: Mapping[str, Any]) -> str:
     total = sum(counts.values()) or 1
     shares = [f"{k / total:.0%} {c}"
               for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k / total >= 0.01]
-    return f"Of {f['deaths']:,} deaths since then: {', '.join(shares)}. {f['births']:,} were born."
+    refused = case.flow(f["species"], "refused")[span].sum()
+    more = f"; max_count left no room for {refused:,.0f} more" if refused else ""
+    return f"Of {f['deaths']:,} deaths since then: {', '.join(shares)}. {f['births']:,} were born{more}."
 
 
 def chain(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:

@@ -84,7 +84,7 @@ class Cull(Intervention):
     uids: Uids | None = about("uids of those that die, if alive; give one of share, count and uids", None)
     region: Region | None = quantity(f"of those in {REGION}; absent: of all", "m", None)
     which: Literal["random", "oldest", "youngest", "richest", "poorest"] = about(
-        "which die first; the richest have the most energy; ties go to the lower uid", "random"
+        "which die first; the richest have the most energy; ties are broken at random", "random"
     )
     cause: Annotated[str, Field(min_length=1, max_length=60)] = about("cause of death", "culled")
 

@@ -10,7 +10,7 @@ from pydantic import Discriminator, PlainSerializer, Tag, WrapValidator
 from ecs_eco.engine.section import NamesCode, Use, as_written
 
 COLUMNS = frozenset({
-    "tick", "species", "n", "births", "deaths", "energy_mean", "happiness_mean", "depth_mean",
+    "tick", "species", "n", "births", "deaths", "refused", "energy_mean", "happiness_mean", "depth_mean",
     "stock_before", "endowed", "taken_in", "burnt", "given", "lost", "stock_after",
 })  # fmt: skip
 """The columns that every series has, or may have: no reporter may be called so."""

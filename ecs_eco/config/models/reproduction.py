@@ -47,6 +47,7 @@ class Simplified(Alone):
 class Spread(Reproduction):
     """The ground is divided into sites of side `spacing`; a free one is taken with probability
     dt (seed_rain + rate × share taken). Light and soil do not matter, unless they are `born_with = "soil"`.
+    Each species has sites of its own: plants of two species may stand on the same ground.
     """
 
     kind: Literal["spread"]

@@ -55,6 +55,10 @@ class Metabolism(Section):
     """The energy budget of one organism; the unit of energy is the world's own."""
 
     energy: NonNegative = quantity("energy at the start and of a newborn without parent", "energy", 1.0)
+    energy_spread: Share | None = quantity(
+        "founders and immigrants have 1 − energy_spread to 1 + energy_spread times that energy, drawn evenly "
+        "and at most energy_max; 0: all have the same; absent: 0.25 for a species with a nervous system, so "
+        "that not all starve at once, 0 for others", "1", None, exclude_if=is_absent)
     energy_max: Positive = quantity("most energy that an organism can hold", "energy", 1.0)
     basal: NonNegative = quantity("energy burnt by living", "energy/s", 0.0)
     growth: NonNegative = quantity("energy made in full light", "energy/s", 0.0)
@@ -132,7 +136,9 @@ class Species(Section):
     age: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] | None = quantity(
         "least and most age of founders and of immigrants, drawn evenly between them; absent: all are of "
         "age 0", "s", None, exclude_if=is_absent)
-    max_count: Count | None = quantity("most that may live at once; absent: no limit but memory", "1", None)
+    max_count: Count | None = quantity(
+        "most that may live at once: those to be born share the free places at random, others are counted "
+        "as refused; migrants of an archipelago always come in; absent: no limit but memory", "1", None)
     color: Color = about("colour in figures, #rrggbb", "#4477aa")
     body: Body = about("shape, size, mass, opacity")
     properties: dict[str, Real] = table(f"physical properties at birth by name: {', '.join(PROPERTIES)}",
