@@ -16,7 +16,7 @@ from ecs_eco.engine.jit import njit
 _MASK = (1 << 64) - 1
 
 # What a number is drawn for. One organism may draw one number per purpose, salt and tick.
-PLACE, SEX, DECIDE, FEED, BIRTH, SPREAD, WANDER, USER, MATE, GENES, BRAIN, CULL, MIGRATE = range(1, 14)
+PLACE, SEX, DECIDE, FEED, BIRTH, SPREAD, WANDER, USER, MATE, GENES, BRAIN, CULL, MIGRATE, LOT = range(1, 15)
 
 
 @njit
@@ -77,3 +77,18 @@ def draw_many(key: int | np.uint64, identity: np.ndarray, purpose: int) -> np.nd
 def _draw_many(key, identity, purpose, out):
     for i in range(identity.size):
         out[i] = draw(key, identity[i], purpose)
+
+
+@njit
+def lot(key, uid, item):
+    """Return the lot u64 of one that wants an item: of equals, that with the lowest comes first."""
+    return bits(key, mix(uid) ^ np.uint64(item), LOT)
+
+
+@njit
+def lots(key, uid, item):
+    """Return the lot of each: u64[n]."""
+    out = np.empty(uid.size, np.uint64)
+    for i in range(uid.size):
+        out[i] = lot(key, uid[i], item[i])
+    return out
