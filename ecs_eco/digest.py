@@ -72,6 +72,7 @@ def _values(world: SpatialWorld) -> Any:
     for species in values["species"].values():
         species["policy"].pop("file", None)  # its weights count, not where they came from
         species["policy"].pop("learn", None)  # whether it learns now is a fact of the nerves
+        species["diet"].sort(key=lambda food: food["eats"])
     if given := [dict(system.parameters) for system in world.config.systems if isinstance(system, Use)]:
         values["parameters"] = given
     values["interventions"] = [what.model_dump(mode="json")

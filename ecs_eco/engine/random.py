@@ -88,3 +88,18 @@ def draw_many(key: int | np.uint64, identity: np.ndarray, purpose: int) -> np.nd
 def _draw_many(key, identity, purpose, out):
     for i in range(identity.size):
         out[i] = draw(key, identity[i], purpose)
+
+
+@njit
+def lot(key, uid, item):
+    """Return the lot u64 of one that wants an item: of equals, that with the lowest comes first."""
+    return bits(key, mix(uid) ^ np.uint64(item), LOT)
+
+
+@njit
+def lots(key, uid, item):
+    """Return the lot of each: u64[n]."""
+    out = np.empty(uid.size, np.uint64)
+    for i in range(uid.size):
+        out[i] = lot(key, uid[i], item[i])
+    return out

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ecs_eco.components import Body, Carrier, Load, Metabolism, Position
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.random import lots
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value
 from ecs_eco.lifecycle.torpor import LEAST_ENERGY, awake
@@ -17,12 +18,22 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
+class Wishes(NamedTuple):
+    """The animals of one table that could pick up objects of one type: rows i64[k] of both, and how far."""
+
+    table: Table
+    thing: Table
+    takers: np.ndarray
+    objects: np.ndarray
+    distance: np.ndarray
+
+
 class Carry(System):
     """An animal puts down what it carries if it decides to `drop`; one that carries nothing and decides to
     `take` picks up the nearest object in reach that nobody carries.
 
-    Nearer pairs go first, ties to the lower uid of the animal, then of the object. What is carried is where
-    its carrier is, and falls where that dies. Carrying has a cost. An animal without these actions takes
+    Nearer pairs of all species and objects go first, ties by lot. What is carried is where its carrier is,
+    and falls where that dies. Carrying has a cost. An animal without these actions takes
     whatever it can and keeps it.
     """
 
@@ -34,8 +45,20 @@ class Carry(System):
         world.on_death.append(self.let_fall)
         world.on_departure.append(lambda table, rows, to: self.let_fall(table, rows))
 
+    def process(self, *_: Any) -> None:
+        """Let all species put down, then take up, then carry."""
+        self._hands: list[tuple[Table, list[Table], np.ndarray]] = []
+        super().process()
+        wishes = [
+            reachable(table, thing, own_value(table, f"carries.{number}.reach", way.reach), empty, self.world)
+            for table, things, empty in self._hands if empty.any()
+            for number, (way, thing) in enumerate(zip(table.species.carries, things, strict=True)) if thing.n]
+        hand_out(self.world.key, wishes)
+        for table, things, _ in self._hands:
+            self.carry(table, things, self.world)
+
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species put down, pick up and carry."""
+        """Let one species put down, and note which of its hands are empty."""
         load, species = table[Load], table.species
         things = [world.tables[way.object] for way in species.carries]
         rows = table.by_uid()
@@ -48,9 +71,7 @@ class Carry(System):
         load.object[dropping], load.mass[dropping] = 0, 0
         empty = (load.object == 0) & awake(table) & (table.cause == 0) & does(table, "take", True)
         empty[dropping] = False
-        for number, (way, thing) in enumerate(zip(species.carries, things, strict=True)):
-            take(table, thing, own_value(table, f"carries.{number}.reach", way.reach), empty, world)
-        self.carry(table, things, world)
+        self._hands.append((table, things, empty))
 
     def carry(self, table: Table, things: list[Table], world: SpatialWorld) -> None:
         """Bring what is carried to its carriers, who pay for it."""
@@ -103,30 +124,40 @@ def does(table: Table, action: str, otherwise: bool) -> np.ndarray:
     return done
 
 
-def take(table: Table, thing: Table, reach: Any, empty: np.ndarray, world: SpatialWorld) -> None:
-    """Let those with empty hands (bool[capacity], changed) pick up objects of one type within `reach` [m], or
-    each within its own f64[high]."""
-    if not empty.any() or not thing.n:
-        return
+def reachable(table: Table, thing: Table, reach: Any, empty: np.ndarray, world: SpatialWorld) -> Wishes:
+    """Return what those with empty hands (bool[capacity]) can pick up of objects of one type within `reach`
+    [m], or each within its own f64[high]."""
     mine, theirs = table[Body].radius, thing[Body].radius
     widest = float(mine[table.rows()].max() + theirs[thing.rows()].max()) + highest(reach, table.alive)
     takers, objects, distance = world.pairs(table, thing, max(np.nextafter(np.float32(widest), np.inf), 1e-6))
     each = np.float32(reach[takers] if isinstance(reach, np.ndarray) else reach)
     near = ((distance <= mine[takers] + theirs[objects] + each) & empty[takers]
             & (thing[Carrier].uid[objects] == 0) & (thing.cause[objects] == 0))
-    takers, objects, distance = takers[near], objects[near], distance[near]
-    order = np.lexsort((thing.uid[objects], table.uid[takers], distance))
-    hand_out(takers[order], objects[order], table.uid, thing.uid, thing[Body].mass, empty, table[Load].object,
-             table[Load].mass, thing[Carrier].uid)
+    return Wishes(table, thing, takers[near], objects[near], distance[near])
+
+
+def hand_out(key: np.uint64, wishes: list[Wishes]) -> None:
+    """Give each object to the nearest animal of all species that still has empty hands, ties by lot."""
+    if not wishes:
+        return
+    uid = np.concatenate([w.table.uid[w.takers] for w in wishes])
+    object_uid = np.concatenate([w.thing.uid[w.objects] for w in wishes])
+    order = np.lexsort((lots(key, uid, object_uid), np.concatenate([w.distance for w in wishes])))
+    given = np.zeros(uid.size, np.bool_)
+    given[order] = first_come(*(np.unique(uids, return_inverse=True)[1][order] for uids in (uid, object_uid)))
+    ends = np.cumsum([w.takers.size for w in wishes])
+    for w, got in zip(wishes, np.split(given, ends[:-1]), strict=True):
+        rows, objects = w.takers[got], w.objects[got]
+        load = w.table[Load]
+        load.object[rows], load.mass[rows] = w.thing.uid[objects], w.thing[Body].mass[objects]
+        w.thing[Carrier].uid[objects] = w.table.uid[rows]
 
 
 @njit
-def hand_out(takers, objects, uid, object_uid, mass, empty, load, load_mass, carrier):
-    """Give each object to the first that wants it, one to each."""
-    for i in range(takers.size):
-        row, thing = takers[i], objects[i]
-        if empty[row] and carrier[thing] == 0:
-            empty[row] = False
-            load[row] = object_uid[thing]
-            load_mass[row] = mass[thing]
-            carrier[thing] = uid[row]
+def first_come(who, what):
+    """Return which of the pairs, one after the other, are the first of both of their numbers that count."""
+    out, has, gone = np.zeros(who.size, np.bool_), np.zeros(who.size, np.bool_), np.zeros(who.size, np.bool_)
+    for i in range(who.size):
+        if not has[who[i]] and not gone[what[i]]:
+            out[i], has[who[i]], gone[what[i]] = True, True, True
+    return out

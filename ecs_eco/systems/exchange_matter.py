@@ -20,46 +20,79 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
+    Asked = tuple[Table, Any, str]  # a way of one kind of bodies, and its key
+
 ALL = np.zeros(0, np.bool_)
 OUTSIDE = np.zeros(0)
 
 
-class ExchangeMatter(System):
-    """A body takes substances up from fields and gives them off, as its species says, in that order.
+KINDS = "uptake", "equilibrate", "release"
 
-    Uptake is limited by what is there, and shared where it is not enough; what equilibrates is solved exactly
-    for a body and its part of the cell that it is in. Everything goes in canonical order.
+
+class ExchangeMatter(System):
+    """Bodies take substances up from fields, then come to balance with them, then give substances off.
+
+    All bodies of all kinds do so at once. Uptake is limited by what is there; where that is not enough, each
+    gets the same share of what it wants. What equilibrates is solved exactly for a body and its part of the
+    cell that it is in. Everything goes in canonical order.
     """
 
     needs = (Position, Body, Chemistry, Matter)
     phase = "metabolise"
+    world: SpatialWorld
+    _asked: dict[tuple[int, int, str], list[Asked]]
+
+    def process(self, *_: Any) -> None:
+        """Let all bodies exchange what their species list, one way and one field after the other."""
+        self._asked, world = {}, self.world
+        super().process()
+        for (kind, _, field), asked in sorted(self._asked.items(), key=lambda one: one[0]):
+            if kind < 2:
+                (self.equilibrate if kind else self.take_up)(world, world.fields[field], asked)
+            else:
+                for table, way, key in asked:
+                    self.release(table, world, way, key)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one kind of bodies exchange what its species lists."""
-        if not table.n:
-            return
-        for number, way in enumerate(table.species.exchange):
-            {"uptake": self.take_up, "release": self.release, "equilibrate": self.equilibrate}[way.kind](
-                table, world, way, f"exchange.{number}.")
+        """Note what one kind of bodies exchanges: its first way of each kind and field, its second …"""
+        seen: dict[tuple[int, str], int] = {}
+        for number, way in enumerate(table.species.exchange if table.n else ()):
+            kind = KINDS.index(way.kind), way.field or ""
+            seen[kind] = seen.get(kind, -1) + 1
+            self._asked.setdefault((kind[0], seen[kind], kind[1]), []).append(
+                (table, way, f"exchange.{number}."))
 
-    def take_up(self, table: Table, world: SpatialWorld, way: Any, key: str) -> None:
-        """Let bodies take up what they want, or their share of what there is."""
-        field, rows, cell = self.places(table, world, way, key)
-        s = world.substances.index(field.substance)
-        rate, half, until = own_values(table, {f"{key}rate": way.rate, f"{key}half": way.half or 0.0,
-                                               f"{key}until": way.until or np.inf})
-        moved = take(rows, cell, self.doing(table, way), *bodies(table), s, rate * world.dt, half, until,
-                     field.value.reshape(-1), field.litres)
-        self.book(table, world, way.field, "taken_up", s, moved)
+    def take_up(self, world: SpatialWorld, field: Any, asked: list[Asked]) -> None:
+        """Let bodies of all kinds take up what they want of one field, or their share of what there is."""
+        s, value = world.substances.index(field.substance), field.value.reshape(-1)
+        total, wants = np.zeros(value.size), []
+        for table, way, key in asked:
+            _, rows, cell = self.places(table, world, way, key)
+            rate, half, until = own_values(table, {f"{key}rate": way.rate, f"{key}half": way.half or 0.0,
+                                                   f"{key}until": way.until or np.inf})
+            wanted = np.zeros(rows.size)
+            want(rows, cell, self.doing(table, way), *bodies(table), s, rate * world.dt, half, until, value,
+                 wanted, total)
+            wants.append((rows, cell, wanted))
+        share = np.minimum(1.0, np.divide(value * field.litres, total, out=np.ones(value.size),
+                                          where=total > 0))
+        for (table, way, _), mine in zip(asked, wants, strict=True):
+            moved = take(*mine, share, *bodies(table), s, value, field.litres)
+            self.book(table, world, way.field, "taken_up", s, moved)
 
-    def equilibrate(self, table: Table, world: SpatialWorld, way: Any, key: str) -> None:
-        """Let concentrations in and around bodies come nearer to each other."""
-        field, rows, cell = self.places(table, world, way, key)
-        s = world.substances.index(field.substance)
-        rate, partition = own_values(table, {f"{key}rate": way.rate, f"{key}partition": way.partition})
-        moved = pass_skin(rows, cell, *bodies(table), s, rate * world.dt, partition,
-                          field.value.reshape(-1), field.litres)
-        self.book(table, world, way.field, "taken_up", s, moved)
+    def equilibrate(self, world: SpatialWorld, field: Any, asked: list[Asked]) -> None:
+        """Let concentrations in bodies of all kinds and around them in one field come nearer to each other.
+        """
+        s, value = world.substances.index(field.substance), field.value.reshape(-1)
+        before, total = value.copy(), np.zeros(value.size)
+        places = [self.places(table, world, way, key)[1:] for table, way, key in asked]
+        for (table, _, _), (rows, cell) in zip(asked, places, strict=True):
+            np.add.at(total, cell, bodies(table).volume[rows])
+        for (table, way, key), (rows, cell) in zip(asked, places, strict=True):
+            rate, partition = own_values(table, {f"{key}rate": way.rate, f"{key}partition": way.partition})
+            moved = pass_skin(rows, cell, *bodies(table), s, rate * world.dt, partition, before, total, value,
+                              field.litres)
+            self.book(table, world, way.field, "taken_up", s, moved)
 
     def release(self, table: Table, world: SpatialWorld, way: Any, key: str) -> None:
         """Let bodies give off a share of what they hold above what they keep."""
@@ -118,10 +151,9 @@ def find(rows, x, y, z, heading, radius, forward, left, up, lengths, torus, inve
 
 
 @njit
-def take(rows, cell, does, volume, molarity, residue, s, rate, half, until, value, litres):
-    """Move a substance from the cells of a field into bodies: at most `rate` [mol/L] of each; return how much
-    [mol]."""
-    wanted, total, moved = np.zeros(rows.size), np.zeros(value.size), 0.0
+def want(rows, cell, does, volume, molarity, residue, s, rate, half, until, value, wanted, total):
+    """Write how much of a substance each body wants from its cell of a field to `wanted` f64[n] [mol], at
+    most `rate` [mol/L]; add it to `total` f64[cells]."""
     for i in range(rows.size):
         row, c = rows[i], value[cell[i]]
         if does.size and not does[row]:
@@ -131,14 +163,18 @@ def take(rows, cell, does, volume, molarity, residue, s, rate, half, until, valu
             most = most * c / (slow + c)
         wanted[i] = max(min(most, of_row(until, row) - held(molarity, residue, row, s)), 0.0) * volume[row]
         total[cell[i]] += wanted[i]
-    for i in range(rows.size):  # from amounts wanted to shares of what is there at the start
-        if wanted[i] > 0:
-            wanted[i] *= min(1.0, value[cell[i]] * litres / total[cell[i]])
+
+
+@njit
+def take(rows, cell, wanted, share, volume, molarity, residue, s, value, litres):
+    """Move what bodies want, or the share f64[cells] of it that there is, from the cells of a field into
+    them; return how much [mol]."""
+    moved = 0.0
     for i in range(rows.size):
         if wanted[i] > 0:
             row, k = rows[i], cell[i]
             before = held(molarity, residue, row, s)
-            now = hold(molarity, residue, row, s, before + wanted[i] / volume[row])
+            now = hold(molarity, residue, row, s, before + wanted[i] * share[k] / volume[row])
             amount = (now - before) * volume[row]
             value[k] = max(value[k] - amount / litres, 0.0)
             moved += amount
@@ -146,12 +182,10 @@ def take(rows, cell, does, volume, molarity, residue, s, rate, half, until, valu
 
 
 @njit
-def pass_skin(rows, cell, volume, molarity, residue, s, rate, partition, value, litres):
-    """Let a substance pass between bodies and their parts, by volume, of the cells that they are in; return
-    how much has come into bodies [mol]."""
-    total, moved, before = np.zeros(value.size), 0.0, value.copy()
-    for i in range(rows.size):
-        total[cell[i]] += volume[rows[i]]
+def pass_skin(rows, cell, volume, molarity, residue, s, rate, partition, before, total, value, litres):
+    """Let a substance pass between bodies and their parts, by volume, of the cells that they are in, where
+    all bodies have the volume `total` f64[cells]; return how much has come into bodies [mol]."""
+    moved = 0.0
     for i in range(rows.size):
         row, k = rows[i], cell[i]
         c, balance = held(molarity, residue, row, s), of_row(partition, row)

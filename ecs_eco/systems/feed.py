@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +19,7 @@ from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.lifecycle.causes import register_eaters
 from ecs_eco.lifecycle.ingestion import swallow
+from ecs_eco.lifecycle.meals import Meals, award, in_order, several, to_surfaces, void
 from ecs_eco.lifecycle.sizes import of_size
 from ecs_eco.lifecycle.torpor import LEAST_ENERGY
 from ecs_eco.space.land import at_places
@@ -39,14 +42,20 @@ class Feed(System):
     """An animal that eats, and digests nothing, takes the nearest food within reach,
     with the diet's chance of success.
 
-    Each proposes one item; an item goes to the nearest of those that want it, ties to the lower uid; the
-    eaten die. An animal with an action `eat` eats when it decides to; one without eats whenever it can. Tough
+    Each proposes one item of each kind in its diet; an item goes to the nearest eater of all species that
+    want it, ties by lot. An animal that gets several items takes the nearest first, and the others if it
+    still can. An animal that becomes food itself, in a nearer meal, eats nothing; the eaten die. The order of
+    species and of diets has no effect.
+
+    An animal with an action `eat` eats when it decides to; one without eats whenever it can. Tough
     food resists some bites, as does prey that land shelters; poison costs the eater energy, and deadly food
     kills it. Where the eater's body holds substances, those of the eaten go into it.
     """
 
     needs = (Position, Body, Metabolism)
     phase = "interact"
+    world: SpatialWorld
+    _wanted: list[Meals]  # in this tick
 
     @cached_property
     def _meals(self) -> dict[tuple[str, int], tuple[tuple[Any, ...], tuple[Any, ...]]]:
@@ -58,57 +67,128 @@ class Feed(System):
         for table in world.tables.values():
             register_eaters(world, table)
 
-    def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species eat, one kind of food after the other."""
-        for number, food in enumerate(table.species.diet):
-            table.species.eaten[food.eats] = self.eat(table, world.tables[food.eats], food, number, world)
+    def process(self, *_: Any) -> None:
+        """Gather what all eaters want, settle which of them get it, and let these eat."""
+        self._wanted = wanted = []
+        super().process()
+        if not wanted:
+            return
+        key, rivals, of_table = self.world.key, {}, {}
+        for meals in wanted:
+            rivals.setdefault(meals.prey.name, []).append(meals)
+            of_table.setdefault(meals.table.name, []).append(meals)
+        if any(Shape in meals.table or Shape in meals.prey for meals in wanted):
+            for meals in wanted:
+                to_surfaces(meals)
+        won = {name: award(key, some) for name, some in rivals.items()}
+        for name in of_table.keys() & won.keys():
+            for meals in of_table[name]:
+                meals.best = meals.best.copy()
+                void(meals.target, meals.distance2, meals.eaters.uid, meals.foods.uid, key, *won[name],
+                     meals.best)
+        eaten = [(meals, best) for mine in of_table.values() for meals, best in self.eat_all(mine)]
+        if any(Matter in meals.table for meals in wanted):
+            self.swallow(eaten, not of_table.keys().isdisjoint(won))
 
-    def eat(self, table: Table, prey: Any, food: Any, number: int, world: SpatialWorld) -> float:
-        """Let all of `table` that want to eat take from `prey`; return what they gained by it [energy]."""
-        if not table.n or not prey.n:
-            return 0.0
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Let one species propose what it wants of each kind of food."""
+        for number, food in enumerate(table.species.diet):
+            table.species.eaten[food.eats] = 0.0
+            prey = world.tables[food.eats]
+            if table.n and prey.n:
+                self.want(table, prey, food, number, world)
+
+    def want(self, table: Table, prey: Any, food: Any, number: int, world: SpatialWorld) -> None:
+        """Let all of `table` that want to eat propose items of `prey`."""
         eaters, foods = world.index(table), world.index(prey)
         b, m, nerves = table[Body], table[Metabolism], table.species.nerves
-        reach, chance, ceiling, gain, efficiency, store, digestion = self.meal(table, food, number, world.dt)
-        furthest = highest(reach, table.alive) if isinstance(reach, np.ndarray) else food.reach
+        reach, chance, *effect = self.meal(table, food, number, world.dt)
+        furthest = np.float32(highest(reach, table.alive) if isinstance(reach, np.ndarray) else food.reach)
         target, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
         column = -1 if nerves is None else nerves.eats
         decision = NO_DECISION if nerves is None else table[Nervous].decision
         toughness, poison = defences(world, prey)
         wish = (eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, reach, decision, column,
-                chance, ceiling, world.key, random.FEED + (number << 8), toughness, table.cause, m.energy,
+                chance, effect[-1], world.key, random.FEED + (number << 8), toughness, table.cause, m.energy,
                 m.digesting, prey.cause)
         if Shape in table or Shape in prey:
-            target, distance2 = nearest_surface(world, table, prey, furthest)
+            target, distance2 = nearest_surface(world, table, prey, np.nextafter(furthest, np.float32(1e30)))
             world.split(propose, eaters.n, target, distance2, *wish[:3], NO_RADIUS, NO_RADIUS, *wish[5:])
         else:
-            mine, theirs = b.radius[: table.high], prey[Body].radius[: prey.high]
-            # of few numbers, argmax takes a third of the time of a maximum
-            widest = float(mine[mine.argmax()] + theirs[theirs.argmax()]) + furthest
-            seeking = eaters, foods, widest, target, distance2, world.split, seek_food, wish
+            widest = furthest + largest(b.radius, table.alive, prey[Body].radius, prey.alive)
+            # what is exactly in reach is closer than this
+            beyond = max(float(np.nextafter(widest, np.float32(np.inf))), 1e-6)
+            seeking = eaters, foods, beyond, target, distance2, world.split, seek_food, wish
             if world.bands.size == 1:
                 nearest(*seeking)
             else:
                 with world.bands.over(eaters, target, distance2):
                     nearest(*seeking)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
-        best = np.empty(foods.n, np.int32)
+        self._wanted.append(Meals(
+            table, prey, food, eaters, foods, target, distance2, tuple(effect), poison,
+            held.copy() if prey.species.diet else held, np.empty(foods.n, np.int32)))
+
+    def eat_all(self, mine: list[Meals]) -> Iterator[tuple[Meals, np.ndarray]]:
+        """Let one species eat what it has won; yield what was eaten by which of its eaters, as `Meals.best`.
+        """
+        if len(mine) == 1 or not several(mine):
+            for meals in mine:
+                self.eat(meals, meals.best)
+                yield meals, meals.best
+            return
+        kind, eater, item = in_order(self.world.key, mine)
+        by = np.argsort(eater, kind="stable")
+        course = np.empty(by.size, np.int64)  # the first, second … meal of its eater
+        course[by] = np.arange(by.size) - np.searchsorted(eater[by], eater[by])
+        m, rows = mine[0].table[Metabolism], mine[0].eaters.rows
+        killed = np.zeros(rows.size, np.bool_)
+        for number in range(int(course.max()) + 1):
+            for k, meals in enumerate(mine):
+                now = np.flatnonzero((course == number) & (kind == k))
+                one = eater[now]
+                if number:
+                    row = rows[one]
+                    now = now[~killed[one] & ~(m.digesting[row] > 0)
+                              & (m.energy[row] < of_row(meals.effect[-1], row))]
+                    one = eater[now]
+                killed[one] |= meals.food.deadly
+                best = np.full(meals.best.size, -1, np.int32)
+                best[item[now]] = one
+                self.eat(meals, best)
+                yield meals, best
+
+    def eat(self, meals: Meals, best: np.ndarray) -> None:
+        """Let the eaters in `best` i32[foods] have their items, and count what they gain [energy]."""
+        world, table, prey, food = self.world, meals.table, meals.prey, meals.food
+        eaters, foods, m = meals.eaters, meals.foods, table[Metabolism]
         own = before = NOBODY
         if world.bands.divided:  # what ghosts gain is theirs
             own = eaters.rows[world.bands.entries(eaters)]
             before = m.energy[own].astype(np.float64)
         gained: float = ingest(
-            target, distance2, eaters.rows, eaters.uid, foods.rows, gain, efficiency, held, store, digestion,
-            poison, world.codes[f"eaten by {table.name}"],
+            best, eaters.rows, eaters.uid, foods.rows, *meals.effect[:2], meals.held, *meals.effect[2:4],
+            meals.poison, world.codes[f"eaten by {table.name}"],
             world.codes[f"poisoned by {food.eats}"] if food.deadly else 0, LEAST_ENERGY[table.species.torpor],
-            table.cause, table.killer, best, m.energy, m.digesting, m.taken, prey.cause,
-            prey.killer, prey.uid)
-        if Matter in table:
-            eaten = np.flatnonzero(best >= 0)
+            table.cause, table.killer, m.energy, m.digesting, m.taken, prey.cause, prey.killer, prey.uid)
+        table.species.eaten[food.eats] += (
+            float((m.energy[own] - before).sum()) if world.bands.divided else gained)
+
+    def swallow(self, eaten: list[tuple[Meals, np.ndarray]], ordered: bool) -> None:
+        """Move the substances of the eaten into their eaters; `ordered` by distance, where an animal may
+        first eat and then be eaten."""
+        some = [replace(meals, best=best) for meals, best in eaten if Matter in meals.table]
+        kind, eater, item = in_order(self.world.key, some)
+        if not ordered:
+            by = np.argsort(kind, kind="stable")
+            kind, eater, item = kind[by], np.array(eater[by]), item[by]
+        for part in np.split(np.arange(kind.size), np.flatnonzero(np.diff(kind)) + 1) if kind.size else ():
+            meals = some[kind[part[0]]]
+            table, food = meals.table, meals.food
             share = own_value(table, f"diet.{food.eats}.assimilation",
                               1.0 if food.assimilation is None else food.assimilation)
-            swallow(world, table, eaters.rows[best[eaten]], prey, foods.rows[eaten], share)
-        return float((m.energy[own] - before).sum()) if world.bands.divided else gained
+            swallow(self.world, table, meals.eaters.rows[eater[part]], meals.prey,
+                    meals.foods.rows[item[part]], share)
 
     def meal(self, table: Table, food: Any, number: int, dt: float) -> tuple[Any, ...]:
         """Return what `meal` does, found anew only where it is another, or where it is each one's own."""
@@ -123,8 +203,8 @@ class Feed(System):
 
 
 def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
-    """Return reach, chance in a tick, ceiling, gain and efficiency of one kind of food, the most energy, and
-    the time of digestion: numbers, or arrays [high] where a gene codes for any of them."""
+    """Return reach and chance in a tick of one kind of food, then `Meals.effect`: numbers, or arrays [high]
+    where a gene codes for any of them."""
     metabolism, kind = table.species.config.metabolism, f"diet.{food.eats}."
     keys = {kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency")}
     keys |= {"metabolism.energy_max": np.float32(metabolism.energy_max),
@@ -134,7 +214,7 @@ def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
     reach, gain, efficiency, store, digestion, chance, *until = own_values(table, keys)
     chance, store = 1 - power(1 - chance, dt), of_size(table, store)
     return (reach, chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance),
-            until[0] if until else store, gain, efficiency, store, digestion)
+            gain, efficiency, store, digestion, until[0] if until else store)
 
 
 def defences(world: SpatialWorld, prey: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -204,20 +284,20 @@ def propose(first, last, target, distance2, rows, uid, food_rows, radius, food_r
 
 
 @njit
-def ingest(target, distance2, rows, uid, food_rows, gain, efficiency, held, ceiling, digestion, poison, cause,
-           deadly, least, eater_cause, eater_killer, best, energy, digesting, taken, food_cause,
-           food_killer, food_uids):
-    """Resolve the proposals of all eaters, in canonical order, and apply them; return what all gained. `best`
-    i32[foods] becomes the eater of each food, −1 for none."""
-    best[:] = -1
-    for i in range(target.size):
-        j = target[i]
-        if j < 0:
-            continue
-        other = best[j]
-        if (other < 0 or distance2[i] < distance2[other]
-            or (distance2[i] == distance2[other] and uid[i] < uid[other])):
-            best[j] = i
+def largest(radius, alive, other, alive_other):
+    """Return the sum of the largest radii of the living of two tables [m]."""
+    one = two = np.float32(0)
+    for row in range(radius.size):
+        one = max(one, radius[row] if alive[row] else np.float32(0))
+    for row in range(other.size):
+        two = max(two, other[row] if alive_other[row] else np.float32(0))
+    return one + two
+
+
+@njit
+def ingest(best, rows, uid, food_rows, gain, efficiency, held, ceiling, digestion, poison, cause, deadly,
+           least, eater_cause, eater_killer, energy, digesting, taken, food_cause, food_killer, food_uids):
+    """Let eaters have their items: `best` i32[foods], −1 for none; return what all gained."""
     gained, n, eaten = 0.0, 0, np.empty(best.size, np.int32)
     for j in range(best.size):  # without branches: a meal's memory is fetched while others wait for theirs
         eaten[np.uint64(n)] = j
@@ -238,7 +318,7 @@ def ingest(target, distance2, rows, uid, food_rows, gain, efficiency, held, ceil
         digesting[row] = of_row(digestion, row)
         food_cause[food] = cause
         food_killer[food] = uid[eater]
-        if deadly:
+        if deadly and not eater_cause[row]:  # else it is eaten itself
             eater_cause[row] = deadly
             eater_killer[row] = food_uids[food]
     return gained

@@ -155,7 +155,8 @@ def apply_species(world: SpatialWorld, table: Table, species: Any,
     table.set_defaults(Biology, sex=SEXES[species.sex], fertility=0.0 if immature else species.fertility)
     alike: Species = table.species
     before, nerves = alike.config, alike.nerves
-    alike.config, alike.diet, alike.lethal = species, list(species.diet), list(species.lethal)
+    alike.config, alike.lethal = species, list(species.lethal)
+    alike.diet = sorted(species.diet, key=lambda food: food.eats)
     alike.breeding, alike.growth, alike.care = species.breeding, species.growth, species.care
     alike.torpor = species.metabolism.torpor
     alike.carries, alike.builds = list(species.carries), list(species.builds)
@@ -232,7 +233,7 @@ def begin_learning(world: SpatialWorld, table: Table) -> None:
 
     nerves, species = table.species.nerves, world.config.species[table.name]
     assert nerves is not None
-    number = list(world.config.species).index(table.name)
+    number = sorted(world.config.species).index(table.name)
     nerves.learner = learner_of(nerves.brain, settings(species.ppo, trains(world)),
                                 seed=learner_seed(world.seed, number), workers=world.threads)
 

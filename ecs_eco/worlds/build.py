@@ -92,7 +92,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     _surroundings(world, config)
     contain(world, config)
     _tables(world, config)
-    for number, (name, species) in enumerate(config.species.items()):
+    for number, (name, species) in enumerate(sorted(config.species.items())):
         founder = _networks(world, world.tables[name], species, policies, learn, number, training)
         add_heredity(world, world.tables[name], species, founder)
         _motor(world.tables[name], len(species.ranges()))
@@ -125,8 +125,8 @@ def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
     if config.archipelago is not None:
         _require_one(config, world.origin["training"])
         world.next_uid = config.archipelago.first_uid
-    world.substances = list(config.substances)
-    world.fields = {name: Field(world.space, f.cell) for name, f in config.fields.items()}
+    world.substances = sorted(config.substances)
+    world.fields = {name: Field(world.space, f.cell) for name, f in sorted(config.fields.items())}
     if config.terrain is not None:
         real = set(RealLand.model_fields)
         t = config.terrain.model_dump(exclude_none=True, exclude=real)
@@ -136,12 +136,12 @@ def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
 
 
 def _tables(world: SpatialWorld, config: WorldConfig) -> None:
-    """Make the tables of a world, objects first; they are still empty."""
-    for name, kind in config.objects.items():
+    """Make the tables of a world, objects first, each by name; they are still empty."""
+    for name, kind in sorted(config.objects.items()):
         _object_table(world, name, kind)
-    for name, species in config.species.items():
+    for name, species in sorted(config.species.items()):
         _species_table(world, name, species)
-    for name, species in config.species.items():
+    for name, species in sorted(config.species.items()):
         _remains(world, world.tables[name], species.remains)
     add_matter(world, config)
     if config.terrain is not None:

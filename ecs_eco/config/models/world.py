@@ -171,8 +171,9 @@ class WorldConfig(Section):
                                  for one in self.family(name)})
 
     def bearers(self, property: str) -> list[str]:
-        """The object types and species whose bodies have a property or substance."""
-        return [kind for kind in (*self.objects, *self.species) if property in self.felt(kind)]
+        """The object types and species whose bodies have a property or substance, each by name."""
+        kinds = (*sorted(self.objects), *sorted(self.species))
+        return [kind for kind in kinds if property in self.felt(kind)]
 
     @property
     def folder(self) -> Path:
