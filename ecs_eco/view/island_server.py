@@ -9,8 +9,10 @@ from collections import OrderedDict
 from collections.abc import Callable
 from pathlib import Path
 
+from ecs_eco.engine.processes import python
+
 MOST = 6  # islands that are open at a time; the one that was asked for longest ago is closed
-SERVE = "import sys; from ecs_eco.view.island_server import serve; serve(sys.argv[1])"
+SERVE = "from ecs_eco.view.island_server import serve; serve(sys.argv[1])"
 
 Tell = Callable[[str | None, str], None]
 
@@ -39,7 +41,7 @@ class Opened:
         with self._lock:  # one starts at a time
             process = self._open.pop((name, tick), None)
             if process is None or process.poll() is not None:
-                process = subprocess.Popen([sys.executable, "-c", SERVE, str(self.folder / name)], text=True,
+                process = subprocess.Popen(python(SERVE, str(self.folder / name)), text=True,
                                            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                            stderr=subprocess.PIPE)
             address = _address(process)
