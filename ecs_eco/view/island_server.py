@@ -46,8 +46,7 @@ class Opened:
                                            stderr=subprocess.PIPE)
             address = _address(process)
             if address is None:
-                assert process.stderr is not None
-                lines = process.stderr.read().strip().splitlines()
+                lines = process.communicate()[1].strip().splitlines()
                 tell(None, f"{name} cannot be opened: {lines[-1] if lines else 'its process ended'}")
                 return
             self._open[name, tick] = process

@@ -42,7 +42,7 @@ def test_the_command_as_a_module_takes_none_either(hidden: Path) -> None:
 
 def test_a_checkout_that_is_not_installed_is_still_found_by_its_processes(tmp_path: Path) -> None:
     (tmp_path / "ecs_eco").symlink_to(Path(__file__).parents[2] / "ecs_eco")
-    script = "import sys; sys.argv[:] = ['-m']; sys.orig_argv[:] = ['python', '-m', 'ecs_eco']; import ecs_eco"
+    script = "sys.argv[:] = ['-m']; sys.orig_argv[:] = ['python', '-m', 'ecs_eco']; import ecs_eco"
     output = run(sys.executable, "-c", f"import os; os.chdir({str(tmp_path)!r}); import sys; "
                  f"sys.path[0] = {str(tmp_path)!r}; {script}; print(sys.path[0]); print(sys.path[-1])")
     first, last = output.split()

@@ -119,7 +119,7 @@ def test_workers_look_for_modules_where_this_process_does_and_not_in_the_present
 ) -> None:
     monkeypatch.chdir(tmp_path)
     folders = Imported()
-    folders.extend([str(tmp_path), str(Path(json.__file__).parents[1])])  # Ray adds the present folder, always
+    folders.extend([str(tmp_path), str(Path(json.__file__).parents[1])])  # Ray adds the present folder always
     assert folders == [str(Path(json.__file__).parents[1])]
     monkeypatch.syspath_prepend(tmp_path)  # a script that lies there
     folders.extend([str(tmp_path)])
