@@ -87,7 +87,8 @@ def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tup
         if not (np.abs(part) <= FARTHEST).all():  # NaN, too
             raise _refused(number, "file", "has coordinates that are nowhere on the earth", layer.file,
                            f"coordinates in metres or degrees, up to {FARTHEST:g}")
-        yield kind, part
+        if len(part):  # "POLYGON EMPTY" has none
+            yield kind, part
 
 
 def _content(path: Path, layer: str | None) -> Content:
