@@ -78,7 +78,7 @@ def write_tensors(path: str | Path, arrays: Mapping[str, np.ndarray],
     with writing(path) as beside, open(beside, "wb") as file:
         file.write(len(text).to_bytes(8, "little") + text)
         for part in parts:
-            file.write(part.reshape(-1).view(np.uint8))
+            file.write(part.reshape(-1).view(np.uint8).data)
     return Path(path)
 
 

@@ -72,7 +72,7 @@ def modules(ground: Ground) -> Iterator[Attack]:
         (place / f"{name}.toml").write_text(text, encoding="utf-8")
     two, script = ["--workers", "2", "-q"], [str(COMMAND)]
     search = ["--trials", "2", "--ticks", "2", "--range", "species.snail.body.radius=0.05:0.2",
-              "--world-seeds", "2", "--confirm-world-seeds", "1", "--confirm-training-seeds", "1"]  # fmt: skip
+              "--world-seeds", "2", "--confirm-world-seeds", "1", "--confirm-training-seeds", "1"]
     compare = ["compare", "world.toml", "--control", "no-mutation", "--seeds", "2", "--ticks", "2"]
     commands = [
         [*script, *compare, *two],
