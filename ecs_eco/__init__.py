@@ -5,6 +5,14 @@ the names that users import, and no code: `from ecs_eco import World, System, co
 first used, so importing the package is cheap. docs/explanation/architecture.md says which folder holds what.
 """
 
+import sys
+
+if (sys.argv[:1] == ["-m"] and not sys.flags.safe_path
+        and sys.orig_argv[-len(sys.argv)].removeprefix("-m").removesuffix(".__main__") == __name__):
+    # `python -m ecs_eco`: before all else, so that modules of the folder that it runs in hide no others
+    _here = sys.path.pop(0)
+    if __path__ == [f"{_here}/{__name__}"]:  # a checkout that is not installed, which processes need too
+        sys.path.append(_here)
 from typing import TYPE_CHECKING
 
 from ecs_eco._lazy import find_former_names, lazy, listing

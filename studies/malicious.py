@@ -1,25 +1,26 @@
-"""Nothing that is loaded runs code: malicious worlds, checkpoints, manifests, recordings, policies, journals
-and messages to the viewer.
+"""Nothing that is loaded runs code: malicious worlds, checkpoints, manifests, recordings, policies, journals,
+messages to the viewer, land, and modules in the folder that a command runs in.
 
 Each carries payloads that leave a mark, a file, if they ever run: names of code at every key that can name
-code, pickles in every place that has a file, texts that a shell, a template or TeX would run. Each is
-checked, run, resumed, forked, repeated, reported, drawn, searched, trained, compared or watched. In a control
-the same payloads are run on purpose: they leave their marks.
+code, pickles in every place that has a file, texts that a shell, a template or TeX would run, addresses that
+a reader of land would ask. Each is checked, run, resumed, forked, repeated, reported, drawn, searched,
+trained, compared or watched. In a control the same payloads are run on purpose: they leave their marks.
 """
 
 from typing import Any
 
-from studies.common.malicious import files, messages, surroundings, worlds
+from studies.common.malicious import files, land, messages, surroundings, worlds
 from studies.common.malicious.ground import KINDS, REFUSED, TRACEBACK, UNNAMED, ground, judged
 from studies.common.study import Study, verdict
 
 BY_HAND: dict[str, Any] = {"world": worlds.by_hand, "checkpoint": files.checkpoints,
                            "manifest": files.manifests, "recording": files.recordings,
                            "policy": files.policies, "journal": files.journals, "message": messages.by_hand,
-                           "folder": surroundings.folders}  # fmt: skip
+                           "folder": surroundings.folders, "land": land.by_hand,
+                           "module": surroundings.modules}  # fmt: skip
 BY_MUTATION: dict[str, Any] = {"world": worlds.by_mutation, "checkpoint": files.checkpoints_by_mutation,
                                "manifest": files.manifests_by_mutation, "journal": files.journals_by_mutation,
-                               "message": messages.by_mutation}  # fmt: skip
+                               "message": messages.by_mutation, "land": land.by_mutation}  # fmt: skip
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -29,7 +30,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
             imported = surroundings.imported(place)  # before anything is trusted
             return {"imported": imported, "controls": surroundings.controls(place)}
         if "seed" in case:
-            attacks = BY_MUTATION[case["what"]](place, case["seed"], config["mutations"][case["what"]])
+            number = case.get("number") or config["mutations"][case["what"]]
+            attacks = BY_MUTATION[case["what"]](place, case["seed"], number)
         else:
             attacks = list(BY_HAND[case["what"]](place))[:: config["every"]]
         done = [judged(place, attack) for attack in attacks]
@@ -66,7 +68,11 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "verdicts": [
             verdict("malicious files and messages", n, f"≥ {least}", n >= least),
-            verdict("marks that a payload left", marks, "0", marks == 0),
+            verdict("of these land files, by hand and by mutation", of("land"), f"≥ {least // 3}",
+                    of("land") >= least // 3),
+            verdict(f"of these commands in a folder with {len(surroundings.NAMES)} modules", of("module"),
+                    "≥ 1", of("module") > 0),
+            verdict("marks that a payload or a request left", marks, "0", marks == 0),
             verdict("modules of a payload that were imported", len(names), "0", not names),
             verdict("controls, run on purpose, that left their mark", len(loud),
                     f"all {len(control['controls'])}", len(loud) == len(control["controls"]) > 0),
@@ -89,10 +95,12 @@ STUDY = Study(
     config={"mutations": {"world": 40, "checkpoint": 20, "manifest": 20, "journal": 10, "message": 50},
             "every": 1},
     cases=[{"what": "control"}, *({"what": what} for what in BY_HAND),
-           *({"what": what, "seed": 1} for what in BY_MUTATION)],
+           *({"what": what, "seed": 1} for what in BY_MUTATION if what != "land"),
+           {"what": "land", "seed": 1, "number": 100}],
     run=run, summarise=summarise,
     short_cases=[{"what": "control"}, {"what": "world", "seed": 1}, {"what": "message", "seed": 1},
-                 {"what": "checkpoint", "seed": 1}, {"what": "manifest", "seed": 1}],
+                 {"what": "checkpoint", "seed": 1}, {"what": "manifest", "seed": 1},
+                 {"what": "land"}, {"what": "land", "seed": 1, "number": 5}, {"what": "module"}],
     short_config={"mutations": {"world": 3, "checkpoint": 2, "manifest": 3, "journal": 1, "message": 10},
                   "every": 10},
 )  # fmt: skip

@@ -12,7 +12,10 @@ import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
 
 _BESIDE = re.compile(r"\.(?P<name>.+)\.ecs-eco-\d+-[0-9a-f]{8}\.tmp")
 
@@ -54,40 +57,29 @@ def writing(path: str | Path) -> Iterator[Path]:
         raise OSError(error.errno, error.strerror or os.strerror(error.errno), str(path)) from error
 
 
-def write_tensors(path: str | Path, arrays: Mapping[str, Any],
+def write_tensors(path: str | Path, arrays: Mapping[str, np.ndarray],
                   metadata: Mapping[str, str] | None = None) -> Path:
-    """Write numpy arrays as a safetensors file, whole or not at all.
+    """Write numpy arrays as a safetensors file, whole or not at all: equal arrays give equal bytes.
 
-    Raises OSError that names it, for a full disk too.
+    The library would write to a file of a name of its own first, which stays where a process is killed, and
+    order texts at random. Raises OSError that names the file.
     """
-    from safetensors import SafetensorError
-    from safetensors.numpy import save_file
+    import numpy as np
 
-    with writing(path) as beside:
-        try:
-            save_file(dict(arrays), beside, metadata=dict(metadata or {}) or None)
-            _order_texts(beside)
-        except SafetensorError as error:  # not an OSError: its number is in the text only
-            match = re.search(r"os error (\d+)", str(error))
-            number = int(match[1]) if match else errno.EIO
-            raise OSError(number, os.strerror(number) if match else str(error), str(path)) from error
+    head: dict[str, Any] = {"__metadata__": dict(sorted(metadata.items()))} if metadata else {}
+    end, parts = 0, []
+    for name in sorted(arrays, key=lambda name: (-arrays[name].itemsize, name)):  # so that all are aligned
+        array = arrays[name]
+        kind = "BOOL" if array.dtype.kind == "b" else f"{array.dtype.kind.upper()}{8 * array.itemsize}"
+        parts.append(np.ascontiguousarray(array, array.dtype.newbyteorder("<")))
+        head[name] = {"dtype": kind, "shape": array.shape, "data_offsets": [end, end := end + array.nbytes]}
+    text = json.dumps(head, ensure_ascii=False, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 8)
+    with writing(path) as beside, open(beside, "wb") as file:
+        file.write(len(text).to_bytes(8, "little") + text)
+        for part in parts:
+            file.write(part.reshape(-1).view(np.uint8).data)
     return Path(path)
-
-
-def _order_texts(path: Path) -> None:
-    """Bring the texts in a safetensors file's head into one order: the library writes them in a random one.
-    """
-    with open(path, "rb+") as file:
-        length = int.from_bytes(file.read(8), "little")
-        head = json.loads(file.read(length))
-        if "__metadata__" not in head:
-            return
-        head["__metadata__"] = dict(sorted(head["__metadata__"].items()))
-        text = json.dumps(head, ensure_ascii=False, separators=(",", ":")).encode().ljust(length)
-        # else another version of the library formats its JSON differently, and the file is right as it is
-        if len(text) == length:
-            file.seek(8)
-            file.write(text)
 
 
 def require_regular(path: str | Path) -> None:

@@ -33,11 +33,11 @@ class Pool(Executor):
         """Submit a call; with one worker it is done when this returns."""
         if self.workers == 1:
             return _done_here(fn, args, kwargs)
-        if self._processes is None:
-            spawn = multiprocessing.get_context("spawn")
-            self._processes = ProcessPoolExecutor(self.workers, spawn, initializer=begin_worker)
         try:
-            with one_thread_each():  # a process is started if none is idle
+            with one_thread_each():  # a process is started if none is idle; first a tracker of locks
+                if self._processes is None:
+                    spawn = multiprocessing.get_context("spawn")
+                    self._processes = ProcessPoolExecutor(self.workers, spawn, initializer=begin_worker)
                 return self._processes.submit(fn, *args, **kwargs)
         except BrokenProcessPool as error:
             broken: Future[Result] = Future()

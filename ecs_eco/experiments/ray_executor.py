@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import os
 import socket
+import sys
 import time
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from concurrent.futures import wait as _wait
 from pathlib import Path
@@ -20,6 +21,7 @@ from types import TracebackType
 from typing import Any, TypeVar
 
 from ecs_eco.engine.errors import ConfigError, FolderInUse, Problem, listed
+from ecs_eco.engine.processes import SAFE
 from ecs_eco.experiments.workers import ENDED, PINS
 
 RETRIES = 20  # calls of a task whose worker or machine is lost, besides the first
@@ -35,6 +37,16 @@ Result = TypeVar("Result")
 
 class WorkerLost(RuntimeError):
     """A call whose workers were lost again and again."""
+
+
+class Imported(list[str]):
+    """Folders in which Ray's workers look for modules: of those that Ray adds, the ones in which this process
+    looks. Ray always adds the present one, whose modules would hide all others."""
+
+    def extend(self, folders: Iterable[str]) -> None:
+        """Add folders."""
+        own = {os.path.realpath(folder) for folder in sys.path}
+        super().extend(folder for folder in folders if os.path.realpath(folder) in own)
 
 
 class Call(Future[Any]):
@@ -182,10 +194,11 @@ class RayExecutor(Executor):
 
 
 def settings() -> dict[str, str]:
-    """The variables that tasks run with: one thread each, and what results depend on as it is set here."""
+    """Return the variables that tasks run with: one thread each, no modules of the folder that they run in,
+    and what results depend on as it is set here."""
     here = {name: value for name, value in os.environ.items()
             if name.startswith(SETTINGS) and name not in OF_A_MACHINE}
-    return here | dict.fromkeys(PINS, "1")
+    return here | dict.fromkeys((*PINS, SAFE), "1")
 
 
 def _ray() -> Any:
@@ -200,7 +213,9 @@ def _ray() -> Any:
 
 def _connect(ray: Any, workers: int | None, address: str | None) -> None:
     """Connect to a cluster; start one on this machine where none is named and none runs."""
-    quiet = {"log_to_driver": False, "logging_level": "ERROR"}
+    job = ray.job_config.JobConfig()
+    job._py_driver_sys_path = Imported()
+    quiet = {"log_to_driver": False, "logging_level": "ERROR", "job_config": job}
     if address is not None and address.startswith("ray://"):
         allowed = "HOST:PORT from a machine of the cluster, or `ray job submit` from elsewhere"
         raise ConfigError([Problem((), "is Ray's client, which ends with its connection", address, allowed,

@@ -9,15 +9,18 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from ecs_eco.engine.processes import SAFE
+
 PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 ENDED = 130  # exit code of a worker that was told to end
 
 
 @contextmanager
 def one_thread_each() -> Iterator[None]:
-    """Processes that start within use one thread each."""
-    before = {name: os.environ.get(name) for name in PINS}
-    os.environ.update(dict.fromkeys(PINS, "1"))
+    """Processes that start within use one thread each, and import nothing from the folder that they run in.
+    """
+    before = {name: os.environ.get(name) for name in (*PINS, SAFE)}
+    os.environ.update(dict.fromkeys(before, "1"))
     try:
         yield
     finally:

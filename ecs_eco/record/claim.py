@@ -11,6 +11,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import socket
 import time
 from collections.abc import Iterator
@@ -29,6 +30,8 @@ except ImportError:  # Windows
 LOCK = ".lock"
 # files written before the manifest, by folder
 BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}
+# what safetensors wrote to when it still wrote checkpoints and policies
+OF_SAFETENSORS = re.compile(r"\.tmp[A-Za-z0-9]{6}")
 WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # on file systems without locks
 AGAIN = 1000  # attempts at a lock that other processes keep removing
 
@@ -147,11 +150,11 @@ def owner_of(folder: str | Path) -> dict[str, Any] | None:
 def remove_start(folder: Path) -> None:
     """Remove what a run wrote in a folder before it had a manifest, and nothing else."""
     for name, pattern in BEGUN.items():
-        for file in [*(folder / name).glob(pattern), *_half(folder / name)]:
+        for file in [*(folder / name).glob(pattern), *half_written(folder / name)]:
             file.unlink(missing_ok=True)
         with suppress(OSError):
             (folder / name).rmdir()
-    for file in _half(folder):
+    for file in half_written(folder):
         file.unlink(missing_ok=True)
 
 
@@ -160,8 +163,14 @@ def stopped_early(folder: Path) -> bool:
     return (folder / LOCK).is_file() and not (folder / "manifest.json").exists()
 
 
-def _half(folder: Path) -> list[Path]:
-    return [p for p in folder.glob(".*.tmp") if files.written_beside(p) is not None]
+def half_written(folder: Path) -> list[Path]:
+    """Return the files in a folder of a run that a killed process left half-written, known by their names."""
+    return [p for p in folder.glob(".*") if _is_half(p) and p.is_file()]
+
+
+def _is_half(path: Path) -> bool:
+    return files.written_beside(path) is not None or (
+        path.parent.name in BEGUN and OF_SAFETENSORS.fullmatch(path.name) is not None)
 
 
 def _is_free(path: Path) -> bool:
@@ -174,8 +183,8 @@ def _is_free(path: Path) -> bool:
 
 def _of_a_start(path: Path) -> bool:
     if path.name in BEGUN and path.is_dir():
-        return all(p.match(BEGUN[path.name]) or files.written_beside(p) for p in path.iterdir())
-    return files.written_beside(path) is not None
+        return all(p.match(BEGUN[path.name]) or _is_half(p) for p in path.iterdir())
+    return _is_half(path)
 
 
 def _make(path: Path) -> list[Path]:

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.engine import files
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record.belonging import Mark, listed, name_of, parts
-from ecs_eco.record.claim import Claim
+from ecs_eco.record.claim import Claim, half_written
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
@@ -103,8 +102,7 @@ OURS = {  # what a run writes, by folder
 def leftovers(path: Path) -> list[Path]:
     """Return the half-written files that a killed run left in its folder:
     those that bear the name that this package gives them."""
-    return [p for folder, _ in _folders(path)
-            for p in folder.glob(".*.tmp") if files.written_beside(p) is not None and p.is_file()]
+    return [half for folder, _ in _folders(path) for half in half_written(folder)]
 
 
 def remove_run(path: Path) -> None:

@@ -10,7 +10,6 @@ import os
 import re
 import shlex
 import subprocess
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ from typing import Any
 
 from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.engine.files import write_json
+from ecs_eco.engine.processes import python
 from ecs_eco.experiments.workers import PINS
 from ecs_eco.sweeps.folder import Sweep, read_sweep
 from ecs_eco.sweeps.jobs import UNFINISHED
@@ -107,8 +107,8 @@ def script(sweep: Sweep, offset: int, indices: Sequence[int], options: Options, 
     }  # fmt: skip
     lines = ["--requeue", *(f"--{key}={value}" for key, value in wanted.items() if value is not None),
              *options.more]
-    own = "import sys; from ecs_eco.cli import main; sys.argv[0] = 'ecs-eco'; main()"
-    command = [sys.executable, "-c", own, "sweep", "job", str(sweep.folder)]
+    own = "from ecs_eco.cli import main; sys.argv[0] = 'ecs-eco'; main()"
+    command = python(own, "sweep", "job", str(sweep.folder))
     return SCRIPT.format(
         options="\n".join(f"#SBATCH {line}" for line in lines), offset=offset, unfinished=UNFINISHED,
         pins="export " + " ".join(f"{name}=1" for name in PINS), command=shlex.join(command),

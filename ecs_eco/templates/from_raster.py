@@ -34,7 +34,8 @@ def world_from_raster(raster: str, out: str | Path | None = None, *, band: int |
     the file is there already.
     """
     try:
-        held = read_raster(raster, Path(), band, crs)
+        own = re.match(r"[A-Za-z_]\w+:", raster)
+        held = read_raster(*(raster, Path()) if own else (Path(raster).name, Path(raster).parent), band, crs)
         per = metres(held)
     except RasterError as error:
         raise ConfigError([p.moved(key=(), source="RASTER" if p.key == ("raster",) else f"--{p.key[0]}")
@@ -45,7 +46,11 @@ def world_from_raster(raster: str, out: str | Path | None = None, *, band: int |
         what = "is there already" if path.exists() else "is no name of a world file"
         raise ConfigError([Problem((), what, str(path), "a new file ending in .toml", source="FILE")])
     side = _side(held, per, cell)
-    there = raster if re.match(r"[A-Za-z_]\w+:", raster) else os.path.relpath(raster, path.parent)
+    there = raster if own else os.path.relpath(raster, path.parent)
+    if there.startswith(".."):
+        near = str(Path(raster).with_name(path.name))
+        what = "is not in a folder above the raster"
+        raise ConfigError([Problem((), what, str(path), near, source="FILE")])
     keys = {"raster": Path(there).as_posix()}
     text = TEMPLATE.read_text(encoding="utf-8").format(**keys, **_values(held, per, side, name, band, crs))
     write(path, re.sub(r"\n\n(cell = )", r"\n\1", text))

@@ -11,14 +11,15 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlsplit
 
-COMMAND = [sys.executable, "-c", "from ecs_eco.cli import main; main()"]
+from ecs_eco.engine.processes import python
+
+COMMAND = python("from ecs_eco.cli import main; main()")
 FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
          "--ignore-gpu-blocklist", "--disable-quic", "--no-first-run", "--disable-background-networking",
          "--disable-component-update", "--disable-sync"]  # fmt: skip

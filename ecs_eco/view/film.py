@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 import tempfile
@@ -12,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from ecs_eco.engine import files
 
 CODECS = {
     ".mp4": ("libx264", "-preset", "medium", "-crf", "20", "-movflags", "+faststart"),
@@ -53,19 +54,12 @@ def write(path: Path, ticks: Sequence[int], paint: Callable[[int], np.ndarray], 
     """
     program = encoder(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix.lower(), dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
-    try:
+    with files.writing(path) as beside:
         frames = _painted(ticks, paint, progress)
         if program:
-            _pipe(program, temporary, frames, size, fps)
+            _pipe(program, beside, path.suffix.lower(), frames, size, fps)
         else:
-            _gif(temporary, frames, fps)
-        temporary.chmod(0o644)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+            _gif(beside, frames, fps)
     return path
 
 
@@ -77,11 +71,13 @@ def _painted(ticks: Sequence[int], paint: Callable[[int], np.ndarray],
             progress(i + 1, len(ticks))
 
 
-def _pipe(program: str, path: Path, frames: Iterator[np.ndarray], size: tuple[int, int], fps: float) -> None:
-    codec, *how = CODECS[path.suffix]
+def _pipe(program: str, path: Path, kind: str, frames: Iterator[np.ndarray], size: tuple[int, int],
+          fps: float) -> None:
+    codec, *how = CODECS[kind]
     command = [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s",
                f"{size[0]}x{size[1]}", "-r", f"{fps:g}",
-               "-i", "-", "-an", "-c:v", codec, "-pix_fmt", "yuv420p", *how, str(path)]  # fmt: skip
+               "-i", "-", "-an", "-c:v", codec, "-pix_fmt", "yuv420p", *how,
+               "-f", {".mkv": "matroska"}.get(kind, kind[1:]), str(path)]  # fmt: skip
     with tempfile.TemporaryFile() as log:
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=log)
         assert process.stdin is not None

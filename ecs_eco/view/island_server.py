@@ -9,8 +9,10 @@ from collections import OrderedDict
 from collections.abc import Callable
 from pathlib import Path
 
+from ecs_eco.engine.processes import python
+
 MOST = 6  # islands that are open at a time; the one that was asked for longest ago is closed
-SERVE = "import sys; from ecs_eco.view.island_server import serve; serve(sys.argv[1])"
+SERVE = "from ecs_eco.view.island_server import serve; serve(sys.argv[1])"
 
 Tell = Callable[[str | None, str], None]
 
@@ -39,13 +41,12 @@ class Opened:
         with self._lock:  # one starts at a time
             process = self._open.pop((name, tick), None)
             if process is None or process.poll() is not None:
-                process = subprocess.Popen([sys.executable, "-c", SERVE, str(self.folder / name)], text=True,
+                process = subprocess.Popen(python(SERVE, str(self.folder / name)), text=True,
                                            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                            stderr=subprocess.PIPE)
             address = _address(process)
             if address is None:
-                assert process.stderr is not None
-                lines = process.stderr.read().strip().splitlines()
+                lines = process.communicate()[1].strip().splitlines()
                 tell(None, f"{name} cannot be opened: {lines[-1] if lines else 'its process ended'}")
                 return
             self._open[name, tick] = process

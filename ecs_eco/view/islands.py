@@ -113,7 +113,7 @@ class Map:
         """Serve pages until `close`."""
         with closing(self.islands):
             while not self.closing:
-                while self.inbox:
+                for _ in range(len(self.inbox)):
                     self._answer(*self.inbox.popleft())
                 self._look()
                 self._wake.wait(LOOK)

@@ -91,7 +91,7 @@ class Player:
         if self.source.tick != self._passed:
             self._passed = self.source.tick
             self.source.passed()
-        while self.inbox:
+        for _ in range(len(self.inbox)):  # what arrives meanwhile is for the next time: ticks go on
             page, request = self.inbox.popleft()
             self._answer(page, request)
             soonest = -math.inf

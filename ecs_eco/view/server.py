@@ -22,6 +22,7 @@ from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, R
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from ecs_eco.view.credentials import MINUTES, Credentials
 from ecs_eco.view.guard import SUBPROTOCOL, Guard
@@ -29,8 +30,12 @@ from ecs_eco.view.guard import SUBPROTOCOL, Guard
 STATIC = Path(__file__).parent / "static"
 HOST = "127.0.0.1"
 PAGES = 32  # at a time
+STRANGERS = 64  # connections that have not shown the credential; one more ends the oldest
+BACKLOG = 32  # connections that are accepted at once
+PATIENCE = 10.0  # [s] for the head of a first request
+UNREAD = 1 << 18  # [bytes] that the system keeps for a page that does not read
 WAITING = 64  # pending messages of a page that does not read; beyond that it is disconnected
-ASKED = 200  # requests that may be pending until the end of a tick
+ASKED = 16  # requests of a page that may be pending
 LARGEST = 1 << 18  # [bytes] of one message from a page
 TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".woff2": "font/woff2",
          ".html": "text/html"}
@@ -42,7 +47,7 @@ class Client:
     def __init__(self, socket: WebSocket) -> None:
         self.socket, self.loop = socket, asyncio.get_running_loop()
         self._waiting: deque[str | bytes] = deque()
-        self._some = asyncio.Event()
+        self._some, self.behind = asyncio.Event(), asyncio.Event()
 
     def send(self, messages: list[str | bytes]) -> None:
         """Queue messages; returns at once."""
@@ -50,21 +55,53 @@ class Client:
             self.loop.call_soon_threadsafe(self._take, messages)
 
     def _take(self, messages: list[str | bytes]) -> None:
+        if len(self._waiting) + len(messages) > WAITING:
+            self.behind.set()
+            return
         self._waiting.extend(messages)
         self._some.set()
 
     async def pour(self) -> None:
-        """Send queued messages, as fast as the page reads; return when it has fallen too far behind."""
+        """Send queued messages, as fast as the page reads."""
         while True:
             await self._some.wait()
             self._some.clear()
             while self._waiting:
-                if len(self._waiting) > WAITING:
-                    await self.socket.close(1013, "too far behind")
-                    return
                 message = self._waiting.popleft()
                 await (self.socket.send_text(message)
                        if isinstance(message, str) else self.socket.send_bytes(message))
+
+
+class Strangers(dict[Any, asyncio.Transport]):
+    """The connections that have not shown the credential, by address, oldest first: so few that they leave
+    this process the handles that it needs."""
+
+    def add(self, address: Any, transport: asyncio.Transport) -> None:
+        """Add a connection; end the oldest where there are too many."""
+        self.pop(address, None)
+        self[address] = transport
+        if len(self) > STRANGERS:
+            self.pop(next(iter(self))).abort()
+
+    def protocol(self) -> type[H11Protocol]:
+        """Return the protocol that connections begin with."""
+        strangers = self
+
+        class Arriving(H11Protocol):
+            def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+                super().connection_made(transport)
+                strangers.add(self.client or id(transport), transport)
+                self.loop.call_later(PATIENCE, self.lose_patience)
+
+            def lose_patience(self) -> None:
+                if self.scope is None:  # it has asked for nothing yet
+                    self.transport.abort()
+
+            def connection_lost(self, exc: Exception | None) -> None:
+                super().connection_lost(exc)
+                strangers.pop(self.client or id(self.transport), None)
+
+        return Arriving
 
 
 class Listener(Protocol):
@@ -91,15 +128,18 @@ class Server:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD)
             self._socket.bind((HOST, port))
         except OSError:
             self._socket.close()
             raise
         self.port = self._socket.getsockname()[1]
         self.clients: set[Client] = set()
+        self._strangers = Strangers()
         self.app = Guard(self._pages(), self.credentials, self.port, frames)
         config = uvicorn.Config(self.app, lifespan="off", log_config=None, log_level="critical",
-                                access_log=False, ws="websockets-sansio", ws_per_message_deflate=False,
+                                access_log=False, ws="websockets-sansio", backlog=BACKLOG,
+                                http=self._strangers.protocol(), ws_per_message_deflate=False,
                                 ws_max_size=LARGEST, server_header=False, timeout_graceful_shutdown=1,
                                 proxy_headers=False)  # fmt: skip
         self._uvicorn = uvicorn.Server(config)
@@ -177,20 +217,27 @@ class Server:
         if len(self.clients) >= PAGES:
             await websocket.close(1013, f"{PAGES} pages are open already")
             return
+        transport = self._strangers.pop(tuple(websocket.scope["client"] or ()), None)
         await websocket.accept(SUBPROTOCOL)
         client = Client(websocket)
         self.clients.add(client)
         self.player.say(client, {"kind": "join"})
         pouring = asyncio.create_task(client.pour())
         listening = asyncio.create_task(self._listen(client))
+        falling = asyncio.create_task(client.behind.wait())
+        tasks = (pouring, listening, falling)
         try:
-            await asyncio.wait((pouring, listening), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
             self.player.say(client, {"kind": "leave"})
             self.clients.discard(client)
-            for task in (pouring, listening):
+            for task in tasks:
                 task.cancel()
-            await asyncio.gather(pouring, listening, return_exceptions=True)
+            await asyncio.gather(*tasks, return_exceptions=True)
+        if client.behind.is_set():
+            if transport is not None:
+                client.loop.call_later(1.0, transport.abort)  # if it does not read, its end does not reach it
+            await websocket.close(1013, "too far behind")
 
     async def _listen(self, client: Client) -> None:
         """Deliver a page's messages until it disconnects."""
@@ -205,6 +252,7 @@ class Server:
                 request = None
             if not isinstance(request, dict) or request.get("kind") in ("join", "leave"):
                 request = {"kind": "what is no request"}
-            while len(self.player.inbox) > ASKED:  # a page that sends faster than ticks pass has to wait
-                await asyncio.sleep(0.05)
+            # a page that asks faster than it is answered waits, and no other page waits for it
+            while sum(page is client for page, _ in self.player.inbox.copy()) >= ASKED:
+                await asyncio.sleep(0.005)
             self.player.say(client, request)

@@ -11,7 +11,6 @@ from __future__ import annotations
 import gc
 import os
 import subprocess
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -21,10 +20,9 @@ from typing import Any
 
 from ecs_eco.config.shipped import shipped
 from ecs_eco.engine.garbage import uncollected
+from ecs_eco.engine.processes import python
 
-PACKAGE = Path(__file__).parents[1]
-_HELPER = ("import sys; sys.path.append(sys.argv[1]); "
-           "from ecs_eco.worlds.first_start import help_on; help_on(sys.argv[2:])")
+_HELPER = "from ecs_eco.worlds.first_start import help_on; help_on(sys.argv[1:])"
 LIST, MARK = Path(__file__).with_name("kernels.txt"), ".warm"
 
 
@@ -112,9 +110,8 @@ def _mark(world: str) -> Path:
 
 
 def _start(arguments: Sequence[str]) -> subprocess.Popen[bytes]:
-    # -P: modules of the folder that a command happens to run in hide no others
-    return subprocess.Popen([sys.executable, "-P", "-c", _HELPER, str(PACKAGE.parent), *arguments],
-                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return subprocess.Popen(python(_HELPER, *arguments), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                            stderr=subprocess.DEVNULL)
 
 
 @contextmanager

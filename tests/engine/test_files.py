@@ -2,14 +2,17 @@
 
 import errno
 import os
+import re
+import signal
 import stat
+import subprocess
 
 import numpy as np
 import pytest
-from safetensors import SafetensorError
 from safetensors.numpy import load_file
 
 from ecs_eco.engine import files
+from ecs_eco.engine.processes import python
 
 
 def _names(folder):
@@ -59,15 +62,49 @@ def test_the_umask_gives_the_mode(tmp_path, umask, mode):
     assert {stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("text", "tensors")} == {mode}
 
 
-def test_a_full_disk_is_an_os_error_for_tensors_too(tmp_path, monkeypatch):
-    def full(*_, **__):
-        raise SafetensorError("Error while serializing: I/O error: No space left on device (os error 28)")
+LIMITED = """
+import resource, signal, sys
+import numpy as np
+from ecs_eco.engine import files
+signal.signal(signal.SIGXFSZ, signal.SIG_DFL if sys.argv[2] == "killed" else signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
+files.write_tensors(sys.argv[1], {"a": np.zeros(5_000)})
+"""
 
-    monkeypatch.setattr("safetensors.numpy.save_file", full)
-    with pytest.raises(OSError, match="No space left on device") as caught:
-        files.write_tensors(tmp_path / "w.safetensors", {"a": np.arange(3)})
-    assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(tmp_path / "w.safetensors"))
+
+def limited(path, how):
+    """A process that writes more tensors than it may."""
+    return subprocess.run(python(LIMITED.strip().replace("\n", "; "), str(path), how), capture_output=True,
+                          text=True, timeout=60)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits are of POSIX")
+def test_a_process_that_is_killed_while_it_writes_tensors_leaves_a_file_of_a_known_name(tmp_path):
+    assert limited(tmp_path / "w.safetensors", "killed").returncode == -signal.SIGXFSZ
+    (half,) = tmp_path.iterdir()
+    assert files.written_beside(half) == "w.safetensors"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits are of POSIX")
+def test_a_disk_that_is_full_is_an_os_error_of_the_file_for_tensors_too(tmp_path):
+    done = limited(tmp_path / "w.safetensors", "refused")
+    assert re.search(r"OSError: .*too large: '.*w\.safetensors'", done.stderr), done.stderr
     assert _names(tmp_path) == []
+
+
+def test_tensors_are_read_by_the_library_as_they_were(tmp_path):
+    kinds = ("?", "u1", "i1", "i2", "u2", "f2", "i4", "u4", "f4", "f8", "i8", "u8")
+    arrays = {f"{kind} ü": np.arange(6).reshape(2, 3).astype(kind) for kind in kinds}
+    arrays |= {"none": np.zeros((0, 3), np.float32), "one": np.array(7.5), "big": np.arange(3, dtype=">i4"),
+               "turned": np.arange(6.0).reshape(2, 3).T}
+    path = files.write_tensors(tmp_path / "w.safetensors", arrays, {"b": "ü", "a": "1"})
+    read = load_file(path)
+    assert set(read) == set(arrays)
+    for name, array in arrays.items():
+        assert (read[name].dtype, read[name].shape) == (array.dtype.newbyteorder("="), array.shape)
+        assert np.array_equal(read[name], array)
+    others = dict(reversed(arrays.items()))
+    assert path.read_bytes() == files.write_tensors(tmp_path / "x", others, {"a": "1", "b": "ü"}).read_bytes()
 
 
 def test_tensors_are_written_with_their_metadata(tmp_path):

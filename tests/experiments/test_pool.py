@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import time
 from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 
 import pytest
 
@@ -42,6 +43,18 @@ def test_several_workers_are_processes_of_one_thread_each() -> None:
     assert results["pid"] != os.getpid()
     assert results["threads"] == "1"
     assert multiprocessing.active_children() == []
+
+
+def test_workers_take_no_modules_of_the_folder_that_they_run_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in ("multiprocessing", "signal", "pickle", "pydantic"):
+        (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'mark')!r}, 'w')\n")
+    monkeypatch.chdir(tmp_path)
+    with Pool(2) as pool:
+        assert pool.submit(os.getpid).result() != os.getpid()
+    assert not (tmp_path / "mark").exists()
+    assert "PYTHONSAFEPATH" not in os.environ
 
 
 def test_a_killed_worker_breaks_all_that_is_not_done_and_what_is_submitted_afterwards() -> None:

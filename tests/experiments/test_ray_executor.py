@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from ecs_eco.experiments.ray_executor import _knock, settings
+from ecs_eco.experiments.ray_executor import Imported, _knock, settings
 from ecs_eco.experiments.workers import PINS
 
 ROOT = Path(__file__).parents[2]
@@ -114,6 +114,18 @@ def test_the_client_of_ray_is_refused(tmp_path: Path, monkeypatch: pytest.Monkey
     assert "`ray job submit`" in done.stderr
 
 
+def test_workers_look_for_modules_where_this_process_does_and_not_in_the_present_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    folders = Imported()
+    folders.extend([str(tmp_path), str(Path(json.__file__).parents[1])])  # Ray adds the present folder always
+    assert folders == [str(Path(json.__file__).parents[1])]
+    monkeypatch.syspath_prepend(tmp_path)  # a script that lies there
+    folders.extend([str(tmp_path)])
+    assert folders[-1] == str(tmp_path)
+
+
 def test_tasks_run_with_one_thread_and_with_the_settings_that_results_depend_on(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -122,6 +134,6 @@ def test_tasks_run_with_one_thread_and_with_the_settings_that_results_depend_on(
     monkeypatch.setenv("NUMBA_CPU_NAME", "haswell")
     monkeypatch.setenv("ECS_ECO_CACHE", "/here")
     found = settings()
-    assert {found[name] for name in PINS} == {"1"}
+    assert {found[name] for name in (*PINS, "PYTHONSAFEPATH")} == {"1"}
     assert (found["ECS_ECO_PORTABLE"], found["NUMBA_CPU_NAME"]) == ("1", "haswell")
     assert "ECS_ECO_CACHE" not in found

@@ -48,6 +48,22 @@ def test_a_folder_that_holds_something_is_not_touched(tmp_path):
     assert _names(tmp_path) == ["thesis.tex"]
 
 
+def test_a_run_that_was_killed_while_it_wrote_its_first_checkpoint_is_replaced(tmp_path):
+    run = tmp_path / "run"
+    (run / "checkpoints").mkdir(parents=True)
+    (run / LOCK).touch()
+    for half in (".tick-00000005.safetensors.ecs-eco-7-0123abcd.tmp", ".tmpAb3dEf"):  # this of safetensors
+        (run / "checkpoints" / half).touch()
+    (run / ".manifest.json.ecs-eco-7-0123abcd.tmp").touch()
+    with claim_new(run):
+        assert _names(run) == [LOCK]
+    (run / "checkpoints").mkdir(parents=True)
+    (run / LOCK).touch()
+    (run / ".tmpAb3dEf").touch()  # none of ours: we had none there
+    with pytest.raises(FileExistsError):
+        claim_new(run)
+
+
 def test_many_that_name_no_folder_have_one_each(tmp_path):
     with ThreadPoolExecutor(8) as pool:
         claims = list(pool.map(lambda _: claim_next(tmp_path / "runs" / "x-1"), range(8)))

@@ -76,6 +76,7 @@ def test_a_script_asks_for_notice_and_to_be_queued_again(tmp_path: Path) -> None
             f"#SBATCH --output={sweep.folder}/slurm/%A_%a.log"} <= set(head)
     assert head[-1] == "#SBATCH --qos=long"  # what the user says comes last
     assert '"$((SLURM_ARRAY_TASK_ID + 1000))"' in text
+    assert f"{sys.executable} -P -c" in text  # whatever modules lie where the job runs
 
 
 @pytest.mark.slow

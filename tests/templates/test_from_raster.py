@@ -59,8 +59,11 @@ def test_rasters_that_do_not_say_their_size_need_a_cell_and_gaps_are_filled(here
     assert load(world_from_raster("my dem 2.npz", cell=30.0)).space.size == [1500.0, 1200.0]
     (here / "maps").mkdir()
     np.savez("holes.npz", z=np.where(np.eye(40, 50) > 0, np.nan, 7.0))
-    path = world_from_raster("holes.npz", "maps/holes.toml", cell=30.0)
-    assert 'raster = "../holes.npz"' in path.read_text()
+    with pytest.raises(ConfigError, match=r"FILE: .*\n.*above the raster; allowed: holes.toml"):
+        world_from_raster("holes.npz", "maps/holes.toml", cell=30.0)
+    (here / "holes.npz").rename(here / "maps" / "holes.npz")
+    path = world_from_raster("maps/holes.npz", cell=30.0)
+    assert 'raster = "maps/holes.npz"' in path.read_text()
     assert load(path).terrain.missing == 7.0
 
 

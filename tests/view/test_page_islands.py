@@ -9,6 +9,7 @@ import pytest
 from ecs_eco.archipelago import Archipelago
 from ecs_eco.config import load
 from ecs_eco.testing.browser import launched, served, until
+from ecs_eco.view.island_server import Opened
 from ecs_eco.view.islands import Map, describe
 from tests.archipelago.newts import written
 from tests.view.pages import IN_A_BROWSER
@@ -60,6 +61,17 @@ def test_an_island_that_is_none_is_refused_with_the_nearest_name(tmp_path):
     shown.run()
     assert [message["kind"] for message in page.got] == ["islands", "said", "said"]
     assert "allowed: north, east, south; did you mean 'north'?" in page.got[1]["text"]
+
+
+def test_the_process_of_an_island_takes_no_modules_of_the_folder_that_it_runs_in(tmp_path, monkeypatch):
+    for name in ("ecs_eco", "json", "pydantic"):
+        (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'mark')!r}, 'w')\n")
+    monkeypatch.chdir(tmp_path)
+    said = []
+    Opened(tmp_path)._ask("nowhere", 1, lambda address, why: said.append(why))
+    assert "nowhere" in said[0]
+    assert "is no run folder" in said[0]  # it came as far as that
+    assert not (tmp_path / "mark").exists()
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ from ecs_eco.config.shipped import shipped
 from ecs_eco.engine import jit, signatures
 from ecs_eco.engine.kernel import Kernel
 from ecs_eco.engine.kernel_cache import CLAIM, Folder
+from ecs_eco.engine.processes import python
 from ecs_eco.worlds import first_start
 from tools import make_kernels
 
@@ -77,8 +78,8 @@ def test_a_second_process_compiles_what_the_first_has_not_and_takes_no_modules_o
     code = first_start._HELPER.replace("help_on(", "from ecs_eco.worlds import first_start; "
                                        f"first_start.LIST = first_start.Path({str(first_start.LIST)!r}); "
                                        f"sys.path.append({str(tmp_path)!r}); help_on(")
-    command = [sys.executable, "-P", "-c", code, str(first_start.PACKAGE.parent), "share", "1", "2", "sea"]
-    done = subprocess.run(command, capture_output=True, text=True, env=without_path())
+    done = subprocess.run(python(code, "share", "1", "2", "sea"), capture_output=True, text=True,
+                          env=without_path())
     assert done.returncode == 0, done.stderr
     (folder,) = (tmp_path / "others").iterdir()
     assert len(list(folder.glob("*.nbc"))) == 2

@@ -215,6 +215,8 @@ def metres(raster: Raster) -> tuple[float, float]:
     if not raster.crs or not degrees(raster.crs):
         return 1.0, 1.0
     middle = 0.0 if raster.north is None else raster.north - len(raster.values) * _whole(raster.dy) / 2
+    if not abs(middle) < 90:
+        raise refused("raster", f"lies at a latitude of {middle:g} degrees", raster.crs, "-90 to 90")
     a, e2, cosine = 6_378_137.0, 0.00669437999014, _cosine(middle * math.pi / 180)
     curved = 1 - e2 * (1 - cosine * cosine)
     degree = math.pi / 180 * a / math.sqrt(curved)

@@ -1,10 +1,14 @@
-"""Reads vector layers through pyogrio, and lays them on the cells of a world: areas on maps, lines as they
-are.
+"""Reads vector layers, GeoJSON by itself and others through pyogrio, and lays them on the cells of a world:
+areas on maps, lines as they are.
 """
 
 from __future__ import annotations
 
+import glob
+import json
+import re
 import struct
+import warnings
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -12,13 +16,20 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.config.land.raster import INSTALL, RasterError
+from ecs_eco.config.land.raster import FARTHEST, INSTALL, MOST_BYTES, RasterError, degrees, path_of
 from ecs_eco.config.models.land import Layer
 from ecs_eco.config.models.surroundings import Terrain
+from ecs_eco.config.reading import check_regular, read_bytes
 from ecs_eco.engine.errors import Problem, listed, nearest
 
 Line = np.ndarray  # f64[k, 2]
+Content = tuple[str, list[str], list[tuple[int, Line]]]
 POINT, LINE, AREA = 1, 2, 3  # of WKB; + 3 for several of them; 7 is a collection
+BEGINNINGS = {".gpkg": b"SQLite format 3\0", ".shp": b"\0\0\x27\n", ".fgb": b"fgb\x03fgb", ".geojson": b"{",
+              ".json": b"{"}
+SHAPES = {"Point": (POINT, 0), "MultiPoint": (POINT, 1), "LineString": (LINE, 0),
+          "MultiLineString": (LINE, 1), "Polygon": (AREA, 1), "MultiPolygon": (AREA, 2)}
+"""Shapes of GeoJSON, and how deep in lists their lines are."""
 NAMES = {POINT: "points", LINE: "lines", AREA: "areas"}
 
 
@@ -54,28 +65,84 @@ def lay(terrain: Terrain, folder: Path, frame: Any, kinds: np.ndarray,
 
 
 def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tuple[int, Line]]:
-    """The lines and the rings of areas of a layer, f64[k, 2] in the coordinate system `crs`; raises
+    """Return the lines and the rings of areas of a layer, f64[k, 2] in the coordinate system `crs`; raises
     RasterError."""
     try:
-        import pyogrio
-        from pyogrio.errors import DataLayerError, DataSourceError
-        from pyogrio.raw import read
-    except ImportError:
-        raise _refused(number, "file", "needs pyogrio, which is not installed", layer.file, INSTALL) from None
-    path = folder / layer.file
-    try:
-        names = [str(name) for name, _ in pyogrio.list_layers(path)]
+        own, names, shapes = _content(path_of(layer.file, folder), layer.layer)
         if layer.layer is not None and layer.layer not in names:
             raise _refused(number, "layer", "no layer of this name", layer.layer, listed(names),
                            nearest(layer.layer, names))
-        meta, _, geometry, _ = read(path, layer=layer.layer, columns=[], force_2d=True)
-    except (DataSourceError, DataLayerError) as error:
-        raise _refused(number, "file", f"cannot be read: {error}", layer.file,
-                       "a file that GDAL reads") from None
-    own = meta["crs"] or crs
-    for shape in geometry:
-        for kind, part in () if shape is None else parts_of(shape):
-            yield kind, part if own == crs or not crs else _brought(part, own, crs, layer, number)
+        if crs and own and own != crs:
+            degrees(own)  # refuses what is none
+            shapes = [(kind, _brought(part, own, crs, layer, number)) for kind, part in shapes]
+    except ImportError:
+        raise _refused(number, "file", "needs pyogrio, which is not installed", layer.file, INSTALL) from None
+    except RasterError as error:
+        raise RasterError([p if p.key[0] == "layers" else p.moved(key=("layers", number, "file"))
+                           for p in error.problems]) from None
+    except Exception as error:  # GDAL has many kinds
+        raise _refused(number, "file", f"cannot be read: {getattr(error, 'strerror', None) or error}",
+                       layer.file, f"a file that ends in {listed(BEGINNINGS)}") from None
+    for kind, part in shapes:
+        if not (np.abs(part) <= FARTHEST).all():  # NaN, too
+            raise _refused(number, "file", "has coordinates that are nowhere on the earth", layer.file,
+                           f"coordinates in metres or degrees, up to {FARTHEST:g}")
+        if len(part):  # "POLYGON EMPTY" has none
+            yield kind, part
+
+
+def _content(path: Path, layer: str | None) -> Content:
+    """Return a file's coordinate system, "" where it is not known, the names of its layers, and the shapes of
+    one, none where there is no such layer.
+
+    GDAL gets bytes, or a Shapefile, which is several files, and only where they begin as its own kind does:
+    it would otherwise take any of its drivers, and some of these open addresses that a file names.
+    """
+    kind = path.suffix.lower()
+    content = read_bytes(path, MOST_BYTES)
+    if kind not in BEGINNINGS or not content.lstrip().startswith(BEGINNINGS[kind]):
+        raise ValueError("is of another kind")
+    if kind in (".geojson", ".json"):
+        return _of_geojson(json.loads(content), path.stem, layer)
+    import pyogrio
+    from pyogrio.raw import read
+
+    source: Any = content
+    if kind == ".shp":
+        source = path
+        for other in path.parent.glob(f"{glob.escape(path.stem)}.*"):
+            check_regular(other.lstat(), MOST_BYTES)
+    with warnings.catch_warnings(action="ignore"):  # bytes have no name that ends as GDAL expects
+        names = [str(name) for name, _ in pyogrio.list_layers(source)]
+        if not names or layer not in (None, *names):
+            return "", names, []
+        meta, _, geometry, _ = read(source, layer=layer or names[0], columns=[], force_2d=True)
+    shapes = [part for shape in geometry if shape is not None for part in parts_of(shape)]
+    return meta["crs"] or "", names, shapes
+
+
+def _of_geojson(data: Any, stem: str, layer: str | None) -> Content:
+    """The same of GeoJSON (RFC 7946), with the name of a coordinate system as it was in 2008."""
+    crs = data.get("crs") or {"type": "name", "properties": {"name": "EPSG:4326"}}
+    if crs["type"] != "name":
+        raise ValueError("says by an address what its coordinate system is")
+    name = re.sub(r"^urn:ogc:def:crs:(\w+):[^:]*:", r"\1:", crs["properties"]["name"])
+    features = data["features"] if data["type"] == "FeatureCollection" else [data]
+    shapes = [f["geometry"] if f["type"] == "Feature" else f for f in features]
+    names = [str(data.get("name", stem))]
+    parts = [part for shape in shapes if shape is not None for part in _of_shape(shape)]
+    return "EPSG:4326" if name == "OGC:CRS84" else name, names, parts if layer in (None, *names) else []
+
+
+def _of_shape(shape: Any) -> list[tuple[int, Line]]:
+    if shape["type"] == "GeometryCollection":
+        return [part for inner in shape["geometries"] for part in _of_shape(inner)]
+    kind, deep = SHAPES[shape["type"]]
+    lists = [shape["coordinates"]]
+    for _ in range(deep):
+        lists = [inner for outer in lists for inner in outer]
+    lines = [[point] for point in lists] if kind == POINT else lists
+    return [(kind, np.array([corner[:2] for corner in line], np.float64).reshape(-1, 2)) for line in lines]
 
 
 def _brought(part: Line, own: str, crs: str, layer: Layer, number: int) -> Line:
@@ -107,6 +174,8 @@ def _parts(wkb: bytes, at: int) -> tuple[list[tuple[int, Line]], int]:
     at += 4
     if kind == LINE:
         return [(LINE, corners(n))], at + 16 * n
+    if kind > 7:
+        raise ValueError(f"has shapes that are no points, lines or areas: {kind} of well-known binary")
     for _ in range(n):
         if kind == AREA:
             (k,) = struct.unpack_from(f"{order}I", wkb, at)

@@ -1,5 +1,8 @@
-"""Reads rasters: NumPy's .npz and ESRI's ASCII grids by itself, GeoTIFF and all else that GDAL knows through
-rasterio."""
+"""Reads rasters: NumPy's .npz and ESRI's ASCII grids by itself, GeoTIFF and some others through rasterio.
+
+Files may come from strangers. They are regular files below the folder of their world, and GDAL gets their
+bytes and the one driver that they need: no other file is opened, and no request is sent.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ import io
 import os
 import re
 import tokenize
+import warnings
 import zipfile
 import zlib
 from functools import lru_cache
@@ -21,12 +25,16 @@ from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 MOST_BYTES = 2_000_000_000
 MOST_CELLS = 100_000_000
+MOST_OF_CRS = 100_000  # [bytes]
 INSTALL = 'pip install "ecs-eco[geo]"'
 OWN = (".npz", ".asc", ".grd")
 DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")  # the usual ones
 DAMAGED = (OSError, ValueError, KeyError, TypeError, EOFError, NotImplementedError, RuntimeError,
            SyntaxError, MemoryError, OverflowError, tokenize.TokenError, zlib.error, zipfile.BadZipFile)
 """What numpy raises for an .npz that is none."""
+GDAL = {".tif": "GTiff", ".tiff": "GTiff", ".hgt": "SRTMHGT", ".dem": "USGSDEM", ".dt0": "DTED",
+        ".dt1": "DTED", ".dt2": "DTED"}  # drivers that read one file and follow no name in it
+FARTHEST = 1e9  # of a coordinate, in metres or degrees: the earth has 4e7 m
 LATITUDES, LONGITUDES = ("latitude", "lat", "y"), ("longitude", "lon", "x")
 
 
@@ -60,18 +68,29 @@ def refused(part: str, what: str, value: object, allowed: str = "", near: str = 
 
 
 def path_of(name: str, folder: Path) -> Path:
-    """The path of a raster: of a file in `folder`, or, as "package:path", of one that comes with an installed
-    package; raises RasterError where there is no such package."""
+    """Return the path of a raster: of a file in `folder`, or, as "package:path", of one that comes with an
+    installed package; raises RasterError where there is no such package, or the file is not below there."""
     package, colon, rest = name.partition(":")
     if not (colon and re.fullmatch(r"[A-Za-z_]\w+", package)):
-        return folder / name
+        return _below(folder, name, name)
     try:
         spec = importlib.util.find_spec(package)
     except (ImportError, ValueError):
         spec = None
     if spec is None or not spec.submodule_search_locations:
         raise refused("raster", f"the package {package} is not installed", name, "a file, or package:path")
-    return Path(next(iter(spec.submodule_search_locations))) / rest
+    return _below(Path(next(iter(spec.submodule_search_locations))), rest, name)
+
+
+def _below(folder: Path, rest: str, name: str) -> Path:
+    """Return the path of a file in a folder; raises RasterError where that is elsewhere, by links too."""
+    path = folder / rest
+    if "\0" in name:
+        raise refused("raster", "cannot be read: is no name of a file", name, _kinds())
+    if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
+        allowed = "a file next to the world file, or in a folder there"
+        raise refused("raster", "is not in the world's folder", name, allowed)
+    return path
 
 
 def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str | None = None) -> Raster:
@@ -81,7 +100,7 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
     """
     path = path_of(name, folder)
     try:
-        status = os.stat(path) if "\0" not in name else os.stat("")
+        status = os.stat(path)
         raster = _read(path, status.st_mtime_ns, status.st_size, band)
     except OSError as error:
         raise refused("raster", f"cannot be read: {error.strerror or error}", name, _kinds()) from None
@@ -89,11 +108,27 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
     if raster.values.size == 0 or min(raster.values.shape) < 2:
         raise refused("raster", f"has {raster.values.shape[1]} × {raster.values.shape[0]} cells", name,
                       "2 cells at least along each side")
-    return raster if crs is None or raster.crs else raster._replace(crs=crs)
+    raster = raster if crs is None or raster.crs else raster._replace(crs=crs)
+    _check_place(raster, name)
+    return raster
+
+
+def _check_place(raster: Raster, name: str) -> None:
+    """Raise RasterError for a raster whose coordinates are none of the earth."""
+    for word, value in (("west", raster.west), ("north", raster.north)):
+        if value is not None and not abs(value) <= FARTHEST:
+            raise refused("raster", f"has its edge in the {word} at {value:g}", name,
+                          f"coordinates in metres or degrees, up to {FARTHEST:g}")
+    for value in (raster.dx, raster.dy):
+        if value is not None and not 1 / FARTHEST < value < FARTHEST:
+            raise refused("raster", f"has cells of {value:g}", name, "sides above 0, in metres or degrees")
 
 
 def degrees(crs: str) -> bool:
-    """Whether a coordinate system counts in degrees; raises RasterError for one that nobody knows."""
+    """Return whether a coordinate system counts in degrees; raises RasterError for an unknown one."""
+    # PROJ would take an address or a path for a place to read one from, and open files of grids
+    if "grids=" in crs or not re.match(r"\w+:[\w:.,+-]*$|\s*\w+\s*\[|\s*\{|\s*\+", crs):
+        raise refused("crs", "names no coordinate system", crs, 'such as "EPSG:4326" or "EPSG:32616"')
     if crs.upper() in DEGREES or re.match(r"\s*GEOG(CS|CRS|RAPHICCRS)\[", crs):
         return True
     try:
@@ -119,7 +154,7 @@ def _read(path: Path, changed: int, size: int, band: int | str | None) -> Raster
 
 
 def _kinds() -> str:
-    return "a file ending in .npz, .asc or, with rasterio, .tif and others of GDAL"
+    return f"a file ending in .npz, .asc or, with rasterio, in {listed(GDAL)}"
 
 
 # --- .npz
@@ -232,7 +267,7 @@ def _of_ascii(path: Path, band: int | str | None) -> Raster:
     west = head["xllcorner"] if "xllcorner" in head else head.get("xllcenter", dx / 2) - dx / 2
     south = head["yllcorner"] if "yllcorner" in head else head.get("yllcenter", dy / 2) - dy / 2
     prj = path.with_suffix(".prj")
-    crs = prj.read_text(encoding="utf-8", errors="replace").strip() if prj.is_file() else ""
+    crs = read_bytes(prj, MOST_OF_CRS).decode("utf-8", "replace").strip() if prj.is_file() else ""
     return Raster(_checked(values.reshape(ny, nx)), west, south + ny * dy, dx, dy, crs)
 
 
@@ -240,15 +275,19 @@ def _of_ascii(path: Path, band: int | str | None) -> Raster:
 
 
 def _of_gdal(path: Path, band: int | str | None) -> Raster:
-    if not path.is_file():
-        raise OSError(2, "no such file")
+    driver = GDAL.get(path.suffix.lower())
+    if driver is None:
+        raise refused("raster", "is of a kind that is not read", str(path),
+                      f"{_kinds()}; gdal_translate makes one")
     try:
         import rasterio
     except ImportError:
         raise refused("raster", "needs rasterio, which is not installed", str(path),
                       f"{INSTALL}; or an .npz or .asc, which need nothing") from None
     try:
-        with rasterio.open(path) as source:
+        with (warnings.catch_warnings(action="ignore", category=rasterio.errors.NotGeoreferencedWarning),
+              rasterio.MemoryFile(read_bytes(path, MOST_BYTES), filename=path.name) as held,
+              held.open(driver=driver) as source):
             names = [name or f"band {i + 1}" for i, name in enumerate(source.descriptions)]
             number = names.index(_chosen(band, names)) + 1 if isinstance(band, str) else _number(band, names)
             if source.width * source.height > MOST_CELLS:
@@ -256,7 +295,9 @@ def _of_gdal(path: Path, band: int | str | None) -> Raster:
                               f"at most {MOST_CELLS:.0e}: cut out a part, as with gdal_translate -srcwin")
             values = source.read(number, masked=True).astype(np.float64).filled(np.nan)
             return _placed_by_gdal(source, _checked(values), path)
-    except rasterio.errors.RasterioError as error:
+    except ConfigError:
+        raise
+    except Exception as error:  # GDAL has many kinds
         raise refused("raster", f"cannot be read: {error}", str(path), _kinds()) from None
 
 

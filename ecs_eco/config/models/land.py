@@ -48,7 +48,8 @@ class LandClass(Section):
 class Layer(Section):
     """A vector layer, read by pyogrio: lakes, roads, fences, or land of a class."""
 
-    file: FileName = about("a file that GDAL reads, beside the world file: GeoPackage, Shapefile, GeoJSON, …")
+    file: FileName = about("a file beside the world file or below it: GeoJSON, or with pyogrio GeoPackage, "
+                           "Shapefile or FlatGeobuf")
     layer: Annotated[str, Field(min_length=1, max_length=200)] | None = about(
         "the layer in it; absent: the first one", None)
     make: Literal["lakes", "roads", "fences", "class"] = about(
@@ -74,8 +75,8 @@ class RealLand(Section):
     """The keys of `terrain` for real land."""
 
     raster: FileName | None = about(
-        "elevations [m], a file beside the world file: .npz, .asc (ESRI ASCII grid), or with rasterio all "
-        "that GDAL reads, as GeoTIFF; or package:path of a file that comes with an installed package; "
+        "elevations [m], a file beside the world file or below it: .npz, .asc (ESRI ASCII grid), or with "
+        "rasterio GeoTIFF, .hgt, .dem, DTED; or package:path of a file that comes with an installed package; "
         "absent: the ground is made of `hills` and `mountains`", None, exclude_if=is_absent)
     band: Band | None = about("which band of it, from 1, or the name of an array of an .npz; absent: the "
                               "first one", None, exclude_if=is_absent)

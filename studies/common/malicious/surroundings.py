@@ -8,10 +8,12 @@ import pickle  # noqa: TID251  # a control
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from ecs_eco.config.edit import as_toml
+from ecs_eco.engine.processes import python
 from studies.common.malicious.ground import Attack, Ground, cli
 from studies.common.malicious.templates import world_of
 
@@ -26,6 +28,10 @@ print(" ".join(sorted(sys.modules)))
 SHADOWS = ("json.py", "numpy.py", "sitecustomize.py", "usercustomize.py", "typing_extensions.py",
            "ecs_eco.py", "conftest.py")
 COMMAND = Path(sys.executable).with_name("ecs-eco")
+NAMES = sorted({*sys.stdlib_module_names, "numpy", "numba", "torch", "pyarrow", "pydantic", "scipy", "typer",
+                "rich", "esper", "deap", "safetensors", "optuna", "matplotlib", "ray", "uvicorn", "starlette",
+                "rasterio", "pyogrio", "sitecustomize", "components", "systems", "ecs_eco"})  # fmt: skip
+"""Of modules that would hide Python's own, those of libraries, or this package."""
 
 
 def folders(ground: Ground) -> Iterator[Attack]:
@@ -52,6 +58,45 @@ def folders(ground: Ground) -> Iterator[Attack]:
             return done.stderr if done.returncode else ""
 
         yield Attack(f"a folder in which `ecs-eco {words[0]}` runs", ["world.toml"], [(words[0], attempt)])
+
+
+def modules(ground: Ground) -> Iterator[Attack]:
+    """A folder with modules that would hide others, in which commands run that start processes."""
+    place = ground.new()
+    place.mkdir()
+    for name in NAMES:
+        (place / f"{name}.py").write_text(f"open({str(ground.marks / name)!r}, 'w')\n", encoding="utf-8")
+    islands = {"archipelago": {"every": 1, "islands": 2, "emigration": {"snail": 0.5}}}
+    for name, text in (("world", as_toml(ground.garden)), ("islands", as_toml(ground.garden | islands)),
+                       ("plan", 'world = "world.toml"\nticks = 2\nworld_seeds = 2\n')):
+        (place / f"{name}.toml").write_text(text, encoding="utf-8")
+    two, script = ["--workers", "2", "-q"], [str(COMMAND)]
+    search = ["--trials", "2", "--ticks", "2", "--range", "species.snail.body.radius=0.05:0.2",
+              "--world-seeds", "2", "--confirm-world-seeds", "1", "--confirm-training-seeds", "1"]
+    compare = ["compare", "world.toml", "--control", "no-mutation", "--seeds", "2", "--ticks", "2"]
+    commands = [
+        [*script, *compare, *two],
+        [*script, "sweep", "plan.toml", *two], [*script, "search", "world.toml", *search, *two],
+        [*script, "run", "islands.toml", "--ticks", "3", *two],
+        python("from ecs_eco.cli import main; main()", "check", "world.toml"),
+        python("from ecs_eco.view.island_server import serve; serve(sys.argv[1])", str(ground.run)),
+        [sys.executable, "-m", "ecs_eco", *compare, *two],
+    ]  # fmt: skip
+    if find_spec("ray") is not None:
+        commands.insert(4, [*script, "sweep", "plan.toml", "--on", "ray", *two])
+    for i, command in enumerate(commands):
+        if command[1:3] == ["-m", "ecs_eco"]:  # Python looks for this name before it runs any of the package
+            (place / "ecs_eco.py").unlink()
+        words = [*command, "--out", f"out-{i}"] if "-q" in command else command
+
+        def attempt(words: list[str] = words) -> str:
+            done = subprocess.run(words, cwd=place, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+            if done.returncode:
+                raise RuntimeError(done.stderr[-600:])
+            return ""
+
+        label = " ".join(word for word in words[1:] if len(word) < 20)[:60]
+        yield Attack(f"{len(NAMES)} modules in the folder of: {label}", [], [(label, attempt)])
 
 
 def _tools(ground: Ground) -> Path:

@@ -1,5 +1,7 @@
 """Vector layers: lakes with islands, classes, roads and fences, in the coordinate system of the raster."""
 
+import json
+import os
 import struct
 
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 
 from ecs_eco.config.land.layers import parts_of, within
 from ecs_eco.config.land.raster import RasterError
+from ecs_eco.engine.errors import ConfigError
 from tests.config.land.test_land import WORLD
 
 SQUARE = [(10, 10), (50, 10), (50, 40), (10, 40), (10, 10)]
@@ -112,3 +115,100 @@ def test_layers_need_a_raster_that_says_where_it_lies(layers, tmp_path):
     with pytest.raises(ValueError, match="does not say where it lies") as error:
         made(layers=[{"file": "lines.gpkg", "make": "roads"}])
     assert not isinstance(error.value, RasterError)
+
+
+# --- GeoJSON, and files of strangers ------------------------------------------------------------------------
+
+RING = [[10, 10], [50, 10], [50, 40], [10, 40], [10, 10]]
+UTM = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32616"}}
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """A folder with a raster whose corner is at (0, 0), and a way to lay a layer on it."""
+    monkeypatch.chdir(tmp_path)
+    np.savez(tmp_path / "dem.npz", topo=np.zeros((6, 8)), dx=10.0, dy=10.0, xmin=0.0, ymin=0.0, ymax=60.0,
+             crs="EPSG:32616")
+
+    def lay(name, content=None, **more):
+        if content is not None:
+            (tmp_path / name).write_bytes(
+                content if isinstance(content, bytes) else json.dumps(content).encode())
+        return made(layers=[{"file": name, "make": "lakes"} | more])
+
+    return lay
+
+
+def test_geojson_needs_no_library(place):
+    area = {"type": "Polygon", "coordinates": [RING]}
+    feature = {"type": "Feature", "properties": {"a": 1}, "geometry": area}
+    wet = place("a.geojson", {"type": "FeatureCollection", "crs": UTM, "features": [feature, feature | {
+        "geometry": None}]}).ground
+    assert wet.sum() == 12
+    assert wet[1:4, 1:5].all()
+    several = {"type": "GeometryCollection", "crs": UTM, "geometries": [
+        {"type": "MultiPolygon", "coordinates": [[[[*corner, 7.5] for corner in RING]]]},
+        {"type": "Point", "coordinates": [1, 1]}]}
+    assert (place("b.json", several).ground == wet).all()
+    line = {"type": "MultiLineString", "coordinates": [[[0, 5], [80, 5]], [[0, 9], [80, 9]]], "crs": UTM}
+    from ecs_eco.config import load
+
+    land = load(WORLD | {"space": {"size": [80.0, 60.0], "edges": "walls"}, "terrain": WORLD["terrain"] | {
+        "layers": [{"file": "c.json", "make": "fences"}]}}) if place("c.json", line, make="fences") else None
+    assert [piece["line"] for piece in land._land.lines] == [[[0, 5], [80, 5]], [[0, 9], [80, 9]]]
+
+
+@pytest.mark.parametrize(("name", "content", "fault"), [
+    ("a.geojson", {"type": "Polygon", "coordinates": [RING], "crs": {
+        "type": "link", "properties": {"href": "{address}/crs", "type": "proj4"}}}, "by an address"),
+    ("a.geojson", {"type": "Polygon", "coordinates": [RING], "crs": {
+        "type": "name", "properties": {"name": "{address}/crs"}}}, "names no coordinate system"),
+    ("a.geojson", {"type": "gdal_streamed_alg", "command_line": "gdal vector read {address}/x"},
+     "cannot be read"),
+    ("a.geojson", {"type": "Polygon", "coordinates": [[[1e300, 0], [0, 1]]], "crs": UTM}, "nowhere on"),
+    ("a.geojson", {"type": "Polygon", "coordinates": [[["x", 0]]], "crs": UTM}, "cannot be read"),
+    ("a.geojson", {"type": "Polygon", "coordinates": 7, "crs": UTM}, "cannot be read"),
+    ("a.geojson", b"[" * 100_000, "cannot be read"),
+    ("a.geojson", b"{" + b'"a":[' * 100_000, "cannot be read"),
+    ("a.gpkg", b"<OGRVRTDataSource><OGRVRTLayer name=\"x\"><SrcDataSource>/vsicurl/{address}/x.gpkg"
+               b"</SrcDataSource></OGRVRTLayer></OGRVRTDataSource>", "is of another kind"),
+    ("a.vrt", b"<OGRVRTDataSource/>", "is of another kind"),
+    ("a.gml", b"<gml/>", "is of another kind"),
+    ("{address}/a.geojson", None, "is not in the world's folder"),
+    ("/vsicurl/{address}/a.gpkg", None, "is not in the world's folder"),
+    ("../a.gpkg", None, "is not in the world's folder"),
+])  # fmt: skip
+def test_no_layer_leads_elsewhere(place, requests, name, content, fault):
+    def filled(text):
+        return text.replace("{address}", requests.address)
+
+    if content is not None:
+        content = filled(content.decode() if isinstance(content, bytes) else json.dumps(content)).encode()
+    with pytest.raises(ConfigError) as error:
+        place(filled(name), content)
+    assert fault in str(error.value)
+    assert requests.paths == []
+
+
+@pytest.mark.parametrize("name", ["a.geojson", "a.gpkg", "a.shp", "a.fgb"])
+def test_a_pipe_in_the_place_of_a_layer_is_not_waited_for(place, tmp_path, name):
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(ConfigError, match="no regular file"):
+        place(name)
+
+
+def test_a_pipe_beside_a_shapefile_is_not_waited_for(layers, tmp_path):
+    layers("a.shp", 3, [SQUARE])
+    assert made(layers=[{"file": "a.shp", "make": "lakes"}]).ground.sum() == 12
+    (tmp_path / "a.dbf").unlink()
+    os.mkfifo(tmp_path / "a.dbf")
+    with pytest.raises(ConfigError, match="no regular file"):
+        made(layers=[{"file": "a.shp", "make": "fences"}])
+
+
+def test_shapes_that_cannot_be_brought_to_the_raster_are_refused(layers, tmp_path):
+    pytest.importorskip("rasterio", reason="needs the extra geo")
+    far = {"type": "Polygon", "coordinates": [[[0, 95], [1e6, 95], [1e6, -95], [0, 95]]]}  # degrees
+    (tmp_path / "far.geojson").write_text(json.dumps(far))
+    with pytest.raises(ConfigError, match=r"cannot be read|nowhere on the earth"):
+        made(layers=[{"file": "far.geojson", "make": "lakes"}])

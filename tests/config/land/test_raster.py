@@ -1,5 +1,8 @@
 """Rasters of three kinds hold the same numbers in the same order: the first row is in the north."""
 
+import os
+import re
+
 import numpy as np
 import pytest
 
@@ -131,3 +134,59 @@ def test_geotiff_is_read_through_rasterio(tmp_path):
     assert not degrees("EPSG:32616")
     with pytest.raises(RasterError, match="1 to 2"):
         read_raster("dem.tif", tmp_path, 3)
+
+
+# --- files of strangers -------------------------------------------------------------------------------------
+
+
+def test_a_raster_is_in_the_folder_of_its_world(tmp_path):
+    (tmp_path / "world").mkdir()
+    np.savez(tmp_path / "dem.npz", topo=GRID)
+    (tmp_path / "world" / "link.npz").symlink_to(tmp_path / "dem.npz")
+    for name in ("../dem.npz", str(tmp_path / "dem.npz"), "link.npz", "matplotlib:../numpy/__init__.py"):
+        with pytest.raises(RasterError, match="is not in the world's folder"):
+            read_raster(name, tmp_path / "world")
+    assert read_raster("world/../dem.npz", tmp_path).values.shape == (3, 4)
+
+
+@pytest.mark.parametrize("name", ["dem.npz", "dem.asc", "dem.tif", "dem.dem"])
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path, name):
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(RasterError, match=r"is no regular file|needs rasterio"):
+        read_raster(name, tmp_path)
+
+
+def test_the_pipe_that_would_name_the_coordinate_system_of_a_grid_is_passed_over(tmp_path):
+    (tmp_path / "dem.asc").write_text(HEAD + rows(GRID))
+    os.mkfifo(tmp_path / "dem.prj")
+    assert read_raster("dem.asc", tmp_path).crs == ""
+
+
+@pytest.mark.parametrize(("head", "fault"), [
+    (HEAD.replace("100", "1e17"), "edge in the west at 1e+17"), (HEAD.replace("200", "1e17"), "in the north"),
+    (HEAD.replace("cellsize 10", "cellsize 1e-12"), "cells of 1e-12")])
+def test_coordinates_that_are_nowhere_on_the_earth_are_refused(tmp_path, head, fault):
+    (tmp_path / "dem.asc").write_text(head + rows(GRID))
+    with pytest.raises(RasterError, match=re.escape(fault)):
+        read_raster("dem.asc", tmp_path)
+
+
+@pytest.mark.parametrize("crs", ["http://127.0.0.1:9/crs", "/etc/hostname", "crs.prj", "file:///etc/hostname",
+                                 "+proj=utm +zone=16 +nadgrids=http://127.0.0.1:9/g.tif +type=crs"])
+def test_a_coordinate_system_is_no_address_and_no_file(crs):
+    with pytest.raises(RasterError, match="names no coordinate system"):
+        degrees(crs)
+
+
+def test_gdal_gets_the_driver_that_a_name_calls_for_whatever_the_content_says(tmp_path, requests):
+    pytest.importorskip("rasterio", reason="needs the extra geo")
+    source = f"<SourceFilename>/vsicurl/{requests.address}/x.tif</SourceFilename><SourceBand>1</SourceBand>"
+    text = ('<VRTDataset rasterXSize="4" rasterYSize="4"><VRTRasterBand dataType="Float32" band="1">'
+            f"<SimpleSource>{source}</SimpleSource></VRTRasterBand></VRTDataset>")
+    for name in ("dem.tif", "dem.vrt", "dem.hgt", "N46E007.hgt", "dem.dem", "dem.dt1", "dem.xyz"):
+        (tmp_path / name).write_text(text)
+        with pytest.raises(RasterError, match="raster"):
+            read_raster(name, tmp_path)
+    with pytest.raises(RasterError, match="raster"):
+        read_raster(f"/vsicurl/{requests.address}/x.tif", tmp_path)
+    assert requests.paths == []
