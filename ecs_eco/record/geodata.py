@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
+from io import BytesIO
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -160,11 +160,10 @@ def _geopackage(table: pa.Table, geometry: pa.Array, crs: str, lines: bool, file
                        f"{INSTALL}; or a .parquet or .csv, which need nothing") from None
     columns = [table[name].to_numpy() for name in table.column_names]
     columns = [c.astype(np.int64) if c.dtype == np.uint64 else c for c in columns]
-    with files.writing(file) as beside, TemporaryDirectory(dir=file.parent) as folder:
-        made = Path(folder, "tracks.gpkg")  # GDAL wants to make it, and this ending
-        raw.write(made, np.array(geometry.to_pylist(), object), columns, table.column_names, driver="GPKG",
-                  layer="tracks", geometry_type="LineString" if lines else "Point", crs=crs or None)
-        made.replace(beside)
+    made = BytesIO()  # a full disk is told by files.write, as of the other formats
+    raw.write(made, np.array(geometry.to_pylist(), object), columns, table.column_names, driver="GPKG",
+              layer="tracks", geometry_type="LineString" if lines else "Point", crs=crs or None)
+    files.write(file, made.getvalue())
 
 
 def _refused(source: str, what: str, value: str, allowed: str, near: str = "") -> ConfigError:
