@@ -17,8 +17,8 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-IN_WHEEL = ("ecs_eco/py.typed", "ecs_eco/view/static/index.html", "ecs_eco/view/static/vendor.js",
-            "ecs_eco/worlds/predator_prey/deer.safetensors",
+IN_WHEEL = ("ecs_eco/py.typed", "ecs_eco/_site/index.html", "ecs_eco/view/static/index.html",
+            "ecs_eco/view/static/vendor.js", "ecs_eco/worlds/predator_prey/deer.safetensors",
             "ecs_eco/templates/package/pyproject.toml.template",
             "licenses/LICENSE", "licenses/THIRD_PARTY.md")  # fmt: skip
 LEFT = shutil.ignore_patterns("*.egg-info", "node_modules", "__pycache__", ".*_cache")

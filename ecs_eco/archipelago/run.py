@@ -16,6 +16,8 @@ from ecs_eco.experiments.engines import LOCAL, completed, engine, prepare
 from ecs_eco.experiments.pool import Pool
 from ecs_eco.record.archipelago import FORMAT, ISLANDS, digest_of, read, write
 from ecs_eco.record.claim import Claim, claimed
+from ecs_eco.record.folder import check_content
+from ecs_eco.record.seal import read_manifest
 from ecs_eco.runs.run import Stopped
 
 Progress = Callable[[int, int], None]
@@ -106,6 +108,9 @@ class Archipelago:
         start, spent = time.perf_counter(), float(self.manifest["wall_seconds"])
         with (Claim(self.folder) if claim is None else nullcontext(),
               engine(on, workers) as pool):
+            for path in self.islands.values():
+                if (path / "manifest.json").is_file():
+                    check_content(path, read_manifest(path)["parts"])
             write(self.folder, self.manifest)
             if self.tick < until:
                 one = next(iter(self.islands))

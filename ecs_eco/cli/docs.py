@@ -1,4 +1,4 @@
-"""The command docs: these pages, from the copy that came with the package."""
+"""The command docs: these pages, from the copy that came with the package, or from a copy of the sources."""
 
 from __future__ import annotations
 
@@ -9,17 +9,22 @@ from difflib import get_close_matches
 from pathlib import Path
 
 import ecs_eco
-from ecs_eco.cli.terminal import refuse, say
+from ecs_eco.cli.terminal import complain, refuse, say
 
-SITE = Path(ecs_eco.__file__).parent / "_site"  # tools/build_site.py writes it; it is in the wheel
+SITE = Path(ecs_eco.__file__).parent / "_site"  # tools/build_site.py writes it, and the wheel takes it
+SOURCES = Path(ecs_eco.__file__).parents[1] / "docs"  # in a copy of the sources
+BUILD = "pip install -e '.[docs]' && python tools/build_site.py"
 
 
 def open_docs(page: str, browser: bool) -> None:
     """Print where a page is, and open it in a graphical browser where there is one."""
-    if not (SITE / "index.html").is_file():
-        refuse("docs", "the pages are not built in this copy of the sources", str(SITE),
-               "pip install -e '.[docs]' && python tools/build_site.py; or read docs/")
-    there = {path.relative_to(SITE).with_suffix("").as_posix(): path for path in SITE.rglob("*.html")}
+    pages, ending = (SITE, ".html") if (SITE / "index.html").is_file() else (SOURCES, ".md")
+    if pages is SOURCES and not all((pages / name).is_file() for name in ("index.md", "../pyproject.toml")):
+        refuse("docs", "this package was built without its pages", str(SITE),
+               f"the folder docs of its sources; or there, before the package is built: {BUILD}")
+    if pages is SOURCES:
+        complain(f"The site is not built in this copy of the sources; this is its text. Build it: {BUILD}")
+    there = {path.relative_to(pages).with_suffix("").as_posix(): path for path in pages.rglob(f"*{ending}")}
     name = page.strip("/").removesuffix(".html").removesuffix(".md")
     found = there.get(name) or there.get(f"{name}/index") or _only(name, there)
     if found is None:

@@ -88,6 +88,19 @@ class Folder:
         return list(dict.fromkeys([*self.parts, *later]))
 
 
+def check_content(path: Path, counts: Mapping[str, int]) -> None:
+    """Raise RecordingError where one of the first parts of a run, so many of each kind, is damaged."""
+    from ecs_eco.record.parquet import open_part
+
+    for kind, count in counts.items():
+        for part in listed(path / kind)[:count]:
+            try:
+                open_part(part, needed=True)
+            except RecordingError as error:
+                raise RecordingError(f"{error}, and a run does not continue after it. A fork does, from a "
+                                     f"checkpoint: ecs-eco resume {path} --out NEW") from None
+
+
 PARTS = "part-*.parquet"
 OURS = {  # what a run writes, by folder
     "": ("manifest.json", "report.html", "why.html", "why.json", "terrain.npz",

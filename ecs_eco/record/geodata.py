@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import json
+from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -160,7 +160,7 @@ def _geopackage(table: pa.Table, geometry: pa.Array, crs: str, lines: bool, file
                        f"{INSTALL}; or a .parquet or .csv, which need nothing") from None
     columns = [table[name].to_numpy() for name in table.column_names]
     columns = [c.astype(np.int64) if c.dtype == np.uint64 else c for c in columns]
-    made = io.BytesIO()  # GDAL leaves files of its own where it is stopped
+    made = BytesIO()  # GDAL leaves files of its own where it is stopped
     raw.write(made, np.array(geometry.to_pylist(), object), columns, table.column_names, driver="GPKG",
               layer="tracks", geometry_type="LineString" if lines else "Point", crs=crs or None)
     files.write(file, made.getvalue())

@@ -64,11 +64,24 @@ class Arena:
         self.ended = self.world.tick + self.cycles
         return self.door.observe()
 
+    def begin_alive(self, seed: int | None = None) -> Sensed:
+        """Begin an episode in a world that has members of the species; raises ConfigError where it has none.
+        """
+        sensed = self.begin(seed)
+        if not len(sensed.uid):
+            raise ConfigError([Problem(("species", self.species), "has no member when an episode begins",
+                                       allowed="a world in which one lives", source="ecs_eco.rl")])
+        return sensed
+
     def step(self, actions: np.ndarray, uid: np.ndarray | None = None) -> Sensed:
         """Let a tick pass, up to where the next actions are needed."""
         door = self.opened()
         door.act(actions, uid)
         return door.observe()
+
+    def actions_as(self, flat: bool) -> Any:
+        """Return the space of actions, where it is a Dict and that is wanted as a Box."""
+        return spaces.flattened(self.action_space) if flat else self.action_space
 
     def opened(self) -> External:
         """Return the door; raises RuntimeError before the first episode."""

@@ -16,12 +16,16 @@ except ModuleNotFoundError as error:
 
 
 class SlotsVecEnv(VecEnv):
-    """A VecEnv of Stable-Baselines3 over slots. It knows no empty slots: take fewer than there are bodies."""
+    """A VecEnv of Stable-Baselines3 over slots. It knows no empty slots: take fewer than there are bodies.
+
+    Stable-Baselines3 takes no Dict of actions: where options and numbers are chosen, actions are a Box, as
+    `ecs_eco.rl.spaces.flattened` says.
+    """
 
     def __init__(self, envs: Slots) -> None:
         self.envs, self._actions = envs, np.zeros(0)
         self.render_mode = envs.render_mode
-        super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
+        super().__init__(envs.num_envs, envs.single_observation_space, envs.arena.actions_as(flat=True))
 
     def reset(self) -> np.ndarray:
         """Begin in a new world; return observations f32[n, channels]."""

@@ -23,11 +23,11 @@ class Body(Env):
     world, until this is `max_cycles` ticks old, or the species extinct. Which one is drawn by chance.
     """
 
-    def __init__(self, arena: Arena, render_mode: str | None = None) -> None:
+    def __init__(self, arena: Arena, render_mode: str | None = None, flat: bool = False) -> None:
         self.arena, self.render_mode = arena, render_mode
         self.metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
         self.channels, self.options = arena.channels, arena.options
-        self.observation_space, self.action_space = arena.observation_space, arena.action_space
+        self.observation_space, self.action_space = arena.observation_space, arena.actions_as(flat)
         self.uid = 0  # of the organism; 0: none lives
         self._sensed: Sensed | None = None
 
@@ -35,8 +35,8 @@ class Body(Env):
         """Return what an organism senses, f32[channels], and its uid in the info."""
         super().reset(seed=seed)
         sensed = self._sensed
-        while seed is not None or sensed is None or self.arena.late or not len(sensed.uid):
-            sensed, seed = self.arena.begin(seed), None
+        if seed is not None or sensed is None or self.arena.late or not len(sensed.uid):
+            sensed = self.arena.begin_alive(seed)
         self._sensed = sensed
         place = int(self.np_random.integers(len(sensed.uid)))
         at = int(np.argsort(sensed.uid)[place])
@@ -47,7 +47,7 @@ class Body(Env):
         """Let a tick pass."""
         if not self.uid:
             raise RuntimeError("the organism is dead, or none has been chosen: reset() first")
-        space = self.action_space
+        space = self.arena.action_space
         batch = {group: [value] for group, value in action.items()} if isinstance(action, dict) else [action]
         sensed = self._sensed = self.arena.step(spaces.matrix(space, batch, 1), np.array([self.uid], "u8"))
         at = np.flatnonzero(sensed.uid == self.uid)
@@ -70,10 +70,11 @@ class Body(Env):
 
 
 def body(world: Any, species: str, *, max_cycles: int | None = None, render_mode: str | None = None,
-         **build: Any) -> Body:
+         flat: bool = False, **build: Any) -> Body:
     """Return one organism of a species as an Env of Gymnasium, as `gymnasium.make("ecs_eco/Deer-v0")` does.
 
     `world` is what World.from_config takes, `build` its other arguments; or a living World, of which each
-    episode begins with a copy. `max_cycles`: ticks of a world; absent: those of the world file.
+    episode begins with a copy. `max_cycles`: ticks of a world; absent: those of the world file. `flat`: where
+    options and numbers are chosen, the action is a Box (`ecs_eco.rl.spaces.flattened`), not a Dict.
     """
-    return Body(Arena(world, species, max_cycles, True, render_mode, build), render_mode)
+    return Body(Arena(world, species, max_cycles, True, render_mode, build), render_mode, flat)

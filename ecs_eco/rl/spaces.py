@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -47,8 +48,29 @@ def action_space(options: dict[str, tuple[str, ...]], low: np.ndarray, high: np.
         for i, (group, names) in enumerate(options.items())))
 
 
+def flattened(space: spaces.Space[Any]) -> spaces.Space[Any]:
+    """Return a Dict of options and numbers as a Box with a number from −1 to 1 for each group; another space
+    as it is.
+
+    The range is divided evenly among the options of a group, and is stretched to that of a number.
+    """
+    return spaces.Box(-1, 1, (len(space.spaces),), np.float32) if isinstance(space, spaces.Dict) else space
+
+
+def _as_groups(space: spaces.Dict, flat: np.ndarray) -> np.ndarray:
+    """Return actions of the flattened space [n, groups] as those of the groups: options, or numbers."""
+    share = np.clip((flat + 1) / 2, 0, 1)
+    columns = [np.minimum(np.floor(part * one.n), one.n - 1) if isinstance(one, spaces.Discrete)
+               else np.clip((1 - part) * one.low + part * one.high, one.low, one.high)
+               for part, one in zip(share.T, space.spaces.values(), strict=True)]
+    return np.stack(columns, 1)
+
+
 def matrix(space: spaces.Space[Any], actions: Any, n: int) -> np.ndarray:
-    """Return n actions of such a space, stacked as Gymnasium stacks them, as an array [n, groups]."""
+    """Return n actions of such a space, stacked as Gymnasium stacks them, or of the flattened one, as an
+    array [n, groups]."""
+    if isinstance(space, spaces.Dict) and not isinstance(actions, Mapping):
+        return _as_groups(space, np.asarray(actions, np.float64).reshape(n, len(space.spaces)))
     if isinstance(space, spaces.Dict):
         return np.stack([np.asarray(actions[group], np.float64).reshape(n) for group in space.spaces], 1)
     chosen = np.asarray(actions)

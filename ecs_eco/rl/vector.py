@@ -33,12 +33,13 @@ class Slots(VectorEnv):
     truncated, and where the species is extinct a new world begins, in the same step.
     """
 
-    def __init__(self, arena: Arena, n: int, render_mode: str | None = None) -> None:
+    def __init__(self, arena: Arena, n: int, render_mode: str | None = None, flat: bool = False) -> None:
         self.arena, self.num_envs, self.render_mode = arena, whole_number("n", n, 1), render_mode
         self.autoreset_mode = AutoresetMode.SAME_STEP  # as TorchRL asks
         self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": ["rgb_array"]}
         self.channels, self.options = arena.channels, arena.options
-        self.single_observation_space, self.single_action_space = arena.observation_space, arena.action_space
+        self.single_observation_space, self.single_action_space = (arena.observation_space,
+                                                                   arena.actions_as(flat))
         self.observation_space = batch_space(self.single_observation_space, n)
         self.action_space = batch_space(self.single_action_space, n)
         self.uid = np.zeros(n, np.uint64)  # of the bodies; 0: an empty slot
@@ -61,7 +62,7 @@ class Slots(VectorEnv):
     def step(self, actions: Any) -> Step:
         """Let a tick pass with actions [n, groups], of which those of empty slots are ignored."""
         n, filled = self.num_envs, self.mask
-        chosen = spaces.matrix(self.single_action_space, actions, n)
+        chosen = spaces.matrix(self.arena.action_space, actions, n)
         sensed = self.arena.step(chosen[filled], self.uid[filled])
         reward, final = np.zeros(n), np.zeros((n, len(self.channels)), np.float32)
         here = self._find(sensed.uid)
@@ -93,7 +94,7 @@ class Slots(VectorEnv):
 
     def _anew(self, seed: int | None = None) -> np.ndarray:
         self.uid[:] = 0
-        return self._filled(self.arena.begin(seed))
+        return self._filled(self.arena.begin_alive(seed))
 
     def _find(self, uids: np.ndarray) -> np.ndarray:
         """Look up the bodies among u64[k]; return which slots' are there, bool[n]."""
@@ -140,16 +141,17 @@ def _places(uids: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 def slots(world: Any, species: str, n: int | None = None, *, num_envs: int | None = None,
           max_cycles: int | None = None, max_episode_steps: int | None = None,
-          render_mode: str | None = None, **build: Any) -> Slots:
+          render_mode: str | None = None, flat: bool = False, **build: Any) -> Slots:
     """Return n bodies of a species as a VectorEnv of Gymnasium.
 
     `world` is what World.from_config takes, `build` its other arguments (policies, training, threads …); or
     a living World, of which each episode begins with a copy. `max_cycles`: ticks of an episode; absent: those
-    of the world. `num_envs` and `max_episode_steps` are what `gymnasium.make_vec` calls n and max_cycles.
-    Raises ConfigError.
+    of the world. `flat`: where options and numbers are chosen, actions are a Box
+    (`ecs_eco.rl.spaces.flattened`), not a Dict. `num_envs` and `max_episode_steps` are what
+    `gymnasium.make_vec` calls n and max_cycles. Raises ConfigError.
     """
     n = num_envs if n is None else n
     if n is None:
         raise TypeError("slots: n is missing; allowed is a whole number from 1 on")
     cycles = max_episode_steps if max_cycles is None else max_cycles
-    return Slots(Arena(world, species, cycles, True, render_mode, build), n, render_mode)
+    return Slots(Arena(world, species, cycles, True, render_mode, build), n, render_mode, flat)

@@ -18,7 +18,7 @@ from ecs_eco.engine.hooks import listening
 from ecs_eco.record import belonging, seal
 from ecs_eco.record.claim import Claim, stopped_early
 from ecs_eco.record.details import how_many
-from ecs_eco.record.folder import Folder, git_commit, versions
+from ecs_eco.record.folder import Folder, check_content, git_commit, versions
 from ecs_eco.runs.begin import (
     begin,
     begun,
@@ -120,6 +120,7 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
             raise RecordingError(f"{path}: is at tick {world.tick} already; "
                                  f"--until {until} lies before that. A fork goes on from an "
                                  f"earlier one: --from-tick {until} --out NEW")  # fmt: skip
+        check_content(path, folder.parts)
         manifest |= {"ticks": until, "finished": False, **folder.written}
         keep_manifest(folder, manifest)  # before parts that it counts are deleted
         folder.forget_later()

@@ -3,8 +3,9 @@ or is refused by name.
 
 Outside is everything that no system of a tick wrote: spawned organisms, what was written to columns, handles,
 fields and ground between ticks, checkpoints, interventions. A place beyond the edge of a torus is wrapped
-around it, one on a wall moved to just before it. Within a tick nothing is checked: kernels stay within their
-arrays whatever the numbers are, and the debug mode says which system wrote a bad one.
+around it, a heading around the circle; a place on a wall is moved to just before it. Within a tick nothing is
+checked: kernels stay within their arrays whatever the numbers are, and the debug mode says which system wrote
+a bad one.
 """
 
 from collections.abc import Iterator, Mapping
@@ -23,17 +24,18 @@ if TYPE_CHECKING:
 
 # lengths of the world from which a place is wrapped around a torus: float32 still resolves places there
 FURTHEST = 1000
+TURN = np.float32(2 * np.pi)  # [rad] what systems write lies from 0 to this, both included
 
 
 class Limits(NamedTuple):
     """What a field of a component may hold in one table: low to high, both allowed;
-    `length` [m] is that of an axis of the space."""
+    `length` is that of an axis of the space [m], or of a turn [rad]."""
 
     component: type[Any]
     field: str
     low: Any
     high: Any
-    length: float = 0.0  # 0: no place along an axis
+    length: float = 0.0  # 0: no place along an axis, and no heading
     around: bool = False  # whether it goes around
 
     @property
@@ -45,9 +47,10 @@ class Limits(NamedTuple):
     def allowed(self) -> str:
         """The limits in words."""
         if self.length:
-            back = (f"; up to ±{FURTHEST * self.length:g} m is brought back around the torus"
+            unit, what = ("rad", "circle") if self.field == "heading" else ("m", "torus")
+            back = (f"; up to ±{FURTHEST * self.length:g} {unit} is brought back around the {what}"
                     if self.around else "")
-            return f"0 to {self.length:g} m{back}"
+            return f"0 to {self.length:g} {unit}{back}"
         if self.high in (np.finfo(np.float32).max, np.finfo(np.float64).max):
             return "finite numbers"
         return f"{self.low:g} to {self.high:g}"
@@ -58,11 +61,13 @@ class Limits(NamedTuple):
         return wrong.any(axis=tuple(range(1, wrong.ndim)))
 
     def brought_back(self, values: np.ndarray) -> np.ndarray:
-        """Return places f32[k] [m], brought into the space where that is possible; others unchanged."""
+        """Return places f32[k] [m] brought into the space, headings [rad] into the circle, where they are
+        outside and that is possible; others unchanged."""
         if self.around:
             can = np.abs(values) <= FURTHEST * np.float32(self.length)
         else:
             can = values == np.float32(self.length)
+        can &= self.outside(values)
         return np.where(can, back_into(np.where(can, values, 0), self.length, self.around),
                         values).astype(np.float32)
 
@@ -125,6 +130,9 @@ def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
                 near = np.nextafter(np.float32(length), np.float32(0))
                 yield Limits(component, field, np.float32(0), near, length,
                              world.space.torus and field != "z")
+                continue
+            if component.__name__ == "Position" and field == "heading":
+                yield Limits(component, field, np.float32(0), TURN, 2 * np.pi, True)
                 continue
             high = table.dims.get(high) if isinstance(high, str) else high
             if high is not None:

@@ -59,7 +59,14 @@ def roll(free, step, lengths, torus, volume, ground, inverse, x, y, z, heading):
             if volume:
                 z[row] = into(z[row] + step[2], lengths[2], False)
             if step[0] != 0 or step[1] != 0:
-                heading[row] = np.arctan2(step[1], step[0])
+                heading[row] = facing(step[0], step[1])
+
+
+@njit
+def facing(dx, dy):
+    """Return the heading of a step, 0 to 2π [rad]."""
+    angle = np.arctan2(dy, dx)
+    return angle if angle >= 0 else angle + np.float32(6.2831855)
 
 
 @njit
@@ -76,7 +83,7 @@ def follow(free, path, way, lengths, torus, volume, x, y, z, heading, leg):
                 dz = np.float32(0.0)
             d = np.sqrt(dx * dx + dy * dy + dz * dz)
             if dx != 0 or dy != 0:
-                heading[row] = np.arctan2(dy, dx)
+                heading[row] = facing(dx, dy)
             part = np.float32(1.0) if d <= left else left / d
             x[row] = path[at, 0] if part == 1 else into(x[row] + part * dx, lengths[0], torus)
             y[row] = path[at, 1] if part == 1 else into(y[row] + part * dy, lengths[1], torus)

@@ -24,7 +24,8 @@ def placed(kind: ObjectType, space: Space) -> Iterator[Values]:
         place = np.array([[*at, 0.0][:3] for at in kind.at], np.float32)
         values: Values = {(Position, axis): place[:, i] for i, axis in enumerate("xyz")}
         if kind.heading:
-            values[Position, "heading"] = np.resize(np.array(kind.heading, np.float32), len(place))
+            turned = np.resize(np.array(kind.heading) % (2 * np.pi), len(place))
+            values[Position, "heading"] = turned.astype(np.float32)
         yield values
     if kind.between:
         yield between(np.array(kind.between, np.float64), kind.body, space)

@@ -48,6 +48,17 @@ def test_its_manifest_names_the_islands_at_one_tick(whole):
         assert last == [state["n"][s] for s in ("moss", "ram", "lynx")]
 
 
+def test_it_does_not_continue_after_a_damaged_part_of_an_island(whole, tmp_path):
+    folder = shutil.copytree(whole.folder, tmp_path / "copy")
+    part = folder / "islands" / "b" / "series" / "part-00000.parquet"
+    data = bytearray(part.read_bytes())
+    data[len(data) // 3] ^= 4
+    part.write_bytes(data)
+    with pytest.raises(RecordingError, match=r"b/series/part-00000.parquet: is damaged"):
+        Archipelago(folder).run(TICKS + 5, report=False)
+    assert Archipelago(folder).tick == TICKS
+
+
 def test_migrants_arrive_in_the_order_of_islands_and_uids(whole):
     world = whole.world("a")
     ram = world.tables["ram"]

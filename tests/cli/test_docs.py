@@ -1,5 +1,7 @@
 """`ecs-eco docs` finds pages of the copy in the package, and says what to do where there is none."""
 
+from pathlib import Path
+
 import pytest
 from typer.testing import CliRunner
 
@@ -42,8 +44,21 @@ def test_an_unknown_page_is_refused_with_the_nearest(site):
     assert "how-to/running" in done.output
 
 
-def test_where_the_pages_are_not_built_it_says_how(tmp_path, monkeypatch):
-    monkeypatch.setattr(docs, "SITE", tmp_path / "nowhere")
+@pytest.mark.parametrize(("asked", "file"), [
+    ([], "index.md"), (["running"], "how-to/running.md"), (["start/install.html"], "start/install.md")])
+def test_a_copy_of_the_sources_shows_its_texts_and_says_how_the_site_is_built(asked, file, site, monkeypatch):
+    monkeypatch.setattr(docs, "SITE", site[0] / "nowhere")
+    done = CliRunner().invoke(app, ["docs", *asked])
+    text = Path(__file__).parents[2] / "docs" / file
+    assert (done.exit_code, done.stdout.strip()) == (0, text.as_uri())
+    assert "tools/build_site.py" in done.stderr
+    assert site[1] == [text.as_uri()]
+
+
+def test_a_package_without_pages_says_where_they_are(site, monkeypatch):
+    monkeypatch.setattr(docs, "SITE", site[0] / "nowhere")
+    monkeypatch.setattr(docs, "SOURCES", site[0] / "nowhere")
     done = CliRunner().invoke(app, ["docs"])
     assert done.exit_code != 0
-    assert "tools/build_site.py" in done.output
+    for words in ("built without its pages", "the folder docs of its sources", "tools/build_site.py"):
+        assert words in " ".join(done.output.split())

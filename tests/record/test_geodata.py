@@ -1,6 +1,7 @@
 """Tracks as geographic data: places in the coordinate system of the land, readable by GDAL and by Arrow."""
 
 import json
+import resource
 import struct
 
 import numpy as np
@@ -95,3 +96,18 @@ def test_what_cannot_be_written_is_refused(run, words, fault):
     with pytest.raises(ConfigError) as error:
         write_tracks(folder, **{"file": "t.csv"} | words)
     assert fault in str(error.value)
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet", "gpkg"])
+def test_a_full_disk_is_told_with_the_file_and_leaves_nothing(run, tmp_path, ending):
+    if ending == "gpkg":
+        pytest.importorskip("pyogrio", reason="ecs-eco[geo] is not installed")
+    folder, soft = run(**DEGREES), resource.getrlimit(resource.RLIMIT_FSIZE)
+    before = sorted(tmp_path.iterdir())
+    resource.setrlimit(resource.RLIMIT_FSIZE, (500, soft[1]))
+    try:
+        with pytest.raises(OSError, match=f"t.{ending}"):
+            write_tracks(folder, tmp_path / f"t.{ending}")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, soft)
+    assert sorted(tmp_path.iterdir()) == before

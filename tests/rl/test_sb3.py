@@ -8,11 +8,12 @@ stable_baselines3 = pytest.importorskip("stable_baselines3", reason="stable-base
 
 from ecs_eco.components import Metabolism
 from ecs_eco.rl import slots, vec_env
-from tests.rl.worlds import PASTURE
+from tests.rl.worlds import PASTURE, ROAMING
 
 
-def test_its_ppo_trains_on_slots():
-    model = stable_baselines3.PPO("MlpPolicy", vec_env(slots(PASTURE, "deer", 5)), n_steps=16, batch_size=40,
+@pytest.mark.parametrize("world", [PASTURE, ROAMING], ids=["options", "options and numbers"])
+def test_its_ppo_trains_on_slots(world):
+    model = stable_baselines3.PPO("MlpPolicy", vec_env(slots(world, "deer", 5)), n_steps=16, batch_size=40,
                                   n_epochs=1, seed=1, device="cpu")
     before = model.policy.action_net.weight.detach().clone()
     model.learn(200)

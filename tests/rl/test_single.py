@@ -9,9 +9,11 @@ gymnasium = pytest.importorskip("gymnasium", reason="ecs-eco[rl] is not installe
 
 from gymnasium.utils.env_checker import check_env
 
+from ecs_eco import World
 from ecs_eco.components import Metabolism
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.rl import ENVIRONMENTS, body, slots
-from tests.rl.worlds import PASTURE
+from tests.rl.worlds import PASTURE, ROAMING
 
 
 def test_gymnasium_finds_nothing_wrong_with_it():
@@ -37,6 +39,29 @@ def test_a_life_ends_with_death_and_the_next_is_in_the_same_world():
     assert env.arena.world is world
     env.reset(seed=1)
     assert env.arena.world is not world
+
+
+@pytest.mark.parametrize("make", [body, lambda *of: slots(*of, 3)])
+def test_a_species_without_members_is_refused_when_an_episode_begins(make):
+    empty = World.from_config({**PASTURE, "species": PASTURE["species"] | {
+        "deer": PASTURE["species"]["deer"] | {"count": 0}}}, learn=False, record=False)
+    for world in (empty.config, empty):
+        with pytest.raises(ConfigError, match="has no member when an episode begins"):
+            make(world, "deer").reset(seed=1)
+        with pytest.raises(ConfigError, match="has no member when an episode begins"):
+            make(world, "deer").reset()
+
+
+def test_a_flattened_action_is_the_same_as_that_of_its_groups():
+    ways = [body(ROAMING, "deer", flat=flat) for flat in (False, True)]
+    for env in ways:
+        env.reset(seed=1)
+    assert ways[1].action_space == gymnasium.spaces.Box(-1, 1, (2,), np.float32)
+    assert isinstance(ways[0].action_space, gymnasium.spaces.Dict)
+    seen = [env.step(action)[0].tolist() for env, action in zip(
+        ways, ({"speed": 1, "turn": np.float32(0.1)}, np.array([0.4, 0.5])), strict=True)]
+    assert seen[0] == seen[1]
+    assert ways[0].arena.world.digest() == ways[1].arena.world.digest()
 
 
 def test_a_life_is_truncated_when_the_world_is_old():

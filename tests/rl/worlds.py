@@ -1,5 +1,7 @@
 """A small world with births and deaths, in which a species lives on whatever it does."""
 
+from copy import deepcopy
+
 PASTURE = {
     "format": 1, "name": "pasture", "ticks": 20_000, "space": {"size": [10.0, 10.0]},
     "species": {
@@ -23,3 +25,7 @@ PASTURE = {
         },
     },
 }  # fmt: skip
+
+ROAMING = deepcopy(PASTURE)
+"""The same, where deer choose a speed among two, and any turn between two."""
+ROAMING["species"]["deer"]["actions"]["turn"] = {"continuous": [-0.8, 0.4]}

@@ -125,6 +125,20 @@ def test_a_damaged_checkpoint_is_passed_over_with_a_word(menagerie, tmp_path, wh
     _as_whole(tmp_path / "run", whole)
 
 
+@pytest.mark.parametrize("kind", ["series", "births", "snapshots"])
+def test_a_damaged_older_part_is_refused_and_nothing_is_recorded_after_it(menagerie, tmp_path, kind):
+    _run(menagerie(), tmp_path / "run", ticks=10)
+    part = tmp_path / "run" / kind / "part-00000.parquet"
+    data = bytearray(part.read_bytes())
+    data[len(data) // 3] ^= 4
+    part.write_bytes(data)
+    before = {path: path.read_bytes() for path in (tmp_path / "run").rglob("*.*") if path.is_file()}
+    with pytest.raises(RecordingError, match=rf"{kind}/part-00000.parquet: is damaged.*A fork does"):
+        resume(tmp_path / "run", until=20, report=False)
+    assert before == {path: path.read_bytes() for path in (tmp_path / "run").rglob("*.*") if path.is_file()}
+    assert fork(tmp_path / "run", tmp_path / "fork", until=12, report=False)["done"] == 12
+
+
 def test_the_first_signal_stops_after_the_tick_with_a_checkpoint(menagerie, tmp_path, whole):
     def press(done, ticks):
         if done >= 9:

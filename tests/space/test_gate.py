@@ -34,6 +34,31 @@ def test_a_place_beyond_the_edge_of_a_torus_is_brought_back_around_it(x, comes_t
     assert table[Position].x[rows] == F(comes_to)
 
 
+@pytest.mark.parametrize(("heading", "comes_to"), [(-np.pi / 2, 1.5 * np.pi), (7.0, 7.0 - 2 * np.pi),
+                                                   (-601 * np.pi, np.pi), (float(F(2 * np.pi)), 2 * np.pi)])
+def test_a_heading_beyond_the_circle_is_brought_back_around_it(heading, comes_to):
+    world = _world()
+    world.spawn("moss", Position(heading=heading))
+    table, rows = _born(world)
+    assert table[Position].heading[rows] == pytest.approx(comes_to, abs=1e-3)
+    table[Position].heading[rows] = heading
+    world.run(1)
+    assert table[Position].heading[rows] == pytest.approx(comes_to, abs=1e-3)
+
+
+@pytest.mark.parametrize("heading", [np.nan, np.inf, 1e30, -1e4])
+def test_a_heading_that_float32_cannot_tell_is_refused(heading):
+    world = _world()
+    allowed = r"allowed: 0 to 6.28319 rad; up to ±6283.19 rad is brought back around the circle"
+    with pytest.raises(ValueError, match=rf"spawn 'moss': Position\.heading is .*; {allowed}"):
+        world.spawn("moss", Position(heading=heading))
+    world.spawn("moss")
+    world.run(1)
+    world.tables["moss"][Position].heading[0] = heading
+    with pytest.raises(ValueError, match=rf"moss, uid 1: Position\.heading is .*; {allowed}"):
+        world.run(1)
+
+
 @pytest.mark.parametrize("x", [np.nan, np.inf, -np.inf, 1e30, -1e9])
 @pytest.mark.parametrize("edges", ["torus", "walls"])
 def test_a_place_that_float32_cannot_tell_is_refused(x, edges):

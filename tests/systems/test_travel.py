@@ -33,6 +33,19 @@ def test_a_cart_rolls_with_its_velocity_and_around_a_torus():
     assert _place(world) == [3.0, 8.5]
 
 
+@pytest.mark.parametrize("motion", [{"velocity": [0.0, -1.0]},
+                                    {"path": [[2.0, 0.5], [2.0, 0.4]], "speed": 0.5}])
+def test_the_heading_of_what_travels_and_of_what_stands_is_within_the_circle(motion):
+    config = _yard(heading=[-0.5]) | {"ticks": 2}
+    config["objects"]["wagon"] = config["objects"]["cart"] | {"motion": motion}
+    world = World.from_config(config)
+    assert float(world.tables["cart"][Position].heading[0]) == pytest.approx(2 * np.pi - 0.5)
+    world.run(2)
+    assert float(world.tables["wagon"][Position].heading[0]) == pytest.approx(1.5 * np.pi)
+    before = world.digest()
+    assert World.from_config(config).run(1).run(1).digest() == before
+
+
 def test_walls_rocks_and_fences_stop_it():
     config = _yard(at=[[17.0, 2.0], [2.0, 5.0], [2.0, 8.0]], edges="walls", motion={"velocity": [2.0, 0.0]})
     config["terrain"] = {"cell": 0.5, "rocks": [{"at": [10.0, 5.0], "radius": 2.0}]}
