@@ -243,7 +243,8 @@ def _read_code(document: Document, entries: Any = None) -> tuple[Code, list[Prob
     entries = [e for e in entries if isinstance(e, str)] if isinstance(entries, list) else []
     if document.code is None:
         return read(entries, document.places or [document.folder])
-    if entries != (own := [s.entry for s in document.code.sources]):
+    own = list(dict.fromkeys(s.module if s.of_session else s.entry for s in document.code.sources))
+    if entries != own:
         fault = "cannot be set from here"
         return document.code, [Problem(("code",), fault, entries,
                                        f"the world's own, {own}, or another world file")]
