@@ -140,12 +140,13 @@ class Lineage(Pedigree):
         """The tree along first parents in Newick format, written to `path` where given;
         see `phylogeny.newick`.
 
-        `living` leaves only the living and their ancestors;
+        `living` leaves only the living and their ancestors along first parents: every tip lives;
         `names` (uids where absent) has one for each organism.
         """
         if names is not None and len(names) != len(self):
             raise ValueError(f"lineage: {len(names)} names for {len(self)} organisms; one each is needed")
-        chosen = self._forebears(self.died == ALIVE) if living else np.ones(len(self), bool)
+        chosen = (self._forebears(self.died == ALIVE, fathers=False) if living
+                  else np.ones(len(self), bool))
         text = phylogeny.newick(self._chosen(chosen),
                                 names and [n for n, c in zip(names, chosen, strict=True) if c])
         if path is not None:

@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from string import Template
 
-from ecs_eco.analysis.svg import embedded
+from ecs_eco.analysis.svg import embedded, legible
 from ecs_eco.engine import files
 
 _WORDS = re.compile(r"[^\W\d_]{3}")  # how a cell of text begins, unlike "nan" â€¦ in one of numbers
@@ -17,7 +17,7 @@ _WORDS = re.compile(r"[^\W\d_]{3}")  # how a cell of text begins, unlike "nan" â
 def page(title: str, *blocks: str) -> str:
     """The whole page; blocks are HTML, the title is plain text."""
     frame = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
-    return frame.substitute(title=escape(title), body="\n".join(blocks))
+    return frame.substitute(title=legible(escape(title)), body=legible("\n".join(blocks)))
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

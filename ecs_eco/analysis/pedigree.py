@@ -156,15 +156,15 @@ class Pedigree:
                 depth.append(depth[max(m, f)] + 1 if m >= 0 or f >= 0 else 0.0)
         return np.array(depth, float)
 
-    def _forebears(self, mask: np.ndarray) -> np.ndarray:
-        """Mark the ancestors of the marked, too."""
+    def _forebears(self, mask: np.ndarray, fathers: bool = True) -> np.ndarray:
+        """Mark the ancestors of the marked, too; along first parents only where `fathers` is false."""
         marked = mask.tolist()
         mother, father = self.mother.tolist(), self.father.tolist()
         for i in range(len(self) - 1, -1, -1):
             if marked[i]:
                 if mother[i] >= 0:
                     marked[mother[i]] = True
-                if father[i] >= 0:
+                if fathers and father[i] >= 0:
                     marked[father[i]] = True
         return np.array(marked, bool)
 

@@ -12,9 +12,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from ecs_eco.analysis.spectrum import detrend, thin
+from ecs_eco.config.measurements import FEWEST
 
-FEWEST = 12
-"""Fewest samples that are measured."""
 FINE = 16
 """Frequencies that are tried between two Fourier frequencies, and one more."""
 MEASURES = ("lag", "regularity", "prey swing", "predator swing")

@@ -21,6 +21,7 @@ DENSE = 400
 DIM = "over-ground"
 """The gid of figures in which images are a ground for curves: they are darker on dark pages."""
 _LEFT_OUT = {"font-family", "font-style", "font-variant", "font-stretch", "image-rendering"}
+_ILLEGAL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
 _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
@@ -28,7 +29,7 @@ _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
     """Return the SVG that matplotlib wrote, as said above; `name` tells its ids from those of others, `dark`
     holds for colours on a light ground those on a dark one."""
-    root = ET.fromstring(text)
+    root = ET.fromstring(legible(text))
     _plain_names(root)
     dim = any(part.get("id") == DIM for part in root.iter("g"))
     for part in [*root.findall("metadata"), *root.iter("defs")]:
@@ -47,6 +48,11 @@ def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
             f'height="{high * 4 / 3:.0f}" viewBox="0 0 {wide:g} {high:g}" font-family="{FONT}" '
             f'fill="{INK}" stroke-linejoin="round"><style>{_rules(inside, dark)}</style>'
             f'<rect class="under" width="100%" height="100%" fill="#ffffff"/>{inside}</svg>\n')
+
+
+def legible(text: str) -> str:
+    """Return a text with characters that XML and HTML cannot hold written out, as \\u0001."""
+    return _ILLEGAL.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def embedded(text: str, caption: str) -> str:

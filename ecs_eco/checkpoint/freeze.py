@@ -73,7 +73,7 @@ def parts_of(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
     meta["plain"] = freeze_plain(world, arrays)
     if (land := getattr(world.config, "_land", None)) is not None:
         meta["land"] = land.sha256
-    meta["code"] = noted(sources(world.config, (name.partition(":")[0] for _, name in meta["plain"])))
+    meta["code"] = noted(sources(world.config, (name for _, name in meta["plain"])))
     return meta, arrays
 
 

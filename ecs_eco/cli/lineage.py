@@ -40,11 +40,10 @@ def tell_lineage(folder: Path, csv: Path | None, newick: Path | None, species: s
         lineage = lineage.of_species(species)
     for name in known if species is None else [species]:
         say(summary(lineage.of_species(name), name))
-    lineage = lineage.living() if living else lineage
     if csv is not None:
-        say(f"written: {lineage.to_csv(csv)}")
+        say(f"written: {(lineage.living() if living else lineage).to_csv(csv)}")
     if newick is not None:
-        lineage.to_newick(newick)
+        lineage.to_newick(newick, living=living)
         say(f"written: {newick}")
 
 

@@ -9,5 +9,5 @@ class Nervous:
 
     decision: u8["actions"] = 0  # the multi-hot vector H(y + z)
     happiness: f32 = 0.0
-    reward: f32 = 0.0  # change of happiness since the last tick
+    reward: f32 = 0.0  # change of happiness in this tick; a system in the phase `feel` may write it
     awake: boolean = False  # whether it has sensed once: a newborn has no earlier happiness

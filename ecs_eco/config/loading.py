@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from ecs_eco.config.archipelago import check_islands, seed_of
+from ecs_eco.config.checks.data import check_measurements
 from ecs_eco.config.checks.world import check
 from ecs_eco.config.document import Document, Key, read_document
 from ecs_eco.config.explain import problems_of, value_at
@@ -56,6 +57,8 @@ def load(
         problems += check_search(config, inline, document.set)
         if document.original is None:  # a modified world may have values beyond the ends of its knobs
             problems += check_knobs(config, document.set)
+            if not problems and not document.places:  # the world of a record: its folder keeps a copy
+                problems += check_measurements(config)
     if config is None or problems:
         raise document.refused(problems)
     problems = _check_training(config)
@@ -240,7 +243,8 @@ def _read_code(document: Document, entries: Any = None) -> tuple[Code, list[Prob
     entries = [e for e in entries if isinstance(e, str)] if isinstance(entries, list) else []
     if document.code is None:
         return read(entries, document.places or [document.folder])
-    if entries != (own := [s.entry for s in document.code.sources]):
+    own = list(dict.fromkeys(s.module if s.of_session else s.entry for s in document.code.sources))
+    if entries != own:
         fault = "cannot be set from here"
         return document.code, [Problem(("code",), fault, entries,
                                        f"the world's own, {own}, or another world file")]

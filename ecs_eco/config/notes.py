@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from ecs_eco.config.models.reproduction import Bearing
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.shipped import WORLDS
 from ecs_eco.learning.words import hint
 
 LATE = 0.25  # of a life: who begins to breed so late has generations that hardly overlap
@@ -17,7 +18,8 @@ def notes(config: WorldConfig) -> list[str]:
     found = []
     for name, species in config.species.items():
         about = (*_on_energy(config, species), *_on_decisions(species), *_on_lives(config, name, species),
-                 *_on_founders(species), *(f".ppo: {hint(word)}" for word in species._words))
+                 *_on_founders(species), *_on_weights(config, species),
+                 *(f".ppo: {hint(word)}" for word in species._words))
         found += [f"species.{name}{note}" for note in about]
     return found
 
@@ -81,6 +83,16 @@ def _on_founders(species: Species) -> Iterator[str]:
     elif oldest > (adult := max(_adult(species).values())) >= LATE * oldest:
         yield (f": all founders are of age 0: none breeds before {adult:g} s, and all left die at once at "
                f"{oldest:g} s, so numbers swing by generations; give them ages, as age = [0, {oldest:g}]")
+
+
+def _on_weights(config: WorldConfig, species: Species) -> Iterator[str]:
+    if species.policy.file is None or WORLDS in (path := config.file(species.policy.file)).parents:
+        return
+    from ecs_eco.learning.weights import NAMES
+
+    if NAMES.encode() not in path.read_bytes():
+        yield (f".policy.file = {species.policy.file}: it names neither its channels nor its options: "
+               "nothing but the shapes of its weights is checked")
 
 
 def _oldest(species: Species) -> float | None:

@@ -24,6 +24,7 @@ from typing import Any
 
 from ecs_eco.engine import trust
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.session import source_of
 
 SHIPPED = (
     "ecs_eco.learning.mlp:MLP",
@@ -32,7 +33,7 @@ SHIPPED = (
     "ecs_eco.worlds.lamb.systems:Suckle",
 )  # fmt: skip
 """All code of this package that data may name without listing it."""
-ENTRY = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
+ENTRY = re.compile(r"(__main__:)?[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
 LARGEST_FILE = 10_000_000  # bytes
 _loaded: dict[tuple[Source, ...], dict[str, ModuleType | Exception]] = {}
 
@@ -43,8 +44,8 @@ class CodeError(ConfigError):
 
 @dataclass(frozen=True)
 class Source:
-    """A file or a module that a world lists, and its text as it was read;
-    `text` is None where there is no file."""
+    """A file or a module that a world lists, or "__main__:name" of an interactive session, and its text as it
+    was read; `text` is None where there is no file."""
 
     entry: str
     path: str
@@ -58,7 +59,17 @@ class Source:
     @property
     def module(self) -> str:
         """What stands before the colon in names of what is in it."""
-        return self.entry.removesuffix(".py") if self.is_file else self.entry
+        return self.entry.removesuffix(".py") if self.is_file else self.entry.partition(":")[0]
+
+    @property
+    def of_session(self) -> bool:
+        """Whether it is a function or class of an interactive session."""
+        return ":" in self.entry
+
+    @property
+    def allowed(self) -> bool:
+        """Whether it may run; what this session defined runs already."""
+        return self.of_session or trust.allowed(self.sha256)
 
     @cached_property
     def sha256(self) -> str:
@@ -82,7 +93,7 @@ class Code:
     @property
     def allowed(self) -> bool:
         """Whether all of it may run: because this process, or its user, allowed these very texts."""
-        return self.passed_on or all(trust.allowed(s.sha256) for s in self.sources)
+        return self.passed_on or all(s.allowed for s in self.sources)
 
     def allow(self) -> None:
         """Allow these texts in this process."""
@@ -95,7 +106,8 @@ class Code:
 
     def lists(self, name: str) -> bool:
         """Whether "module:name" is shipped, or its module is listed."""
-        return name in SHIPPED or any(s.module == name.partition(":")[0] for s in self.sources)
+        return name in SHIPPED or any(name == s.entry if s.of_session else name.partition(":")[0] == s.module
+                                      for s in self.sources)
 
     def require(self, where: str = "") -> None:
         """Raise CodeError unless all of it may run."""
@@ -109,7 +121,7 @@ class Code:
         return [Problem(("code", i), f"may not run yet: {s.path or 'no file'}, SHA-256 {s.sha256}",
                         s.entry, HOW)
                 for i, s in enumerate(self.sources)
-                if not (self.passed_on or trust.allowed(s.sha256))]  # fmt: skip
+                if not (self.passed_on or s.allowed)]  # fmt: skip
 
     def function(self, name: Any) -> Any:
         """The object that "module:name" stands for; anything but a string is returned.
@@ -230,9 +242,9 @@ def read(entries: Iterable[str], places: Sequence[Path],
     for i, entry in enumerate(entries):
         if not ENTRY.fullmatch(entry):
             continue  # the type of the field says so already
-        source, fault = (_file(entry, places, wanted.get(entry))
+        source, fault = (_defined(entry) if ":" in entry else _file(entry, places, wanted.get(entry))
                          if entry.endswith(".py") else _installed(entry))
-        if source is not None and source.module in [s.module for s in sources]:
+        if source is not None and source.module in [s.module for s in sources if not source.of_session]:
             source, fault = None, "another entry has the same module"
         if source is None:
             problems.append(Problem(("code", i), fault, entry,
@@ -255,6 +267,14 @@ def _file(entry: str, places: Sequence[Path], wanted: str | None) -> tuple[Sourc
             return source, ""
         first = first or source
     return first, "" if first else f"no such file in {listed(str(place) for place in places)}"
+
+
+def _defined(entry: str) -> tuple[Source | None, str]:
+    """The source of "__main__:name"."""
+    text = source_of(entry.partition(":")[2])
+    if text is None:
+        return None, "it was defined in an interactive session, a notebook perhaps, and is not in this one"
+    return Source(entry, "", text.encode()), ""
 
 
 def _installed(entry: str) -> tuple[Source | None, str]:

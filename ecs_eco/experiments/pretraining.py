@@ -17,6 +17,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.loading import changed
 from ecs_eco.engine.arguments import called_with, seed_number, whole_number
 from ecs_eco.experiments.training_worlds import TrainingWorlds
+from ecs_eco.worlds.policies import names_of
 from ecs_eco.worlds.reconfigure import reconfigure
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
     policies = {name: mean_weights(states) for name, states in last.items()}
     result = {"world": config.name, "config_hash": config.config_hash, "seed": training_worlds.seed,
               "ticks": ticks, "seconds": time.perf_counter() - begin, "curves": training_worlds.curves(every),
-              "policies": policies, "reports": training_worlds.reports(), **over_time(training_worlds)}
+              "policies": policies, "names": {name: names_of(config, name) for name in policies},
+              "reports": training_worlds.reports(), **over_time(training_worlds)}
     if out is not None:
         save(result, Path(out))
     return result
@@ -104,10 +106,10 @@ def save(result: dict[str, Any], out: Path) -> None:
 
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
-        save_weights(out / f"{name}.safetensors", weights)
+        save_weights(out / f"{name}.safetensors", weights, result["names"][name])
     hashes = {name: hash_of(out / f"{name}.safetensors") for name in result["policies"]}
     write_json(out / "training.json",
-               {k: v for k, v in result.items() if k != "policies"} | {"weights": hashes})
+               {k: v for k, v in result.items() if k not in ("policies", "names")} | {"weights": hashes})
 
 
 def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:

@@ -1,7 +1,7 @@
 """Files of trained policies: safetensors with a seal, a SHA-256 of all weights,
-so that no damaged policy lives in a world.
+so that no damaged policy lives in a world; and the names of what the policy senses and chooses.
 
-Files of other origin have none, and are taken as they are.
+Files of other origin have neither, and are taken as they are.
 """
 
 from __future__ import annotations
@@ -10,29 +10,35 @@ import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.engine import files
 
 Weights = Mapping[str, np.ndarray]
-SEAL = "ecs-eco.seal"  # in the file's metadata
+SEAL, NAMES = "ecs-eco.seal", "ecs-eco.names"  # in the file's metadata
+Names = Mapping[str, Any]
+"""What a policy senses and chooses: "channels", the "options" of each group, the "gaits" with their speeds
+[m/s], and the "version" of the package that wrote them."""
 
 
-def save(path: str | Path, weights: Weights) -> Path:
-    """Write a policy with its seal, whole or not at all; raises OSError that names the file."""
+def save(path: str | Path, weights: Weights, names: Names | None = None) -> Path:
+    """Write a policy with its seal and its names, whole or not at all; raises OSError that names the file."""
     arrays = {name: np.ascontiguousarray(array) for name, array in weights.items()}
-    return files.write_tensors(path, arrays, {SEAL: seal_of(arrays)})
+    text = "" if names is None else json.dumps(names)
+    return files.write_tensors(path, arrays,
+                               {SEAL: seal_of(arrays, text)} | ({NAMES: text} if text else {}))
 
 
 def load(path: str | Path) -> dict[str, np.ndarray]:
     """Return the weights in a file; raises ValueError where they are not those that were sealed,
     or no weights, OSError."""
-    return read(Path(path).read_bytes())
+    return read(Path(path).read_bytes())[0]
 
 
-def read(content: bytes) -> dict[str, np.ndarray]:
-    """Return the weights in the bytes of a file; raises ValueError."""
+def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
+    """Return the weights in the bytes of a file, and the names that it has; raises ValueError."""
     from safetensors import SafetensorError
     from safetensors.numpy import load as parsed
 
@@ -40,19 +46,31 @@ def read(content: bytes) -> dict[str, np.ndarray]:
         weights = parsed(content)
         metadata = (json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")]).get("__metadata__")
                     or {})
+        text = metadata.get(NAMES, "")
+        names = _named(json.loads(text)) if text else None
     except (SafetensorError, TypeError, KeyError, AttributeError, OverflowError, ValueError) as error:
         raise ValueError(f"is no file of weights: {error}") from None
-    if SEAL in metadata and metadata[SEAL] != seal_of(weights):
+    if SEAL in metadata and metadata[SEAL] != seal_of(weights, text):
         raise ValueError("is damaged: its weights are not those that were written")
-    return weights
+    return weights, names
 
 
-def seal_of(weights: Weights) -> str:
-    """Return the seal of weights: SHA-256 of names, types, shapes and bytes, 64 hexadecimal digits."""
+def _named(names: Any) -> Names:
+    """Return names as a file has them; raises ValueError, KeyError, TypeError, AttributeError for others."""
+    options = {str(group): [str(option) for option in some] for group, some in names["options"].items()}
+    return {"channels": [str(channel) for channel in names["channels"]], "options": options,
+            "gaits": {str(gait): float(speed) for gait, speed in names["gaits"].items()},
+            "version": str(names["version"])}
+
+
+def seal_of(weights: Weights, text: str = "") -> str:
+    """Return the seal of weights: SHA-256 of names, types, shapes and bytes, then of a text, 64 hexadecimal
+    digits."""
     digest = hashlib.sha256()
     for name in sorted(weights):
         array = np.ascontiguousarray(weights[name])
         digest.update(json.dumps([name, array.dtype.str, list(array.shape)]).encode() + array.tobytes())
+    digest.update(text.encode())
     return digest.hexdigest()
 
 
@@ -63,7 +81,7 @@ def hash_of(path: str | Path) -> str:
 
 def add_seal(path: str | Path) -> None:
     """Write the seal into a file of weights of other origin, whose weights stay as they are."""
-    save(path, load(path))
+    save(path, *read(Path(path).read_bytes()))
 
 
 if __name__ == "__main__":  # python -m ecs_eco.learning.weights FILE…

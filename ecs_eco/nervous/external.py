@@ -11,6 +11,7 @@ from ecs_eco.components import Nervous
 from ecs_eco.engine.errors import ConfigError, Problem, listed
 from ecs_eco.engine.halves import Halves
 from ecs_eco.engine.interruption import require_whole
+from ecs_eco.nervous.networks import last_reward
 from ecs_eco.nervous.outside import Answer, Nobody, Outside, options_of, taken
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ class Pending(Outside):
         rows, at = rows[sensed], at[sensed]
         if rows.size:
             causes = tuple(world.causes[cause - 1] for cause in table.cause[rows].tolist())
-            self.dead.append((table.uid[rows], nerves.x[at].copy(), table[Nervous].reward[rows], causes))
+            self.dead.append((table.uid[rows], nerves.x[at].copy(), last_reward(table, rows), causes))
 
 
 class External:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.components import Desires, Instincts, Reflexes
+from ecs_eco.components import Desires, Instincts, Nervous, Reflexes
 from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.jit import njit
 from ecs_eco.genomes.own_values import own_value
@@ -104,6 +104,17 @@ class HappinessNetwork:
         if isinstance(least, np.ndarray):
             least = least[rows]
         return np.maximum(felt.astype(np.float32, copy=False), least)
+
+
+def last_reward(table: Any, rows: np.ndarray) -> np.ndarray:
+    """Return the reward of dying f32[k]: the least happiness minus what the dying rows i64[k] felt last; 0
+    where there is no happiness network."""
+    nerves = table.species.nerves
+    if nerves.happiness is None:
+        return np.zeros(rows.size, np.float32)
+    least = own_value(table, "happiness.minimum", nerves.minimum)
+    felt: np.ndarray = table[Nervous].happiness[rows]
+    return (least[rows] if isinstance(least, np.ndarray) else least) - felt
 
 
 def mean_of(x: np.ndarray, channels: tuple[int, ...]) -> np.ndarray:

@@ -3,16 +3,19 @@ their hashes in manifest and checkpoints."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import read_document
-from ecs_eco.config.names import code_of
+from ecs_eco.config.names import code_of, names_in
 from ecs_eco.engine import files
 from ecs_eco.engine.code import Code, Source, read
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+from ecs_eco.engine.section import function_name
+from ecs_eco.engine.session import is_interactive
 from ecs_eco.engine.trust import allowed_here
 from ecs_eco.record.land import folder_of_land
 
@@ -20,12 +23,20 @@ FOLDER = "code"  # within a run's
 Noted = list[dict[str, str]]
 
 
-def sources(config: WorldConfig | None, modules: Iterable[str] = ()) -> tuple[Source, ...]:
-    """The code that a world lists, and the modules of objects passed to it in Python."""
-    listed = () if config is None else config._code.sources
-    known = {s.module for s in listed}
-    more = dict.fromkeys([*(() if config is None else code_of(config)), *modules])
-    return (*listed, *read([m for m in more if m.removesuffix(".py") not in known], [])[0].sources)
+def sources(config: WorldConfig | None, names: Iterable[str] = ()) -> tuple[Source, ...]:
+    """The code that a world lists, and the modules of objects passed to it in Python and of other `names`,
+    "module:name"; of those defined in an interactive session, each one's own source."""
+    listed, entries, names = (), [], list(names)
+    if config is not None:
+        listed, entries = config._code.sources, code_of(config)
+    entries += [name.partition(":")[0] for name in names]
+    if "__main__" in entries and is_interactive():
+        used = () if config is None else names_in(config)
+        names += [function_name(thing) for key, thing in used if key[0] != "search"]
+        entries = [e for e in entries if e != "__main__"] + [n for n in names if n.startswith("__main__:")]
+    known = {word for source in listed for word in (source.module, source.entry)}
+    more = dict.fromkeys(e for e in entries if e.removesuffix(".py") not in known)
+    return (*listed, *read(more, [])[0].sources)
 
 
 def noted(sources: Iterable[Source]) -> Noted:
@@ -59,12 +70,17 @@ def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = Fa
     if problems:
         raise CheckpointError(f"{where}: needs code that is not here: {problems[0].value}: "
                               f"{problems[0].what}")
+    changed = [s for s in code.sources if s.sha256 != wanted[s.entry] and not allowed_here(s.sha256)]
     if trust:
         code.allow()
-    elif changed := [s for s in code.sources if s.sha256 != wanted[s.entry] and not allowed_here(s.sha256)]:
-        raise CheckpointError(f"{where}: {changed[0].entry} has changed: {changed[0].path} has the SHA-256 "
-                              f"{changed[0].sha256}, and it was {wanted[changed[0].entry]}; put it back, "
-                              "or use this one: --trust")  # fmt: skip
+        for source in changed:
+            if source.of_session:
+                warnings.warn(f"{where}: {source.entry} has changed, and is used as it is now", stacklevel=2)
+    elif changed:
+        how = "trust=True" if changed[0].of_session else "--trust"
+        raise CheckpointError(f"{where}: {changed[0].entry} has changed: {changed[0].path or 'it'} has the "
+                              f"SHA-256 {changed[0].sha256}, and it was {wanted[changed[0].entry]}; put it "
+                              f"back, or use this one: {how}")  # fmt: skip
     return code
 
 
@@ -72,12 +88,14 @@ def recorded(path: Path, manifest: Mapping[str, Any], config: Any = None, trust:
     """The world of a recorded run, or `config` in its place, with the code that the run kept; raises
     ConfigError, RecordingError."""
     try:
-        check_code(manifest.get("code", []), [path / FOLDER], str(path), trust)
+        code = check_code(manifest.get("code", []), [path / FOLDER], str(path), trust)
     except CheckpointError as error:
         raise RecordingError(str(error)) from None
     try:
         document = read_document(manifest["config"] if config is None else config)
         document.folder = folder_of_land(document.data, path, document.folder)
+        if any(source.of_session for source in code.sources):
+            document.code = code
         return load(document, trust=trust, places=[path / FOLDER])  # type: ignore[arg-type]
     except ConfigError as error:
         source = str(path / "manifest.json")

@@ -20,6 +20,8 @@ from ecs_eco.record.seal import read_manifest
 
 ENDINGS = (".gpkg", ".parquet", ".csv")
 POINT = np.dtype([("order", "u1"), ("kind", "<u4"), ("x", "<f8"), ("y", "<f8")])  # well-known binary
+NOWHERE = pa.schema({"tick": pa.int64(), "species": pa.string(), "uid": pa.uint64(), "x": pa.float32(),
+                     "y": pa.float32()}).empty_table()
 NO_LAND = Land(np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8), np.zeros((1, 1), np.bool_))
 
 
@@ -75,6 +77,7 @@ def write_tracks(run: str | Path, file: str | Path, species: str | None = None,
 def _places(run: Path, species: str | None, dt: float) -> pa.Table:
     """Species, uid, tick, time, x and y, in the order of uids and ticks."""
     table = read_parts(run / "snapshots", ["tick", "species", "uid", "x", "y"])
+    table = table if table.num_columns else NOWHERE  # nothing lived in any snapshot
     names = table["species"].cast(pa.string())
     table = table.set_column(table.column_names.index("species"), "species", names)
     if species is not None:

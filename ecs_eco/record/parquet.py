@@ -160,7 +160,9 @@ def _named(path: Path) -> Iterator[None]:
 
 
 def read_parts(folder: Path, columns: Sequence[str] | None = None) -> Any:
-    """Return all parts of a folder as one table, columns that a part lacks filled with null."""
+    """Return all parts of a folder as one table, columns that a part lacks filled with null; without any
+    column where there are no parts."""
     run, needed = folder.parent, seal.has_seals(folder.parent)
     parts = belonging.parts(run, folder.name, seal.read_manifest(run)) if needed else belonging.listed(folder)
-    return pa.concat_tables([read_part(p, columns, needed) for p in parts], promote_options="permissive")
+    tables = [read_part(p, columns, needed) for p in parts] or [pa.table({})]
+    return pa.concat_tables(tables, promote_options="permissive")

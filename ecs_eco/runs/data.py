@@ -16,11 +16,8 @@ def keep_data(config: Any, folder: Path) -> None:
     """
     if getattr(config, "data", None) is None:
         return
-    from ecs_eco.analysis.against import KEPT, outside_of
+    from ecs_eco.analysis.against import KEPT
+    from ecs_eco.config.measurements import measured
 
-    path = config.file(config.data.file)
-    written = (config.folder / config._source).is_file()
-    if not path.is_file() and not written:
-        return
-    outside_of(config.data.model_dump(), config.folder, [*config.species, *config.reporters], config._source)
-    files.write(folder / KEPT, path.read_bytes())
+    if measured(config, config._source) is not None:
+        files.write(folder / KEPT, config.file(config.data.file).read_bytes())

@@ -18,12 +18,15 @@ from ecs_eco.runs.run import read_manifest, run_to_folder
 def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
     """Return the world file of a recorded run as a dict, with what was carried out as its interventions.
 
-    Interventions of the world file that were still to come are kept, since the digest covers them. Run with
-    the manifest's seed, policies, learn and controls it ends with the manifest's digest.
+    Interventions of the world file that were still to come are kept, since the digest covers them, and
+    `ticks` reaches beyond the first of each. Run for as many ticks as were done, with the manifest's seed,
+    policies, learn and controls, it ends with the manifest's digest.
     """
     done = [dict(intervention) | {"at": tick} for tick, intervention in manifest.get("intervened", [])]
-    return manifest["config"] | {"interventions": done + _to_come(manifest),
-                                 "ticks": max(1, manifest["done"])}
+    interventions = done + _to_come(manifest)
+    return manifest["config"] | {
+        "interventions": interventions,
+        "ticks": max(1, manifest["done"], *(1 + intervention["at"] for intervention in interventions))}
 
 
 def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
@@ -71,5 +74,6 @@ def repeat(path: str | Path, out: str | Path | Claim | None = None,
     why = (f"; it was recorded with other versions: {', '.join(f'{k} {v}' for k, v in other.items())}"
            if other else "")
     why += f"; it {mode}" if (mode := portable.other_mode(manifest)) else ""
-    return {"world": config.name, "ticks": done, "interventions": len(config.interventions), "digest": digest,
-            "recorded": manifest["digest"], "same": digest == manifest["digest"], "why": why}  # fmt: skip
+    return {"world": config.name, "ticks": done, "interventions": len(manifest.get("intervened", [])),
+            "digest": digest, "recorded": manifest["digest"], "same": digest == manifest["digest"],
+            "why": why}

@@ -305,7 +305,7 @@ def go_on(world: World, folder: Folder, manifest: dict[str, Any], until: int, pr
     if not manifest["finished"]:
         raise Stopped(world.tick, path)
     pass_on()
-    if report:
+    if report and folder.parts.get("series"):  # a run of no tick has nothing to report
         from ecs_eco.analysis.report import write_report
 
         write_report(path)

@@ -10,10 +10,11 @@ from itertools import combinations
 
 import numpy as np
 
-from ecs_eco.analysis.against import Outside, numbers_of, outside_of
+from ecs_eco.analysis.against import numbers_of
 from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.signature import cycle, period_of
 from ecs_eco.config import WorldConfig
+from ecs_eco.config.measurements import Outside, outside_of
 from ecs_eco.engine.errors import ConfigError, Problem
 
 SKIP = 0.1  # share of a run that is left out at its start

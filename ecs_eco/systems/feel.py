@@ -23,23 +23,22 @@ class Feel(System):
     """The happiness network reads the sensors; the change since the last tick rewards the last decision.
 
     Happiness at t is a function of what is sensed at t, so feeling follows sensing. A newborn has no earlier
-    happiness and no reward.
+    happiness and no reward. A system of your own in the phase `feel` runs after this one and may write
+    `Nervous.reward`: the learner gets what is there at the end of the phase.
     """
 
     needs = (Nervous,)
     phase = "feel"
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Update happiness and reward of one species; hand the rewards to its learner."""
+        """Update happiness and reward of one species."""
         nerves = table.species.nerves
         if (source := _source(nerves, table)) is None:
             return
         x, steps, least = source
-        reward, n = np.empty(nerves.rows.size, np.float32), table[Nervous]
-        world.split(feel, reward.size, nerves.rows, x, *steps, least, n.happiness, n.reward, n.awake, reward,
-                    work=reward.size // 3)
-        if nerves.learning:
-            nerves.credit(table, reward)
+        n = table[Nervous]
+        world.split(feel, nerves.rows.size, nerves.rows, x, *steps, least, n.happiness, n.reward, n.awake,
+                    work=nerves.rows.size // 3)
 
 
 def _source(nerves: Any, table: Table) -> tuple[np.ndarray, Steps, np.float32] | None:
@@ -54,7 +53,7 @@ def _source(nerves: Any, table: Table) -> tuple[np.ndarray, Steps, np.float32] |
 
 
 @njit
-def feel(first, last, rows, x, operation, operand, height, least, happiness, reward, awake, credit):
+def feel(first, last, rows, x, operation, operand, height, least, happiness, reward, awake):
     """Store happiness of entries first … last − 1, what the steps of a formula come to and no less than
     `least`, and its change; the first feeling of a life changes nothing."""
     pile = np.empty((height + 1, BLOCK), x.dtype)
@@ -65,7 +64,6 @@ def feel(first, last, rows, x, operation, operand, height, least, happiness, rew
             i, now = np.uint64(start + k), pile[0, k]
             row = np.uint64(rows[i])
             now = now if (now > least) | (now != now) else least  # as numpy's maximum
-            change = now - happiness[row] if awake[row] else np.float32(0.0)
-            credit[i] = reward[row] = change
+            reward[row] = now - happiness[row] if awake[row] else np.float32(0.0)
             happiness[row] = now
             awake[row] = True

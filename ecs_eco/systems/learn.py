@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
 
 class Learn(System):
-    """When a rollout is full, PPO updates the policy of the species, or of the individual that has its own.
+    """The reward that was felt goes to the last decision; when a rollout is full, PPO updates the policy of
+    the species, or of the individual that has its own.
 
     The living bootstrap with the value of what they sense.
     """
@@ -22,7 +23,8 @@ class Learn(System):
     phase = "learn"
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Update the brains of one species when it is time."""
+        """Credit the rewards of one species, and update its brains when it is time."""
         nerves = table.species.nerves
         if nerves.learning:
+            nerves.credit(table, table[Nervous].reward[nerves.rows])
             nerves.learn(table, world)

@@ -15,8 +15,9 @@ from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.schema import Columns
 from ecs_eco.engine.system import System
-from ecs_eco.genomes.own_values import own_value, own_values
+from ecs_eco.genomes.own_values import own_values
 from ecs_eco.lifecycle.causes import register_limits
+from ecs_eco.nervous.networks import last_reward
 from ecs_eco.nervous.sensors.own import own_column
 from ecs_eco.space.world import SpatialWorld
 
@@ -84,18 +85,15 @@ class Perish(System):
                    0 if high is None else codes[limit.high], table.cause)
 
     def mourn(self, table: Table, rows: np.ndarray) -> None:
-        """Give the dying of one species their last reward, whatever they die of;
-        rows i64[k] in the order of uids."""
+        """Give the dying of one species the reward of dying, whatever they die of, on top of what they felt
+        in this tick; rows i64[k] in the order of uids."""
         nerves = table.species.nerves
         if nerves is None or nerves.happiness is None:
             return
-        n = table[Nervous]
-        least: Any = nerves.minimum
-        if table.species.traits:
-            least = own_value(table, "happiness.minimum", least)
-        n.reward[rows] = (least[rows] if isinstance(least, np.ndarray) else least) - n.happiness[rows]
+        last = last_reward(table, rows)
+        table[Nervous].reward[rows] += last
         if nerves.learning:
-            nerves.end(rows, n.reward[rows])
+            nerves.end(rows, last)
 
 
 class Limits(NamedTuple):

@@ -33,7 +33,7 @@ def _thought(state: Mapping[str, Any], foods: Sequence[str], enemies: Sequence[s
 
 
 def _cause(cause: str) -> str:
-    return cause if cause.split()[0].endswith(("ed", "en")) else f"died ({cause})"
+    return cause if cause.partition(" ")[0].endswith(("ed", "en")) else f"died ({cause})"
 
 
 def _aged(state: Mapping[str, Any]) -> str:

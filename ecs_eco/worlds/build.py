@@ -240,7 +240,7 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
     if not alone or path is not None or not isinstance(source, str | Path):
         brain = fresh_brain(world.config, table.name, species.policy, shape, seed)
     if path is not None and brain is not None:
-        load_weights(brain, path, table.name)
+        load_weights(brain, path, world.config, table.name)
     elif brain is not None and not isinstance(source, str | Path):
         take_weights(brain, source, table.name)
     chosen = learn.get(table.name) if isinstance(learn, Mapping) else learn

@@ -4,7 +4,7 @@ and how they are had again."""
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -80,15 +80,67 @@ def take_weights(brain: PolicyNetwork, module: Any, name: str) -> None:
                                    source="policies")]) from None
 
 
-def load_weights(brain: PolicyNetwork, path: Path, name: str) -> None:
-    """Load trained weights; raises ConfigError that says what is wrong with the file."""
+def load_weights(brain: PolicyNetwork, path: Path, config: WorldConfig, name: str) -> None:
+    """Load trained weights of a species; raises ConfigError that says what is wrong with the file.
+
+    Of a file without names only the shapes are checked.
+    """
     from ecs_eco.learning import weights
 
     try:
-        brain.load(weights.read(read_bytes(path, MOST_BYTES_OF_WEIGHTS)))
+        arrays, names = weights.read(read_bytes(path, MOST_BYTES_OF_WEIGHTS))
+        if names is not None:
+            _require_names(names, names_of(config, name))
+        brain.load(arrays)
     except (ValueError, OSError) as error:
         raise ConfigError([Problem(("species", name, "policy"), str(error), str(path),
                                    "weights of this species' network")]) from None
+
+
+def names_of(config: WorldConfig, name: str) -> dict[str, Any]:
+    """Return the names that a file of weights has of its species, as `ecs_eco.learning.weights` keeps them.
+    """
+    from ecs_eco import __version__
+
+    species = config.species[name]
+    gaits = {} if species.locomotion is None else dict(species.locomotion.speed)
+    return {"channels": list(species.channels(config.dims)), "options": species.groups(), "gaits": gaits,
+            "version": __version__}
+
+
+def name_weights(path: str | Path, config: WorldConfig, name: str) -> Path:
+    """Write the names of a species into a file of weights, whose weights stay as they are: for a file that
+    has none, or whose species was renamed since. Raises ValueError, OSError."""
+    from ecs_eco.learning import weights
+
+    return weights.save(path, weights.load(path), names_of(config, name))
+
+
+def _require_names(theirs: Mapping[str, Any], mine: Mapping[str, Any]) -> None:
+    """Raise ValueError for weights of a species that senses or chooses in other names, or in another order.
+    """
+    for word in ("channels", "options", "gaits"):
+        file = _in_order(theirs, word)
+        here = _in_order(mine, word, file)
+        if file == here:
+            continue
+        lacking, new = ([x for x in some if x not in others] for some, others in ((file, here), (here, file)))
+        what = f"in the file {listed(file)}, here the same in another order, {listed(here)}"
+        if lacking or new:
+            what = "; ".join(f"{listed(some)} only {where}"
+                             for some, where in ((lacking, "in the file"), (new, "here")) if some)
+        raise ValueError(f"was trained with other {word}: {what}")
+
+
+def _in_order(names: Mapping[str, Any], word: str, first: Sequence[str] = ()) -> list[str]:
+    """Return names in the order that matters to a policy: gaits from slow to fast, those as fast as each
+    other as in `first`; options with their groups."""
+    if word == "options":
+        return [f"{group}.{option}" for group, options in names[word].items() for option in options]
+    if word == "gaits":
+        speeds = names[word]
+        return sorted(dict.fromkeys([*(g for g in first if g in speeds), *speeds]), key=speeds.__getitem__)
+    return list(names[word])
 
 
 def require_policies(config: WorldConfig, policies: Any) -> None:

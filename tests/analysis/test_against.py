@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from ecs_eco.analysis.against import compare, outside_of, read_outside, summary
+from ecs_eco.analysis.against import compare, summary
 from ecs_eco.analysis.runs import Series
+from ecs_eco.config.measurements import outside_of, read_outside
 from ecs_eco.engine.errors import ConfigError
 
 HARE_LYNX = """year,lynx,hare

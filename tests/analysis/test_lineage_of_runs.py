@@ -109,7 +109,10 @@ def test_the_command_says_every_species_and_prunes_to_the_living(run, tmp_path):
     assert [line for line in result.output.splitlines()
             if not line.startswith(" ")][:3] == ["moss", "ram", "lynx"]
     lineage = Lineage.read(run)
-    assert len(parsed((tmp_path / "all.nwk").read_text().strip())) == len(lineage.living()) < len(lineage)
+    tree = parsed((tmp_path / "all.nwk").read_text().strip())
+    tips = {int(uid) for uid in tree} - {int(parent) for parent, _ in tree.values() if parent}
+    assert tips <= set(lineage.uid[lineage.died < 0].tolist()) <= set(map(int, tree))
+    assert len(tree) < len(lineage)
 
 
 @pytest.mark.parametrize(

@@ -198,3 +198,17 @@ def test_the_command_line_hands_it_on_and_refuses_other_words(tmp_path):
     refused = run("bad", "some")
     assert (refused.exit_code, (tmp_path / "bad").exists()) == (2, False)
     assert "allowed: focal=N with N from 1 to 1000000, or full" in refused.output
+
+
+def test_the_rewards_of_a_life_add_up_to_the_least_happiness_minus_the_first(menagerie, tmp_path):
+    _run(menagerie(), tmp_path / "run", ticks=60, record="full")
+    details = _details(tmp_path / "run", "ram")
+    deaths = {d["uid"]: d["tick"] for d in read_parts(tmp_path / "run" / "deaths").to_pylist()}
+    lives = 0
+    for uid in np.unique(details["uid"]).tolist():
+        own = details["uid"] == uid
+        tick, happiness, reward = (details[name][own] for name in ("tick", "happiness", "reward"))
+        last = -1.0 if deaths.get(uid) == tick[-1] else happiness[-1]
+        assert reward.sum(dtype=float) == pytest.approx(last - happiness[0], abs=1e-5)
+        lives += tick.size > 1 and last == -1.0
+    assert lives > 5

@@ -12,6 +12,7 @@ from ecs_eco import World
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record import fork, resume, run_to_folder
 from ecs_eco.record.parquet import read_parts
+from ecs_eco.runs.repeat import repeat
 from ecs_eco.runs.run import Stopped
 
 TICKS = 40
@@ -254,3 +255,16 @@ def test_a_part_that_is_gone_is_missed(menagerie, tmp_path):
     (tmp_path / "run" / "series" / "part-00001.parquet").unlink()
     with pytest.raises(RecordingError, match="1 of 3 parts of series are missing"):
         load_series(tmp_path / "run")
+
+
+@pytest.mark.parametrize("done", [0, 1, 5, 6, 7])
+def test_a_run_with_interventions_still_to_come_is_repeated(tmp_path, done):
+    interventions = [{"kind": "cull", "at": 2, "every": 3, "species": "moss", "count": 1},
+                     {"kind": "add", "at": 6, "species": "moss", "count": 2}]
+    config = {"format": 1, "name": "bog", "ticks": 7, "space": {"size": [9.0, 9.0]},
+              "species": {"moss": {"count": 20, "body": {"radius": 0.1}}}, "interventions": interventions}
+    run_to_folder(config, 1, done, tmp_path / "run", report=False)
+    repeated = repeat(tmp_path / "run")
+    assert repeated["same"]
+    assert repeated["interventions"] == {0: 0, 1: 0, 5: 1, 6: 2, 7: 3}[done]
+    assert repeat(tmp_path / "run", tmp_path / "again")["same"]

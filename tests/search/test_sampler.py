@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ecs_eco.analysis.against import Outside
 from ecs_eco.analysis.runs import Series
 from ecs_eco.config import load
+from ecs_eco.config.measurements import Outside
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.search import search
 from ecs_eco.search.fit import Fit, sampled, statistics

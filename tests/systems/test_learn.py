@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from ecs_eco.components import Metabolism, Nervous
+from ecs_eco import System
+from ecs_eco.components import Experience, Metabolism, Nervous
 
 POLICY = {
     "policy": {"kind": "shared", "hidden": [4]},
@@ -94,3 +95,32 @@ def test_a_species_that_does_not_learn_keeps_its_weights(meadow):
     world.run(10)
     assert all((v == before[k]).all() for k, v in brain.state().items())
     assert _learner(world) is None
+
+
+class Praise(System):
+    """Each animal is rewarded with the last digit of its uid, in place of its happiness."""
+
+    needs = (Nervous,)
+    phase = "feel"
+
+    def update(self, table, world):
+        table[Nervous].reward[table.alive] = table.uid[table.alive] % 10
+
+
+@pytest.mark.parametrize("kind", ["shared", "individual"])
+def test_a_reward_that_a_system_writes_in_feel_is_what_the_learner_gets(meadow, kind):
+    world = meadow(count=3, options=OPTIONS | {"systems": [Praise()]}, metabolism={"basal": 0.0},
+                   locomotion={"cost": {"walk": 0.0, "run": 0.0}},
+                   **POLICY | {"policy": {"kind": kind, "hidden": [4]}, "ppo": {"horizon": 16, "epochs": 1}})
+    table = world.tables["deer"]
+    table[Metabolism].energy[table.rows()] = 0.5
+    world.run(2)
+    rows, digit = table.by_uid(), np.sort(table.uid[table.rows()]) % 10
+    if kind == "individual":
+        assert table[Experience].reward[rows][:, 0].tolist() == digit.tolist()
+        return
+    world.kill(int(table.uid[rows[0]]))
+    world.run(1)  # praised again, then one dies
+    steps = table.species.nerves.learner.rollout.steps
+    rewards = [steps["reward"][steps["row"] == row].tolist() for row in rows]
+    assert rewards == [[digit[0], digit[0], -1.0 - 0.5], [digit[1], digit[1], 0], [digit[2], digit[2], 0]]

@@ -8,23 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.analysis import figures
-from ecs_eco.analysis.against import (
-    KEPT,
-    MOST_ROWS,
-    Both,
-    Outside,
-    Summary,
-    compare,
-    living,
-    numbers_of,
-    outside_of,
-)
+from ecs_eco.analysis.against import KEPT, Both, Summary, compare, living, numbers_of
 from ecs_eco.analysis.page import number, picture, table
 from ecs_eco.analysis.palette import AXIS
 from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.signature import spectrum
 from ecs_eco.analysis.spectrum import thin
 from ecs_eco.analysis.style import PALETTE, panels, styled
+from ecs_eco.config.measurements import MOST_ROWS, Outside, outside_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

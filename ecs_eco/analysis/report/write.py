@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.analysis import measures
-from ecs_eco.analysis.against import Outside, read_outside
 from ecs_eco.analysis.cycles import CycleStatistics, cycle_statistics
 from ecs_eco.analysis.page import number, page, table, write_text
 from ecs_eco.analysis.report import depth, flows, genes, learning, matter, tables
@@ -20,6 +19,7 @@ from ecs_eco.analysis.report.pictures import draw
 from ecs_eco.analysis.report.recorded import ages_at_death
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.style import as_delivered
+from ecs_eco.config.measurements import Outside, read_outside
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.garbage import uncollected
 

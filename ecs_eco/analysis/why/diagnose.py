@@ -56,7 +56,7 @@ def diagnose(case: Case) -> dict[str, Any]:
     """The verdict on a run, with evidence, confidence 0 … 1 and the runner-up."""
     fallen = falls(case)
     if not fallen:
-        verdict = "healthy" if case.series.present.any() else "nobody"
+        verdict = "healthy" if case.series.n.any() else "nobody"
         return {"verdict": verdict, "species": None, "victim": None, "confidence": _safety(case),
                 "runner_up": None, "evidence": {"weights": {}}, "fell": []}  # fmt: skip
     by_species = {f.species: f for f in fallen}

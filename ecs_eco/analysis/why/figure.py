@@ -78,7 +78,7 @@ def _numbers(ax: Any, case: Case, findings: Mapping[str, Any]) -> None:
         n = series.n[:, i]
         alive = np.where(n > 0, n, np.nan)
         ax.plot(series.ticks, alive, color=hue[s], label=s, ls=DASHES[i % len(DASHES)], lw=1.7)
-        if not np.isnan(series.extinct[i]) and series.present[i]:
+        if not np.isnan(series.extinct[i]) and n.any():
             last = int(np.flatnonzero(n)[-1])
             ax.plot(series.extinct[i], n[last], "x", color=hue[s], ms=10, mew=2.6, zorder=5, clip_on=False)
             ax.axvline(series.extinct[i], color=hue[s], lw=0.9, ls=":", zorder=1)

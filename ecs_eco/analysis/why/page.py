@@ -90,7 +90,7 @@ def _flows(case: Case, species: str) -> dict[str, float]:
 def _lowest(case: Case, species: str) -> dict[str, Any]:
     n = case.series.of(species)
     here = np.flatnonzero(n)
-    at = int(here[0] + n[here[0] :].argmin())
+    at = int(here[0] + n[here[0] :].argmin()) if here.size else 0  # it was gone within its first tick
     low, mean = int(n[at]), float(n.mean())
     return {"n": low, "tick": int(case.series.ticks[at]), "mean": mean, "end": int(n[-1]),
             "near": low < max(3, NEAR * mean)}

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis.extinction import decline
 from ecs_eco.analysis.page import number
 from ecs_eco.analysis.runs import DIED
 from ecs_eco.analysis.why.case import Case
@@ -39,7 +40,8 @@ def headline(case: Case, findings: Mapping[str, Any]) -> str:
     if not len(series.ticks):
         return "The run has no ticks."
     if verdict == "healthy":
-        text = f"Nothing died out in {len(series.ticks):,} tick{'s' * (len(series.ticks) != 1)}."
+        late = "" if series.persisted else " after the first tick"
+        text = f"Nothing died out{late} in {len(series.ticks):,} tick{'s' * (len(series.ticks) != 1)}."
     elif verdict == "nobody":
         text = "Nobody lived at the end of any tick."
     else:
@@ -60,7 +62,10 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
         if f["deaths"]:
             yield _died_of(case, f)
     for s, low in findings["lowest"].items():
-        if s not in {f["species"] for f in findings["fell"]}:
+        if not low["mean"]:
+            end = decline(case.series, s)
+            yield f"{s} died out in the first tick: {end.shares() if end else 'it was never there'}."
+        elif s not in {f["species"] for f in findings["fell"]}:
             near = (f"{s} came near: {low['n']:,} were left"
                     if low["near"] else f"{s} never fell below {low['n']:,}")
             yield f"{near} (tick {low['tick']:,}); {low['mean']:,.0f} on average, {low['end']:,} at the end."

@@ -54,7 +54,8 @@ def lineage(
                                                 help="Write the tree along first parents.")] = None,
     species: Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")] = None,
     living: Annotated[bool, typer.Option("--living",
-                                         help="Write only the living and their ancestors.")] = False,
+                                         help="Write only the living and their ancestors; in a tree, "
+                                              "those along first parents.")] = False,
 ) -> None:
     """Print and write the lineages of a run."""
     from ecs_eco.cli.lineage import tell_lineage

@@ -5,11 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import Problem, listed, nearest
+from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+
+
+def check_measurements(config: WorldConfig) -> list[Problem]:
+    """The problems of the file of [data], as `ecs_eco.config.measurements` finds them."""
+    if config.data is None:
+        return []
+    from ecs_eco.config.measurements import measured
+
+    try:
+        measured(config)
+    except ConfigError as error:
+        return list(error.problems)
+    return []
 
 
 def check_data(config: WorldConfig) -> Iterator[Problem]:
-    """The problems of names; the file is read where it is used."""
+    """The problems of names."""
     if config.data is None:
         return
     known, taken = [*config.species, *config.reporters], set()

@@ -5,9 +5,9 @@ import json
 import numpy as np
 from typer.testing import CliRunner
 
-from ecs_eco.analysis.against import Outside
 from ecs_eco.analysis.report.against import blocks
 from ecs_eco.analysis.runs import Series
+from ecs_eco.config.measurements import Outside
 from tests.analysis.test_against import HARE_LYNX, waves
 
 

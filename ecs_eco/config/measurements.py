@@ -1,0 +1,149 @@
+"""Reading measurements: an outside series, from a CSV file, whose times are evenly spaced."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+
+FEWEST = 12
+"""Fewest samples that are measured."""
+MOST_BYTES = 20_000_000
+MOST_ROWS = 1000
+
+
+class Place(NamedTuple):
+    """Where an outside series is asked for, for messages: keys, and their source."""
+
+    file: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    of_file: str = "--against"
+    of_columns: str = "--match"
+
+
+IN_WORLD = Place(("data", "file"), ("data", "columns"), "", "")
+
+
+class Outside(NamedTuple):
+    """An outside series: evenly spaced times f64[n], and columns f64[n] by the name of the species or
+    reporter that each stands beside; `named` is what the file calls them."""
+
+    times: np.ndarray
+    columns: dict[str, np.ndarray]
+    named: dict[str, str]
+    unit: str  # of its time
+    ticks: float | None = None  # of a run in a unit of its time, where that is known
+
+    @property
+    def step(self) -> float:
+        """Time from one sample to the next."""
+        return float(self.times[1] - self.times[0])
+
+
+def outside_of(data: Mapping[str, Any], folder: Path, names: Sequence[str], source: str = "") -> Outside:
+    """Read the outside series of a world, whose [data] is `data`; `names` are those of its species and
+    reporters. Raises ConfigError."""
+    place = IN_WORLD._replace(of_file=source, of_columns=source)
+    read = read_outside(folder / data["file"], names, data.get("columns"), place, data.get("time"))
+    return read._replace(unit=data.get("unit") or read.unit, ticks=data.get("ticks"))
+
+
+def measured(config: Any, source: str = "") -> Outside | None:
+    """Read the outside series of a world; None where it has none, or is no file and has none at hand.
+
+    Raises ConfigError, with `source` as the place of its problems.
+    """
+    data = config.data
+    if data is None or not ((config.folder / config._source).is_file() or config.file(data.file).is_file()):
+        return None
+    return outside_of(data.model_dump(), config.folder, [*config.species, *config.reporters], source)
+
+
+def read_outside(file: str | Path, names: Sequence[str], match: Mapping[str, str] | None = None,
+                 place: Place | None = None, time: str | None = None) -> Outside:
+    """Read a CSV whose column `time`, or the first, is time; `match` gives the species or reporter, of
+    `names`, that a column stands beside, where it is not named as one.
+
+    Rows without a number in a column that is used are left out at the ends. Raises ConfigError.
+    """
+    place = place or Place()
+    head, rows = _rows(Path(file), place)
+    if time is not None and time not in head:
+        raise ConfigError([Problem((*place.file[:-1], "time"), "no column of this name", time, listed(head),
+                                   nearest(time, head), place.of_file)])
+    time = time or head[0]
+    named = _named(file, [name for name in head if name != time], names, match or {}, place)
+    table = np.array([[_number(row[head.index(name)]) for name in (time, *named)] for row in rows], float)
+    table = table.reshape(-1, 1 + len(named))
+    whole = np.flatnonzero(np.isfinite(table).all(1))
+    table = table[whole[0] : whole[-1] + 1] if whole.size else table[:0]
+    faults = (
+        (not FEWEST <= len(table) <= MOST_ROWS or not np.isfinite(table).all(),
+         f"has {len(whole):,} rows of numbers, or gaps between them",
+         f"{FEWEST} rows at least, {MOST_ROWS:,} at most, one after the other"),
+        (not _even(table[:, 0]), f"its times ({time}) are not evenly spaced",
+         "times that rise by the same step"),
+        ((table[:, 1:] < 0).any(), "has numbers below 0", "counts or densities"),
+        (not table[:, 1:].any(0).all(), "has a column of zeros alone", "counts or densities"),
+    )
+    for wrong, fault, allowed in faults:
+        if wrong:
+            raise _refused(place, fault, file, allowed)
+    columns = {name: table[:, 1 + k] for k, name in enumerate(named.values())}
+    return Outside(table[:, 0], columns, {v: k for k, v in named.items()}, time)
+
+
+def _named(file: str | Path, head: list[str], names: Sequence[str], match: Mapping[str, str],
+           place: Place) -> dict[str, str]:
+    """The columns that are used, and what each stands beside."""
+    named = {name: name for name in head if name in names}
+    for column, name in match.items():
+        for what, value, known in (("column", column, head), ("species or reporter", name, names)):
+            if value not in known:
+                raise ConfigError([Problem((*place.columns, *(place.columns and (column,))),
+                                           f"no {what} of this name", value, listed(known),
+                                           nearest(value, known), place.of_columns)])
+        named = {k: v for k, v in named.items() if v != name} | {column: name}
+    if not named:
+        how = "[data] columns = { COLUMN = \"SPECIES\" }" if place.columns else "--match COLUMN=SPECIES"
+        raise _refused(place, "no column is named as a species", file,
+                       f"{how}, of columns {listed(head)} and species {listed(names)}")
+    return named
+
+
+def _even(times: np.ndarray) -> bool:
+    steps = np.diff(times)
+    return bool((steps > 0).all() and np.ptp(steps) <= 0.02 * steps.mean()) if len(steps) else True
+
+
+def _rows(file: Path, place: Place) -> tuple[list[str], list[list[str]]]:
+    try:
+        if file.stat().st_size > MOST_BYTES:
+            raise OSError(f"is longer than {MOST_BYTES:,} bytes")
+        rows = [row for row in csv.reader(file.read_text(encoding="utf-8-sig").splitlines()) if any(row)]
+    except (OSError, ValueError, csv.Error) as error:
+        fault = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise _refused(place, fault, file, "a CSV file with a head") from None
+    if not rows or len(rows[0]) < 2:
+        raise _refused(place, "has no head of two columns", file, "time, then numbers")
+    head = [name.strip() for name in rows[0]]
+    if short := next((i for i, row in enumerate(rows[1:], 2) if len(row) != len(head)), None):
+        raise _refused(place, f"row {short} has not as many columns as the head", file,
+                       f"{len(head)} columns")
+    return head, rows[1:]
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")
+
+
+def _refused(place: Place, what: str, file: str | Path, allowed: str) -> ConfigError:
+    return ConfigError([Problem(place.file, what, str(file), allowed, source=place.of_file)])

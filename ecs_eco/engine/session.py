@@ -1,0 +1,70 @@
+"""Functions and classes of a notebook, or of another interactive session: their source, in no file."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import linecache
+import sys
+from collections.abc import Iterator
+from types import CodeType
+from typing import Any
+
+
+def is_interactive() -> bool:
+    """Return whether `__main__` is a session: in IPython and Jupyter it has the cells, as `In`; elsewhere it
+    is no file."""
+    main = sys.modules.get("__main__")
+    return hasattr(main, "In") or getattr(main, "__file__", None) is None
+
+
+def source_of(name: str) -> str | None:
+    """Return the source of a function or class of `__main__` as it is now, with its decorators; where there
+    is none, what it was compiled to. None where nothing of this name was defined there."""
+    thing: Any = sys.modules.get("__main__")
+    for part in name.split("."):
+        thing = getattr(thing, part, None)
+    thing = getattr(thing, "py_func", thing)  # of a kernel
+    if getattr(thing, "__module__", None) != "__main__" or not hasattr(thing, "__qualname__"):
+        return None
+    last = name.rpartition(".")[2]
+    found = (source for text in _cells(thing) if (source := _definition(text, last)) is not None)
+    return next(found, None) or repr(_compiled(thing))
+
+
+def _cells(thing: Any) -> Iterator[str]:
+    """Yield the cells in which its functions were written; then all cells of the session, the last first."""
+    functions = [thing, *vars(thing).values()] if inspect.isclass(thing) else [thing]
+    for file in dict.fromkeys(f.__code__.co_filename for f in functions if inspect.isfunction(f)):
+        yield "".join(linecache.getlines(file))
+    yield from reversed(getattr(sys.modules["__main__"], "In", ()))
+
+
+def _definition(text: str, name: str) -> str | None:
+    """Return the lines of the last definition of a name in a text, None where there is none."""
+    try:
+        nodes = [node for node in ast.walk(ast.parse(text))
+                 if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == name]
+    except (SyntaxError, ValueError):
+        return None
+    if not nodes:
+        return None
+    first = min([nodes[-1].lineno, *(decorator.lineno for decorator in nodes[-1].decorator_list)])
+    return "\n".join(text.splitlines()[first - 1 : nodes[-1].end_lineno])
+
+
+def _compiled(thing: Any) -> Any:
+    """Return what a function or class is made of, as numbers and texts that do not change from session to
+    session."""
+    if inspect.isclass(thing):
+        return [[name, _compiled(value)] for name, value in sorted(vars(thing).items())
+                if name not in ("__dict__", "__weakref__", "__firstlineno__")]
+    if inspect.isfunction(thing):
+        return [_compiled(thing.__code__), _compiled(thing.__defaults__)]
+    if isinstance(thing, CodeType):
+        return [thing.co_code, thing.co_names, _compiled(thing.co_consts)]
+    if isinstance(thing, tuple | list):
+        return [_compiled(part) for part in thing]
+    if isinstance(thing, dict):
+        return [[str(key), _compiled(value)] for key, value in thing.items()]
+    return thing if isinstance(thing, str | bytes | int | float | complex | None) else type(thing).__name__
