@@ -21,7 +21,7 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.lifecycle import sizes
 from ecs_eco.lifecycle.broods import Brood, name, small_brood
-from ecs_eco.lifecycle.founders import newcomers
+from ecs_eco.lifecycle.founders import future, newcomers
 from ecs_eco.lifecycle.places import Around, around, find_places
 from ecs_eco.space.geometry import cell_of
 
@@ -97,7 +97,10 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     alone = not world.bands.divided
     litters = None if alone else world.bands.litters(
         litters_of(table, parents, number, given, fathers), around(table, way, parents))
-    asked, come = number if litters is None else litters.number, immigrants(table, world, way)
+    asked, come = number if litters is None else litters.number, 0
+    if rate := getattr(way, "immigration", 0.0):  # the integer part, and one more by chance for the rest
+        come = int(rate * world.dt + float(random.draw(world.key, np.uint64(table.place),
+                                                       random.BIRTH + (2 << 8))))
     wanted = sum(asked.tolist()) + come
     n = room(table, world, wanted)
     if n < wanted:
@@ -131,19 +134,6 @@ def _bear(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, numb
             fathers = (fathers if litters is None else litters.father)[brood.which]
         request(table, world, parents, litters, brood, fathers, sperm)
     return born
-
-
-def immigrants(table: Table, world: SpatialWorld, way: Any) -> int:
-    """Return how many immigrants come in this tick: the integer part of rate × dt, and one more with the
-    probability of the rest."""
-    rate = getattr(way, "immigration", 0.0)
-    return int(rate * world.dt + float(random.draw(world.key, np.uint64(table.place),
-                                                   random.BIRTH + (2 << 8)))) if rate else 0
-
-
-def future(world: SpatialWorld, table: Table, n: int) -> np.ndarray:
-    """Return identities u64[n] of newcomers: uids to come, of which no draw has been made yet."""
-    return np.arange(n, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
 
 
 def litters_of(table: Table, parents: np.ndarray, number: np.ndarray, given: np.ndarray,

@@ -49,13 +49,16 @@ class Spread(System):
     """
 
     needs = (Position, Metabolism)
-    rivals = True
     phase = "reproduce"
 
     @cached_property
     def _grounds(self) -> dict[str, tuple[Any, ...]]:
         """By table: size of the space and way of spreading, and the sites that follow from them."""
         return {}
+
+    def competes(self, table: Table) -> bool:
+        """Return whether a species takes what it needs from the soil."""
+        return bool(table.species.born_with == "soil")
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species of plants spread."""
