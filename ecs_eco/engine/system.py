@@ -18,26 +18,30 @@ class System(Scheduled):
     """What happens to all entities that have the components in `needs`, once a tick.
 
     A subclass declares `needs` (components) and `phase`, and defines `update(table, world)`, called for every
-    table that has them all, in the order in which tables were added; with `rivals`, in an order drawn in each
-    tick, so that no table is always first. A system that joins tables overrides `process`. `acts` are the
-    groups of actions that it carries out, beyond those that every world knows: species may use them.
+    table that has them all, in the order in which tables were added; where several of them compete, in an
+    order drawn in each tick. A system that joins tables overrides `process`. `acts` are the groups of actions
+    that it carries out, beyond those that every world knows: species may use them.
     """
 
     needs: tuple[type, ...] = ()
     acts: tuple[str, ...] = ()
-    rivals = False  # whether tables compete in it: their order is then drawn in each tick
     world: World
-    # the tables that have what it needs, and what that was found from
-    _fitting: tuple[tuple[Any, ...], list[Table]] = ((), [])
+    # the tables that have what it needs, what that was found from, and whether several of them compete
+    _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)
 
     def process(self, *args: Any, **kwargs: Any) -> None:
         """Update every table that has the needed components."""
         world = self.world
         now = Noted.changes, self.needs, world
         if self._fitting[0] != now:
-            self._fitting = now, [t for t in world.tables.values() if t.has(self.needs)]
-        for table in self._drawn() if self.rivals and len(self._fitting[1]) > 1 else self._fitting[1]:
+            tables = [t for t in world.tables.values() if t.has(self.needs)]
+            self._fitting = now, tables, sum(map(self.competes, tables)) > 1
+        for table in self._drawn() if self._fitting[2] else self._fitting[1]:
             self.update(table, world)
+
+    def competes(self, table: Table) -> bool:
+        """Return whether a table takes what others of its kind may want, too: none should always be first."""
+        return False
 
     def _drawn(self) -> list[Table]:
         """Return the tables in an order drawn for their names."""

@@ -209,10 +209,8 @@ class World:
         return found
 
     def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
-        """Yield (uid, handle, …) for all living entities that have these components, in the order of uids.
-
-        Those that die within the loop before it comes to them are left out, and the newborn too.
-        """
+        """Yield (uid, handle, …) for all living entities that have these components, in the order of uids;
+        not for those that die or are born within the loop."""
         living = [(int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components)
                   for r in t.rows()]
         for uid, table, row in sorted(living, key=lambda one: one[0]):

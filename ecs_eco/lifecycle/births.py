@@ -21,7 +21,7 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.lifecycle import sizes
 from ecs_eco.lifecycle.broods import Brood, name, small_brood
-from ecs_eco.lifecycle.founders import newcomers
+from ecs_eco.lifecycle.founders import future, newcomers
 from ecs_eco.lifecycle.places import Around, around, find_places
 from ecs_eco.space.geometry import cell_of
 
@@ -74,13 +74,18 @@ def room(table: Table, world: SpatialWorld, wanted: int) -> int:
     return n
 
 
-def share_out(world: SpatialWorld, uid: np.ndarray, number: np.ndarray, n: int) -> np.ndarray:
-    """Return how many newborn of each litter get one of `n` places, i64[k]: each of the `number` i64[k]
-    newborn of parents `uid` u64[k] has the same probability."""
+def share_out(table: Table, world: SpatialWorld, uid: np.ndarray, number: np.ndarray, come: int,
+              n: int) -> tuple[np.ndarray, int]:
+    """Return how many newborn of each litter, i64[k], and how many immigrants get one of `n` places: each of
+    the `number` i64[k] newborn of parents `uid` u64[k] and of those that `come` has the same probability."""
+    uid = np.concatenate([uid, future(world, table, come)])
+    number = np.concatenate([number, np.ones(come, np.int64)])
     wanted = int(number.sum())
     which, identity = np.empty(wanted, np.int64), np.empty(wanted, np.uint64)
     name(uid, number, which, identity)
-    return np.bincount(which[random.by_lot(world.key, identity, random.LOT)[:n]], minlength=uid.size)
+    lucky = random.by_lot(world.key, identity, random.LOT)[:n]
+    got = np.bincount(which[lucky], minlength=uid.size)
+    return got[: uid.size - come], int(got[uid.size - come :].sum())
 
 
 def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, number: np.ndarray,
@@ -97,53 +102,35 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     alone = not world.bands.divided
     litters = None if alone else world.bands.litters(
         litters_of(table, parents, number, given, fathers), around(table, way, parents))
-    asked, come = number if litters is None else litters.number, immigrants(table, world, way)
+    asked = number if litters is None else litters.number
+    come = immigrants(table, world, way.immigration) if way.kind != "sexual" and way.immigration else 0
     wanted = sum(asked.tolist()) + come
-    n = room(table, world, wanted)
+    n, born = room(table, world, wanted), None
     if n < wanted:
         uid = table.uid[parents] if litters is None else litters.uid
-        asked = share_out(world, np.concatenate([uid, future(world, table, come)]),
-                          np.concatenate([asked, np.ones(come, np.int64)]), n)
-        asked, come = asked[: uid.size], int(asked[uid.size :].sum())
+        asked, come = share_out(table, world, uid, asked, come, n)
         number, litters = (asked, None) if litters is None else (number, litters._replace(number=asked))
-    born = np.zeros(parents.size, np.int64)
     if n > come:
-        born = _bear(table, world, way, parents, number, given, litters, n - come, fathers, sperm)
+        found = small_brood(table, world, way, parents, number, given, n - come) if alone else None
+        if found is None:
+            litters = litters or litters_of(table, parents, number, given, fathers)
+            found = any_brood(table, world, way, parents, litters, n - come)
+        brood, born = found
+        if brood.which.size:
+            if fathers is not None:
+                fathers = (fathers if litters is None else litters.father)[brood.which]
+            request(table, world, parents, litters, brood, fathers, sperm)
     if come:
         table.request(np.zeros(come, np.uint64), newcomers(table, world, table.species.config,
                                                            future(world, table, come)))
-    return born
+    return np.zeros(parents.size, np.int64) if born is None else born
 
 
-def _bear(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, number: np.ndarray,
-          given: np.ndarray, litters: Litters | None, n: int, fathers: np.ndarray | None,
-          sperm: np.ndarray | None) -> np.ndarray:
-    """Request the `n` newborn of litters for which there is room; return how many of each parent's have a
-    place."""
-    alone = litters is None
-    found = small_brood(table, world, way, parents, number, given, n) if alone else None
-    if found is None:
-        litters = litters or litters_of(table, parents, number, given, fathers)
-        found = any_brood(table, world, way, parents, litters, n)
-    brood, born = found
-    if brood.which.size:
-        if fathers is not None:
-            fathers = (fathers if litters is None else litters.father)[brood.which]
-        request(table, world, parents, litters, brood, fathers, sperm)
-    return born
-
-
-def immigrants(table: Table, world: SpatialWorld, way: Any) -> int:
+def immigrants(table: Table, world: SpatialWorld, rate: float) -> int:
     """Return how many immigrants come in this tick: the integer part of rate × dt, and one more with the
     probability of the rest."""
-    rate = getattr(way, "immigration", 0.0)
     return int(rate * world.dt + float(random.draw(world.key, np.uint64(table.place),
-                                                   random.BIRTH + (2 << 8)))) if rate else 0
-
-
-def future(world: SpatialWorld, table: Table, n: int) -> np.ndarray:
-    """Return identities u64[n] of newcomers: uids to come, of which no draw has been made yet."""
-    return np.arange(n, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
+                                                   random.BIRTH + (2 << 8))))
 
 
 def litters_of(table: Table, parents: np.ndarray, number: np.ndarray, given: np.ndarray,

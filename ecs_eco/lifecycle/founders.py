@@ -20,6 +20,11 @@ NERVOUS_SPREAD = 0.25  # hungry to well fed, lest all that must find food starve
 Values = dict[tuple[type, str], np.ndarray]
 
 
+def future(world: SpatialWorld, table: Table, n: int) -> np.ndarray:
+    """Return identities u64[n] of newcomers: uids to come, which no draw has used yet."""
+    return np.arange(n, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
+
+
 def newcomers(table: Table, world: SpatialWorld, kind: Any, identity: np.ndarray, within: Any = None,
               place: Sequence[float] | None = None) -> Values:
     """Return the columns of newcomers of a species or object type, drawn for `identity` u64[k];

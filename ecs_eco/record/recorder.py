@@ -61,17 +61,15 @@ class Recorder(System):
         if (s := len(self.names)) > MOST_SPECIES:
             raise ValueError(f"Recorder: the world has {s} species; allowed are at most {MOST_SPECIES}")
         self.place = {name: i for i, name in enumerate(self.names)}
-        self.n_causes = 0
         self._tick = np.zeros((block, s), np.int64)
         island = is_island(world)
         self._counts = np.zeros((block, s), ISLAND_COUNTS_ROW if island else COUNTS_ROW)
         self.means = ("energy_mean", "happiness_mean", *(("depth_mean",) if world.space.volume else ()))
         self._numbers = self._counts.view(np.int32).reshape(block, s, -1)  # the same, by COUNTS_ROW
         self._means = np.zeros((block, s), np.dtype([(name, np.float32) for name in self.means]))
-        self._moods = np.zeros((block, s))  # sums of happiness
+        self._moods, self._high = np.zeros((block, s)), np.zeros(s, np.int64)  # sums of happiness
         self._ledger = np.zeros((block, s), ISLAND_LEDGER_ROW if island else LEDGER_ROW)
         self._sums = self._ledger.view(np.float64).reshape(block, s, -1)  # the same, by LEDGER
-        self._high = np.zeros(s, np.int64)
         tables = [world.tables[name] for name in self.names]
         self._held = Addresses(lambda: [held_by(table) for table in tables])
         self._noted = Addresses(lambda: [noted_of(table) for table in tables])
@@ -257,10 +255,7 @@ class Recorder(System):
         for name in PAGES:
             array = getattr(self, f"_{name}")
             array[...] = 0
-            page = state[f"page/{name}"]
-            if name == "counts" and page.shape[-1] < self._numbers.shape[-1]:  # of before births were refused
-                page = np.insert(page, REFUSED, 0, axis=-1)
-            array[0] = _as_rows(page, array.dtype)
+            array[0] = _as_rows(state[f"page/{name}"], array.dtype)
         self._events = {kind: [] for kind in EVENTS}
         for kind, names in EVENTS.items():
             if f"{kind}/tick" in state:
@@ -349,4 +344,7 @@ def _as_plain(rows: np.ndarray) -> np.ndarray:
 
 
 def _as_rows(array: np.ndarray, dtype: np.dtype[Any]) -> np.ndarray:
-    return unstructured_to_structured(array, dtype) if dtype.names else array
+    names = dtype.names or ()
+    if "refused" in names and array.shape[-1] < len(names):  # recorded before such births were counted
+        array = np.insert(array, REFUSED, 0, axis=-1)
+    return unstructured_to_structured(array, dtype) if names else array

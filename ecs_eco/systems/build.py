@@ -31,8 +31,11 @@ class Build(System):
     """
 
     needs = (Position, Body, Metabolism)
-    rivals = True
     phase = "interact"
+
+    def competes(self, table: Table) -> bool:
+        """Return whether a species builds."""
+        return bool(table.species.builds)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species build."""

@@ -15,7 +15,7 @@ from ecs_eco.engine.errors import unknown_name
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import room
 from ecs_eco.lifecycle.doses import dose_bodies, dose_field
-from ecs_eco.lifecycle.founders import newcomers
+from ecs_eco.lifecycle.founders import future, newcomers
 from ecs_eco.space.gate import newborn
 from ecs_eco.space.region import Region
 
@@ -80,10 +80,9 @@ class Intervene(System):
         count = room(table, world, order.count)
         if count == 0:
             return
-        # future uids: no draw has used them yet
-        identities = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
         within = None if order.region is None else Region(world.space, order.region)
-        values = newcomers(table, world, table.species.config, identities, within, order.at_place)
+        values = newcomers(table, world, table.species.config, future(world, table, count), within,
+                           order.at_place)
         values = newborn(world, table, values, f"intervene: add {order.species!r}")
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
 

@@ -10,7 +10,7 @@ from ecs_eco.components import Position
 from ecs_eco.engine import random
 from ecs_eco.engine.elementary import scalars
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.founders import newcomers
+from ecs_eco.lifecycle.founders import future, newcomers
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -35,6 +35,5 @@ class Renew(System):
         salt = random.BIRTH + (3 << 8) + ((table.place + 1) << 20)
         come = int((random.draw_many(world.key, np.arange(missing, dtype=np.uint64), salt) < chance).sum())
         if come:
-            # future uids: no draw has used them yet
-            identity = np.arange(come, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
-            table.request(np.zeros(come, np.uint64), newcomers(table, world, None, identity))
+            table.request(np.zeros(come, np.uint64),
+                          newcomers(table, world, None, future(world, table, come)))

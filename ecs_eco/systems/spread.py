@@ -49,13 +49,16 @@ class Spread(System):
     """
 
     needs = (Position, Metabolism)
-    rivals = True
     phase = "reproduce"
 
     @cached_property
     def _grounds(self) -> dict[str, tuple[Any, ...]]:
         """By table: size of the space and way of spreading, and the sites that follow from them."""
         return {}
+
+    def competes(self, table: Table) -> bool:
+        """Return whether a species takes what it needs from the soil."""
+        return bool(table.species.born_with == "soil")
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species of plants spread."""
@@ -81,14 +84,11 @@ class Spread(System):
         wanted, n = n, room(table, world, n)
         if n == 0:
             return
-        some: Any = slice(n)
-        if n < wanted:
-            some = np.sort(random.by_lot(world.key, sprouts[0][:wanted].astype(np.uint64),
-                                         random.LOT + (table.place << 20))[:n])
+        lot = slice(n) if n == wanted else np.sort(random.by_lot(
+            world.key, sprouts[0][:wanted].astype(np.uint64), random.LOT + (table.place << 20))[:n])
         # copies: the next tick writes there again
-        site, parent, parents, x, y = (sprouts[0][some].copy(), sprouts[1][some].copy(),
-                                       sprouts[2][some].copy(), sprouts[3][some].copy(),
-                                       sprouts[4][some].copy())
+        site, parent, parents, x, y = (sprouts[0][lot].copy(), sprouts[1][lot].copy(), sprouts[2][lot].copy(),
+                                       sprouts[3][lot].copy(), sprouts[4][lot].copy())
         nx, z = taken.shape[1], np.zeros(n, np.float32)
         if world.terrain is not None:
             x, y = world.terrain.within_sites(x, y, *(((cells + 0.5) / inverse[axis]).astype(np.float32)

@@ -12,7 +12,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.elementary import scalars
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import room
-from ecs_eco.lifecycle.founders import newcomers
+from ecs_eco.lifecycle.founders import future, newcomers
 from ecs_eco.space.gate import newborn
 from ecs_eco.space.region import Region
 
@@ -77,10 +77,8 @@ class UseLand(System):
         count = room(table, world, count)
         if count == 0:
             return
-        # future uids: no draw has used them yet
-        identities = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
         within = None if use.region is None else Region(world.space, use.region)
-        values = newcomers(table, world, table.species.config, identities, within)
+        values = newcomers(table, world, table.species.config, future(world, table, count), within)
         values = newborn(world, table, values, f"land_use: plant {use.species!r}")
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
 

@@ -4,7 +4,6 @@ pages and figures of real runs."""
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -232,14 +231,6 @@ def test_losses_are_counted_per_head_and_tick() -> None:
     assert lost["age"] == pytest.approx(2 / 80)
     assert lost["room"] == pytest.approx(1 - np.exp(-0.02) - 0.01)
     assert lost["poison"] == lost["removal"] == lost["surroundings"] == 0
-
-
-@pytest.mark.parametrize(("given", "able"), [(0.3, 0.25), (0.0, 1.0)])
-def test_those_who_cannot_pay_for_a_newborn_do_not_count_as_fed(given: float, able: float) -> None:
-    way = {"kind": "simplified", "rate": 0.02, "energy_min": 0.0, "energy_given": given}
-    run = replace(case({"b": np.full(TICKS, 4.0)}, {}, {"b": animal("a", reproduction=way)}),
-                  snapshots={"b": {"tick": np.zeros(4, int), "energy": np.array([0.0, 0.2, 0.3, 0.4])}})
-    assert run.able("b")[1].tolist() == [able]
 
 
 def test_a_course_turns_where_it_turns() -> None:
