@@ -63,7 +63,7 @@ def widths_of(world: SpatialWorld) -> Widths:
 
 def largest_of(table: Table) -> float:
     """Return the radius of the largest body of a table [m], of those to come, too."""
-    radius = table[Body].radius[: table.high]
+    radius = table[Body].radius[table.rows()]
     return max(float(table.species.radius or 0.0), float(radius.max(initial=0.0)))
 
 

@@ -63,13 +63,34 @@ def test_an_ant_takes_the_nearest_seed_in_reach_carries_it_and_drops_it_at_the_n
     assert _column(world, "seed", Position, "x")[1] == 7  # it lies where it was brought to before
 
 
-def test_one_seed_goes_to_the_nearest_and_equals_to_the_lower_uid():
+def test_one_seed_goes_to_the_nearest():
     world = World.from_config(_hill(count=4))
-    arrange(world, "ant", x=[4.5, 5.75, 14.5, 15.5], y=5)
+    arrange(world, "ant", x=[4.5, 5.75, 14.75, 15.5], y=5)
     seed = arrange(world, "seed", x=[5, 15], y=5)
     _tick(world)
     first, second = seed.uid[seed.by_uid()].tolist()
     assert _column(world, "ant", Load, "object") == [first, 0, second, 0]
+
+
+@pytest.mark.parametrize("near", ["ant", "bee"])
+def test_one_seed_goes_to_the_nearest_carrier_of_all_species_and_equals_share_by_lot(near):
+    config = _hill(count=40)
+    config["species"]["bee"] = config["species"]["ant"]
+    config["objects"]["seed"]["at"] = []
+    config["objects"]["seed"]["count"] = 40
+    world = World.from_config(config)
+    x, y = np.arange(40) % 8 * 2.5 + 1, np.arange(40) // 8 * 2.0 + 1
+    for name, side in (("ant", 0.25), ("bee", -0.25)):
+        arrange(world, name, x=x + side, y=y)
+    arrange(world, "seed", x=x, y=y)
+    copy = world.copy()
+    _tick(world)
+    carried = {name: np.array(_column(world, name, Load, "object")) > 0 for name in ("ant", "bee")}
+    assert (carried["ant"] ^ carried["bee"]).all()
+    assert 10 <= carried["ant"].sum() <= 30
+    arrange(copy, near, x=x + 0.125)
+    _tick(copy)
+    assert all(_column(copy, near, Load, "object"))
 
 
 def test_who_carries_one_takes_no_other_and_nobody_takes_what_is_carried():

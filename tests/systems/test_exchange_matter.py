@@ -9,7 +9,7 @@ from ecs_eco.components import Chemistry, Matter
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.lifecycle.matter import NUMBER, litres, stocks
 from ecs_eco.systems import ExchangeMatter
-from ecs_eco.systems.exchange_matter import give, pass_skin, take
+from ecs_eco.systems.exchange_matter import give, pass_skin, take, want
 from ecs_eco.testing import act, arrange
 
 # the field has cells of 10 m × 10 m × 1 m: 100,000 L; a deer of 0.5 m has 523.6 L
@@ -70,6 +70,21 @@ def test_who_wants_more_than_there_is_gets_a_share_by_what_each_wants(pasture):
     assert held(world) == pytest.approx(0.002 + shares / litres([0.5, 0.25]), rel=1e-9)
     assert world.fields["air"].value[0, 0, 0] == pytest.approx(0, abs=1e-15)
     assert world.fields["air"].value.min() >= 0
+
+
+@pytest.mark.parametrize("way", [{"kind": "uptake", "field": "air", "rate": 5.0},
+                                 {"kind": "equilibrate", "field": "air", "rate": 50.0, "partition": 300.0}])
+def test_bodies_of_all_species_in_a_cell_get_the_same_share_of_what_is_scarce(pasture, way):
+    kind = {"count": 2, "body": {"radius": 0.5}, "substances": {"oxygen": 0.002}, "exchange": [way]}
+    world = pasture(way, world={"species": {"ant": kind, "yak": kind}})
+    for name in ("ant", "deer", "yak"):
+        arrange(world, name, x=[5.0, 15.0], y=5.0)
+    act(world, ExchangeMatter)
+    held = [world.tables[name][Chemistry].molarity[:2, 0].astype(float) for name in ("ant", "deer", "yak")]
+    assert held[0] == pytest.approx(held[1], rel=1e-6)
+    assert held[0] == pytest.approx(held[2], rel=1e-6)
+    if way["kind"] == "uptake":  # all of the cell's
+        assert held[0] == pytest.approx(0.002 + 0.01 * CELL / DEER / 3, rel=1e-6)
 
 
 def test_it_drinks_from_where_its_mouth_is(pasture):
@@ -184,14 +199,19 @@ def test_the_kernels_are_their_slow_twins(seed):
     wanted = np.minimum(2.0 * value[cell] / (0.1 + value[cell]), 1.5 - c) * volume[rows]
     each = np.bincount(cell, wanted, cells)
     wanted *= np.minimum(1, value * litre / np.maximum(each, 1e-9))[cell]
-    assert take(rows, cell, none, *b, 0, 2.0, 0.1, 1.5, field, litre) == pytest.approx(wanted.sum())
+    mine, total = np.zeros(9), np.zeros(cells)
+    want(rows, cell, none, *b, 0, 2.0, 0.1, 1.5, field, mine, total)
+    assert total == pytest.approx(each)
+    share = np.minimum(1, value * litre / np.maximum(each, 1e-9))
+    assert take(rows, cell, mine, share, *b, 0, field, litre) == pytest.approx(wanted.sum())
     assert b[1][rows, 0] == pytest.approx(c + wanted / volume[rows], rel=1e-6)
     assert field == pytest.approx(value - np.bincount(cell, wanted, cells) / litre, abs=1e-12)
 
     b, field = bodies(), value.copy()
     crowd = (1 + 1.5 * np.bincount(cell, volume[rows], cells) / litre)[cell]
     change = (1.5 * value[cell] - c) * (1 - np.exp(-0.3 * crowd)) / crowd
-    moved = pass_skin(rows, cell, *b, 0, 0.3, 1.5, field, litre)
+    moved = pass_skin(rows, cell, *b, 0, 0.3, 1.5, value, np.bincount(cell, volume[rows], cells), field,
+                      litre)
     assert moved == pytest.approx((change * volume[rows]).sum())
     assert field == pytest.approx(value - np.bincount(cell, change * volume[rows], cells) / litre, abs=1e-9)
 
