@@ -66,11 +66,12 @@ def search_world(
         budget = 30.0
     from ecs_eco.experiments.ray_executor import WorkerLost
     from ecs_eco.search import search
+    from ecs_eco.search.journal import NAME
 
     for note in notes(config):
         complain(f"note: {note}")
     folder = (results(out, f"{config.name}-search") if out is None
-              or not (out / "journal.jsonl").is_file() else Claim(out))
+              or not (out / NAME).is_file() else Claim(out))
     with folder as claim:
         try:
             with _shown(config.name, quiet) as show:

@@ -53,8 +53,8 @@ def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
 
 
 def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> None:
-    """Raise ForeignFile where the run in a folder is not that of an arm with this seed, is a fork, or was begun
-    in the other mode."""
+    """Raise ForeignFile where the run in a folder is not that of an arm with this seed, is a fork, or was
+    computed in the other mode."""
     from ecs_eco.runs.begin import policies_as_json
     from ecs_eco.worlds.policies import weights_files
 

@@ -25,8 +25,8 @@ def train_or_find(
 
     Several processes may train the same at once: the first result is kept, the others are identical. Without
     `verify` any training in the folder is accepted, since the folder's name identifies it. Raises ForeignFile
-    if it holds another training, RecordingError if it is damaged or holds other files: nothing but the rest of
-    a training that was killed is removed.
+    if it holds another training, RecordingError if it is damaged or holds other files; only what a killed
+    training left is removed.
     """
     from ecs_eco.experiments.pretraining import pretrain
 
@@ -84,3 +84,10 @@ def _keep(part: Path, folder: Path) -> None:
     except OSError:
         if not (folder / FILE).is_file():
             raise
+
+
+def forget_trained(folder: Path) -> None:
+    """Remove trainings, each in a folder of its own, and nothing else."""
+    for place in folder.glob("training-*"):
+        remove(place, WRITTEN)
+    remove(folder, ())

@@ -1,7 +1,7 @@
 """The manifest of a container, a folder of many runs: a sweep, a comparison, a search or an archipelago.
 
-It belongs to one plan, whose hash it names, and to one mode of computing; it is sealed as the manifest of a run
-is, and checked by a model. Names in it are names: nothing is read, written or removed outside the folder.
+It belongs to one plan, whose hash it names, and to one mode of computing. It is sealed as the manifest of a
+run is, and checked by a model. Names in it are names: nothing is written or removed outside the folder.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from ecs_eco.engine.section import Section
 from ecs_eco.record import seal
 
 FORMAT = 2
-OLD = ("was begun by an older version of ecs-eco, which did not note the plan and the mode that its files belong "
-       "to: continue it with that version, or begin again in another folder; its runs can be read one by one")
+OLD = ("was begun by an older version of ecs-eco, which did not note the plan and the mode that its files "
+       "belong to: continue it with that version, or begin again in another folder; its runs can be read one "
+       "by one")
 
 
 def _is_name(text: str) -> str:
@@ -150,12 +151,12 @@ def inside(root: Path, path: Path) -> Path:
              if os.path.islink(os.path.join(at, name))]
     for one in (path, *links):
         if os.path.commonpath([home, os.path.realpath(one)]) != home:
-            raise ForeignFile(f"{one}: is a link that leads out of {root}; nothing is written or removed there")
+            raise ForeignFile(f"{one}: is a link that leads out of {root}; nothing is written there")
     return path
 
 
 def remove(folder: Path, patterns: Sequence[str]) -> bool:
-    """Remove the files of these names in a folder, and the folder; return False where it has other content."""
+    """Remove files with these names in a folder, and the folder; return False where it has other content."""
     if folder.is_symlink():
         return False
     for file in [p for pattern in patterns for p in folder.glob(pattern) if p.is_file() or p.is_symlink()]:

@@ -94,6 +94,16 @@ def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
     return manifest
 
 
+def read_sealed(folder: Path, name: str, model: type[BaseModel]) -> dict[str, Any]:
+    """Return the content of a sealed file without its seal, after checking it by a model; raises as
+    `read_manifest` does, and RecordingError where the seal is missing."""
+    content = read_manifest(folder, name)
+    if content.pop(WORD, None) is None:
+        raise RecordingError(f"{folder / name}: is damaged: its seal is missing")
+    validate(folder / name, content, model)
+    return content
+
+
 def validate(file: Path, content: Mapping[str, Any], model: type[BaseModel]) -> None:
     """Raise RecordingError that names the file and the first key that is not as its model says."""
     from pydantic import ValidationError
@@ -103,8 +113,9 @@ def validate(file: Path, content: Mapping[str, Any], model: type[BaseModel]) -> 
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         place = ".".join(str(part) for part in first["loc"])
-        raise RecordingError(f"{file}: {place or 'content'}: {first['msg'].removeprefix('Value error, ')}; it is "
-                             "damaged, or was written by another version of ecs-eco") from None
+        what = first["msg"].removeprefix("Value error, ")
+        raise RecordingError(f"{file}: {place or 'content'}: {what}; the file is damaged, or of another "
+                             "version of ecs-eco") from None
 
 
 def has_seals(folder: Path) -> bool:

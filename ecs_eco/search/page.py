@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,6 @@ from ecs_eco.search.posterior_page import posterior_blocks
 def write_page(search: Outcome, result: dict[str, Any]) -> None:
     """Write search.html and figures/ from the content of search.json."""
     folder = search.out / "figures"
-    shutil.rmtree(folder, ignore_errors=True)
     path = save_svg(
         figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1), folder / "history.svg"
     )

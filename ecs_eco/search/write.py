@@ -14,6 +14,7 @@ from ecs_eco.config.edit import as_toml, edited
 from ecs_eco.config.loading import document_of
 from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.experiments.trained import forget_trained
 from ecs_eco.record.code import keep_beside
 from ecs_eco.search.plan import TRAINED, Plan
 
@@ -97,10 +98,10 @@ def _same(file: Path, config: WorldConfig) -> bool:
 
 def _policies(config: WorldConfig, trained: Path, beside: Path, training: bool) -> dict[str, str]:
     """Copy the policies beside the world; return the file of each species, as the world names it."""
-    shutil.rmtree(beside, ignore_errors=True)
+    forget_trained(beside)
     sets = sorted(trained.glob("training-*"), key=lambda p: int(p.name.partition("-")[2])) if training else []
     for folder in sets:
-        shutil.copytree(folder, beside / folder.name)
+        shutil.copytree(folder, beside / folder.name, dirs_exist_ok=True)
     files = {}
     for name, species in config.species.items():
         if not species.policy.thinks:
