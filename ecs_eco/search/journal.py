@@ -92,15 +92,20 @@ class OneRun(Section):
     statistics: dict[str, float] | None = None
 
 
+def has_search(folder: Path) -> bool:
+    """Return whether a search was begun in a folder."""
+    return (folder / NAME).is_file() or container.has(folder, Planned)
+
+
 def begin(folder: Path, settings: Entry) -> Journal:
     """Return the journal of a search in a folder, new or begun with these settings.
 
     Raises ForeignFile for the folder of another search, RecordingError for one of an older version.
     """
-    if (folder / NAME).is_file() and not container.has(folder, Planned):
+    if container.inside(folder, folder / NAME).is_file() and not container.has(folder, Planned):
         raise RecordingError(f"{folder / NAME}: {container.OLD}")
     plan = container.begin(folder, Planned, settings)
-    journal = Journal(container.inside(folder, folder / NAME).parent, {"plan": plan["hash"]})
+    journal = Journal(folder, {"plan": plan["hash"]})
     for number, entry in enumerate(journal.entries, 2):
         seal.validate(Path(f"{journal.path}, line {number}"), entry, Evaluation)
     return journal
@@ -192,5 +197,5 @@ def _seal_of(text: str, before: str) -> str:
 def _same(old: Entry, new: Entry, path: Path) -> None:
     """Refuse to continue the journal of another search."""
     if different := [key for key, value in new.items() if old.get(key) != value]:
-        raise ForeignFile(f"{path}: belongs to another search: its {', '.join(different)} is not that of this "
-                          "folder's plan.json")
+        raise ForeignFile(f"{path}: belongs to another search: its {', '.join(different)} is not that of the "
+                          "folder")

@@ -49,7 +49,7 @@ def search(
     `trials` candidates, or `cpu` CPU seconds of candidates, earlier calls included: a folder with a search
     is continued. `trust` allows the code that the world lists to run in this process and its workers.
     `executor` is "local" (two `workers`, if they are not given), "ray", or an executor of your own. Raises
-    ConfigError; FolderInUse if another process searches there; ForeignFile if the folder holds another search.
+    ConfigError; FolderInUse if another process searches there; ForeignFile if it holds another search.
     """
     config = load(world, overrides, trust=trust)
     plan = plan_of(config)
@@ -115,8 +115,8 @@ class Search:
         plan."""
         for entry in self.journal.of("candidate"):
             if entry["values"].keys() != self.plan.start.keys():
-                raise ForeignFile(f"{self.journal.path}: candidate {entry['candidate']}: values: are of other "
-                                  "keys than the ranges of this search")
+                raise ForeignFile(f"{self.journal.path}: candidate {entry['candidate']}: values: have other "
+                                  "keys than the ranges")
             self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
         self.budget.begin(self.plan, self.journal, lambda: len(self._finalists()))
 
