@@ -15,7 +15,7 @@ from ecs_eco.analysis.runs import Series, load_series, parts
 from ecs_eco.analysis.style import colors, panels, styled
 from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.record import seal
-from ecs_eco.record.archipelago import ISLANDS, read
+from ecs_eco.record.archipelago import ISLANDS, check_island, read
 from ecs_eco.record.parquet import read_part
 
 if TYPE_CHECKING:
@@ -58,6 +58,8 @@ def load_islands(folder: Path | str) -> Islands:
     manifest = read(root)
     plan = Archipelago.model_validate(manifest["config"]["archipelago"])
     series = {name: load_series(root / ISLANDS / name) for name in plan.names}
+    for name, one in series.items():
+        check_island(root / ISLANDS / name, one.manifest, manifest["hash"], name)
     species = next(iter(series.values())).species
     moves: list[np.ndarray] = []
     for number, name in enumerate(plan.names):

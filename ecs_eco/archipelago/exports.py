@@ -12,6 +12,7 @@ from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.engine.errors import CheckpointError, ForeignFile
 from ecs_eco.lifecycle.migration import Migrants, copied
 from ecs_eco.record.archipelago import ISLANDS
+from ecs_eco.record.container import inside
 
 FOLDER = "exports"
 
@@ -45,7 +46,7 @@ def of_neighbours(root: Path, archipelago: str, world: Any,
         if islands.number in targets:
             name = islands.names[number]
             file = root / ISLANDS / name / FOLDER / checkpoint.name_of(tick)
-            yield number, read(file, {"archipelago": archipelago, "island": name, "tick": tick},
+            yield number, read(inside(root, file), {"archipelago": archipelago, "island": name, "tick": tick},
                                list(islands.emigration))
 
 

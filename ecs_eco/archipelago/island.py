@@ -17,7 +17,7 @@ from ecs_eco.engine.errors import CheckpointError, FolderInUse, ForeignFile
 from ecs_eco.experiments.workers import finishing
 from ecs_eco.lifecycle.migration import admit, leave
 from ecs_eco.record import container
-from ecs_eco.record.archipelago import FILE, ISLANDS, Manifest, read
+from ecs_eco.record.archipelago import FILE, ISLANDS, Manifest, check_island, read
 from ecs_eco.record.claim import Claim, claim_new
 from ecs_eco.record.container import inside
 from ecs_eco.runs.begin import begin, begun, keep_manifest
@@ -116,8 +116,7 @@ def _opened(claim: Claim, plan: Mapping[str, Any], name: str, start: int, thread
             raise CheckpointError(f"{path}: has no manifest.json, and the archipelago is at tick {start}")
         return _begun(claim, plan, name, threads, trust)
     manifest = read_manifest(path)
-    if (manifest.get("archipelago"), manifest.get("island")) != (plan["hash"], name):
-        raise ForeignFile(f"{path / 'manifest.json'}: is not of the island {name} of this archipelago")
+    check_island(path, manifest, plan["hash"], name)
     file = path / "checkpoints" / checkpoint.name_of(start)
     if not file.is_file():
         raise CheckpointError(f"{file}: no such file; without it the archipelago cannot go on from tick "

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from ecs_eco.config.models.archipelago import Archipelago
+from ecs_eco.engine.errors import ForeignFile
 from ecs_eco.engine.section import Name, Section
 from ecs_eco.record import container
 from ecs_eco.record.container import Container, Seed, Sha, Tick
@@ -79,6 +80,12 @@ def read(folder: Path) -> dict[str, Any]:
 def write(folder: Path, manifest: Mapping[str, Any]) -> None:
     """Write the manifest, completely, or leave the one before."""
     container.write(folder, Manifest, manifest)
+
+
+def check_island(path: Path, manifest: Mapping[str, Any], archipelago: str, name: str) -> None:
+    """Raise ForeignFile where a run is not that of an island of the archipelago with this hash."""
+    if (manifest.get("archipelago"), manifest.get("island")) != (archipelago, name):
+        raise ForeignFile(f"{path / 'manifest.json'}: is not of the island {name} of this archipelago")
 
 
 def digest_of(islands: Mapping[str, Mapping[str, Any]]) -> str:
