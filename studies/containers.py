@@ -84,8 +84,11 @@ def attacks(place: Any, kind: str, seed: int, folders: int) -> Iterator[tuple[st
         shutil.copytree(harmless(place, kind, 0), home)
         folder = home / "out"
         lines = [_line] * 4 if kind == "search" else []
-        change = chance.choice([_damaged, _typed, _typed, _typed, _foreign, _linked, *lines])
-        yield f"{kind} {seed}.{i}: {change(place, kind, folder, chance)}", folder, _commands(place, kind, folder, chance)
+        if kind == "sweep" and i % 2:
+            (folder / "jobs" / "0001" / "done.json").unlink()  # there is something left to do
+        label = chance.choice([_damaged, _typed, _typed, _typed, _foreign, _linked, *lines])(
+            place, kind, folder, chance)
+        yield f"{kind} {seed}.{i}: {label}", folder, _commands(place, kind, folder, chance)
 
 
 def _files(folder: Path, names: tuple[str, ...] = ()) -> list[Path]:
@@ -191,7 +194,7 @@ def _commands(place: Any, kind: str, folder: Path, chance: random.Random) -> lis
                        ["sweep", "resume", folder, "--on", "slurm"], ["sweep", "job", folder, "0"]],
              "archipelago": [["report", folder, "--out", out], ["lineage", folder]]}.get(kind, [])
     first = {"sweep": ["sweep", "resume", folder, "-q", "--workers", "1"],
-             "archipelago": ["resume", folder, "--until", "10", "-q", "--no-report"]}
+             "archipelago": ["resume", folder, "--until", "10", "-q", "--no-report", "--workers", "1"]}
     chosen = [first.get(kind, words_of(kind, folder, 1)), chance.choice(whole or single),
               chance.choice(single)]
     return [(" ".join(map(str, words[:2])), cli(*words)) for words in chosen]
