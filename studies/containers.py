@@ -181,7 +181,7 @@ def _line(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
 
 
 def _commands(place: Any, kind: str, folder: Path, chance: random.Random) -> list[Any]:
-    """Return what continues a container, and one of what reads it or a run in it."""
+    """Return the command that continues a container, and one that reads it or a run in it."""
     from studies.common.malicious.ground import cli
 
     runs = [p.parent for p in _files(folder, ("manifest.json",))]
@@ -195,8 +195,9 @@ def _commands(place: Any, kind: str, folder: Path, chance: random.Random) -> lis
              "archipelago": [["report", folder, "--out", out], ["lineage", folder]]}.get(kind, [])
     first = {"sweep": ["sweep", "resume", folder, "-q", "--workers", "1"],
              "archipelago": ["resume", folder, "--until", "10", "-q", "--no-report", "--workers", "1"]}
-    chosen = [first.get(kind, words_of(kind, folder, 1)), chance.choice(whole or single),
-              chance.choice(single)]
+    chosen = [first.get(kind, words_of(kind, folder, 1))]
+    if kind != "search":  # it keeps no runs
+        chosen.append(chance.choice(chance.choice([whole, single]) or single))
     return [(" ".join(map(str, words[:2])), cli(*words)) for words in chosen]
 
 

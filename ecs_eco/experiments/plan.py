@@ -11,7 +11,8 @@ from pydantic import Field
 from ecs_eco.engine.section import Section
 from ecs_eco.experiments.arm import Arm
 from ecs_eco.record import container
-from ecs_eco.record.container import Container, Filename, Sha, Tick
+from ecs_eco.record.container import Container
+from ecs_eco.record.manifest import Filename, Sha, Tick
 
 
 class PlannedArm(Section):

@@ -13,8 +13,8 @@ from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.engine.errors import ForeignFile
 from ecs_eco.engine.section import Name, Section
 from ecs_eco.record import container
-from ecs_eco.record.container import Container, Seed, Sha, Tick
-from ecs_eco.record.manifest import Config
+from ecs_eco.record.container import Container
+from ecs_eco.record.manifest import Config, Seed, Sha, Tick
 
 FILE = "archipelago.json"
 ISLANDS = "islands"  # the folder of the islands' run folders

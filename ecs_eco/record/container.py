@@ -12,31 +12,18 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
-
-from pydantic import AfterValidator, Field
+from typing import Any, ClassVar, Literal
 
 from ecs_eco.engine import files, portable
 from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.engine.section import Section
 from ecs_eco.record import seal
+from ecs_eco.record.manifest import Sha
 
 FORMAT = 2
 OLD = ("was begun by an older version of ecs-eco, which did not note the plan and the mode that its files "
        "belong to: continue it with that version, or begin again in another folder; its runs can be read one "
        "by one")
-
-
-def _is_name(text: str) -> str:
-    if text in ("", ".", "..") or "/" in text or "\\" in text or not text.isprintable():
-        raise ValueError("is no name: it is empty, or has a separator or a control character")
-    return text
-
-
-Filename = Annotated[str, AfterValidator(_is_name)]
-Sha = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-Tick = Annotated[int, Field(ge=0, le=10**12)]
-Seed = Annotated[int, Field(ge=0, lt=2**63)]
 
 
 class Container(Section):

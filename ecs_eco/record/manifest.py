@@ -5,12 +5,23 @@ Keys that an older version did not write may be missing; other keys are left as 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field
 
 from ecs_eco.engine.section import Section
-from ecs_eco.record.container import Filename, Seed, Tick
+
+
+def _is_name(text: str) -> str:
+    if text in ("", ".", "..") or "/" in text or "\\" in text or not text.isprintable():
+        raise ValueError("is no name: it is empty, or has a separator or a control character")
+    return text
+
+
+Filename = Annotated[str, AfterValidator(_is_name)]
+Sha = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+Tick = Annotated[int, Field(ge=0, le=10**12)]
+Seed = Annotated[int, Field(ge=0, lt=2**63)]
 
 
 class _Part(Section):

@@ -23,7 +23,7 @@ from ecs_eco.experiments.arm import Arm, arm_of
 from ecs_eco.experiments.changes import NotApplicable
 from ecs_eco.experiments.treatments import find, species_with_policy
 from ecs_eco.learning.weights import hash_of
-from ecs_eco.record.container import Seed, Sha
+from ecs_eco.record.manifest import Seed, Sha
 from ecs_eco.sweeps.plan import MOST_JOBS, PlanFile
 from ecs_eco.sweeps.points import Point, number_of_points, points_of, problems_of_ranges
 from ecs_eco.worlds.policies import POLICIES

@@ -24,8 +24,8 @@ from ecs_eco.experiments.treatments import species_with_policy
 from ecs_eco.record import container
 from ecs_eco.record.code import FOLDER as CODE
 from ecs_eco.record.code import check_code, keep_copies, noted, sources
-from ecs_eco.record.container import Container, Tick, inside
-from ecs_eco.record.manifest import Config
+from ecs_eco.record.container import Container, inside
+from ecs_eco.record.manifest import Config, Tick
 from ecs_eco.sweeps.design import Design, Job, Settings, Training, as_json, plan_folder, treated
 
 SWEEP, JOBS, DONE, FAILED, PROGRESS = "sweep.json", "jobs", "done.json", "failed.json", "progress.json"

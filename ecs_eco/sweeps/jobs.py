@@ -20,7 +20,8 @@ from ecs_eco.engine.section import Section
 from ecs_eco.experiments.runs import has_run, run_arm
 from ecs_eco.experiments.trained import is_trained, train_or_find
 from ecs_eco.record.claim import Claim, ours
-from ecs_eco.record.container import Seed, Sha, Tick, inside
+from ecs_eco.record.container import inside
+from ecs_eco.record.manifest import Seed, Sha, Tick
 from ecs_eco.record.seal import read_manifest, read_sealed, write_manifest
 from ecs_eco.sweeps.design import Job
 from ecs_eco.sweeps.folder import DONE, FAILED, PROGRESS, RUN, Sweep, read_sweep

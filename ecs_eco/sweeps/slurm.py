@@ -21,7 +21,8 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.engine.files import write
 from ecs_eco.engine.section import Section
 from ecs_eco.experiments.workers import PINS
-from ecs_eco.record.container import Tick, inside
+from ecs_eco.record.container import inside
+from ecs_eco.record.manifest import Tick
 from ecs_eco.record.seal import read_sealed, write_manifest
 from ecs_eco.sweeps.folder import Sweep, read_sweep
 from ecs_eco.sweeps.jobs import UNFINISHED

@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from ecs_eco.analysis.archipelago import load_islands
+from ecs_eco.analysis.report.archipelago import write_archipelago
+from ecs_eco.archipelago.island import advance
 from ecs_eco.archipelago.run import Archipelago
 from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.record import container, seal
@@ -75,6 +78,17 @@ def test_what_is_of_another_archipelago_is_refused(put: Callable[[Path, Path], s
 
 def _content(folder: Path) -> dict[Path, bytes]:
     return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*.safetensors")}
+
+
+def test_an_island_that_is_further_than_the_others_is_shown_up_to_their_tick(two: Path, tmp_path: Path
+                                                                             ) -> None:
+    mine = shutil.copytree(two / "seed-1", tmp_path / "mine")
+    before = load_islands(mine)
+    advance(str(mine), "north", 8, 12)
+    islands = load_islands(mine)
+    assert [len(s.ticks) for s in islands.series.values()] == [8, 8, 8]
+    assert islands.moves.tolist() == before.moves.tolist()
+    write_archipelago(mine)
 
 
 def test_one_of_the_other_mode_is_refused(two: Path, tmp_path: Path) -> None:

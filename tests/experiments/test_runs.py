@@ -25,12 +25,13 @@ def test_a_run_that_was_stopped_goes_on_and_ends_with_the_same_bytes(tmp_path: P
     assert not has_run(tmp_path / "half", 8, arm, 1)
     assert run_arm(arm, 1, 8, tmp_path / "half")["digest"] == whole["digest"]
     assert has_run(tmp_path / "half", 8, arm, 1)
-    before = content(tmp_path / "half")
-    (tmp_path / "half" / "manifest.json").write_text("{")
-    for call in (lambda: run_arm(arm, 1, 8, tmp_path / "half"), lambda: has_run(tmp_path / "half", 8, arm, 1)):
+    half = tmp_path / "half"
+    before = content(half)
+    (half / "manifest.json").write_text("{")
+    for call in (lambda: run_arm(arm, 1, 8, half), lambda: has_run(half, 8, arm, 1)):
         with pytest.raises(RecordingError, match=r"manifest\.json: is damaged"):
             call()
-    assert content(tmp_path / "half") == before | {"manifest.json": b"{"}  # nothing finished is removed
+    assert content(half) == before | {"manifest.json": b"{"}  # nothing finished is removed
 
 
 def content(folder: Path) -> dict[str, bytes]:

@@ -68,7 +68,8 @@ def test_nothing_but_the_rest_of_a_training_is_removed(config, tmp_path: Path) -
 def test_a_finished_training_that_is_damaged_is_refused_and_kept(config, tmp_path: Path) -> None:
     folder = train_or_find(tmp_path / "seed-1", config, 1)
     whole = (folder / "training.json").read_text()
-    for text, said in ((whole.replace('"seed": 1', '"seed": 3'), "its seal does not fit"), ("[", "is damaged")):
+    changed = whole.replace('"seed": 1', '"seed": 3')
+    for text, said in ((changed, "its seal does not fit"), ("[", "is damaged")):
         (folder / "training.json").write_text(text)
         with pytest.raises(RecordingError, match=said):
             train_or_find(folder, config, 1)

@@ -238,7 +238,7 @@ ENTRY = {"candidate": 0, "values": {}, "stage": 0, "score": 1.0, "stages": [STAG
 def test_a_folder_belongs_to_one_search_and_one_mode(tmp_path: Path) -> None:
     begin(tmp_path, PLANNED).add("candidate", **ENTRY)
     assert [e["candidate"] for e in begin(tmp_path, PLANNED).entries] == [0]
-    with pytest.raises(ForeignFile, match=r"is another search: search\.ticks differs \(search\.ticks: 5 then"):
+    with pytest.raises(ForeignFile, match=r"another search: search\.ticks differs \(search\.ticks: 5 then"):
         begin(tmp_path, PLANNED | {"search": {"ticks": 6}})
     plan = container.read(tmp_path, Planned) | {"mode": "portable"}
     container.write(tmp_path, Planned, plan | {"hash": container._hash(plan, Planned)})
