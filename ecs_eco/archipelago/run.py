@@ -106,7 +106,7 @@ class Archipelago:
         start, spent = time.perf_counter(), float(self.manifest["wall_seconds"])
         with (Claim(self.folder) if claim is None else nullcontext(),
               engine(on, workers) as pool):
-            container.check_mode(self.folder, self.manifest, Manifest)
+            container.may_continue(self.folder, self.manifest, Manifest)
             write(self.folder, self.manifest)
             if self.tick < until:
                 one = next(iter(self.islands))

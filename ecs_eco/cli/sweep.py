@@ -49,7 +49,7 @@ def resume_sweep(folder: Path, on: str, workers: int | None, quiet: bool, trust:
     """Go on with what is not done of a sweep."""
     check_where(on, sbatch)
     sweep = read_sweep(folder)
-    sweep.check_mode()
+    sweep.may_continue()
     if trust:
         allow_kept(sweep)
     with Claim(folder):

@@ -97,14 +97,18 @@ def check(folder: Path, model: Model, plan: Mapping[str, Any]) -> dict[str, Any]
         shown = f" ({'; '.join(values)})" if values else ""
         raise ForeignFile(f"{folder / model.FILE}: {model.OTHER}: {', '.join(different)} "
                           f"differ{'s' * (len(different) == 1)}{shown}; name another folder with --out")
-    check_mode(folder, there, model)
+    may_continue(folder, there, model)
     return there
 
 
-def check_mode(folder: Path, manifest: Mapping[str, Any], model: Model) -> None:
-    """Raise ForeignFile where a container was begun in another mode than this process computes in."""
+def may_continue(folder: Path, manifest: Mapping[str, Any], model: Model) -> None:
+    """Raise ForeignFile where a container was begun in another mode than this process computes in, or has a
+    link out of it at its top."""
     if why := portable.other_mode({"target": manifest}):
         raise ForeignFile(f"{folder / model.FILE}: {why}")
+    for path in folder.iterdir():
+        if path.is_symlink():
+            inside(folder, path)
 
 
 def begin(folder: Path, model: Model, content: Mapping[str, Any]) -> dict[str, Any]:

@@ -105,6 +105,7 @@ def begin(folder: Path, settings: Entry) -> Journal:
     """
     if container.inside(folder, folder / NAME).is_file() and not container.has(folder, Planned):
         raise RecordingError(f"{folder / NAME}: {container.OLD}")
+    container.inside(folder, folder / "policies")
     plan = container.begin(folder, Planned, settings)
     journal = Journal(folder, {"plan": plan["hash"]})
     for number, entry in enumerate(journal.entries, 2):

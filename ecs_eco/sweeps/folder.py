@@ -86,9 +86,9 @@ class Sweep:
         """Length of each run."""
         return int(self.content["ticks"])
 
-    def check_mode(self) -> None:
-        """Raise ForeignFile where the sweep was begun in another mode than this process computes in."""
-        container.check_mode(self.folder, self.content, Manifest)
+    def may_continue(self) -> None:
+        """Raise ForeignFile where the sweep was begun in another mode, or has a link out of its folder."""
+        container.may_continue(self.folder, self.content, Manifest)
 
     @cached_property
     def jobs(self) -> tuple[Job, ...]:

@@ -41,7 +41,7 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
     """
     _allow(allowed)
     sweep = read_sweep(folder)
-    sweep.check_mode()
+    sweep.may_continue()
     place = inside(sweep.folder, sweep.job_folder(number))
     job = sweep.jobs[number]
     if (done := read_done(sweep, number)) is not None:
@@ -68,7 +68,7 @@ def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
     """
     _allow(allowed)
     sweep = read_sweep(folder)
-    sweep.check_mode()
+    sweep.may_continue()
     training, place = sweep.trainings[name], sweep.policies_folder(name)
     config = sweep.world(training.values, training.treatment).config
     while not is_trained(place, config, training.seed):
