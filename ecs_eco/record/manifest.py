@@ -31,7 +31,7 @@ class _Part(Section):
 class Space(_Part):
     """Of the world's configuration: its space."""
 
-    size: list[float] = Field([1.0, 1.0], min_length=2, max_length=3)
+    size: Annotated[list[float], Field(min_length=2, max_length=3)] = [1.0, 1.0]
     edges: str = "torus"
 
 
