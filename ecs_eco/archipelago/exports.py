@@ -15,6 +15,7 @@ from ecs_eco.record.archipelago import ISLANDS
 from ecs_eco.record.container import inside
 
 FOLDER = "exports"
+OWN = {"uid": np.dtype(np.uint64), "born": np.dtype(np.int64), "to": np.dtype(np.int64)}
 
 
 def write(path: Path, archipelago: str, world: Any) -> dict[str, dict[str, int]]:
@@ -55,19 +56,16 @@ def read(file: Path, wanted: dict[str, Any], wander: list[str]) -> dict[str, Mig
     meta, arrays = checkpoint.read(file)
     if different := [key for key, value in wanted.items() if meta.get(key) != value]:
         raise ForeignFile(f"{file}: has migrants of another {', '.join(different)}")
-    out: dict[str, Migrants] = {}
+    groups: dict[str, dict[str, np.ndarray]] = {}
     for key, array in arrays.items():
         species, _, name = key.partition("/")
-        if species not in wander or array.ndim < 1:
-            raise CheckpointError(f"{file}: {key}: is not of a species that migrates")
-        group = out.setdefault(species, Migrants(*(np.zeros(0, kind) for kind in ("u8", "i8", "i8")), {}))
-        if name.startswith("columns/"):
-            group.columns[name.removeprefix("columns/")] = array
-        elif name in ("uid", "born", "to") and array.dtype == getattr(group, name).dtype and array.ndim == 1:
-            out[species] = group._replace(**{name: array})
-        else:
+        if species not in wander or array.ndim < 1 or array.dtype != OWN.get(name, array.dtype):
             raise CheckpointError(f"{file}: {key}: is not what an island sends")
-    for species, group in out.items():
-        if len({len(group.uid), len(group.born), len(group.to), *map(len, group.columns.values())}) > 1:
-            raise CheckpointError(f"{file}: {species}: its columns differ in length")
+        groups.setdefault(species, {})[name.removeprefix("columns/")] = array
+    out = {}
+    for species, group in groups.items():
+        if not OWN.keys() <= group.keys() or len(set(map(len, group.values()))) > 1:
+            raise CheckpointError(f"{file}: {species}: columns are missing, or differ in length")
+        uid, born, to = (group.pop(name) for name in OWN)
+        out[species] = Migrants(uid, born, to, group)
     return out

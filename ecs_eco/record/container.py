@@ -138,9 +138,9 @@ def _hash(content: Mapping[str, Any], model: Model) -> str:
 def inside(root: Path, path: Path) -> Path:
     """Return a path below a container. Raises ForeignFile where it, or a link in it, leads out of there."""
     home = os.path.realpath(root)
-    links = [os.path.join(at, name) for at, folders, others in os.walk(path) for name in (*folders, *others)
+    links = [Path(at, name) for at, folders, others in os.walk(path) for name in (*folders, *others)
              if os.path.islink(os.path.join(at, name))]
-    for one in (path, *links):
+    for one in [path, *links]:
         if os.path.commonpath([home, os.path.realpath(one)]) != home:
             raise ForeignFile(f"{one}: is a link that leads out of {root}; nothing is written there")
     return path
