@@ -14,8 +14,9 @@ from ecs_eco.analysis.palette import AXIS, INK
 from ecs_eco.analysis.runs import Series, load_series, parts
 from ecs_eco.analysis.style import colors, panels, styled
 from ecs_eco.config.models.archipelago import Archipelago
+from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record import seal
-from ecs_eco.record.archipelago import ISLANDS, read
+from ecs_eco.record.archipelago import ISLANDS, check_island, read
 from ecs_eco.record.parquet import read_part
 
 if TYPE_CHECKING:
@@ -57,7 +58,12 @@ def load_islands(folder: Path | str) -> Islands:
     root = Path(folder)
     manifest = read(root)
     plan = Archipelago.model_validate(manifest["config"]["archipelago"])
-    series = {name: load_series(root / ISLANDS / name) for name in plan.names}
+    series = {name: _until(load_series(root / ISLANDS / name), manifest["tick"]) for name in plan.names}
+    for name, one in series.items():
+        check_island(root / ISLANDS / name, one.manifest, manifest["hash"], name)
+        if len(one.ticks) != manifest["tick"]:
+            raise RecordingError(f"{root / ISLANDS / name}: has {len(one.ticks)} ticks, and its archipelago "
+                                 f"{manifest['tick']}")
     species = next(iter(series.values())).species
     moves: list[np.ndarray] = []
     for number, name in enumerate(plan.names):
@@ -65,9 +71,16 @@ def load_islands(folder: Path | str) -> Islands:
             part = read_part(path, needed=seal.WORD in series[name].manifest)
             rows = np.stack([np.asarray(part["tick"].to_numpy(), np.int64),
                              _codes(part["species"], species), _codes(part["origin"], plan.names)], 1)
-            found, count = np.unique(rows, axis=0, return_counts=True)
+            found, count = np.unique(rows[rows[:, 0] < manifest["tick"]], axis=0, return_counts=True)
             moves.append(np.column_stack([found, np.full(len(found), number), count]))
     return Islands(manifest, plan, series, np.concatenate(moves) if moves else np.zeros((0, 5), np.int64))
+
+
+def _until(series: Series, tick: int) -> Series:
+    """Return a series before a tick: an island may be further than the others where a run was stopped."""
+    before = series.ticks < tick
+    columns = {name: column[before] for name, column in series.columns.items()}
+    return Series(series.ticks[before], series.species, columns, series.manifest)
 
 
 def places(plan: Archipelago) -> np.ndarray:

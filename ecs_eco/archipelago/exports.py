@@ -9,15 +9,18 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.checkpoint import file as checkpoint
+from ecs_eco.engine.errors import CheckpointError, ForeignFile
 from ecs_eco.lifecycle.migration import Migrants, copied
 from ecs_eco.record.archipelago import ISLANDS
+from ecs_eco.record.container import inside
 
 FOLDER = "exports"
+OWN = {"uid": np.dtype(np.uint64), "born": np.dtype(np.int64), "to": np.dtype(np.int64)}
 
 
-def write(path: Path, world: Any) -> dict[str, dict[str, int]]:
-    """Write the migrants that leave an island before its next tick, into its run folder; return how many go
-    where: species → island → number."""
+def write(path: Path, archipelago: str, world: Any) -> dict[str, dict[str, int]]:
+    """Write the migrants that leave an island before its next tick, into its run folder, with the hash of
+    their archipelago; return how many go where: species → island → number."""
     islands = world.config.archipelago
     leaving = copied(world)
     arrays: dict[str, np.ndarray] = {}
@@ -25,30 +28,44 @@ def write(path: Path, world: Any) -> dict[str, dict[str, int]]:
         arrays |= {f"{species}/uid": migrants.uid, f"{species}/born": migrants.born,
                    f"{species}/to": migrants.to}
         arrays |= {f"{species}/columns/{name}": column for name, column in migrants.columns.items()}
-    meta = {"island": islands.here, "tick": world.tick, "seed": world.seed, "species": list(leaving)}
+    meta = {"archipelago": archipelago, "island": islands.here, "tick": world.tick, "seed": world.seed,
+            "species": list(leaving)}
     checkpoint.write(path / FOLDER / checkpoint.name_of(world.tick), meta, arrays)
     return {species: {islands.names[to]: int((migrants.to == to).sum()) for to in np.unique(migrants.to)}
             for species, migrants in leaving.items()}
 
 
-def of_neighbours(root: Path, islands: Any, tick: int) -> Iterator[tuple[int, dict[str, Migrants]]]:
+def of_neighbours(root: Path, archipelago: str, world: Any,
+                  tick: int) -> Iterator[tuple[int, dict[str, Migrants]]]:
     """Yield what each island that sends migrants here wrote at a barrier, in the order of their numbers.
 
-    Raises CheckpointError for a file that is missing or damaged.
+    Raises CheckpointError for a file that is missing or damaged, ForeignFile for that of another archipelago,
+    island or barrier.
     """
+    islands = world.config.archipelago
     for number, targets in enumerate(islands.neighbours()):
         if islands.number in targets:
-            yield number, read(root / ISLANDS / islands.names[number], tick)
+            name = islands.names[number]
+            file = root / ISLANDS / name / FOLDER / checkpoint.name_of(tick)
+            yield number, read(inside(root, file), {"archipelago": archipelago, "island": name, "tick": tick},
+                               list(islands.emigration))
 
 
-def read(path: Path, tick: int) -> dict[str, Migrants]:
+def read(file: Path, wanted: dict[str, Any], wander: list[str]) -> dict[str, Migrants]:
     """Return the migrants that an island sent at a barrier, by species."""
-    meta, arrays = checkpoint.read(path / FOLDER / checkpoint.name_of(tick))
+    meta, arrays = checkpoint.read(file)
+    if different := [key for key, value in wanted.items() if meta.get(key) != value]:
+        raise ForeignFile(f"{file}: has migrants of another {', '.join(different)}")
+    groups: dict[str, dict[str, np.ndarray]] = {}
+    for key, array in arrays.items():
+        species, _, name = key.partition("/")
+        if species not in wander or array.ndim < 1 or array.dtype != OWN.get(name, array.dtype):
+            raise CheckpointError(f"{file}: {key}: is not what an island sends")
+        groups.setdefault(species, {})[name.removeprefix("columns/")] = array
     out = {}
-    for species in meta["species"]:
-        start = f"{species}/columns/"
-        columns = {name.removeprefix(start): array for name, array in arrays.items()
-                   if name.startswith(start)}
-        uid, born, to = (arrays[f"{species}/{word}"] for word in ("uid", "born", "to"))
-        out[species] = Migrants(uid, born, to, columns)
+    for species, group in groups.items():
+        if not OWN.keys() <= group.keys() or len(set(map(len, group.values()))) > 1:
+            raise CheckpointError(f"{file}: {species}: columns are missing, or differ in length")
+        uid, born, to = (group.pop(name) for name in OWN)
+        out[species] = Migrants(uid, born, to, group)
     return out

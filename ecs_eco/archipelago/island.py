@@ -13,11 +13,13 @@ from ecs_eco.archipelago import exports
 from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.loading import island_of
-from ecs_eco.engine.errors import CheckpointError, FolderInUse
+from ecs_eco.engine.errors import CheckpointError, FolderInUse, ForeignFile
 from ecs_eco.experiments.workers import finishing
 from ecs_eco.lifecycle.migration import admit, leave
-from ecs_eco.record.archipelago import ISLANDS, read
+from ecs_eco.record import container
+from ecs_eco.record.archipelago import FILE, ISLANDS, Manifest, check_island, read
 from ecs_eco.record.claim import Claim, claim_new
+from ecs_eco.record.container import inside
 from ecs_eco.runs.begin import begin, begun, keep_manifest
 from ecs_eco.runs.run import built, go_on, manifest_of, read_manifest, restored, snapshots
 
@@ -47,7 +49,8 @@ def advance(archipelago: str, name: str, start: int, until: int, threads: int = 
     leave at `until` are written to its own. Whatever was there of later ticks is written anew, the same.
     """
     root = Path(archipelago)
-    plan, path = read(root), root / ISLANDS / name
+    plan, path = read(root), inside(root, root / ISLANDS / name)
+    container.may_continue(root, plan, Manifest)
     with finishing(), _claimed(path) as claim:
         begin_ = time.perf_counter()
         live = _taken(path, start, claim) or _opened(claim, plan, name, start, threads, trust)
@@ -57,12 +60,12 @@ def advance(archipelago: str, name: str, start: int, until: int, threads: int = 
         islands = world.config.archipelago
         if islands.meets(start):
             leave(world)
-            admit(world, exports.of_neighbours(root, islands, start))
+            admit(world, exports.of_neighbours(root, plan["hash"], world, start))
         manifest |= {"ticks": until, "finished": False, "done": start, **folder.written}
         keep_manifest(folder, manifest)
         folder.forget_later()
         go_on(world, folder, manifest, until, progress, False, begin_)
-        sent = exports.write(path, world) if islands.meets(until) else {}
+        sent = exports.write(path, plan["hash"], world) if islands.meets(until) else {}
         folder.claim = None
         _live[path] = live._replace(thread=threading.get_ident())
         return {"tick": until, "digest": manifest["digest"], "sent": sent,
@@ -113,11 +116,14 @@ def _opened(claim: Claim, plan: Mapping[str, Any], name: str, start: int, thread
             raise CheckpointError(f"{path}: has no manifest.json, and the archipelago is at tick {start}")
         return _begun(claim, plan, name, threads, trust)
     manifest = read_manifest(path)
+    check_island(path, manifest, plan["hash"], name)
     file = path / "checkpoints" / checkpoint.name_of(start)
     if not file.is_file():
         raise CheckpointError(f"{file}: no such file; without it the archipelago cannot go on from tick "
                               f"{start}")
     world, folder = restored(file, claim, manifest, threads, trust)
+    if start and world.digest() != plan["islands"].get(name, {}).get("digest"):
+        raise ForeignFile(f"{file}: has another digest than {FILE} says of the island {name} at tick {start}")
     return Live(world, folder, manifest, threading.get_ident())
 
 
@@ -130,8 +136,8 @@ def _begun(claim: Claim, plan: Mapping[str, Any], name: str, threads: int, trust
     world = built(config, None, policies, threads, learn, ())
     every = plan["snapshot_every"] or snapshots(config, plan["ticks"])
     manifest = manifest_of(world, plan["ticks"], policies, learn, ()) | {
-        "island": name, "snapshot_every": every, "checkpoint_every": None, "keep": 10**9,
-        "record": plan["record"],
+        "island": name, "archipelago": plan["hash"], "snapshot_every": every, "checkpoint_every": None,
+        "keep": 10**9, "record": plan["record"],
     }  # fmt: skip
     with begun(claim):
         folder = begin(world, claim, manifest, weights_files(config, policies), None)

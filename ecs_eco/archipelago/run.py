@@ -14,7 +14,8 @@ from ecs_eco.engine.arguments import called_with, whole_number
 from ecs_eco.engine.errors import ConfigError, Problem, RecordingError
 from ecs_eco.experiments.engines import LOCAL, completed, engine, prepare
 from ecs_eco.experiments.pool import Pool
-from ecs_eco.record.archipelago import FORMAT, ISLANDS, digest_of, read, write
+from ecs_eco.record import container
+from ecs_eco.record.archipelago import ISLANDS, Manifest, digest_of, read, write
 from ecs_eco.record.claim import Claim, claimed
 from ecs_eco.record.folder import check_content
 from ecs_eco.record.seal import read_manifest
@@ -48,7 +49,7 @@ class Archipelago:
         """
         from ecs_eco.config import WorldConfig, load
         from ecs_eco.record.code import keep_copies, noted, sources
-        from ecs_eco.record.folder import git_commit, versions
+        from ecs_eco.record.folder import git_commit
         from ecs_eco.runs.begin import policies_as_json
 
         config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
@@ -56,18 +57,18 @@ class Archipelago:
             raise ConfigError([Problem(("archipelago",), "is missing: this world has no islands",
                                        allowed="a table with islands, every and emigration")])
         manifest = {
-            "format": FORMAT, "world": config.name, "title": config.title, "config": config.resolved(),
+            "world": config.name, "title": config.title, "config": config.resolved(),
             "config_hash": config.config_hash, "folder": str(config.folder.absolute()),
             "code": noted(sources(config)), "seed": config.seed if seed is None else seed,
             "ticks": config.ticks if ticks is None else whole_number("ticks", ticks, 1),
             "policies": policies_as_json(policies), "learn": learn, "snapshot_every": snapshot_every,
-            "record": record, "command": command, "versions": versions(), "git_commit": git_commit(),
+            "record": record, "command": command, "git_commit": git_commit(),
             "tick": 0, "islands": {}, "digest": None, "finished": False, "wall_seconds": 0.0,
         }  # fmt: skip
         with claimed(out) as claim:
             (claim.path / ISLANDS).mkdir(exist_ok=True)
             keep_copies(sources(config), claim.path)
-            write(claim.path, manifest)
+            container.begin(claim.path, Manifest, manifest)
             return cls(claim.path)
 
     @property
@@ -108,6 +109,7 @@ class Archipelago:
         start, spent = time.perf_counter(), float(self.manifest["wall_seconds"])
         with (Claim(self.folder) if claim is None else nullcontext(),
               engine(on, workers) as pool):
+            container.may_continue(self.folder, self.manifest, Manifest)
             for path in self.islands.values():
                 if (path / "manifest.json").is_file():
                     check_content(path, read_manifest(path)["parts"])

@@ -14,10 +14,11 @@ from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, progr
 from ecs_eco.experiments.arm import arms_of, check_training
 from ecs_eco.experiments.comparison import Comparison, Key, run_jobs
 from ecs_eco.experiments.engines import LOCAL, check_engine, engine, prepare
-from ecs_eco.experiments.plan import check_plan, has_plan, plan_of, write_plan
+from ecs_eco.experiments.plan import Planned, plan_of, write_plan
 from ecs_eco.experiments.runs import run_arm
 from ecs_eco.experiments.trained import train_or_find
 from ecs_eco.experiments.treatments import refusal
+from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
 
 
@@ -70,11 +71,11 @@ def _seen_from_everywhere(path: Path, on: str) -> Path:
 def claim_folder(out: Path | None, default: str, plan: dict[str, Any]) -> Claim:
     """Claim the folder of a comparison: new, or one where the same comparison was begun.
 
-    Raises ConfigError if it holds another one, FolderInUse if another process writes there.
+    Raises ForeignFile if it holds another one, FolderInUse if another process writes there.
     """
-    if out is None or not has_plan(out):
+    if out is None or not container.has(out, Planned):
         return results(out, default)
-    check_plan(out, plan)
+    container.check(out, Planned, plan)
     return Claim(out)
 
 

@@ -66,11 +66,11 @@ def search_world(
         budget = 30.0
     from ecs_eco.experiments.ray_executor import WorkerLost
     from ecs_eco.search import search
+    from ecs_eco.search.journal import has_search
 
     for note in notes(config):
         complain(f"note: {note}")
-    folder = (results(out, f"{config.name}-search") if out is None
-              or not (out / "journal.jsonl").is_file() else Claim(out))
+    folder = (results(out, f"{config.name}-search") if out is None or not has_search(out) else Claim(out))
     with folder as claim:
         try:
             with _shown(config.name, quiet) as show:

@@ -36,7 +36,7 @@ def sweep_plan(plan: str, on: str, workers: int | None, out: Path | None, quiet:
         allow_code(file.plan.world, file.folder)
     design = design_of(file)
     if out is not None and has_sweep(out):
-        check_plan(read_sweep(out), design)
+        check_plan(out, design)
         claim = Claim(out)
     else:
         claim = results(out, f"{Path(plan).stem}-sweep")
@@ -49,6 +49,7 @@ def resume_sweep(folder: Path, on: str, workers: int | None, quiet: bool, trust:
     """Go on with what is not done of a sweep."""
     check_where(on, sbatch)
     sweep = read_sweep(folder)
+    sweep.may_continue()
     if trust:
         allow_kept(sweep)
     with Claim(folder):

@@ -11,9 +11,10 @@ from ecs_eco.engine.arguments import called_with
 from ecs_eco.experiments.arm import arms_of, check_training
 from ecs_eco.experiments.comparison import Comparison, Key, run_jobs
 from ecs_eco.experiments.engines import LOCAL, engine, prepare
-from ecs_eco.experiments.plan import check_plan, has_plan, write_plan
+from ecs_eco.experiments.plan import Planned, write_plan
 from ecs_eco.experiments.runs import run_arm
 from ecs_eco.experiments.trained import train_or_find
+from ecs_eco.record import container
 from ecs_eco.record.claim import ours
 
 
@@ -35,7 +36,8 @@ def compare(
     content of its compare.json.
 
     `executor` is "local", "ray", or one of your own, whose workers see the folder under its absolute path.
-    Raises ConfigError, and what the first run that failed raised, once the others are done.
+    Raises ConfigError, ForeignFile where the folder holds another comparison, and what the first run that
+    failed raised, once the others are done.
     """
     from ecs_eco.analysis.compare import compare as differences
 
@@ -46,8 +48,8 @@ def compare(
     folder = Path(out).absolute()
     ticks = ticks or arms[0].config.ticks
     comparison = Comparison(folder, arms, ticks, range(1, seeds + 1), training, retrain)
-    if has_plan(folder):
-        check_plan(folder, comparison.plan)
+    if container.has(folder, Planned):
+        container.check(folder, Planned, comparison.plan)
     errors: list[BaseException] = []
 
     def failed(_: Key, error: BaseException) -> None:

@@ -19,6 +19,7 @@ from ecs_eco.experiments.plan import plan_of
 from ecs_eco.experiments.runs import has_run
 from ecs_eco.experiments.trained import is_trained
 from ecs_eco.experiments.treatments import species_with_policy
+from ecs_eco.record.container import inside
 from ecs_eco.worlds.policies import POLICIES
 
 Result = TypeVar("Result")
@@ -97,7 +98,8 @@ class Comparison:
         """All trainings."""
         owners = {self.policies_folder(arm): arm for arm in reversed(self.arms) if self.trains(arm)}
         return {
-            Key(place.name, seed): Training(place / f"seed-{seed}", arm.config, seed)
+            Key(place.name, seed): Training(inside(self.folder, place / f"seed-{seed}"), arm.config,
+                                                  seed)
             for place, arm in owners.items()
             for seed in self.training_seeds or ()
         }
@@ -113,7 +115,8 @@ class Comparison:
                     treated = arm.with_policies(self.policies_folder(arm) / f"seed-{k}")
                     folder = folder / f"training-{k}"
                 for seed in self.world_seeds:
-                    jobs[Key(arm.name, seed, k)] = Run(treated, seed, self.ticks, folder / f"seed-{seed}")
+                    jobs[Key(arm.name, seed, k)] = Run(treated, seed, self.ticks,
+                                                       inside(self.folder, folder / f"seed-{seed}"))
         return jobs
 
     def folders(self) -> dict[str, list[Path]]:

@@ -2,21 +2,53 @@
 
 from __future__ import annotations
 
-import json
-import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Literal
 
-from ecs_eco.engine.files import write_json
+from pydantic import Field
+
+from ecs_eco.engine.section import Section
 from ecs_eco.experiments.arm import Arm
-from ecs_eco.experiments.treatments import refusal
+from ecs_eco.record import container
+from ecs_eco.record.container import Container
+from ecs_eco.record.manifest import Filename, Sha, Tick
 
-PLAN = "plan.json"
+
+class PlannedArm(Section):
+    """What decides an arm."""
+
+    config_hash: Sha
+    policies: str | dict[str, str]
+    learn: bool | dict[str, bool] | None
+    controls: list[str]
+
+
+class Planned(Container):
+    """The manifest of a comparison; not the numbers of seeds, so that more can be added, as can arms."""
+
+    FILE: ClassVar = "plan.json"
+    KIND: ClassVar = "comparison"
+    COMMAND: ClassVar = "compare"
+    OTHER: ClassVar = "holds another comparison"
+    DECIDES: ClassVar = ("world", "ticks", "training seeds", "retrain")
+    GROWS: ClassVar = True
+
+    kind: Literal["comparison"]
+    world: str
+    ticks: Tick
+    trains: bool = Field(alias="training seeds")
+    retrain: bool
+    arms: dict[Filename, PlannedArm]
+
+    @classmethod
+    def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the settings of a comparison, those of each arm by themselves."""
+        return super().settings(content) | {f"the arm {name}": arm for name, arm in content["arms"].items()}
 
 
 def plan_of(arms: Sequence[Arm], ticks: int, trains: bool, retrain: bool) -> dict[str, Any]:
-    """Return the settings that identify a comparison; not the numbers of seeds, so that more can be added."""
+    """Return the settings that identify a comparison."""
     by_name = {
         arm.name: {
             "config_hash": arm.config.config_hash, "policies": arm.policies, "learn": arm.learn,
@@ -25,35 +57,16 @@ def plan_of(arms: Sequence[Arm], ticks: int, trains: bool, retrain: bool) -> dic
         for arm in arms
     }  # fmt: skip
     return {
-        "format": 1, "world": arms[0].config.name, "ticks": ticks, "training seeds": trains,
-        "retrain": retrain, "arms": by_name,
+        "world": arms[0].config.name, "ticks": ticks, "training seeds": trains, "retrain": retrain,
+        "arms": by_name,
     }  # fmt: skip
 
 
-def has_plan(folder: Path) -> bool:
-    """Return whether a comparison was begun in a folder."""
-    return os.path.isfile(folder / PLAN)
-
-
-def check_plan(folder: Path, plan: dict[str, Any]) -> None:
-    """Raise ConfigError where a folder holds another comparison; further arms may be added to one."""
-    try:
-        before = json.loads((folder / PLAN).read_text(encoding="utf-8"))
-        different = [key for key in plan if key != "arms" and plan[key] != before.get(key)]
-        different += [
-            f"the arm {name}" for name, arm in plan["arms"].items() if before["arms"].get(name, arm) != arm
-        ]
-    except (ValueError, KeyError, AttributeError):
-        different = [PLAN]
-    if different:
-        fault = f"holds another comparison: {', '.join(different)} differ{'s' * (len(different) == 1)}"
-        raise refusal(fault, str(folder), "a folder, new or empty", source="--out")
-
-
 def write_plan(folder: Path, plan: dict[str, Any]) -> None:
-    """Write the settings of the comparison in a folder, with the arms that were there before."""
-    folder.mkdir(parents=True, exist_ok=True)
-    if has_plan(folder):
-        before = json.loads((folder / PLAN).read_text(encoding="utf-8"))
-        plan = plan | {"arms": before["arms"] | plan["arms"]}
-    write_json(folder / PLAN, plan)
+    """Write the settings of the comparison in a folder, with the arms that were there before.
+
+    Raises ForeignFile where the folder holds another comparison, or one of the other mode.
+    """
+    there = container.begin(folder, Planned, plan)
+    if plan["arms"].keys() - there["arms"].keys():
+        container.write(folder, Planned, there | {"arms": there["arms"] | plan["arms"]})

@@ -98,18 +98,18 @@ def value_at(data: Any, key: str) -> Any:
 
 
 def save(result: dict[str, Any], out: Path) -> None:
-    """Write the policies as safetensors with their seals, and everything else, with their hashes,
+    """Write the policies as safetensors with their seals, and everything else, with their hashes and a seal,
     as training.json."""
-    from ecs_eco.engine.files import write_json
     from ecs_eco.learning.weights import hash_of
     from ecs_eco.learning.weights import save as save_weights
+    from ecs_eco.record.seal import write_manifest
 
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
         save_weights(out / f"{name}.safetensors", weights, result["names"][name])
     hashes = {name: hash_of(out / f"{name}.safetensors") for name in result["policies"]}
-    write_json(out / "training.json",
-               {k: v for k, v in result.items() if k not in ("policies", "names")} | {"weights": hashes})
+    write_manifest(out, {k: v for k, v in result.items() if k not in ("policies", "names")}
+                   | {"weights": hashes}, "training.json")
 
 
 def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.engine.errors import CheckpointError, FolderInUse, ForeignFile, RecordingError
+from ecs_eco.engine import portable
+from ecs_eco.engine.errors import ForeignFile
 from ecs_eco.experiments.arm import Arm
 from ecs_eco.experiments.workers import finishing
 from ecs_eco.learning.weights import hash_of
@@ -19,10 +20,10 @@ def run_arm(arm: Arm, seed: int, ticks: int, folder: Path, every: int | None = N
             progress: Callable[[int, int], None] | None = None) -> dict[str, Any]:
     """Run an arm with a seed into a folder, with a checkpoint `every` so many ticks; return its manifest.
 
-    A stopped run continues from its checkpoint, or restarts if it has none. Raises FolderInUse, and
-    ForeignFile if the folder holds files of another run.
+    A stopped run continues from its checkpoint, or restarts if it has none; nothing is removed. Raises
+    FolderInUse, ForeignFile if the folder holds files of another run, and RecordingError or CheckpointError
+    that names a damaged file.
     """
-    from ecs_eco.record.folder import remove_run
     from ecs_eco.runs.run import resume, run_to_folder
 
     if every is None and ticks > EVERY:
@@ -30,12 +31,8 @@ def run_arm(arm: Arm, seed: int, ticks: int, folder: Path, every: int | None = N
     with finishing():
         arm.config._code.pass_on()
         if (folder / "manifest.json").is_file():
-            try:
-                return resume(folder, ticks, progress, report=False, complain=lambda _: None)
-            except (FolderInUse, ForeignFile):
-                raise
-            except (CheckpointError, RecordingError):
-                remove_run(folder)
+            check_run(folder, read_manifest(folder), arm, seed)
+            return resume(folder, ticks, progress, report=False, complain=lambda _: None)
         return run_to_folder(
             arm.config, seed=seed, ticks=ticks, out=folder, policies=arm.policies, learn=arm.learn,
             controls=arm.controls, progress=progress, report=False, checkpoint_every=every, keep=1,
@@ -43,17 +40,21 @@ def run_arm(arm: Arm, seed: int, ticks: int, folder: Path, every: int | None = N
 
 
 def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
-    """Return whether a run of so many ticks is in a folder. Raises ForeignFile for another arm or seed."""
+    """Return whether a run of so many ticks is in a folder.
+
+    Raises ForeignFile for another arm, seed or mode, RecordingError where its manifest is damaged.
+    """
     try:
         manifest = read_manifest(folder)
-    except (FileNotFoundError, RecordingError):
+    except FileNotFoundError:
         return False
     check_run(folder, manifest, arm, seed)
     return bool(manifest.get("finished") and manifest.get("done", 0) >= ticks)
 
 
 def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> None:
-    """Raise ForeignFile where the run in a folder is not that of an arm with this seed, or is a fork."""
+    """Raise ForeignFile where the run in a folder is not that of an arm with this seed, is a fork, or was
+    computed in the other mode."""
     from ecs_eco.runs.begin import policies_as_json
     from ecs_eco.worlds.policies import weights_files
 
@@ -73,3 +74,5 @@ def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> No
             f"{folder / 'manifest.json'}: is of another run ({shown}) than {arm.name}, seed {seed}; "
             "remove the folder, or name another with --out"
         )
+    if why := portable.other_mode(manifest):
+        raise ForeignFile(f"{folder / 'manifest.json'}: {why}")

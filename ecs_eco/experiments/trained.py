@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import os
-import shutil
 from pathlib import Path
 from typing import Any
 
 from ecs_eco.config import WorldConfig
-from ecs_eco.engine.errors import ForeignFile
+from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.experiments.treatments import species_with_policy
 from ecs_eco.experiments.workers import finishing
 from ecs_eco.learning.weights import hash_of
+from ecs_eco.record.container import remove
+from ecs_eco.record.seal import read_manifest
+
+FILE = "training.json"
+WRITTEN = (FILE, "*.safetensors")
 
 
 def train_or_find(
@@ -22,50 +25,56 @@ def train_or_find(
 
     Several processes may train the same at once: the first result is kept, the others are identical. Without
     `verify` any training in the folder is accepted, since the folder's name identifies it. Raises ForeignFile
-    if it holds another training.
+    if it holds another training, RecordingError if it is damaged or holds other files; only what a killed
+    training left is removed.
     """
     from ecs_eco.experiments.pretraining import pretrain
 
     if is_trained(folder, config, seed, ticks, verify=verify):
         return folder
     part = folder.with_name(f"{folder.name}.{os.getpid()}.part")
-    shutil.rmtree(part, ignore_errors=True)
+    remove(part, WRITTEN)
     with finishing():
         try:
             pretrain(config, seed=seed, ticks=ticks, out=part)
             if not is_trained(folder, config, seed, ticks, verify=verify):
-                shutil.rmtree(folder, ignore_errors=True)  # the training there is incomplete
+                if not remove(folder, WRITTEN):
+                    raise RecordingError(f"{folder}: has no {FILE}, and holds other files than a training "
+                                         "writes; move them away, or name another folder")
                 _keep(part, folder)
         finally:
-            shutil.rmtree(part, ignore_errors=True)
+            remove(part, WRITTEN)
     return folder
 
 
 def is_trained(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> bool:
-    """Return whether the policies of a training are in a folder. Raises ForeignFile for those of another."""
-    path = folder / "training.json"
-    if not verify:
+    """Return whether the policies of a training are in a folder.
+
+    Raises ForeignFile for those of another, RecordingError where it is damaged.
+    """
+    path = folder / FILE
+    if not verify or not path.is_file():
         return path.is_file()
     wanted = {"config_hash": config.config_hash, "seed": seed} | ({} if ticks is None else {"ticks": ticks})
-    try:
-        training = json.loads(path.read_text(encoding="utf-8"))
-        different = [key for key in wanted if training[key] != wanted[key]]
-        weights = {name: hash_of(folder / f"{name}.safetensors") for name in species_with_policy(config)}
-    except (OSError, ValueError, KeyError, TypeError):
-        return False
+    training = read_manifest(folder, FILE)
+    different = [key for key in wanted if training.get(key) != wanted[key]]
     if different:
         there, here = (", ".join(_shown(values, different)) for values in (training, wanted))
         raise ForeignFile(f"{path}: belongs to another training: {there}, not {here}")
-    for name, digest in weights.items():
-        if training.get("weights", {}).get(name) != digest:
-            raise ForeignFile(f"{folder / name}.safetensors: is not the policy that this training left")
+    hashes = training.get("weights")
+    for name in species_with_policy(config):
+        file = folder / f"{name}.safetensors"
+        if not file.is_file():
+            raise RecordingError(f"{file}: is missing; remove its folder to train again")
+        if not isinstance(hashes, dict) or hashes.get(name) != hash_of(file):
+            raise ForeignFile(f"{file}: is not the policy that this training left")
     return True
 
 
 def _shown(values: dict[str, Any], keys: list[str]) -> list[str]:
-    return [f"{key} {values[key]}" for key in keys]
+    return [f"{key} {values.get(key)}" for key in keys]
 
 
 def _keep(part: Path, folder: Path) -> None:
@@ -73,5 +82,12 @@ def _keep(part: Path, folder: Path) -> None:
     try:
         part.rename(folder)
     except OSError:
-        if not (folder / "training.json").is_file():
+        if not (folder / FILE).is_file():
             raise
+
+
+def forget_trained(folder: Path) -> None:
+    """Remove trainings, each in a folder of its own, and nothing else."""
+    for place in folder.glob("training-*"):
+        remove(place, WRITTEN)
+    remove(folder, ())

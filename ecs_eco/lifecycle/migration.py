@@ -13,6 +13,7 @@ import numpy as np
 
 from ecs_eco.components import Load, Position
 from ecs_eco.engine import random
+from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.flushes import arrive, depart
 from ecs_eco.lifecycle.founders import scatter
 
@@ -75,7 +76,7 @@ def admit(world: SpatialWorld, groups: Iterable[tuple[int, Mapping[str, Migrants
     in the order of these numbers; within a group they come in the order of uids. Those that go elsewhere are
     left out.
 
-    Raises ValueError for migrants whose columns are not those of this island.
+    Raises CheckpointError for migrants whose columns are not those of this island.
     """
     here = world.config.archipelago.number
     for origin, species in groups:
@@ -108,7 +109,7 @@ def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type,
         mine, theirs = ([] if array is None else [array.dtype.str, list(array.shape[1:])]
                         for array in (known[name][2] if name in known else None, columns.get(name)))
         if mine != theirs:
-            raise ValueError(f"{table.name}: migrants have {name} as {theirs or 'no column'}, and this "
+            raise CheckpointError(f"{table.name}: migrants have {name} as {theirs or 'no column'}, and this "
                              f"island as {mine or 'no column'}; a species that wanders has the same "
                              "columns on all islands")
     return {known[name][:2]: values for name, values in columns.items()}

@@ -5,36 +5,87 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar, Literal
 
-from ecs_eco.engine.errors import RecordingError
-from ecs_eco.record import seal
+from pydantic import Field
+
+from ecs_eco.config.models.archipelago import Archipelago
+from ecs_eco.engine.errors import ForeignFile
+from ecs_eco.engine.section import Name, Section
+from ecs_eco.record import container
+from ecs_eco.record.container import Container
+from ecs_eco.record.manifest import Config, Seed, Sha, Tick
 
 FILE = "archipelago.json"
 ISLANDS = "islands"  # the folder of the islands' run folders
-FORMAT = 1
+
+
+class Islands(Config):
+    """The configuration of a world with islands."""
+
+    archipelago: Archipelago
+
+
+class Barrier(Section):
+    """Where an island is at a barrier."""
+
+    tick: Tick
+    digest: Sha
+    sent: dict[str, dict[Name, int]]
+    n: dict[str, int]
+    seconds: float
+
+
+class Manifest(Container):
+    """The manifest of an archipelago; `versions` decide too, as they do for a run."""
+
+    FILE: ClassVar = FILE
+    KIND: ClassVar = "archipelago"
+    COMMAND: ClassVar = "run"
+    OTHER: ClassVar = "is another archipelago"
+    DECIDES: ClassVar = ("config", "seed", "policies", "learn", "snapshot_every", "record", "versions")
+
+    kind: Literal["archipelago"]
+    world: str
+    title: str
+    config: Islands
+    config_hash: Sha
+    folder: str
+    code: list[dict[str, str]]
+    seed: Seed
+    ticks: Annotated[Tick, Field(ge=1)]
+    policies: str | dict[str, str]
+    learn: bool | dict[str, bool] | None
+    snapshot_every: Annotated[Tick, Field(ge=1)] | None
+    record: str | None
+    command: str | None
+    git_commit: str | None
+    tick: Tick
+    islands: dict[Name, Barrier]
+    digest: Sha | None
+    finished: bool
+    wall_seconds: float
 
 
 def is_archipelago(folder: Path | str) -> bool:
     """Return whether a folder holds the run of an archipelago."""
-    return (Path(folder) / FILE).is_file()
+    return container.has(Path(folder), Manifest)
 
 
 def read(folder: Path) -> dict[str, Any]:
     """Return the manifest; RecordingError where there is none, or it is damaged."""
-    try:
-        manifest = seal.read_manifest(folder, FILE)
-    except FileNotFoundError as error:
-        raise RecordingError(str(error)) from None
-    if manifest.get("format") != FORMAT or seal.WORD not in manifest:
-        raise RecordingError(f"{folder / FILE}: is no manifest of an archipelago, or of another version of "
-                             "ecs-eco")
-    return {key: value for key, value in manifest.items() if key != seal.WORD}
+    return container.read(folder, Manifest)
 
 
 def write(folder: Path, manifest: Mapping[str, Any]) -> None:
     """Write the manifest, completely, or leave the one before."""
-    seal.write_manifest(folder, manifest, FILE)
+    container.write(folder, Manifest, manifest)
+
+
+def check_island(path: Path, manifest: Mapping[str, Any], archipelago: str, name: str) -> None:
+    """Raise ForeignFile where a run is not that of an island of the archipelago with this hash."""
+    if (manifest.get("archipelago"), manifest.get("island")) != (archipelago, name):
+        raise ForeignFile(f"{path / 'manifest.json'}: is not of the island {name} of this archipelago")
 
 
 def digest_of(islands: Mapping[str, Mapping[str, Any]]) -> str:

@@ -218,7 +218,7 @@ def _locked(folder: Path) -> int:
     """Return the handle of the lock of a folder; FolderInUse."""
     path = folder / LOCK
     for _ in range(AGAIN):
-        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
         try:
             if not _lock(handle):
                 raise FolderInUse(f"{folder}: is being written by {_owner(handle)}; wait for its end, "

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Mapping
-from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -101,40 +100,15 @@ def check_content(path: Path, counts: Mapping[str, int]) -> None:
                                      f"checkpoint: ecs-eco resume {path} --out NEW") from None
 
 
-PARTS = "part-*.parquet"
-OURS = {  # what a run writes, by folder
-    "": ("manifest.json", "report.html", "why.html", "why.json", "terrain.npz",
-         "data.csv"), "series": (PARTS,),
-    "births": (PARTS,), "deaths": (PARTS,), "snapshots": (PARTS,), "matter": (PARTS,), "learning": (PARTS,),
-    "actions": (PARTS,), "arrivals": (PARTS,), "departures": (PARTS,), "details-*": (PARTS,),
-    "checkpoints": ("tick-*.safetensors",),
-    "policies": ("*.safetensors",), "figures": ("*.svg", "*.png"),
-}  # fmt: skip
+FOLDERS = ("series", "births", "deaths", "snapshots", "matter", "learning", "actions", "arrivals",
+           "departures", "details-*", "checkpoints", "policies", "figures")  # of a run
 
 
 def leftovers(path: Path) -> list[Path]:
     """Return the half-written files that a killed run left in its folder:
     those that bear the name that this package gives them."""
-    return [half for folder, _ in _folders(path) for half in half_written(folder)]
-
-
-def remove_run(path: Path) -> None:
-    """Remove what a run wrote in a folder, and nothing else; raises FolderInUse where it is being written."""
-    with Claim(path):
-        for half in leftovers(path):
-            half.unlink(missing_ok=True)
-        for folder, patterns in reversed(_folders(path)):  # the manifest last: until then it is a run
-            for file in [p for pattern in patterns for p in folder.glob(pattern)]:
-                file.unlink(missing_ok=True)
-            if folder != path:
-                with suppress(OSError):  # it has other content
-                    folder.rmdir()
-
-
-def _folders(path: Path) -> list[tuple[Path, tuple[str, ...]]]:
-    """Return the folders of a run that are there, and what it writes in them."""
-    return [(folder, patterns) for name, patterns in OURS.items()
-            for folder in ([path] if not name else path.glob(name))]
+    return [half for folder in [path, *(own for name in FOLDERS for own in path.glob(name))]
+            for half in half_written(folder)]
 
 
 def versions() -> dict[str, str]:

@@ -5,13 +5,18 @@ In a Parquet part it is an entry of the footer, computed with zeros in its place
 `seal`, computed without it. Files without a seal can be read unless their manifest says that they had one.
 """
 
+from __future__ import annotations
+
 import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ecs_eco.engine.errors import RecordingError
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 KEY = "ecs-eco.seal"
 BLANK = "0" * 64
@@ -82,7 +87,35 @@ def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
         raise RecordingError(f"{file}: is damaged: its seal is missing")
     if WORD in manifest and manifest[WORD] != _of(content):
         raise RecordingError(f"{file}: is damaged, or was changed: its seal does not fit")
+    if name == "manifest.json":
+        from ecs_eco.record.manifest import Run
+
+        validate(file, content, Run)
     return manifest
+
+
+def read_sealed(folder: Path, name: str, model: type[BaseModel]) -> dict[str, Any]:
+    """Return the content of a sealed file without its seal, after checking it by a model; raises as
+    `read_manifest` does, and RecordingError where the seal is missing."""
+    content = read_manifest(folder, name)
+    if content.pop(WORD, None) is None:
+        raise RecordingError(f"{folder / name}: is damaged: its seal is missing")
+    validate(folder / name, content, model)
+    return content
+
+
+def validate(file: Path, content: Mapping[str, Any], model: type[BaseModel]) -> None:
+    """Raise RecordingError that names the file and the first key that is not as its model says."""
+    from pydantic import ValidationError
+
+    try:
+        model.model_validate_json(json.dumps(content))
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        place = ".".join(str(part) for part in first["loc"])
+        what = first["msg"].removeprefix("Value error, ")
+        raise RecordingError(f"{file}: {place or 'content'}: {what}; the file is damaged, or of another "
+                             "version of ecs-eco") from None
 
 
 def has_seals(folder: Path) -> bool:

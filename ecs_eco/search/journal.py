@@ -11,15 +11,106 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import ConfigDict, Field
 
 from ecs_eco.engine import files
-from ecs_eco.engine.errors import ConfigError, Problem, RecordingError
+from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem, RecordingError
+from ecs_eco.engine.section import Section
+from ecs_eco.record import container, seal
+from ecs_eco.record.container import Container
+from ecs_eco.record.manifest import Sha, Tick
 
 NAME = "journal.jsonl"
 WORD = "seal"
 Entry = dict[str, Any]
+
+
+class Planned(Container):
+    """The manifest of a search."""
+
+    FILE: ClassVar = "plan.json"
+    KIND: ClassVar = "search"
+    COMMAND: ClassVar = "search"
+    OTHER: ClassVar = "is another search"
+    DECIDES: ClassVar = ("world", "config_hash", "search", "data", "optimiser")
+
+    kind: Literal["search"]
+    world: str
+    config_hash: Sha
+    search: dict[str, Any]
+    data: Sha | None = None
+    optimiser: str
+
+    @classmethod
+    def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the settings of a search, those of the world's [search] by their keys."""
+        own = {f"search.{key}": value for key, value in content["search"].items()}
+        return {key: value for key, value in super().settings(content).items() if key != "search"} | own
+
+
+class Evaluation(Section):
+    """What is read of an entry of a journal."""
+
+    model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
+
+    kind: Literal["candidate", "final", "confirmation"]
+    candidate: Annotated[int, Field(ge=0)]
+    values: dict[str, float] = {}
+    cell: Annotated[list[int], Field(min_length=2, max_length=2)] | None = None
+    stage: Annotated[int, Field(ge=0)]
+    score: float
+    stages: list[Stage]
+    seconds: float
+    cpu: float
+    at: float
+    failed: str = ""
+    refused: str = ""
+
+
+class Stage(Section):
+    """What became of a candidate in one stage."""
+
+    ticks: Tick
+    score: float
+    lost: int
+    runs: list[OneRun]
+
+
+class OneRun(Section):
+    """One run of a candidate."""
+
+    training: int
+    world: int
+    lived: Tick
+    extinct: str | None
+    score: float
+    goal: float | None
+    seconds: float
+    statistics: dict[str, float] | None = None
+
+
+def has_search(folder: Path) -> bool:
+    """Return whether a search was begun in a folder."""
+    return (folder / NAME).is_file() or container.has(folder, Planned)
+
+
+def begin(folder: Path, settings: Entry) -> Journal:
+    """Return the journal of a search in a folder, new or begun with these settings.
+
+    Raises ForeignFile for the folder of another search, RecordingError for one of an older version.
+    """
+    if container.inside(folder, folder / NAME).is_file() and not container.has(folder, Planned):
+        raise RecordingError(f"{folder / NAME}: {container.OLD}")
+    container.inside(folder, folder / "policies")
+    plan = container.begin(folder, Planned, settings)
+    journal = Journal(folder, {"plan": plan["hash"]})
+    for number, entry in enumerate(journal.entries, 2):
+        seal.validate(Path(f"{journal.path}, line {number}"), entry, Evaluation)
+    return journal
 
 
 class Journal:
@@ -106,12 +197,7 @@ def _seal_of(text: str, before: str) -> str:
 
 
 def _same(old: Entry, new: Entry, path: Path) -> None:
-    """Refuse to continue another search."""
-    a, b = ({**e, **{f"search.{k}": v for k, v in e.get("search", {}).items()}} for e in (old, new))
-    differ = [k for k in b if k != "search" and a.get(k) != b[k]]
-    if differ:
-        differences = "; ".join(f"{k}: {a.get(k)} then, {b[k]} now" for k in differ)
-        allowed = "the same world and settings, or another --out"
-        raise ConfigError(
-            [Problem((), f"is another search ({differences})", str(path.parent), allowed, source="--out")]
-        )
+    """Refuse to continue the journal of another search."""
+    if different := [key for key, value in new.items() if old.get(key) != value]:
+        raise ForeignFile(f"{path}: belongs to another search: its {', '.join(different)} is not that of the "
+                          "folder")

@@ -28,5 +28,6 @@ class Outcome:
     sampler: Sampler | None = None  # of abc and abc-smc
 
     def evaluated(self) -> Runs:
-        """The candidates whose numbers made a world."""
-        return [e for e in self.journal.of("candidate") if "refused" not in e]
+        """The candidates whose numbers made a world, in their order."""
+        return sorted((e for e in self.journal.of("candidate") if "refused" not in e),
+                      key=lambda e: int(e["candidate"]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from ecs_eco.analysis.figures import survival
 from ecs_eco.analysis.page import number, page, picture, table, write_text
 from ecs_eco.analysis.style import save_svg
 from ecs_eco.analysis.survival import kaplan_meier
+from ecs_eco.record.container import inside
 from ecs_eco.search import figures
 from ecs_eco.search.importance import Importance, ranks
 from ecs_eco.search.optimise import merit
@@ -22,8 +22,7 @@ from ecs_eco.search.posterior_page import posterior_blocks
 
 def write_page(search: Outcome, result: dict[str, Any]) -> None:
     """Write search.html and figures/ from the content of search.json."""
-    folder = search.out / "figures"
-    shutil.rmtree(folder, ignore_errors=True)
+    folder = inside(search.out, search.out / "figures")
     path = save_svg(
         figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1), folder / "history.svg"
     )

@@ -58,7 +58,6 @@ class Plan:
         """The settings that must not change when a search is continued."""
         settings = self.config.search.model_dump(mode="json", exclude={"confirm", "finalists"})
         return {
-            "format": 1,
             "world": self.config.name,
             "config_hash": self.config.config_hash,
             "search": json.loads(json.dumps(settings)),

@@ -78,7 +78,8 @@ def confirmation(search: Outcome, candidate: int) -> dict[str, Any]:
     """Runs on fresh seeds: how many there were, in how many all lived, Wilson's 95 % interval, and each run.
     """
     entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
-    runs = [run for e in entries for stage in e["stages"] for run in stage["runs"]]
+    runs = [run for e in sorted(entries, key=lambda e: tuple(e["cell"]))  # not as workers finished
+            for stage in e["stages"] for run in stage["runs"]]
     kept = sum(run["extinct"] is None for run in runs)
     share = wilson(kept, len(runs))
     trainings = sorted({run["training"] for run in runs})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from pathlib import Path
@@ -12,12 +11,14 @@ import numpy as np
 
 from ecs_eco.config import load
 from ecs_eco.engine.arguments import called_with
-from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem, listed, nearest
 from ecs_eco.experiments.engines import LOCAL, engine, prepare, terminate, workers_of
+from ecs_eco.experiments.trained import forget_trained
 from ecs_eco.record.claim import Claim, ours
+from ecs_eco.record.container import inside
 from ecs_eco.search.budget import Budget
 from ecs_eco.search.evaluate import Job, evaluate
-from ecs_eco.search.journal import Journal
+from ecs_eco.search.journal import begin
 from ecs_eco.search.optimise import OPTIMISERS, Optimiser, merit
 from ecs_eco.search.outcome import BEST, Outcome
 from ecs_eco.search.plan import Plan, plan_of
@@ -46,10 +47,10 @@ def search(
     """Search the ranges in a world's [search]; write a folder, return the content of its search.json.
 
     `overrides` are as for `load`, "search.ticks" and the like included. It ends after `budget` minutes,
-    `trials` candidates, or `cpu` CPU seconds of candidates, earlier calls included: a folder with a journal
+    `trials` candidates, or `cpu` CPU seconds of candidates, earlier calls included: a folder with a search
     is continued. `trust` allows the code that the world lists to run in this process and its workers.
     `executor` is "local" (two `workers`, if they are not given), "ray", or an executor of your own. Raises
-    ConfigError; FolderInUse if another process searches there.
+    ConfigError; FolderInUse if another process searches there; ForeignFile if it holds another search.
     """
     called_with("progress", progress, "the search")
     config = load(world, overrides, trust=trust)
@@ -104,7 +105,7 @@ class Search:
         self.pool, self.workers = pool, workers_of(pool)
         self.budget = Budget(budget, trials, cpu, self.workers)
         self.plan, self.out, self.kind = plan, out, optimiser
-        self.journal = Journal(out, {**plan.header(), "optimiser": optimiser})
+        self.journal = begin(out, {**plan.header(), "optimiser": optimiser})
         self.sampler = Sampler(plan, optimiser, self.journal) if optimiser in SAMPLERS else None
         self.optimiser = self.sampler or Optimiser(plan.parameters, optimiser, plan.config.search.seed)
         self._tell_known()
@@ -112,15 +113,14 @@ class Search:
         self.phase, self._progress = "searching", progress
 
     def _tell_known(self) -> None:
-        """Tell the optimiser what the journal holds. Raises ConfigError where no search wrote that."""
-        try:
-            for entry in self.journal.of("candidate"):
-                self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
-            self.budget.begin(self.plan, self.journal, lambda: len(self._finalists()))
-        except (KeyError, ValueError, TypeError, AttributeError) as error:
-            fault = f"holds entries that no search writes: {type(error).__name__}: {error}"
-            allowed = "a journal written by this version, or another --out"
-            raise ConfigError([Problem((), fault, allowed=allowed, source=str(self.journal.path))]) from None
+        """Tell the optimiser what the journal holds. Raises ForeignFile where values are not those of the
+        plan."""
+        for entry in self.journal.of("candidate"):
+            if entry["values"].keys() != self.plan.start.keys():
+                raise ForeignFile(f"{self.journal.path}: candidate {entry['candidate']}: values: have other "
+                                  "keys than the ranges")
+            self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
+        self.budget.begin(self.plan, self.journal, lambda: len(self._finalists()))
 
     # --- the three phases
 
@@ -294,7 +294,7 @@ class Search:
     # --- folders of policies
 
     def _forget(self, number: int) -> None:
-        shutil.rmtree(self.out / "policies" / f"candidate-{number}", ignore_errors=True)
+        forget_trained(inside(self.out, self.out / "policies" / f"candidate-{number}"))
 
     def sweep(self) -> None:
         """Remove the policies of all but the best, and of those that were not evaluated to their end."""
@@ -302,4 +302,4 @@ class Search:
         kept = {"candidate-0", *(f"candidate-{e['candidate']}" for e in best)}
         for folder in (self.out / "policies").glob("candidate-*"):
             if folder.name not in kept and folder.name.removeprefix("candidate-").isdigit():
-                shutil.rmtree(folder, ignore_errors=True)
+                self._forget(int(folder.name.removeprefix("candidate-")))

@@ -14,7 +14,9 @@ from ecs_eco.config.edit import as_toml, edited
 from ecs_eco.config.loading import document_of
 from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.experiments.trained import forget_trained
 from ecs_eco.record.code import keep_beside
+from ecs_eco.record.container import inside
 from ecs_eco.search.plan import TRAINED, Plan
 
 if TYPE_CHECKING:
@@ -73,8 +75,8 @@ def _keep_named(config: WorldConfig, out: Path) -> None:
     names += [] if config.data is None else [config.data.file]
     for name in filter(None, names):
         path = config.file(name)
-        inside = not Path(name).is_absolute() and ".." not in Path(name).parts
-        if not inside or not path.is_file() or (out / name).exists():
+        beside = not Path(name).is_absolute() and ".." not in Path(name).parts
+        if not beside or not path.is_file() or inside(out, out / name).exists():
             continue
         (out / name).parent.mkdir(parents=True, exist_ok=True)
         for part in [path, *path.parent.glob(f"{glob.escape(path.stem)}.*")]:  # a Shapefile has several
@@ -97,10 +99,10 @@ def _same(file: Path, config: WorldConfig) -> bool:
 
 def _policies(config: WorldConfig, trained: Path, beside: Path, training: bool) -> dict[str, str]:
     """Copy the policies beside the world; return the file of each species, as the world names it."""
-    shutil.rmtree(beside, ignore_errors=True)
+    forget_trained(inside(beside.parent, beside))
     sets = sorted(trained.glob("training-*"), key=lambda p: int(p.name.partition("-")[2])) if training else []
     for folder in sets:
-        shutil.copytree(folder, beside / folder.name)
+        shutil.copytree(folder, beside / folder.name, dirs_exist_ok=True)
     files = {}
     for name, species in config.species.items():
         if not species.policy.thinks:

@@ -5,23 +5,25 @@ Every world that a job will run is loaded here once, so that a wrong value is re
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import ConfigDict, Field
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import read_document
 from ecs_eco.config.ranges import key_of
 from ecs_eco.config.shipped import shipped
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
+from ecs_eco.engine.section import Section
 from ecs_eco.experiments.arm import Arm, arm_of
 from ecs_eco.experiments.changes import NotApplicable
 from ecs_eco.experiments.treatments import find, species_with_policy
 from ecs_eco.learning.weights import hash_of
+from ecs_eco.record.manifest import Seed, Sha
 from ecs_eco.sweeps.plan import MOST_JOBS, PlanFile
 from ecs_eco.sweeps.points import Point, number_of_points, points_of, problems_of_ranges
 from ecs_eco.worlds.policies import POLICIES
@@ -29,29 +31,46 @@ from ecs_eco.worlds.policies import POLICIES
 Place = tuple[str | int, ...]
 
 
+NAME = r"^[0-9a-f]{16}/seed-[0-9]+$"  # of a training: the world that it is in, and its seed
+
+
+class Settings(Section):
+    """What is read of the settings of a plan; the others only tell plans apart."""
+
+    model_config = ConfigDict(extra="allow", strict=True)
+
+    policies: Literal["trained", "random", "untrained"] | dict[str, Sha]
+    world_seeds: list[Seed]
+    training_seeds: list[Seed]
+
+
 @dataclass(frozen=True)
 class Training:
     """Policies that are trained once: in the world with these values, under this treatment."""
 
-    name: str  # its folder in the sweep's policies/
-    seed: int
+    __pydantic_config__: ClassVar[ConfigDict] = Section.model_config
+
+    name: Annotated[str, Field(pattern=NAME)]  # its folder in the sweep's policies/
+    seed: Seed
     values: dict[str, Any]
     treatment: str
-    config_hash: str
+    config_hash: Sha
 
 
 @dataclass(frozen=True)
 class Job:
     """One run of a sweep."""
 
+    __pydantic_config__: ClassVar[ConfigDict] = Section.model_config
+
     number: int
     point: int
     values: dict[str, Any]
     treatment: str  # "": the world as it is
-    training_seed: int | None
-    world_seed: int
+    training_seed: Seed | None
+    world_seed: Seed
     training: str | None  # its name
-    config_hash: str
+    config_hash: Sha
 
     def __str__(self) -> str:
         values = ", ".join(f"{name.rpartition('.')[2]} {value}" for name, value in self.values.items())
@@ -80,12 +99,6 @@ class Design:
                                 for name in species_with_policy(self.base)}
         return plan | seeds | {"ticks": self.ticks, "world": self.base.name,
                                "world_hash": self.base.config_hash}
-
-    @property
-    def hash(self) -> str:
-        """SHA-256 of its settings and of the worlds of all jobs, 64 hexadecimal digits."""
-        content = [self.settings, [job.config_hash for job in self.jobs]]
-        return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
 def design_of(file: PlanFile, *, trust: bool = False) -> Design:

@@ -5,29 +5,68 @@ It holds all that a job needs, so that it may lie on a disk that many machines s
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import Document
-from ecs_eco.engine import portable
-from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem, RecordingError
-from ecs_eco.engine.files import write_json
+from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem
 from ecs_eco.experiments.arm import Arm
+from ecs_eco.experiments.changes import NotApplicable
 from ecs_eco.experiments.treatments import species_with_policy
+from ecs_eco.record import container
 from ecs_eco.record.code import FOLDER as CODE
 from ecs_eco.record.code import check_code, keep_copies, noted, sources
-from ecs_eco.sweeps.design import Design, Job, Training, as_json, plan_folder, treated
+from ecs_eco.record.container import Container, inside
+from ecs_eco.record.manifest import Config, Tick
+from ecs_eco.sweeps.design import Design, Job, Settings, Training, as_json, plan_folder, treated
 
 SWEEP, JOBS, DONE, FAILED, PROGRESS = "sweep.json", "jobs", "done.json", "failed.json", "progress.json"
 RUN = "run"  # the run's folder within that of its job
 GIVEN = "given"  # folder of the policies that a plan names
-FORMAT = 1
+
+
+class Manifest(Container):
+    """The manifest of a sweep."""
+
+    FILE: ClassVar = SWEEP
+    KIND: ClassVar = "sweep"
+    COMMAND: ClassVar = "sweep"
+    OTHER: ClassVar = "holds the sweep of another plan"
+    DECIDES: ClassVar = ("plan", "jobs")
+
+    kind: Literal["sweep"]
+    world: str
+    title: str
+    source: str
+    ticks: Tick
+    checkpoint_every: Tick | None
+    plan: Settings
+    home: Annotated[str, Field(pattern=r"^world(/below)*$")]
+    config: Config
+    code: list[dict[str, str]]
+    trainings: list[Training]
+    jobs: Annotated[list[Job], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _refers(self) -> Self:
+        known = {None, *(training.name for training in self.trainings)}
+        for number, job in enumerate(self.jobs):
+            if job.number != number or job.training not in known:
+                raise ValueError(f"jobs.{number}: has another number, or a training that is not listed")
+        return self
+
+    @classmethod
+    def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the settings of a plan by their keys, and its worlds."""
+        return {**content["plan"], "worlds": sorted({job["config_hash"] for job in content["jobs"]})}
 
 
 @dataclass(frozen=True)
@@ -47,10 +86,9 @@ class Sweep:
         """Length of each run."""
         return int(self.content["ticks"])
 
-    def check_mode(self) -> None:
-        """Raise ForeignFile where the sweep was begun in another mode than this process computes in."""
-        if why := portable.other_mode({"target": {"mode": self.content.get("mode", "native")}}):
-            raise ForeignFile(f"{self.folder / SWEEP}: {why}")
+    def may_continue(self) -> None:
+        """Raise ForeignFile where the sweep was begun in another mode, or has a link out of its folder."""
+        container.may_continue(self.folder, self.content, Manifest)
 
     @cached_property
     def jobs(self) -> tuple[Job, ...]:
@@ -71,11 +109,15 @@ class Sweep:
 
     def policies_folder(self, training: str) -> Path:
         """Return the folder of policies that a training leaves."""
-        return self.folder / "policies" / training
+        return inside(self.folder, self.folder / "policies" / training)
 
     def world(self, values: dict[str, Any], treatment: str) -> Arm:
-        """Return the world with these values under a treatment. Raises ConfigError."""
-        return treated(load(self.base, values), treatment)
+        """Return the world with these values under a treatment. Raises ConfigError, ForeignFile."""
+        try:
+            return treated(load(self.base, values), treatment)
+        except NotApplicable as error:
+            raise ForeignFile(f"{self.folder / SWEEP}: treatment: {treatment!r} {error.what}; allowed: "
+                              f"{error.allowed}") from None
 
     def arm(self, job: Job) -> Arm:
         """Return the arm of a job with its policies. Raises ForeignFile where its world is another now."""
@@ -100,31 +142,23 @@ class Sweep:
 
 def read_sweep(folder: str | Path) -> Sweep:
     """Return the sweep in a folder. Raises RecordingError where there is none, or it is damaged."""
-    path = Path(folder) / SWEEP
+    path = Path(os.path.abspath(folder))
     try:
-        status = path.stat()
-        return _read(Path(os.path.abspath(folder)), status.st_mtime_ns, status.st_size)
-    except FileNotFoundError:
-        raise RecordingError(f"{folder} is no folder of a sweep: it has no {SWEEP} "
-                             "(a folder written by `ecs-eco sweep`)") from None
-    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
-        raise RecordingError(f"{path}: is damaged: {error}") from None
+        status = (path / SWEEP).stat()
+    except OSError:
+        container.read(folder, Manifest)
+        raise
+    return _read(path, status.st_mtime_ns, status.st_size)
 
 
 @lru_cache(maxsize=4)
 def _read(folder: Path, written: int, size: int) -> Sweep:
-    content = json.loads((folder / SWEEP).read_text(encoding="utf-8"))
-    sweep = Sweep(folder, content)
-    if content["format"] != FORMAT:
-        raise ValueError(f"it has the format {content['format']}, and this version reads {FORMAT}")
-    assert sweep.jobs is not None
-    assert sweep.trainings is not None
-    return sweep
+    return Sweep(folder, container.read(folder, Manifest))
 
 
 def has_sweep(folder: Path) -> bool:
     """Return whether a sweep was begun in a folder."""
-    return os.path.isfile(folder / SWEEP)
+    return container.has(folder, Manifest)
 
 
 def begin(folder: Path, design: Design) -> Sweep:
@@ -133,36 +167,28 @@ def begin(folder: Path, design: Design) -> Sweep:
     Raises ForeignFile where the folder holds the sweep of another plan.
     """
     if has_sweep(folder):
-        sweep = read_sweep(folder)
-        check_plan(sweep, design)
-        return sweep
+        check_plan(folder, design)
+        return read_sweep(folder)
     folder.mkdir(parents=True, exist_ok=True)
     keep_copies(sources(design.base), folder)
     home = _keep_policies(folder, design)
-    write_json(folder / SWEEP, {
-        "format": FORMAT, "hash": design.hash, "world": design.base.name,
-        "title": design.file.plan.title or design.base.title, "source": design.file.document.source,
-        "ticks": design.ticks, "checkpoint_every": design.file.plan.checkpoint_every,
-        "plan": design.settings, "mode": portable.mode(), "home": str(home), "config": design.base.resolved(),
-        "code": noted(sources(design.base)),
+    container.begin(folder, Manifest, _planned(design) | {
+        "world": design.base.name, "title": design.file.plan.title or design.base.title,
+        "source": design.file.document.source, "ticks": design.ticks,
+        "checkpoint_every": design.file.plan.checkpoint_every, "home": home.as_posix(),
+        "config": design.base.resolved(), "code": noted(sources(design.base)),
         "trainings": [as_json(one) for one in design.trainings],
-        "jobs": [as_json(job) for job in design.jobs],
     })  # fmt: skip
     return read_sweep(folder)
 
 
-def check_plan(sweep: Sweep, design: Design) -> None:
-    """Raise ForeignFile where a sweep is that of another plan."""
-    if sweep.hash == design.hash:
-        sweep.check_mode()
-        return
-    before, now = sweep.content["plan"], design.settings
-    different = [key for key in {**before, **now} if before.get(key) != now.get(key)] or ["its worlds"]
-    raise ForeignFile(
-        f"{sweep.folder / SWEEP}: holds the sweep of another plan: {', '.join(different)} "
-        f"differ{'s' * (len(different) == 1)}; name another folder with --out, or go on with what is there: "
-        f"ecs-eco sweep resume {sweep.folder}"
-    )
+def check_plan(folder: Path, design: Design) -> None:
+    """Raise ForeignFile where a sweep is that of another plan, or of the other mode."""
+    container.check(folder, Manifest, _planned(design))
+
+
+def _planned(design: Design) -> dict[str, Any]:
+    return {"plan": design.settings, "jobs": [as_json(job) for job in design.jobs]}
 
 
 def _keep_policies(folder: Path, design: Design) -> Path:

@@ -10,14 +10,19 @@ import traceback
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
+
+from pydantic import ConfigDict
 
 from ecs_eco.engine.errors import FolderInUse, ForeignFile, RecordingError
 from ecs_eco.engine.files import write_json
+from ecs_eco.engine.section import Section
 from ecs_eco.experiments.runs import has_run, run_arm
 from ecs_eco.experiments.trained import is_trained, train_or_find
 from ecs_eco.record.claim import Claim, ours
-from ecs_eco.record.seal import read_manifest
+from ecs_eco.record.container import inside
+from ecs_eco.record.manifest import Seed, Sha, Tick
+from ecs_eco.record.seal import read_manifest, read_sealed, write_manifest
 from ecs_eco.sweeps.design import Job
 from ecs_eco.sweeps.folder import DONE, FAILED, PROGRESS, RUN, Sweep, read_sweep
 
@@ -36,8 +41,8 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
     """
     _allow(allowed)
     sweep = read_sweep(folder)
-    sweep.check_mode()
-    place = sweep.job_folder(number)
+    sweep.may_continue()
+    place = inside(sweep.folder, sweep.job_folder(number))
     job = sweep.jobs[number]
     if (done := read_done(sweep, number)) is not None:
         return done
@@ -50,7 +55,7 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
         except Exception as error:
             write_json(place / FAILED, _failure(error))
             raise
-        write_json(place / DONE, done)
+        write_manifest(place, done, DONE)
         for name in (FAILED, PROGRESS):
             (place / name).unlink(missing_ok=True)
         return done
@@ -63,7 +68,7 @@ def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
     """
     _allow(allowed)
     sweep = read_sweep(folder)
-    sweep.check_mode()
+    sweep.may_continue()
     training, place = sweep.trainings[name], sweep.policies_folder(name)
     config = sweep.world(training.values, training.treatment).config
     while not is_trained(place, config, training.seed):
@@ -75,21 +80,66 @@ def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
     return str(place)
 
 
+class Numbers(Section):
+    """What is kept of one species in a run."""
+
+    model_config = ConfigDict(extra="allow", strict=True)
+    __pydantic_extra__: dict[str, float | None]
+
+    deaths: dict[str, float]
+
+
+class Summary(Section):
+    """What is kept of a run, as `summary_of` returns it."""
+
+    persisted: bool
+    lived: float
+    species: dict[str, Numbers]
+    reporters: dict[str, dict[str, dict[str, float | None]]]
+
+
+class Done(Section):
+    """The content of done.json."""
+
+    format: Literal[1]
+    number: int
+    sweep: Sha
+    values: dict[str, Any]
+    treatment: str
+    training_seed: Seed | None
+    world_seed: Seed
+    config_hash: Sha
+    digest: Sha
+    ticks: Tick
+    git_commit: str | None
+    versions: dict[str, str]
+    weights: dict[str, str]
+    seconds: float
+    began: float
+    ended: float
+    host: str
+    summary: Summary
+
+
 def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
-    """Return the done.json of a job, None where it is not done. Raises ForeignFile for that of another."""
+    """Return the done.json of a job, None where it is not done.
+
+    Raises ForeignFile for the file of another job, RecordingError for a damaged one.
+    """
     path = sweep.job_folder(number) / DONE
-    try:
-        done = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    if not path.exists():
         return None
-    except (OSError, ValueError) as error:
-        raise RecordingError(f"{path}: is damaged: {error}; remove it, and the job finds its run") from None
+    try:
+        done = read_sealed(path.parent, DONE, Done)
+    except RecordingError as error:
+        raise RecordingError(f"{error}; remove this file, and the job finds its run") from None
     job = sweep.jobs[number]
-    wanted = {"number": number, "config_hash": job.config_hash, "world_seed": job.world_seed,
-              "training_seed": job.training_seed, "treatment": job.treatment, "ticks": sweep.ticks}
-    if different := [key for key, value in wanted.items() if done.get(key) != value]:
+    wanted = {"number": number, "sweep": sweep.hash, "values": job.values, "config_hash": job.config_hash,
+              "world_seed": job.world_seed, "training_seed": job.training_seed, "treatment": job.treatment,
+              "ticks": sweep.ticks}
+    if different := [key for key, value in wanted.items() if done[key] != value]:
         raise ForeignFile(f"{path}: is of another job ({', '.join(different)}) than {job}; remove its folder")
-    return dict(done)
+    return done
 
 
 def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 from ecs_eco.analysis.page import number, page, picture, table, write_text
 from ecs_eco.analysis.style import colors, save_svg
 from ecs_eco.analysis.survival import Interval
+from ecs_eco.record.container import inside
 from ecs_eco.record.seal import read_manifest
 from ecs_eco.sweeps import figures
 from ecs_eco.sweeps.folder import RUN, Sweep
@@ -27,8 +27,7 @@ _HEAT = "Means over seeds, and over what else varies; empty where no run has a n
 
 def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Path:
     """Write sweep.html and figures/ from the rows of the table; return the page."""
-    folder = sweep.folder / "figures"
-    shutil.rmtree(folder, ignore_errors=True)
+    folder = inside(sweep.folder, sweep.folder / "figures")
     species = list(sweep.content["config"]["species"])
     species = [name for name in species if f"{name}.mean" in rows[0]]
     hue = colors(species, read_manifest(sweep.job_folder(rows[0]["job"]) / RUN).get("colors"))

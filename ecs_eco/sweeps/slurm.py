@@ -5,7 +5,6 @@ SLURM is spoken to by its commands: sbatch, squeue and scontrol.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shlex
@@ -13,12 +12,18 @@ import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from ecs_eco.engine.errors import ConfigError, Problem
-from ecs_eco.engine.files import write_json
+from ecs_eco.engine.files import write
 from ecs_eco.engine.processes import python
+from ecs_eco.engine.section import Section
 from ecs_eco.experiments.workers import PINS
+from ecs_eco.record.container import inside
+from ecs_eco.record.manifest import Tick
+from ecs_eco.record.seal import read_sealed, write_manifest
 from ecs_eco.sweeps.folder import Sweep, read_sweep
 from ecs_eco.sweeps.jobs import UNFINISHED
 
@@ -58,19 +63,18 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
     is when SLURM preempts it or its node fails. Raises ConfigError where SLURM is not there or refuses.
     """
     sweep = read_sweep(folder)
-    place = sweep.folder / FOLDER
+    place = inside(sweep.folder, sweep.folder / FOLDER)
     place.mkdir(exist_ok=True)
     arrays, before = _arrays(place), ""
     ids = []
     for offset, indices in chunks(numbers, array_size()):
         text = script(sweep, offset, indices, options, before)
-        path = place / f"array-{len(arrays) + 1}.sh"
-        path.write_text(text, encoding="utf-8")
+        path = write(place / f"array-{len(arrays) + 1}.sh", text)
         path.chmod(0o755)
         before = _slurm("sbatch", "--parsable", str(path)).strip().partition(";")[0]
         ids.append(before)
         arrays.append({"id": before, "offset": offset, "indices": compressed(indices)})
-        write_json(place / SUBMITTED, arrays)
+        write_manifest(place, {"arrays": arrays}, SUBMITTED)
     return ids
 
 
@@ -98,15 +102,19 @@ def queued(folder: str | Path) -> set[int]:
 
 def script(sweep: Sweep, offset: int, indices: Sequence[int], options: Options, after: str = "") -> str:
     """Return the batch script of an array: index + offset is the number of a job; `after` is the array
-    that ends before it begins."""
-    logs = sweep.folder / FOLDER / "%A_%a.log"
+    that ends before it begins. Raises ConfigError where a line of it would hold a line break."""
+    logs = str(sweep.folder / FOLDER).replace("%", "%%") + "/%A_%a.log"  # SLURM replaces what follows a %
     wanted = {
         "job-name": name_of(sweep), "array": f"{compressed(indices)}%{options.limit}", "ntasks": 1,
         "cpus-per-task": 1, "signal": f"B:TERM@{options.notice}", "open-mode": "append",
         "output": logs, "dependency": f"afterany:{after}" if after else None,
     }  # fmt: skip
-    lines = ["--requeue", *(f"--{key}={value}" for key, value in wanted.items() if value is not None),
-             *options.more]
+    for source, word in [("DIR", str(sweep.folder)), *(("--sbatch", word) for word in options.more)]:
+        if not word.isprintable():
+            raise ConfigError([Problem((), "cannot be a line of a batch script", word, "printable characters",
+                                       source=source)])
+    lines = ["--requeue", *(shlex.quote(f"--{key}={value}") for key, value in wanted.items()
+                            if value is not None), *options.more]
     own = "from ecs_eco.cli import main; sys.argv[0] = 'ecs-eco'; main()"
     command = python(own, "sweep", "job", str(sweep.folder))
     return SCRIPT.format(
@@ -146,11 +154,20 @@ def array_size() -> int:
 
 
 def _arrays(place: Path) -> list[dict[str, Any]]:
-    """Return what was submitted before."""
-    try:
-        return list(json.loads((place / SUBMITTED).read_text(encoding="utf-8")))
-    except FileNotFoundError:
+    """Return what was submitted before. Raises RecordingError where the note of it is damaged."""
+    if not (place / SUBMITTED).exists():
         return []
+    return list(read_sealed(place, SUBMITTED, _Submitted)["arrays"])
+
+
+class _Array(Section):
+    id: Annotated[str, Field(pattern=r"^[0-9]+$")]
+    offset: Tick
+    indices: Annotated[str, Field(pattern=r"^[0-9,-]+$")]
+
+
+class _Submitted(Section):
+    arrays: list[_Array]
 
 
 def _slurm(*command: str) -> str:

@@ -84,24 +84,30 @@ class Survey:
 
 def _look_at(status: Status, number: int, place: Path) -> None:
     """Add a job that is not done."""
-    note, owner = _read(place / PROGRESS), owner_of(place)
+    note, owner = _numbers(place / PROGRESS), owner_of(place)
     ticks = int(note.get("done", 0))
     status.ticks += ticks
-    silent = time.time() - float(note.get("at", 0.0)) > SILENCE
+    silent = time.time() - note.get("at", 0.0) > SILENCE
     if owner is not None and (owner.get("host") == socket.gethostname() or not silent):
         status.running.append(number)
-        lasted = float(note.get("at", 0.0)) - float(note.get("began", math.inf))
+        lasted = note.get("at", 0.0) - note.get("began", math.inf)
         if lasted >= ENOUGH:
-            status.rates.append((ticks - int(note.get("from", 0))) / lasted)
+            status.rates.append((ticks - note.get("from", 0)) / lasted)
     elif failure := _read(place / FAILED):
         status.failed[number] = f"{failure.get('error')}: {failure.get('text')}"
     else:
         status.waiting.append(number)
 
 
+def _numbers(path: Path) -> dict[str, float]:
+    """Return the numbers of a note; what is none is left out."""
+    return {key: value for key, value in _read(path).items()
+            if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e15}
+
+
 def _read(path: Path) -> dict[str, Any]:
     try:
         content = json.loads(path.read_bytes())
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) else {}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ecs_eco.engine.errors import ConfigError
+from ecs_eco.engine.errors import ForeignFile
 from ecs_eco.experiments.compare import compare
 from ecs_eco.record.seal import read_manifest
 
@@ -52,5 +52,5 @@ def test_it_goes_on_where_it_was_and_another_one_is_refused(world: str, tmp_path
     compare(world, [COLD], out=tmp_path / "out", seeds=1, workers=1)
     compare(world, [COLD], out=tmp_path / "out", seeds=2, workers=1, progress=lambda *n: progress.append(n))
     assert progress[-1] == (2, 2)
-    with pytest.raises(ConfigError, match="holds another comparison: ticks differs"):
+    with pytest.raises(ForeignFile, match=r"another comparison: ticks differs \(ticks: 20 then, 30 now\)"):
         compare(world, [COLD], out=tmp_path / "out", seeds=2, ticks=30)

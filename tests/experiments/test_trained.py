@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from ecs_eco.config import load
-from ecs_eco.engine.errors import ForeignFile
+from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.experiments import pretraining
 from ecs_eco.experiments.trained import is_trained, train_or_find
 
@@ -54,6 +54,30 @@ def test_what_a_killed_training_left_is_replaced(config, tmp_path: Path) -> None
     folder.mkdir()
     (folder / "deer.safetensors").write_bytes(b"half")
     assert is_trained(train_or_find(folder, config, 1), config, 1)
+
+
+def test_nothing_but_the_rest_of_a_training_is_removed(config, tmp_path: Path) -> None:
+    folder = tmp_path / "seed-1"
+    folder.mkdir()
+    (folder / "thesis.txt").write_text("mine")
+    with pytest.raises(RecordingError, match=r"seed-1: has no training\.json, and holds other files"):
+        train_or_find(folder, config, 1)
+    assert (folder / "thesis.txt").read_text() == "mine"
+
+
+def test_a_finished_training_that_is_damaged_is_refused_and_kept(config, tmp_path: Path) -> None:
+    folder = train_or_find(tmp_path / "seed-1", config, 1)
+    whole = (folder / "training.json").read_text()
+    changed = whole.replace('"seed": 1', '"seed": 3')
+    for text, said in ((changed, "its seal does not fit"), ("[", "is damaged")):
+        (folder / "training.json").write_text(text)
+        with pytest.raises(RecordingError, match=said):
+            train_or_find(folder, config, 1)
+        assert (folder / "training.json").read_text() == text
+    (folder / "training.json").write_text(whole)
+    (folder / "deer.safetensors").unlink()
+    with pytest.raises(RecordingError, match=r"deer\.safetensors: is missing"):
+        train_or_find(folder, config, 1)
 
 
 def test_of_two_processes_that_train_the_same_the_first_keeps_its_place(

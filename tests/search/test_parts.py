@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,14 @@ import pytest
 from ecs_eco.analysis.runs import Series
 from ecs_eco.config import load
 from ecs_eco.config.models.search import Search as Settings
-from ecs_eco.engine.errors import ConfigError, RecordingError
+from ecs_eco.engine.errors import ConfigError, ForeignFile, RecordingError
+from ecs_eco.record import container
 from ecs_eco.search import objectives
 from ecs_eco.search.importance import importances, ranks
-from ecs_eco.search.journal import Journal
+from ecs_eco.search.journal import Journal, Planned, begin
 from ecs_eco.search.optimise import FIRST, Optimiser, merit, space_of
 from ecs_eco.search.plan import Parameter, crossed, plan_of, stages
+from ecs_eco.search.report import confirmation
 
 PARAMETERS = [Parameter("rate", 0.01, 1.0, log=True, whole=False, start=0.1),
               Parameter("count", 1, 40, log=False, whole=True, start=9)]
@@ -141,7 +144,7 @@ def test_a_journal_goes_on_behind_its_last_whole_line(tmp_path: Path) -> None:
 
 def test_a_journal_of_another_search_is_not_gone_on_with(tmp_path: Path) -> None:
     Journal(tmp_path, {"world": "fell", "search": {"ticks": 5}}).add("candidate", candidate=0)
-    with pytest.raises(ConfigError, match=r"search\.ticks: 5 then, 6 now"):
+    with pytest.raises(ForeignFile, match=r"journal\.jsonl: belongs to another search"):
         Journal(tmp_path, {"world": "fell", "search": {"ticks": 6}})
 
 
@@ -221,3 +224,56 @@ def test_numbers_on_a_log_scale_and_whole_ones_are_taken_as_such() -> None:
 
 def test_ranks_share_places_among_equals() -> None:
     assert ranks([3.0, 1.0, 3.0, 9.0]).tolist() == [0.5, 0.125, 0.5, 0.875]
+
+
+# the folder
+
+
+PLANNED = {"world": "fell", "config_hash": "0" * 64, "search": {"ticks": 5}, "optimiser": "gp"}
+STAGE = {"ticks": 5, "score": 1.0, "lost": 0, "runs": []}
+ENTRY = {"candidate": 0, "values": {}, "stage": 0, "score": 1.0, "stages": [STAGE], "seconds": 0.1,
+         "cpu": 0.1, "at": 1.0}
+
+
+def test_a_folder_belongs_to_one_search_and_one_mode(tmp_path: Path) -> None:
+    begin(tmp_path, PLANNED).add("candidate", **ENTRY)
+    assert [e["candidate"] for e in begin(tmp_path, PLANNED).entries] == [0]
+    with pytest.raises(ForeignFile, match=r"another search: search\.ticks differs \(search\.ticks: 5 then"):
+        begin(tmp_path, PLANNED | {"search": {"ticks": 6}})
+    plan = container.read(tmp_path, Planned) | {"mode": "portable"}
+    container.write(tmp_path, Planned, plan | {"hash": container._hash(plan, Planned)})
+    with pytest.raises(ForeignFile, match="was computed in the portable mode"):
+        begin(tmp_path, PLANNED)
+
+
+def test_the_journal_of_another_folder_is_refused(tmp_path: Path) -> None:
+    begin(tmp_path / "a", PLANNED).add("candidate", **ENTRY)
+    begin(tmp_path / "b", PLANNED | {"optimiser": "tpe"})
+    (tmp_path / "a" / "journal.jsonl").replace(tmp_path / "b" / "journal.jsonl")
+    with pytest.raises(ForeignFile, match=r"journal\.jsonl: belongs to another search"):
+        begin(tmp_path / "b", PLANNED | {"optimiser": "tpe"})
+
+
+def test_an_entry_of_a_wrong_type_is_refused_by_its_line_and_key(tmp_path: Path) -> None:
+    begin(tmp_path, PLANNED).add("candidate", **ENTRY | {"stages": [STAGE | {"lost": "none"}]})
+    with pytest.raises(RecordingError, match=r"journal\.jsonl, line 2: stages\.0\.lost: "):
+        begin(tmp_path, PLANNED)
+
+
+def test_a_search_of_an_older_version_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    Journal(tmp_path, {"world": "fell"}).add("candidate", candidate=0)
+    with pytest.raises(RecordingError, match=r"journal\.jsonl: was begun by an older version"):
+        begin(tmp_path, PLANNED)
+
+
+def test_confirmation_does_not_depend_on_which_worker_finished_first(tmp_path: Path) -> None:
+    def outcome(worlds: list[int]) -> Any:
+        journal = Journal(tmp_path / str(worlds), {})
+        for world in worlds:
+            run = {"training": 1, "world": world, "lived": 5, "extinct": None}
+            journal.add("confirmation", candidate=0, cell=(1, world), stages=[{"runs": [run]}])
+        return SimpleNamespace(journal=journal)
+
+    one, two = (confirmation(outcome(worlds), 0) for worlds in ([1, 2, 3], [3, 1, 2]))
+    assert one == two
+    assert [run["world"] for run in one["lives"]] == [1, 2, 3]

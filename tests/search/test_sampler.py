@@ -13,7 +13,7 @@ import pytest
 from ecs_eco.analysis.runs import Series
 from ecs_eco.config import load
 from ecs_eco.config.measurements import Outside
-from ecs_eco.engine.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError, ForeignFile
 from ecs_eco.search import search
 from ecs_eco.search.fit import Fit, sampled, statistics
 from ecs_eco.search.journal import Journal
@@ -203,7 +203,7 @@ def test_a_goal_needs_measurements(world: Path) -> None:
 def test_other_measurements_make_another_search(world: Path, tmp_path: Path) -> None:
     search(world, tmp_path / "s", trials=3, optimiser="abc", workers=1, report=False)
     (tmp_path / "mites.csv").write_text("day,mite\n" + "".join(f"{i},{50 + i % 3}\n" for i in range(20)))
-    with pytest.raises(ConfigError, match="is another search"):
+    with pytest.raises(ForeignFile, match="is another search"):
         search(world, tmp_path / "s", trials=3, optimiser="abc", workers=1, report=False)
 
 

@@ -10,9 +10,10 @@ import pytest
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.sweeps.design import design_of
+from ecs_eco.sweeps.folder import begin
 from ecs_eco.sweeps.plan import read_plan
 from ecs_eco.sweeps.points import points_of
-from tests.sweeps.moss import written
+from tests.sweeps.moss import PLAN, written
 
 SMALL = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 2}
 
@@ -53,10 +54,10 @@ def test_a_hypercube_has_one_point_in_each_share_of_every_range() -> None:
 
 
 def test_the_hash_is_that_of_the_plan_and_not_of_its_place(tmp_path: Path) -> None:
-    one, two = (design_of(read_plan(written(tmp_path / name))) for name in ("a", "b"))
-    assert one.hash == two.hash
-    assert one.hash != design_of(read_plan(written(
-        tmp_path / "c", (tmp_path / "a" / "plan.toml").read_text().replace("ticks = 6", "ticks = 7")))).hash
+    longer = PLAN.replace("ticks = 6", "ticks = 7")
+    plans = [written(tmp_path / "a"), written(tmp_path / "b"), written(tmp_path / "c", longer)]
+    one, two, other = (begin(plan.parent / "out", design_of(read_plan(plan))).hash for plan in plans)
+    assert one == two != other
 
 
 @pytest.mark.parametrize(("more", "words"), [

@@ -13,11 +13,12 @@ import pytest
 
 from ecs_eco.engine.errors import ConfigError, ForeignFile, RecordingError
 from ecs_eco.experiments.arm import Arm
+from ecs_eco.record import container, seal
 from ecs_eco.runs.run import Stopped, run_to_folder
 from ecs_eco.sweeps import jobs
 from ecs_eco.sweeps.design import design_of
-from ecs_eco.sweeps.folder import Sweep, begin
-from ecs_eco.sweeps.jobs import _tick_of, run_job
+from ecs_eco.sweeps.folder import Manifest, Sweep, begin, read_sweep
+from ecs_eco.sweeps.jobs import _tick_of, read_done, run_job
 from ecs_eco.sweeps.plan import read_plan
 from tests.sweeps.moss import PLAN, written
 
@@ -114,11 +115,63 @@ def test_policies_are_trained_once_by_the_first_job_that_needs_them_and_shared(t
     assert not list((sweep.folder / "policies").glob("*/*.training"))
 
 
+def _reseal(folder: Path, **changes: object) -> None:
+    """Change sweep.json as somebody could who knows its seal and its hash."""
+    manifest = seal.read_manifest(folder, "sweep.json") | changes
+    container.write(folder, Manifest, manifest | {"hash": container._hash(manifest, Manifest)})
+
+
+def test_a_training_whose_name_leads_elsewhere_is_refused_and_nothing_is_removed(tmp_path: Path) -> None:
+    (tmp_path / "victim").mkdir()
+    (tmp_path / "victim" / "thesis.txt").write_text("mine")
+    sweep = begun(tmp_path)
+    config_hash = sweep.jobs[0].config_hash
+    for name in ("../../victim", "/victim", f"{config_hash[:16]}/seed-1/../../..", "", "."):
+        training = {"name": name, "seed": 1, "values": {}, "treatment": "", "config_hash": config_hash}
+        jobs_ = [job | {"training": name, "training_seed": 1} for job in sweep.content["jobs"]]
+        _reseal(sweep.folder, trainings=[training], jobs=jobs_)
+        with pytest.raises(RecordingError, match=r"sweep\.json: trainings\.0\.name"):
+            run_job(sweep.folder, 0)
+    assert (tmp_path / "victim" / "thesis.txt").read_text() == "mine"
+
+
+def test_a_link_out_of_the_sweep_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "victim").mkdir()
+    sweep = begun(tmp_path)
+    sweep.job_folder(0).mkdir(parents=True)
+    (sweep.job_folder(0) / "run").symlink_to(tmp_path / "victim")
+    with pytest.raises(ForeignFile, match="leads out of"):
+        run_job(sweep.folder, 0)
+    assert not list((tmp_path / "victim").iterdir())
+
+
+def test_a_flipped_bit_and_a_wrong_type_in_a_result_are_refused_by_name(tmp_path: Path) -> None:
+    sweep = begun(tmp_path)
+    done = run_job(sweep.folder, 0)
+    file = sweep.job_folder(0) / "done.json"
+    whole = file.read_text()
+    file.write_text(whole.replace('"mean": 1', '"mean": 9'))
+    assert file.read_text() != whole
+    with pytest.raises(RecordingError, match=r"done\.json: is damaged.*seal does not fit; remove this file"):
+        read_done(sweep, 0)
+    for change, key in (({"seconds": "long"}, "seconds"), ({"summary": 3}, "summary"),
+                        ({"summary": done["summary"] | {"species": {"moss": {"mean": []}}}},
+                         r"summary\.species\.moss\.deaths")):
+        seal.write_manifest(file.parent, done | change, "done.json")
+        with pytest.raises(RecordingError, match=rf"done\.json: {key}: "):
+            read_done(sweep, 0)
+
+
+def test_a_sweep_of_an_older_version_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    (tmp_path / "sweep.json").write_text('{"format": 1, "hash": "", "jobs": []}')
+    with pytest.raises(RecordingError, match=r"sweep\.json: was begun by an older version .* another folder"):
+        read_sweep(tmp_path)
+
+
 def test_a_sweep_that_was_begun_in_the_other_mode_is_refused(tmp_path: Path) -> None:
     sweep = begun(tmp_path)
     assert sweep.content["mode"] == "native"
-    text = (sweep.folder / "sweep.json").read_text()
-    (sweep.folder / "sweep.json").write_text(text.replace('"mode": "native"', '"mode": "portable"'))
+    _reseal(sweep.folder, mode="portable")
     for call, what in ((run_job, 0), (jobs.train, "any")):
         with pytest.raises(ForeignFile, match=r"portable mode.*ECS_ECO_PORTABLE=1"):
             call(sweep.folder, what)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import signal
 import stat
+import subprocess
 import sys
 import time
 from collections.abc import Collection
@@ -17,10 +19,11 @@ import pytest
 from typer.testing import CliRunner
 
 from ecs_eco.cli import app
-from ecs_eco.engine.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError, RecordingError
+from ecs_eco.record import seal
 from ecs_eco.record.claim import owner_of
 from ecs_eco.sweeps.design import design_of
-from ecs_eco.sweeps.folder import Sweep, begin
+from ecs_eco.sweeps.folder import Sweep, begin, read_sweep
 from ecs_eco.sweeps.jobs import read_done, run_job
 from ecs_eco.sweeps.plan import read_plan
 from ecs_eco.sweeps.slurm import Options, chunks, compressed, queued, resume, script, submit
@@ -77,6 +80,40 @@ def test_a_script_asks_for_notice_and_to_be_queued_again(tmp_path: Path) -> None
     assert head[-1] == "#SBATCH --qos=long"  # what the user says comes last
     assert '"$((SLURM_ARRAY_TASK_ID + 1000))"' in text
     assert f"{sys.executable} -P -c" in text  # whatever modules lie where the job runs
+
+
+def test_nothing_of_a_folder_becomes_a_command_of_its_script(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(sys, "executable", "/bin/true")
+    sweep = sweep_in(tmp_path / "it's $(touch mark) 5% #x")
+    lines = script(sweep, 0, [0], Options()).splitlines()
+    [output] = [shlex.split(line)[1] for line in lines if "--output" in line]
+    assert output == f"--output={sweep.folder}/slurm/%A_%a.log".replace("5% ", "5%% ")
+    subprocess.run(["bash", "-c", "\n".join(lines)], cwd=tmp_path, check=True,
+                   env=os.environ | {"SLURM_ARRAY_TASK_ID": "0"})
+    assert not list(tmp_path.rglob("mark"))
+    with pytest.raises(ConfigError, match="cannot be a line of a batch script"):
+        script(sweep_in(tmp_path / "a\ntouch mark"), 0, [0], Options())
+    with pytest.raises(ConfigError, match="--sbatch"):
+        script(sweep, 0, [0], Options(more=("--time=1\ntouch mark",)))
+
+
+def test_a_hash_that_is_none_is_refused(tmp_path: Path) -> None:
+    sweep = sweep_in(tmp_path)
+    manifest = {k: v for k, v in seal.read_manifest(sweep.folder, "sweep.json").items() if k != "seal"}
+    seal.write_manifest(sweep.folder, manifest | {"hash": "a\n. ./a\n#"}, "sweep.json")
+    with pytest.raises(RecordingError, match=r"sweep\.json: hash: "):
+        read_sweep(sweep.folder)
+
+
+def test_a_note_of_arrays_with_other_values_is_refused(tmp_path: Path) -> None:
+    sweep = sweep_in(tmp_path)
+    (sweep.folder / "slurm").mkdir()
+    seal.write_manifest(sweep.folder / "slurm", {"arrays": [{"id": "1\nx", "offset": 0, "indices": "0"}]},
+                        "submitted.json")
+    with pytest.raises(RecordingError, match=r"submitted\.json: arrays\.0\.id: "):
+        queued(sweep.folder)
 
 
 @pytest.mark.slow

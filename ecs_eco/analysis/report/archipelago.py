@@ -10,13 +10,14 @@ from pathlib import Path
 from ecs_eco.analysis import archipelago, figures
 from ecs_eco.analysis.page import Markup, page, picture, table, write_text
 from ecs_eco.record.archipelago import ISLANDS
+from ecs_eco.record.container import inside
 
 
 def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path:
     """Write report.html and figures/*.svg into the folder of an archipelago, or into `out`; return the path
     of the report. RecordingError where there is none, or a file of it is damaged."""
     root = Path(folder)
-    place = root if out is None else Path(out)
+    place = inside(root, root / "figures").parent if out is None else Path(out)
     islands = archipelago.load_islands(root)
     m = islands.manifest
     title = str(m.get("title") or m.get("world"))

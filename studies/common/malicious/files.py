@@ -6,6 +6,7 @@ from __future__ import annotations
 import copy
 import json
 import random
+import shutil
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -293,6 +294,7 @@ def _journal(ground: Ground, label: str, content: Any) -> Attack:
 
     whole, folder = _searched(ground)[0] / "world.toml", ground.new()
     folder.mkdir()
+    shutil.copy(whole.parent / "out" / "plan.json", folder)
     if isinstance(content, bytes):
         (folder / NAME).write_bytes(content)
     else:

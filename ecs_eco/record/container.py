@@ -1,0 +1,159 @@
+"""The manifest of a container, a folder of many runs: a sweep, a comparison, a search or an archipelago.
+
+It belongs to one plan, whose hash it names, and to one mode of computing. It is sealed as the manifest of a
+run is, and checked by a model. Names in it are names: nothing is written or removed outside the folder.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+from ecs_eco.engine import files, portable
+from ecs_eco.engine.errors import ForeignFile, RecordingError
+from ecs_eco.engine.section import Section
+from ecs_eco.record import seal
+from ecs_eco.record.manifest import Sha
+
+FORMAT = 2
+OLD = ("was begun by an older version of ecs-eco, which did not note the plan and the mode that its files "
+       "belong to: continue it with that version, or begin again in another folder; its runs can be read one "
+       "by one")
+
+
+class Container(Section):
+    """What every manifest of a container has; each kind adds its own keys."""
+
+    FILE: ClassVar[str]
+    KIND: ClassVar[str]
+    COMMAND: ClassVar[str]  # which writes it
+    OTHER: ClassVar[str]  # what is said of a folder with another plan
+    DECIDES: ClassVar[tuple[str, ...]]  # the keys of the plan
+    GROWS: ClassVar[bool] = False  # whether settings may be added later
+
+    kind: str
+    format: Literal[2]
+    hash: Sha
+    mode: Literal["native", "portable"]
+    versions: dict[str, str]
+
+    @classmethod
+    def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the settings of a plan, by the names that users know."""
+        return {key: content.get(key) for key in cls.DECIDES}
+
+
+Model = type[Container]
+
+
+def has(folder: Path, model: Model) -> bool:
+    """Return whether a container was begun in a folder."""
+    return os.path.isfile(folder / model.FILE)
+
+
+def read(folder: str | Path, model: Model) -> dict[str, Any]:
+    """Return the manifest of a container.
+
+    Raises RecordingError where there is none, or it is damaged or too old; ForeignFile where it is of another
+    kind or plan.
+    """
+    file = Path(folder) / model.FILE
+    try:
+        content = seal.read_manifest(Path(folder), model.FILE)
+    except FileNotFoundError:
+        article = "an" if model.KIND[0] in "aeiou" else "a"
+        raise RecordingError(f"{folder} is no folder of {article} {model.KIND}: it has no {model.FILE} "
+                             f"(a folder written by `ecs-eco {model.COMMAND}`)") from None
+    if content.get("format") == 1:
+        raise RecordingError(f"{file}: {OLD}")
+    if isinstance(kind := content.get("kind"), str) and kind != model.KIND:
+        raise ForeignFile(f"{file}: is the manifest of another kind of folder: {kind}, not {model.KIND}")
+    own = content.pop(seal.WORD, None)
+    seal.validate(file, content, model)
+    if own is None:
+        raise RecordingError(f"{file}: is damaged: its seal is missing")
+    if content["hash"] != _hash(content, model):
+        raise ForeignFile(f"{file}: hash: is not the hash of the plan in this file")
+    return content
+
+
+def check(folder: Path, model: Model, plan: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the manifest of a container that is to be continued with a plan.
+
+    Raises ForeignFile where it belongs to another plan, or was begun in the other mode.
+    """
+    there = read(folder, model)
+    before, now = model.settings(there), model.settings(json.loads(json.dumps(plan)))
+    different = [key for key in {**before, **now} if before.get(key) != now.get(key)
+                 and not (model.GROWS and before.keys() ^ now.keys() >= {key})]
+    if different:
+        values = [f"{key}: {before.get(key)} then, {now.get(key)} now" for key in different
+                  if not isinstance(before.get(key, now.get(key)), dict | list)]
+        shown = f" ({'; '.join(values)})" if values else ""
+        raise ForeignFile(f"{folder / model.FILE}: {model.OTHER}: {', '.join(different)} "
+                          f"differ{'s' * (len(different) == 1)}{shown}; name another folder with --out")
+    may_continue(folder, there, model)
+    return there
+
+
+def may_continue(folder: Path, manifest: Mapping[str, Any], model: Model) -> None:
+    """Raise ForeignFile where a container was begun in another mode than this process computes in, or has a
+    link out of it at its top."""
+    if why := portable.other_mode({"target": manifest}):
+        raise ForeignFile(f"{folder / model.FILE}: {why}")
+    for path in folder.iterdir():
+        if path.is_symlink():
+            inside(folder, path)
+
+
+def begin(folder: Path, model: Model, content: Mapping[str, Any]) -> dict[str, Any]:
+    """Write the manifest of a new container, or find it in a folder that was begun with this plan; return it.
+    """
+    from ecs_eco.record.folder import versions
+
+    if has(folder, model):
+        return check(folder, model, content)
+    folder.mkdir(parents=True, exist_ok=True)
+    head = {"kind": model.KIND, "format": FORMAT, "mode": portable.mode(), "versions": versions()}
+    whole = json.loads(json.dumps(head | dict(content)))
+    return write(folder, model, whole | {"hash": _hash(whole, model)})
+
+
+def write(folder: Path, model: Model, manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """Write a manifest, completely, or leave the one before; return it."""
+    seal.write_manifest(folder, manifest, model.FILE)
+    return dict(manifest)
+
+
+def _hash(content: Mapping[str, Any], model: Model) -> str:
+    decides = [content["kind"], content["mode"], *(content.get(key) for key in model.DECIDES)]
+    return hashlib.sha256(json.dumps(decides, separators=(",", ":"), sort_keys=True).encode()).hexdigest()
+
+
+def inside(root: Path, path: Path) -> Path:
+    """Return a path below a container. Raises ForeignFile where it, or a link in it, leads out of there."""
+    home = os.path.realpath(root)
+    links = [Path(at, name) for at, folders, others in os.walk(path) for name in (*folders, *others)
+             if os.path.islink(os.path.join(at, name))]
+    for one in [path, *links]:
+        if os.path.commonpath([home, os.path.realpath(one)]) != home:
+            raise ForeignFile(f"{one}: is a link that leads out of {root}; nothing is written there")
+    return path
+
+
+def remove(folder: Path, patterns: Sequence[str]) -> bool:
+    """Remove files with these names in a folder, and the folder; return False where it has other content."""
+    if folder.is_symlink():
+        return False
+    for file in [p for pattern in patterns for p in folder.glob(pattern) if p.is_file() or p.is_symlink()]:
+        file.unlink(missing_ok=True)
+    for half in [p for p in folder.glob(".*.tmp") if files.written_beside(p) is not None]:
+        half.unlink(missing_ok=True)
+    with suppress(OSError):
+        folder.rmdir()
+    return not folder.exists()

@@ -1,0 +1,112 @@
+"""What the manifest of a run holds: the keys that are read, and their types.
+
+Keys that an older version did not write may be missing; other keys are left as they are.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, ConfigDict, Field
+
+from ecs_eco.engine.section import Section
+
+
+def _is_name(text: str) -> str:
+    if text in ("", ".", "..") or "/" in text or "\\" in text or not text.isprintable():
+        raise ValueError("is no name: it is empty, or has a separator or a control character")
+    return text
+
+
+Filename = Annotated[str, AfterValidator(_is_name)]
+Sha = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+Tick = Annotated[int, Field(ge=0, le=10**12)]
+Seed = Annotated[int, Field(ge=0, lt=2**63)]
+
+
+class _Part(Section):
+    model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
+
+
+class Space(_Part):
+    """Of the world's configuration: its space."""
+
+    size: Annotated[list[float], Field(min_length=2, max_length=3)] = [1.0, 1.0]
+    edges: str = "torus"
+
+
+class Species(_Part):
+    """Of the world's configuration: one species."""
+
+    count: int = 0
+    color: str | None = None
+    body: dict[str, Any] | None = None
+    metabolism: dict[str, Any] | None = None
+    reproduction: dict[str, Any] | None = None
+    locomotion: dict[str, Any] | None = None
+    happiness: dict[str, Any] | None = None
+    policy: dict[str, Any] | None = None
+
+
+class Config(_Part):
+    """The configuration of a world, as readers of a run need it."""
+
+    name: str = ""
+    title: str = ""
+    space: Space = Space()
+    species: dict[str, Species] = {}
+    sun: dict[str, Any] | None = None
+    data: dict[str, Any] | None = None
+    reporters: dict[str, Any] | None = None
+    interventions: list[dict[str, Any]] = []
+
+
+class Forked(_Part):
+    """The run that a run was forked from."""
+
+    source: str = Field("", alias="from")
+    id: str = ""
+    tick: Tick = 0
+
+
+class Run(_Part):
+    """The manifest of a run."""
+
+    format: int = 1
+    id: str = ""
+    world: str = ""
+    title: str = ""
+    config: Config = Config()
+    config_hash: str = ""
+    seed: Seed = 0
+    ticks: Tick = 0
+    done: Tick = 0
+    dt: float = Field(1.0, gt=0)
+    finished: bool = False
+    digest: str = ""
+    policies: str | dict[str, str] = "trained"
+    weights: dict[Filename, str] = {}
+    learn: bool | dict[str, bool] | None = None
+    controls: list[str] = []
+    command: str | None = None
+    versions: dict[str, str] = {}
+    target: dict[str, str] = {}
+    git_commit: str | None = None
+    wall_seconds: float = 0.0
+    startup_seconds: float = 0.0
+    snapshot_every: int | None = Field(None, ge=0)
+    checkpoint_every: int | None = Field(None, ge=0)
+    keep: int = 1
+    record: str | None = None
+    species: list[Filename] = []
+    causes: list[str] = []
+    colors: dict[str, str] = {}
+    code: list[dict[str, str]] = []
+    genomes: dict[str, dict[str, Any]] = {}
+    parts: dict[Filename, Tick] = {}
+    heads: dict[str, str] = {}
+    asked: list[tuple[Tick, dict[str, Any]]] = []
+    intervened: list[tuple[Tick, dict[str, Any]]] = []
+    island: Filename | None = None
+    archipelago: str | None = None
+    forked: Forked | None = None
