@@ -15,6 +15,7 @@ from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
+from ecs_eco.lifecycle.births import ticks
 from ecs_eco.lifecycle.causes import register_eaters
 from ecs_eco.lifecycle.ingestion import swallow
 from ecs_eco.lifecycle.sizes import of_size
@@ -33,6 +34,7 @@ UNDEFENDED = np.zeros(0, np.float32)
 NOTHING = np.zeros(0, np.float32)
 NO_RADIUS = np.float32(0)  # to the surface
 NOBODY = np.zeros(0, np.int64)
+LONGEST = np.iinfo(np.int32).max  # ticks of digestion
 
 
 class Feed(System):
@@ -124,15 +126,16 @@ class Feed(System):
 
 def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
     """Return reach, chance in a tick, ceiling, gain and efficiency of one kind of food, the most energy, and
-    the time of digestion: numbers, or arrays [high] where a gene codes for any of them."""
+    the ticks of digestion: numbers, or arrays [high] where a gene codes for any of them."""
     metabolism, kind = table.species.config.metabolism, f"diet.{food.eats}."
     keys = {kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency")}
     keys |= {"metabolism.energy_max": np.float32(metabolism.energy_max),
-             "metabolism.digestion": np.float32(metabolism.digestion), kind + "chance": food.chance}
+             "metabolism.digestion": metabolism.digestion, kind + "chance": food.chance}
     if food.until is not None:
         keys[kind + "until"] = np.float32(food.until)
     reach, gain, efficiency, store, digestion, chance, *until = own_values(table, keys)
     chance, store = 1 - power(1 - chance, dt), of_size(table, store)
+    digestion = np.asarray(ticks(np.minimum(digestion, LONGEST * dt), dt)).astype(np.int32)[()]
     return (reach, chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance),
             until[0] if until else store, gain, efficiency, store, digestion)
 

@@ -73,12 +73,12 @@ def test_the_full_the_digesting_and_the_unwilling_do_not_eat(meadow):
     world = meadow(count=5, grass={"count": 5}, reflex=block,
                    metabolism={"energy": 0.5, "energy_max": 1.0, "digestion": 3.0})
     deer = arrange(world, "deer", x=[2, 6, 10, 14, 18], y=5, energy=[1.0, 0.5, 0.05, 0.875, 0.5],
-                   digesting=[0, 0.1, 0, 0, 0])
+                   digesting=[0, 1, 0, 0, 0])
     arrange(world, "grass", x=[2, 6, 10, 14, 18], y=5)
     _eat(world)
     assert _energy(world) == pytest.approx([1.0, 0.5, 0.05, 1.0, 0.75])
     assert deer[Metabolism].taken[deer.by_uid()].tolist() == [0, 0, 0, 0.125, 0.25]
-    assert deer[Metabolism].digesting[deer.by_uid()].tolist() == pytest.approx([0, 0.1, 0, 3, 3])
+    assert deer[Metabolism].digesting[deer.by_uid()].tolist() == [0, 1, 0, 3, 3]
 
 
 def test_until_says_when_it_has_enough(meadow):

@@ -139,7 +139,8 @@ def test_a_season_has_the_same_ticks_in_every_year(dt, period, ticks):
 
 def test_a_year_of_no_whole_number_of_ticks_has_leap_ticks():
     use = load(_coast(FISHING | {"period": 365.25, "season": [0.0, 0.5]})).land_use[0]
-    first = [next(n for n in range(365 * year, 367 * year + 1) if use.year(n, 1.0) == year) for year in range(9)]
+    years = [use.year(n, 1.0) for n in range(3000)]
+    first = [years.index(year) for year in range(9)]
     assert first == [0, 366, 731, 1096, 1461, 1827, 2192, 2557, 2922]
 
 
