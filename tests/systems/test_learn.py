@@ -94,3 +94,11 @@ def test_a_species_that_does_not_learn_keeps_its_weights(meadow):
     world.run(10)
     assert all((v == before[k]).all() for k, v in brain.state().items())
     assert _learner(world) is None
+
+
+def test_the_learning_rate_falls_to_zero_in_a_run_too(meadow):
+    world = meadow(options=OPTIONS, **POLICY | {"ppo": {"horizon": 4, "epochs": 1, "anneal": 16,
+                                                        "learning_rate": 0.01}})
+    world.run(21)
+    rates = [report["learning_rate"] for report in world.tables["deer"].species.nerves.reports]
+    assert rates == pytest.approx([0.01, 0.0075, 0.005, 0.0025, 0.0])
