@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.engine import random
+from ecs_eco.engine.elementary import scalars
 from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.rows import NOBODY, changes
@@ -40,10 +41,11 @@ class Spread(System):
 
     In a tick a free site receives a seed from a random other site, anywhere or within `dispersal`, with
     probability rate·dt, which sprouts if a plant stands there; and one from the seed rain with probability
-    seed_rain·dt. The share of a plant's seeds that sprout is that of its genes, and smaller the more it
-    spends on its defence. A site of which rock or water covers the centre is closed; where it covers the
-    place of a plant within an open site, the plant stands at the centre. Classes of land cover multiply both
-    rates. Plants come from nothing, whatever
+    seed_rain·dt. Where seeds of equal plants fall anywhere on even ground, dt is replaced by the time with
+    which the share of sites taken follows the logistic curve exactly (`effective`). The share of a plant's
+    seeds that sprout is that of its genes, and smaller the more it spends on its defence. A site of which
+    rock or water covers the centre is closed; where it covers the place of a plant within an open site, the
+    plant stands at the centre. Classes of land cover multiply both rates. Plants come from nothing, whatever
     the light, except where they are born with what the soil holds: then a seed sprouts only where there is
     enough.
     """
@@ -68,7 +70,10 @@ class Spread(System):
             own = own_value(table, "reproduction.rate", own)
         rate, vigour = seeds(table, own, way.rate)
         uid = AS_IT_STANDS if world.bands.divided else table.uid
-        how = (np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach, world.space.torus,
+        time = world.dt
+        if reach == 0 and vigour is EVEN and world.terrain is None and (rate or way.seed_rain):
+            time = effective(min(world.bands.count(table) / taken.size, 1.0), rate, way.seed_rain, world.dt)
+        how = (np.float32(rate * time), np.float32(way.seed_rain * time), reach, world.space.torus,
                *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
                world.space.lengths, uid)
         found = room_for[-1]
@@ -118,6 +123,15 @@ class Spread(System):
                 given, Sites(taken), inverse, 0 if way.place == "anywhere" else reach,
                 [*room_for, np.empty(-(-taken.size // SITES), np.int64)])
         return known[1:]
+
+
+def effective(share: float, rate: float, rain: float, dt: float) -> float:
+    """Return for how long [s] seeds must fall as they do while a share of all sites is taken, so that as many
+    free ones are taken as by dp/dt = (rate p + rain)(1 − p), solved exactly over `dt` [s]; at most until
+    there is a seed on every site."""
+    both = rate + rain
+    left = scalars.exp(-both * dt)
+    return min((1.0 - left) / (both * left + (rate * share + rain) * (1.0 - left)), 1.0 / both)
 
 
 class Sites:
