@@ -77,6 +77,9 @@ class Feed(System):
         column = -1 if nerves is None else nerves.eats
         decision = NO_DECISION if nerves is None else table[Nervous].decision
         toughness, poison = defences(world, prey)
+        if world.dt != 1 and toughness.size and food.chance > 0:  # a bite lasts a second
+            bites = in_ticks(food.chance * (1 - np.clip(toughness, 0, 1)), world.dt)
+            toughness = np.float32(1) - (bites / in_ticks(food.chance, world.dt)).astype(np.float32)
         wish = (eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, reach, decision, column,
                 chance, ceiling, world.key, random.FEED + (number << 8), toughness, table.cause, m.energy,
                 m.digesting, prey.cause)
@@ -134,10 +137,15 @@ def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
     if food.until is not None:
         keys[kind + "until"] = np.float32(food.until)
     reach, gain, efficiency, store, digestion, chance, *until = own_values(table, keys)
-    chance, store = 1 - power(1 - chance, dt), of_size(table, store)
+    chance, store = in_ticks(chance, dt), of_size(table, store)
     digestion = np.asarray(ticks(np.minimum(digestion, LONGEST * dt), dt)).astype(np.int32)[()]
     return (reach, chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance),
             until[0] if until else store, gain, efficiency, store, digestion)
+
+
+def in_ticks(chance: Any, dt: float) -> Any:
+    """Return the chance in a tick of dt [s] of what has a chance in a second, or of each."""
+    return 1 - power(1 - chance, dt)
 
 
 def defences(world: SpatialWorld, prey: Any) -> tuple[np.ndarray, np.ndarray]:

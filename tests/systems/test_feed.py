@@ -253,6 +253,19 @@ def test_tough_food_resists_its_share_of_bites(meadow):
     assert eaten(1.0) == 0
 
 
+@pytest.mark.parametrize("dt", [0.125, 0.5, 2.0])
+def test_bites_into_tough_food_succeed_as_often_in_a_second_whatever_the_tick(meadow, dt):
+    world = meadow(world={"dt": dt, "space": {"size": [80.0, 80.0]}}, count=400,
+                   grass={"count": 400, "defence": {"toughness": 0.6}})
+    at = 2.0 + 4.0 * np.stack(np.divmod(np.arange(400), 20), 1)
+    for name in ("deer", "grass"):
+        arrange(world, name, x=at[:, 0], y=at[:, 1], energy=0.5)
+    _eat(world)
+    chance = 1 - 0.6**dt
+    eaten = int((world.tables["grass"].cause > 0).sum())
+    assert abs(eaten - 400 * chance) < 4 * np.sqrt(400 * chance * (1 - chance))
+
+
 def test_each_plant_is_as_tough_and_as_poisonous_as_its_genes(meadow):
     genes = [{"name": "thorn", "trait": "defence.toughness", "letters": 1, "values": [0, 0, 1, 1]},
              {"name": "venom", "trait": "defence.poison", "letters": 1,
