@@ -97,8 +97,9 @@ def test_a_species_that_does_not_learn_keeps_its_weights(meadow):
 
 
 def test_the_learning_rate_falls_to_zero_in_a_run_too(meadow):
-    world = meadow(options=OPTIONS, **POLICY | {"ppo": {"horizon": 4, "epochs": 1, "anneal": 16,
-                                                        "learning_rate": 0.01}})
+    world = meadow(options=OPTIONS, metabolism={"basal": 0.0}, locomotion={"cost": {"walk": 0.0, "run": 0.0}},
+                   **POLICY | {"ppo": {"horizon": 4, "epochs": 1, "anneal": 16,
+                                       "learning_rate": 0.01}})
     world.run(21)
     rates = [report["learning_rate"] for report in world.tables["deer"].species.nerves.reports]
     assert rates == pytest.approx([0.01, 0.0075, 0.005, 0.0025, 0.0])
