@@ -44,6 +44,7 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> Result:
     folder = trained(shipped, case["training"], config["training ticks"])
     wanted = {**config["small"], **(candidate(case["seed"]) if case["arm"] == "search" else says["set"])}
     wanted |= {f"species.{s}.policy.learn": s in says["learn"] for s in LEARNERS}
+    wanted |= {f"species.{s}.ppo.anneal": 0 for s in LEARNERS}
     living = load("predator-prey", wanted)
     world, moved = life(living, folder, case["seed"], config["ticks"])
     out = brief(record(world, living)) | {"moved": moved}

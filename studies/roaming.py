@@ -31,7 +31,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         if case["arm"] == "trained":
             pretrain(loaded, seed, config["training"], folder)
         policies = folder if case["arm"] == "trained" else case["arm"]
-        world = World.from_config(loaded, seed=seed, policies=policies, record=False)
+        living = load(str(WORLD), {"species.deer.ppo.anneal": 0})  # in life the rate is constant
+        world = World.from_config(living, seed=seed, policies=policies, record=False)
     deer, counts = world.table("deer"), []
     while world.tick < config["ticks"] and (not counts or counts[-1]):
         counts.append(world.run(EVERY).table("deer").n)

@@ -54,7 +54,7 @@ class BandField:
         field, torus = self.field, self.field.space.torus
         if emitted:
             field.emit(*emitted)
-        steps, a, keep = field._plan(dt)
+        steps, a, left, arrives = field._plan(dt)
         (first, last), ny = self.span(self.rank), field.shape[1]
         if last - first + 2 * steps >= ny:
             rows = np.arange(ny)
@@ -62,11 +62,11 @@ class BandField:
             rows = np.arange(first - steps, last + steps) % ny
         else:
             rows = np.arange(max(first - steps, 0), min(last + steps, ny))
-        now = field.value[:, rows] + field.source[:, rows]
+        now = left * field.value[:, rows] + arrives * field.source[:, rows]
         field.source.fill(0)
         new = np.empty_like(now)
         for _ in range(steps):
-            _diffuse(now, new, *a, keep, torus)
+            _diffuse(now, new, a, torus)
             now, new = new, now
         mine = (rows >= first) & (rows < last)
         field.value[:, first:last] = now[:, mine]

@@ -21,11 +21,12 @@ import numpy as np
 from ecs_eco.checkpoint import freeze as frozen
 from ecs_eco.engine import files, portable
 from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.lifecycle.births import ticks
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
-FORMAT = 2
+FORMAT = 3
 SUFFIX = ".safetensors"
 Arrays = dict[str, np.ndarray]
 
@@ -50,7 +51,18 @@ def _from_1(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Array
     return meta | {"format": 2}, arrays
 
 
-MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], Arrays]]] = {1: _from_1}
+def _from_2(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
+    """From format 2: the rest of a digestion was counted in seconds."""
+    for name, made in meta["tables"].items():
+        if "Metabolism" in made["columns"]:
+            made["columns"]["Metabolism"]["digesting"] = ["<i4", []]
+            key = f"table/{name}/Metabolism.digesting"
+            arrays[key] = ticks(arrays[key].astype(float), meta["clock"]["dt"]).astype(np.int32)
+    return meta | {"format": 3}, arrays
+
+
+MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], Arrays]]]
+MIGRATIONS = {1: _from_1, 2: _from_2}
 """From each older format to the next; a format without one is refused."""
 
 

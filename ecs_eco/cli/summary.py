@@ -9,6 +9,7 @@ from ecs_eco.cli.terminal import refuse, say
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.memory import require_memory
 from ecs_eco.config.notes import notes
+from ecs_eco.config.notes_on_ticks import notes_on_ticks
 
 
 def _layout(config: WorldConfig, name: str) -> Any:
@@ -57,7 +58,7 @@ def summary(config: WorldConfig) -> str:
         lines.append(f"  measures {', '.join(config.reporters)}")
     for name, span in config.search.ranges.items():
         lines.append(f"  search varies {name}: {span.search[0]:g} to {span.search[1]:g}")
-    lines += [f"  note: {note}" for note in notes(config)]
+    lines += [f"  note: {note}" for note in (*notes(config), *notes_on_ticks(config))]
     return "\n".join([*lines, f"  configuration {config.config_hash[:16]}, no problems", *_code(config)])
 
 

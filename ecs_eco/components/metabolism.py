@@ -1,6 +1,6 @@
 """The energy budget of one organism."""
 
-from ecs_eco.engine.schema import component, f32
+from ecs_eco.engine.schema import component, f32, i32
 
 
 @component
@@ -11,7 +11,7 @@ class Metabolism:
     """
 
     energy: f32 = 1.0  # [energy]
-    digesting: f32 = 0.0  # [s] until it can eat again
+    digesting: i32 = 0  # [ticks] until it can eat again
     taken: f32 = 0.0  # [energy] taken in during this tick
     burnt: f32 = 0.0  # [energy] burnt during this tick
     given: f32 = 0.0  # [energy] passed to offspring during this tick

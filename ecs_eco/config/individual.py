@@ -79,7 +79,7 @@ SHARED = {  # pattern → why it cannot be an organism's own
     "genome.genes.*.coefficients": LETTERS, "genome.genes.*.mutation": LETTERS,
     "reproduction.immigration": PARENTLESS, "reproduction.seed_rain": PARENTLESS,
     "ppo.horizon": WIDTH, "ppo.unroll": "of networks with a memory, which torch lets learn all at once",
-    "ppo.anneal": "only pre-training anneals: a life has no planned end",
+    "ppo.anneal": "those that learn one by one are not annealed",
 }  # fmt: skip
 
 OF_SITES = {  # what cannot be an organism's own where reproduction.kind = "spread"

@@ -25,9 +25,10 @@ class PPO:
     ours. Raises ValueError that names the field, the value and what is allowed.
     """
 
-    horizon: int = _setting(64, 1, math.inf, "ticks of one rollout")
+    horizon: int = _setting(64, 1, math.inf, "ticks of one rollout; with another dt, another time")
     learning_rate: float = _setting(3e-4, 0, math.inf, "step size of Adam", above=True)
-    discount: float = _setting(0.99, 0, 1, "weight of a reward one tick later")
+    discount: float = _setting(0.99, 0, 1, "weight of a reward one tick later: per tick, whatever dt; "
+                             "0.99 ** dt is 0.99 per second")
     gae_lambda: float = _setting(0.95, 0, 1,
                                  "0: one-step advantages; 1: Monte Carlo (Schulman et al. 2016, eq. 16)")
     epochs: int = _setting(3, 1, math.inf, "how often each transition is used")
@@ -43,7 +44,8 @@ class PPO:
     normalise_advantage: bool = _setting(True, False, True,
                                          "bring a rollout's advantages to mean 0, deviation 1")
     anneal: int = _setting(0, 0, math.inf,
-                           "ticks over which learning rate and clip fall linearly to 0; 0: constant")
+                           "ticks of learning, in training and in a run, over which learning rate and clip "
+                           "fall linearly to 0; 0: constant, as are animals that learn one by one")
     adam_epsilon: float = _setting(1e-5, 0, math.inf, "added to the root of Adam's second moment", above=True)
     weight_decay: float = _setting(
         0.0, 0, math.inf, "share of each weight lost per step, in units of the learning rate (AdamW)"

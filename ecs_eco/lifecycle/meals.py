@@ -30,7 +30,7 @@ class Meals:
     distance2: np.ndarray
     """The square of its distance: f32[eaters] [m^2]."""
     effect: tuple[Any, ...]
-    """Gain, efficiency, the most energy, time of digestion, and the energy that is enough."""
+    """Gain, efficiency, the most energy, ticks of digestion, and the energy that is enough."""
     poison: np.ndarray
     held: np.ndarray
     """The energy of the food before all meals."""

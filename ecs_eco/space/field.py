@@ -30,7 +30,7 @@ class Field:
         self.value = np.zeros(self.shape[::-1], np.float32)
         self.source = np.zeros_like(self.value)
         self._next = np.zeros_like(self.value)
-        self._steps: tuple[Any, ...] = ((), 0, (), np.float32(0))
+        self._steps: tuple[Any, ...] = ((), 0, (), 0.0, 0.0)
         self.inverse = np.array([n[i] / space.size[i] if i < len(space.size) else 0.0 for i in range(3)],
                                 np.float32)
 
@@ -48,15 +48,6 @@ class Field:
         self.value = np.array(initial, np.float64)
         self.source, self._next = np.zeros_like(self.value), np.zeros_like(self.value)
 
-    def renew(self, dt: float) -> float:
-        """Let it come nearer to its initial concentrations for `dt` seconds; return the amount that was
-        brought [mol]."""
-        if self.initial is None or self.renewal == 0:
-            return 0.0
-        before = self.held()
-        self.value += (self.initial - self.value) * -scalars.expm1(-self.renewal * dt)
-        return self.held() - before
-
     def give(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray) -> None:
         """Put amounts f64[n] [mol] of its substance into the cells of places f32[n] [m], at once."""
         _deposit(self.value, x, y, z, amount / self.litres, self.inverse)
@@ -66,23 +57,32 @@ class Field:
         return float(self.value.sum(dtype=np.float64) + self.source.sum(dtype=np.float64)) * self.litres
 
     def pass_time(self, dt: float, *emitted: Any) -> None:
-        """Let sources flow in and the field diffuse and decay for `dt` seconds,
-        in as many explicit steps as are stable; first emit what `emit` would be called with."""
-        if self._steps[0] != (dt, self.diffusion, self.decay):
-            self._steps = (dt, self.diffusion, self.decay), *self._plan(dt)
-        _, steps, a, keep = self._steps
-        _flow(self.value, self.source, self._next, *(emitted or NOBODY), self.inverse, steps, *a, keep,
-              self.space.torus)
+        """Let sources flow in evenly over `dt` seconds while the field diffuses, decays and is renewed;
+        first emit what `emit` would be called with.
+
+        Diffusion takes as many explicit steps as are stable. Amounts follow dc/dt = source − decay c +
+        renewal (initial − c), solved exactly.
+        """
+        made_from = dt, self.diffusion, self.decay, self.renewal
+        if self._steps[0] != made_from:
+            self._steps = made_from, *self._plan(dt)
+        _, steps, a, left, arrives = self._steps
+        _flow(self.value, self.source, self._next, *(emitted or NOBODY), self.inverse, steps, a, left,
+              arrives, self.space.torus)
         if steps % 2:
             self.value, self._next = self._next, self.value
+        if self.initial is not None and self.renewal:
+            self.value += self.initial * (self.renewal * dt * float(arrives))
 
-    def _plan(self, dt: float) -> tuple[int, tuple[np.float32, ...], np.float32]:
-        """Return the number of steps in `dt` seconds, and of each what flows along each axis and what does
-        not decay."""
+    def _plan(self, dt: float) -> tuple[int, tuple[np.float32, ...], Any, Any]:
+        """Return the number of steps in `dt` seconds, what flows along each axis in each, and the shares that
+        are left after `dt` of what was there and of what flows in meanwhile."""
         rates = [self.diffusion * power(float(i), 2) for i in self.inverse]
-        steps = max(1, math.ceil(dt * sum(rates) * 2 / 0.9))
+        steps, lost = max(1, math.ceil(dt * sum(rates) * 2 / 0.9)), (self.decay + self.renewal) * dt
         a = np.array([dt * r / steps for r in rates], np.float32)
-        return steps, (a[0], a[1], a[2]), np.float32(scalars.exp(-self.decay * dt / steps))
+        kind = self.value.dtype.type
+        left, arrives = scalars.exp(-lost), -scalars.expm1(-lost) / lost if lost else 1.0
+        return steps, (a[0], a[1], a[2]), kind(left), kind(arrives)
 
     def sample(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, out: np.ndarray) -> None:
         """Write the field at places f32[n] [m] to `out` f32[n], linear between the centres of cells."""
@@ -101,25 +101,25 @@ def _deposit(source, x, y, z, amount, inverse):
 
 
 @njit
-def _flow(value, source, other, x, y, z, amount, inverse, steps, ax, ay, az, keep, torus):
-    """Put amounts into the source, let it flow into the field, and this spread and fade in steps, to and fro
-    between two arrays: after an odd number of steps it is in `other`."""
+def _flow(value, source, other, x, y, z, amount, inverse, steps, a, left, arrives, torus):
+    """Put amounts into the source, let the share of it that arrives flow into the share that is left of the
+    field, and this spread in steps, to and fro between two arrays: after an odd number it is in `other`."""
     _deposit(source, x, y, z, amount, inverse)
     for k in range(value.shape[0]):
         for j in range(value.shape[1]):
             for i in range(value.shape[2]):
-                value[k, j, i] += source[k, j, i]
+                value[k, j, i] = left * value[k, j, i] + arrives * source[k, j, i]
                 source[k, j, i] = 0
     for step in range(steps):
         if step % 2 == 0:
-            _diffuse(value, other, ax, ay, az, keep, torus)
+            _diffuse(value, other, a, torus)
         else:
-            _diffuse(other, value, ax, ay, az, keep, torus)
+            _diffuse(other, value, a, torus)
 
 
 @njit
-def _diffuse(now, new, ax, ay, az, keep, torus):
-    nz, ny, nx = now.shape
+def _diffuse(now, new, a, torus):
+    (nz, ny, nx), (ax, ay, az) = now.shape, a
     for k in range(nz):
         below, above = max(k - 1, 0), min(k + 1, nz - 1)
         for j in range(ny):
@@ -131,14 +131,14 @@ def _diffuse(now, new, ax, ay, az, keep, torus):
                 c = row[i]
                 flow = ax * (row[i - 1] + row[i + 1] - c - c) + ay * (front[i] + back[i] - c - c)
                 flow += az * (lower[i] + upper[i] - c - c)
-                out[i] = keep * (c + flow)
+                out[i] = c + flow
             for i in (0, nx - 1):
                 west = i - 1 if i > 0 else (nx - 1 if torus else 0)
                 east = i + 1 if i < nx - 1 else (0 if torus else nx - 1)
                 c = row[i]
                 flow = ax * (row[west] + row[east] - c - c) + ay * (front[i] + back[i] - c - c)
                 flow += az * (lower[i] + upper[i] - c - c)
-                out[i] = keep * (c + flow)
+                out[i] = c + flow
 
 
 @njit

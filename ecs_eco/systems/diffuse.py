@@ -91,14 +91,15 @@ class Diffuse(System):
             return
         if emitted:
             field.emit(*emitted)
-        before = field.held()
+        before, losses = field.held(), field.decay + field.renewal
         field.pass_time(world.dt)
-        decayed = field.held() - before if field.decay else 0.0
-        renewed = field.renew(world.dt)
-        if world.matter is not None:
-            s = world.substances.index(field.substance)
-            world.matter.book(("field", name), "decayed", decayed, s)
-            world.matter.book(("field", name), "brought_in", renewed, s)
+        if world.matter is not None and losses:
+            s, came = world.substances.index(field.substance), 0.0
+            if field.renewal and field.initial is not None:
+                came = field.renewal * world.dt * float(field.initial.sum()) * field.litres
+            went = came - (field.held() - before)
+            world.matter.book(("field", name), "decayed", -went * field.decay / losses, s)
+            world.matter.book(("field", name), "brought_in", came - went * field.renewal / losses, s)
 
 
 @njit

@@ -17,6 +17,7 @@ from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
+from ecs_eco.lifecycle.births import ticks
 from ecs_eco.lifecycle.causes import register_eaters
 from ecs_eco.lifecycle.ingestion import swallow
 from ecs_eco.lifecycle.meals import Meals, award, in_order, several, to_surfaces, void
@@ -36,6 +37,7 @@ UNDEFENDED = np.zeros(0, np.float32)
 NOTHING = np.zeros(0, np.float32)
 NO_RADIUS = np.float32(0)  # to the surface
 NOBODY = np.zeros(0, np.int64)
+LONGEST = np.iinfo(np.int32).max  # ticks of digestion
 
 
 class Feed(System):
@@ -108,6 +110,9 @@ class Feed(System):
         column = -1 if nerves is None else nerves.eats
         decision = NO_DECISION if nerves is None else table[Nervous].decision
         toughness, poison = defences(world, prey)
+        if world.dt != 1 and toughness.size and food.chance > 0:  # a bite lasts a second
+            bites = in_ticks(food.chance * (1 - np.clip(toughness, 0, 1)), world.dt)
+            toughness = np.float32(1) - (bites / in_ticks(food.chance, world.dt)).astype(np.float32)
         wish = (eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, reach, decision, column,
                 chance, effect[-1], world.key, random.FEED + (number << 8), toughness, table.cause, m.energy,
                 m.digesting, prey.cause)
@@ -208,13 +213,19 @@ def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
     metabolism, kind = table.species.config.metabolism, f"diet.{food.eats}."
     keys = {kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency")}
     keys |= {"metabolism.energy_max": np.float32(metabolism.energy_max),
-             "metabolism.digestion": np.float32(metabolism.digestion), kind + "chance": food.chance}
+             "metabolism.digestion": metabolism.digestion, kind + "chance": food.chance}
     if food.until is not None:
         keys[kind + "until"] = np.float32(food.until)
     reach, gain, efficiency, store, digestion, chance, *until = own_values(table, keys)
-    chance, store = 1 - power(1 - chance, dt), of_size(table, store)
+    chance, store = in_ticks(chance, dt), of_size(table, store)
+    digestion = np.asarray(ticks(np.minimum(digestion, LONGEST * dt), dt)).astype(np.int32)[()]
     return (reach, chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance),
             gain, efficiency, store, digestion, until[0] if until else store)
+
+
+def in_ticks(chance: Any, dt: float) -> Any:
+    """Return the chance in a tick of dt [s] of what has a chance in a second, or of each."""
+    return 1 - power(1 - chance, dt)
 
 
 def defences(world: SpatialWorld, prey: Any) -> tuple[np.ndarray, np.ndarray]:

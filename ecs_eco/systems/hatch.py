@@ -43,7 +43,7 @@ class Hatch(System):
         world.split(develop, high, table.alive, self.temperatures(table, world),
                     0.0 if way.temperature is None else way.temperature, way.threshold, world.dt, developed)
         rows = table.by_uid()
-        ripe = rows[(developed[rows] >= way.incubation * (1 - 1e-12)) & (table.cause[rows] == 0)]
+        ripe = rows[(developed[rows] >= way.incubation * (1 - 1e-9)) & (table.cause[rows] == 0)]
         if ripe.size:
             table.cause[ripe] = world.cause(HATCHED)
             hatch(table, ripe, world.tables[way.into], world)

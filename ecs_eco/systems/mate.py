@@ -119,13 +119,15 @@ class Mate(System):
         """Let `pairs` (rows of mother and father, i64[n, 2]) conceive by chance."""
         b, m, g = table[Biology], table[Metabolism], table[Gestation]
         own, _, _, energy_given, litter, _ = life_history(table, way)
-        chance = 1 - power(1 - own_value(table, "reproduction.chance", way.chance), world.dt)
-        chance = chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance)
+        chance, (she, he) = own_value(table, "reproduction.chance", way.chance), pairs.T
+        each = chance[she] if isinstance(chance, np.ndarray) else chance
+        fail = 1 - each * b.fertility[she].astype(float) * b.fertility[he]
+        success = 1 - power(np.maximum(fail, 0.0), world.dt)
         share, gestation, rest = own_values(table, {
             "reproduction.father_share": np.float32(way.father_share),
             "reproduction.gestation": way.gestation, "reproduction.father_rest": way.father_rest})
         conceived = np.zeros(len(pairs), np.bool_)
-        join(pairs, table.uid, b.fertility, own, energy_given, litter, share, chance, world.key,
+        join(pairs, table.uid, own, energy_given, litter, share, success, world.key,
              world.tick + ticks(gestation, world.dt), world.tick + ticks(rest, world.dt),
              conceived, m.energy, m.given, g.carrying, g.due, g.father, g.energy, g.rest)
         if Genome in table:
@@ -292,12 +294,12 @@ def pair(order, partner, rows, taken, pairs):
 
 
 @njit
-def join(pairs, uid, fertility, own, energy_given, litter, share, chance, key, due, rested, conceived, energy,
+def join(pairs, uid, own, energy_given, litter, share, success, key, due, rested, conceived, energy,
          given, carrying, due_at, father, stored, rest):
     """Let each pair conceive by chance: the mother carries, the father pays his share and rests."""
     for p in range(len(pairs)):
         she, he = pairs[p, 0], pairs[p, 1]
-        if draw(key, uid[she], MEET) >= of_row(chance, she) * fertility[she] * fertility[he]:
+        if draw(key, uid[she], MEET) >= success[p]:
             continue
         life = she if own else 0
         number = whole(litter[life])

@@ -65,6 +65,4 @@ def burn(first, last, alive, scale, cost, moves, basal, dt, least, energy, diges
         after = after if lives else before
         energy[row] = after
         burnt[row] += before - after
-        left = digests - dt
-        left = left if left > zero else zero
-        digesting[row] = left if lives else digests
+        digesting[row] = digests - 1 if lives & (digests > 0) else digests

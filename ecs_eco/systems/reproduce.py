@@ -16,7 +16,7 @@ from ecs_eco.engine.random import draw
 from ecs_eco.engine.rows import FEW
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, whole
+from ecs_eco.lifecycle.births import LITTER_MAX, affordable, bring_forth, life_history, whole
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 
 class Reproduce(System):
-    """A fed and grown parent gives birth with a probability per second, and pays the newborn's energy.
+    """A fed and grown parent gives birth at a rate, and pays the newborn's energy; in a tick as often as it
+    stays fed.
 
     The newborn appears at a random place that no body occupies (`anywhere`, or within `dispersal` of the
     parent); where another of its kind lives within `spacing`, the birth fails and costs nothing. A litter is
@@ -80,8 +81,16 @@ def ready(alive, energy, age, fertility, uid, own, energy_min, age_min, energy_g
     for row in range(alive.size):
         i = row if own else 0
         if alive[row] and energy[row] >= energy_min[i] and age[row] >= age_min[i]:
-            if draw(key, uid[row], random.BIRTH) < of_row(chance, row) * fertility[row]:
-                number[n] = affordable(energy[row], energy_given[i], whole(litter[i]))
+            u, none = draw(key, uid[row], random.BIRTH), 1.0 - np.float64(of_row(chance, row))
+            if fertility[row] != 1:
+                none **= np.float64(fertility[row])
+            if u < 1.0 - none:
+                size = whole(litter[i])
+                price, most = energy_given[i] * np.float32(size), np.float32(LITTER_MAX)
+                if price > 0:
+                    most = min((energy[row] - energy_min[i]) / price, most)
+                times = number_of_births(u, none, 1 + int(most))
+                number[n] = affordable(energy[row], energy_given[i], times * size)
                 parents[n], given[n] = row, energy_given[i]
                 n += number[n] > 0
     for i in range(1, n if n <= FEW else 0):
@@ -90,6 +99,20 @@ def ready(alive, energy, age, fertility, uid, own, energy_min, age_min, energy_g
             parents[j], number[j], given[j] = parents[j - 1], number[j - 1], given[j - 1]
             j -= 1
         parents[j], number[j], given[j] = row, litter_size, each
+    return n
+
+
+@njit
+def number_of_births(u, none, most):
+    """Return how many births there are in a tick, at most `most`, by a number u below 1 − none: a Poisson
+    number, which is 0 with probability `none`."""
+    mean, n = -np.log(none) if none > 0 else 0.0, 1
+    term = none * mean
+    left = 1.0 - none - term
+    while n < most and u < left:
+        n += 1
+        term *= mean / n
+        left -= term
     return n
 
 

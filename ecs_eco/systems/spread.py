@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.engine import random
+from ecs_eco.engine.elementary import scalars
 from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.rows import NOBODY, changes
@@ -40,12 +41,13 @@ class Spread(System):
 
     In a tick a free site receives a seed from a random other site, anywhere or within `dispersal`, with
     probability rate·dt, which sprouts if a plant stands there; and one from the seed rain with probability
-    seed_rain·dt. The share of a plant's seeds that sprout is that of its genes, and smaller the more it
-    spends on its defence. A site of which rock or water covers the centre is closed; where it covers the
-    place of a plant within an open site, the plant stands at the centre. Classes of land cover multiply both
-    rates. Plants come from nothing, whatever
-    the light, except where they are born with what the soil holds: then a seed sprouts only where there is
-    enough. Where soil is scarce, or `max_count` is reached, chance decides which seeds sprout.
+    seed_rain·dt. Where seeds of equal plants fall anywhere on even ground, dt is replaced by the time with
+    which the share of sites taken follows the logistic curve exactly. The share of a plant's seeds that
+    sprout is that of its genes, and smaller the more it spends on its defence. A site of which rock or water
+    covers the centre is closed; where it covers the place of a plant within an open site, the plant stands at
+    the centre. Classes of land cover multiply both rates. Plants come from nothing, whatever the light,
+    except where they are born with what the soil holds: then a seed sprouts only where there is enough. Where
+    soil is scarce, or `max_count` is reached, chance decides which seeds sprout.
     """
 
     needs = (Position, Metabolism)
@@ -71,9 +73,18 @@ class Spread(System):
         if table.species.traits:
             own = own_value(table, "reproduction.rate", own)
         rate, vigour = seeds(table, own, way.rate)
+        land = None if world.terrain is None else world.terrain.land
+        fertile = EVERYWHERE if land is None or land.growth is None else land.growth
         uid = AS_IT_STANDS if world.bands.divided else table.uid
-        how = (np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach, world.space.torus,
-               *rocks(world), fertility(world), inverse, vigour, world.key, table.place << 20,
+        time, both = world.dt, rate + way.seed_rain
+        if reach == 0 and vigour is EVEN and world.terrain is None and both > 0:
+            # for how long seeds must fall as they do now so that as many free sites are taken as by
+            # dp/dt = (rate p + rain)(1 − p), solved exactly; at most until there is a seed on every site
+            n, left = world.bands.count(table) if world.bands.divided else table.n, scalars.exp(-both * time)
+            falls = rate * min(n / taken.size, 1.0) + way.seed_rain
+            time = min((1.0 - left) / (both * left + falls * (1.0 - left)), 1.0 / both)
+        how = (np.float32(rate * time), np.float32(way.seed_rain * time), reach, world.space.torus,
+               *rocks(world), fertile, inverse, vigour, world.key, table.place << 20,
                world.space.lengths, uid)
         found = room_for[-1]
         world.split(sprout, found.size, taken, *how, *room_for, work=taken.size // 3)
@@ -95,14 +106,8 @@ class Spread(System):
                                                       for axis, cells in enumerate((site % nx, site // nx))))
         values: dict[tuple[type, str], np.ndarray] = {(Position, "x"): x, (Position, "y"): y,
                                                       (Position, "z"): z}
-        if (heredity := table.species.heredity) is not None:
-            own, grown = parent < 0, np.flatnonzero(parent >= 0)
-            identity = site.astype(np.uint64)
-            fresh = heredity.founders(world, table, identity[own])
-            inherited = heredity.offspring(world, table, parent[grown], None, identity[grown])
-            for name, some in fresh.items():
-                values[name] = np.empty((n, *some.shape[1:]), some.dtype)
-                values[name][own], values[name][grown] = some, inherited[name]
+        if table.species.heredity is not None:
+            values |= genomes(table, world, parent, site.astype(np.uint64))
         values |= sizes.of_newborn(table, values, n)
         if table.species.born_with == "soil":
             rooted = root(world, table, values, site.astype(np.uint64))
@@ -124,6 +129,18 @@ class Spread(System):
                 given, Sites(taken), inverse, 0 if way.place == "anywhere" else reach,
                 [*room_for, np.empty(-(-taken.size // SITES), np.int64)])
         return known[1:]
+
+
+def genomes(table: Table, world: SpatialWorld, parent: np.ndarray,
+            identity: np.ndarray) -> dict[tuple[type, str], np.ndarray]:
+    """Return what newborn inherit from parents in rows i64[n], −1 for those of the seed rain."""
+    own, grown, values = parent < 0, np.flatnonzero(parent >= 0), {}
+    fresh = table.species.heredity.founders(world, table, identity[own])
+    inherited = table.species.heredity.offspring(world, table, parent[grown], None, identity[grown])
+    for name, some in fresh.items():
+        values[name] = np.empty((parent.size, *some.shape[1:]), some.dtype)
+        values[name][own], values[name][grown] = some, inherited[name]
+    return values
 
 
 class Sites:
@@ -167,13 +184,6 @@ def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
     )
     highest = float(each[table.alive[: table.high]].max(initial=0.0))
     return highest, np.broadcast_to(each / np.float32(highest or 1.0), table.high).astype(np.float32)
-
-
-def fertility(world: SpatialWorld) -> np.ndarray:
-    """Return the factors f32[ny, nx] of the rates at which free sites are taken; a map of one cell is 1
-    everywhere."""
-    land = None if world.terrain is None else world.terrain.land
-    return EVERYWHERE if land is None or land.growth is None else land.growth
 
 
 @lone_njit

@@ -3,8 +3,7 @@ reconfigured, by an intervention or at a fork."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -213,29 +212,16 @@ def networks(nerves: Any, species: Any, find: Callable[[Any], Any] = handed_over
         nerves.minimum = np.float32(species.happiness.minimum)
 
 
-def settings(values: Mapping[str, Any], training: bool) -> Any:
-    """Return the PPO settings of a species; outside of training nothing is annealed."""
-    from ecs_eco.learning import PPO
-
-    ppo = PPO(**values)
-    # annealing is for pre-training: a life has no planned end
-    return ppo if training else replace(ppo, anneal=0)
-
-
-def trains(world: SpatialWorld) -> bool:
-    """Return whether a world was built for pre-training."""
-    return bool(world.origin.get("training"))
-
-
 def begin_learning(world: SpatialWorld, table: Table) -> None:
     """Give a species with one policy for all a learner, which begins without experience."""
+    from ecs_eco.learning import PPO
     from ecs_eco.learning.brains import learner_of
 
     nerves, species = table.species.nerves, world.config.species[table.name]
     assert nerves is not None
     number = sorted(world.config.species).index(table.name)
-    nerves.learner = learner_of(nerves.brain, settings(species.ppo, trains(world)),
-                                seed=learner_seed(world.seed, number), workers=world.threads)
+    nerves.learner = learner_of(nerves.brain, PPO(**species.ppo), seed=learner_seed(world.seed, number),
+                                workers=world.threads)
 
 
 def learner_seed(seed: int, number: int) -> int:

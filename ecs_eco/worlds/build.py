@@ -38,7 +38,7 @@ from ecs_eco.nervous.readings import Readings
 from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.schedule import schedule
-from ecs_eco.worlds.apply import apply, apply_object, begin_learning, cell, learner_seed, matter, settings
+from ecs_eco.worlds.apply import apply, apply_object, begin_learning, cell, learner_seed, matter
 from ecs_eco.worlds.heredity import add_eggs, add_heredity
 from ecs_eco.worlds.land import lay
 from ecs_eco.worlds.matter import add_matter, contain, keep_books
@@ -249,8 +249,10 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
         raise ConfigError([Problem(("species", table.name, "policy", "learn"), "nothing rewards it", True,
                                    "a species that learns declares `happiness`; or learn = false")])
     if alone:
-        ppo = settings(species.ppo, training)
-        nerves.individuals = fresh_individuals(world.config, table.name, species.policy, shape, ppo, seed)
+        from ecs_eco.learning import PPO
+
+        nerves.individuals = fresh_individuals(world.config, table.name, species.policy, shape,
+                                               PPO(**species.ppo), seed)
         return None if brain is None else nerves.individuals.flat(brain)
     assert brain is not None
     nerves.brain = brain

@@ -11,7 +11,7 @@ from ecs_eco.config.mutable_keys import refused
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.lifecycle.causes import register_eaters, register_limits
-from ecs_eco.worlds.apply import apply, begin_learning, cell, learner_seed, settings, trains
+from ecs_eco.worlds.apply import apply, begin_learning, cell, learner_seed
 from ecs_eco.worlds.parameters import kept_elsewhere, set_parameters
 
 if TYPE_CHECKING:
@@ -76,14 +76,16 @@ def _learners(world: SpatialWorld, table: Table, old: Any, new: Any) -> None:
     if nerves is None:
         return
     if new.ppo != old.ppo:
-        _settings(nerves, new, trains(world))
+        _settings(nerves, new)
     if new.policy.learn != old.policy.learn:
         learning(world, table)
 
 
-def _settings(nerves: Any, species: Any, training: bool) -> None:
+def _settings(nerves: Any, species: Any) -> None:
     """Change the hyperparameters of learners."""
-    ppo = settings(species.ppo, training)
+    from ecs_eco.learning import PPO
+
+    ppo = PPO(**species.ppo)
     if nerves.learner is not None:
         nerves.learner.ppo = ppo
         nerves.learner.rollout.discount = ppo.discount

@@ -28,9 +28,12 @@ def identity(policies: bool = True) -> dict[str, str | None]:
 
 def live(config: Any, seed: int, policies: Any, ticks: int, learn: bool | None = None,
          chunk: int = 250) -> Any:
-    """Run a world until `ticks` or, to within `chunk` ticks, the first extinction of deer or wolves."""
+    """Run a world until `ticks` or, to within `chunk` ticks, the first extinction of deer or wolves; who
+    learns in it does so at a constant rate."""
     from ecs_eco import World
+    from ecs_eco.config.loading import changed
 
+    config = changed(config, {f"species.{s}.ppo.anneal": 0 for s in ("deer", "wolf")})
     world = World.from_config(config, seed=seed, policies=policies, learn=learn)
     while world.tick < ticks and all(world.tables[s].n for s in ("deer", "wolf")):
         world.run(min(chunk, ticks - world.tick))

@@ -57,9 +57,9 @@ def test_another_format_is_migrated_or_refused(written, tmp_path, monkeypatch):
     monkeypatch.setattr(checkpoint, "FORMAT", 0)
     checkpoint.write(tmp_path / "old.safetensors", {k: v for k, v in meta.items() if k != "format"}, arrays)
     monkeypatch.undo()
-    with pytest.raises(CheckpointError, match="has the format 0; this version of ecs-eco reads format 2"):
+    with pytest.raises(CheckpointError, match="has the format 0; this version of ecs-eco reads format 3"):
         World.restore(tmp_path / "old.safetensors")
-    monkeypatch.setitem(checkpoint.MIGRATIONS, 0, lambda meta, arrays: (meta | {"format": 2}, arrays))
+    monkeypatch.setitem(checkpoint.MIGRATIONS, 0, lambda meta, arrays: (meta | {"format": 3}, arrays))
     assert World.restore(tmp_path / "old.safetensors").digest() == World.restore(written).digest()
 
 

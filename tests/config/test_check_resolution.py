@@ -23,6 +23,13 @@ REFUSED = {
     "species.deer.metabolism.basal": (RICH | {"species.deer.metabolism.basal": 3.0},
                                       "at least 64 per second"),
     "species.deer.locomotion.speed": (WIDE | {"species.deer.locomotion.speed.walk": 0.4}, "at least 8 m/s"),
+    "species.deer.locomotion.cost": (RICH | {"species.deer.locomotion.cost.walk": 3.0},
+                                     "at least 64 per second"),
+    "species.grass.metabolism.growth": ({"species.grass.metabolism.energy_max": 1e8,
+                                         "species.grass.metabolism.growth": 3.0}, "at least 64 per second"),
+    "species.deer.locomotion.turn": ({"dt": 1e-4, "species.deer.locomotion.turn": 0.03},
+                                     "at least 0.0381 rad/s"),
+    "fields.grass_smell.decay": ({"fields.grass_smell.decay": 4e-7}, "at least 4.77e-07 per second"),
     "species.deer.diet.0.gain": (RICH | {"species.deer.diet.0.gain": 3.0}, "at least 64;"),
 }
 

@@ -61,8 +61,30 @@ def test_mass_is_conserved_without_decay_and_fades_exponentially_with_it(size, e
         _emit(field, [0.01] * len(size), 2.0)
         for _ in range(8):
             field.pass_time(0.5)
-        assert field.value.sum(dtype=float) == pytest.approx(7.0 * np.exp(-decay * 4.0), rel=1e-5)
+        arrives = -np.expm1(-decay * 0.5) / (decay * 0.5) if decay else 1.0  # it flows in over the first tick
+        assert field.value.sum(dtype=float) == pytest.approx(7.0 * arrives * np.exp(-decay * 3.5), rel=1e-5)
         assert field.value.min() >= 0
+
+
+@pytest.mark.parametrize("dt", [0.1, 1.0, 5.0])
+def test_a_steady_source_comes_to_what_it_gives_over_what_decays(dt):
+    field = Field(Space((8, 6)), 1.0, diffusion=0.3, decay=0.5)
+    for _ in range(round(40 / dt)):
+        _emit(field, (2.5, 2.5), 1.0 * dt)
+        field.pass_time(dt)
+    assert field.value.sum(dtype=float) == pytest.approx(2.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("dt", [0.1, 1.0, 5.0])
+def test_decay_renewal_and_a_source_together_follow_the_exact_course(dt):
+    field = Field(Space((4, 4)), 1.0, diffusion=0.3, decay=0.5)
+    field.contain("sugar", 1.0, np.full((1, 4, 4), 3.0), 0.25)
+    for _ in range(round(10 / dt)):
+        field.emit(_f(0.5), _f(0.5), _f(0), np.array([16 * 0.75 * dt]))
+        field.pass_time(dt)
+    balance = (0.75 + 0.25 * 3.0) / 0.75  # source + renewal over all losses
+    mean = field.held() / field.litres / 16
+    assert mean == pytest.approx(balance + (3.0 - balance) * np.exp(-0.75 * 10), rel=1e-6)
 
 
 def test_variance_grows_by_two_d_t_along_each_axis():

@@ -19,7 +19,8 @@ def test_every_body_emits_its_rate_where_it_is(meadow):
     act(world, Diffuse)
     assert world.fields["musk"].value.sum(dtype=float) == pytest.approx(2 * 1.5 + 2 * 0.5)
     hay = world.fields["hay"].value[0]
-    assert hay[3, 5] == pytest.approx(2 * 4 * 0.5 * 2.718281828 ** (-0.25), rel=1e-6)
+    # dc/dt = 4 of each − decay c, over a tick of 0.5 s
+    assert hay[3, 5] == pytest.approx(2 * 4 * (1 - 2.718281828 ** (-0.25)) / 0.5, rel=1e-6)
     assert hay.sum() == hay[3, 5]  # it does not diffuse
 
 
@@ -29,7 +30,8 @@ def test_a_smell_follows_who_moves_and_stays_where_it_was(meadow):
         arrange(world, "deer", x=x, y=0.5)
         act(world, Diffuse)
     fade = 2.718281828 ** (-0.25)
-    assert world.fields["hay"].value[0, 0, [0, 9]].tolist() == pytest.approx([2 * fade**2, 2 * fade])
+    assert world.fields["hay"].value[0, 0, [0, 9]].tolist() == pytest.approx(
+        [2 * 2 * (1 - fade) / 0.5 * fade, 2 * 2 * (1 - fade) / 0.5])
 
 
 def test_the_dead_emit_no_more(meadow):

@@ -219,12 +219,12 @@ def test_the_full_the_digesting_and_the_unwilling_do_not_eat(meadow):
     world = meadow(count=5, grass={"count": 5}, reflex=block,
                    metabolism={"energy": 0.5, "energy_max": 1.0, "digestion": 3.0})
     deer = arrange(world, "deer", x=[2, 6, 10, 14, 18], y=5, energy=[1.0, 0.5, 0.05, 0.875, 0.5],
-                   digesting=[0, 0.1, 0, 0, 0])
+                   digesting=[0, 1, 0, 0, 0])
     arrange(world, "grass", x=[2, 6, 10, 14, 18], y=5)
     _eat(world)
     assert _energy(world) == pytest.approx([1.0, 0.5, 0.05, 1.0, 0.75])
     assert deer[Metabolism].taken[deer.by_uid()].tolist() == [0, 0, 0, 0.125, 0.25]
-    assert deer[Metabolism].digesting[deer.by_uid()].tolist() == pytest.approx([0, 0.1, 0, 3, 3])
+    assert deer[Metabolism].digesting[deer.by_uid()].tolist() == [0, 1, 0, 3, 3]
 
 
 def test_until_says_when_it_has_enough(meadow):
@@ -394,6 +394,19 @@ def test_tough_food_resists_its_share_of_bites(meadow):
     assert eaten(0.0) == 150
     assert 85 < eaten(0.3) < 125
     assert eaten(1.0) == 0
+
+
+@pytest.mark.parametrize("dt", [0.125, 0.5, 2.0])
+def test_bites_into_tough_food_succeed_as_often_in_a_second_whatever_the_tick(meadow, dt):
+    world = meadow(world={"dt": dt, "space": {"size": [80.0, 80.0]}}, count=400,
+                   grass={"count": 400, "defence": {"toughness": 0.6}})
+    at = 2.0 + 4.0 * np.stack(np.divmod(np.arange(400), 20), 1)
+    for name in ("deer", "grass"):
+        arrange(world, name, x=at[:, 0], y=at[:, 1], energy=0.5)
+    _eat(world)
+    chance = 1 - 0.6**dt
+    eaten = int((world.tables["grass"].cause > 0).sum())
+    assert abs(eaten - 400 * chance) < 4 * np.sqrt(400 * chance * (1 - chance))
 
 
 def test_each_plant_is_as_tough_and_as_poisonous_as_its_genes(meadow):

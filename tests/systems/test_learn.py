@@ -124,3 +124,12 @@ def test_a_reward_that_a_system_writes_in_feel_is_what_the_learner_gets(meadow, 
     steps = table.species.nerves.learner.rollout.steps
     rewards = [steps["reward"][steps["row"] == row].tolist() for row in rows]
     assert rewards == [[digit[0], digit[0], -1.0 - 0.5], [digit[1], digit[1], 0], [digit[2], digit[2], 0]]
+
+
+def test_the_learning_rate_falls_to_zero_in_a_run_too(meadow):
+    world = meadow(options=OPTIONS, metabolism={"basal": 0.0}, locomotion={"cost": {"walk": 0.0, "run": 0.0}},
+                   **POLICY | {"ppo": {"horizon": 4, "epochs": 1, "anneal": 16,
+                                       "learning_rate": 0.01}})
+    world.run(21)
+    rates = [report["learning_rate"] for report in world.tables["deer"].species.nerves.reports]
+    assert rates == pytest.approx([0.01, 0.0075, 0.005, 0.0025, 0.0])

@@ -122,12 +122,12 @@ def test_who_cannot_pay_the_fathers_share_and_live_is_not_chosen(meadow):
     assert values_by_uid(world, Metabolism, "energy").tolist() == [0.5, 0.75, 0.125]
 
 
-@pytest.mark.parametrize(("dt", "fertility"), [(1.0, 1.0), (0.5, 1.0), (1.0, 0.5)])
+@pytest.mark.parametrize(("dt", "fertility"), [(1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (0.5, 0.5)])
 def test_mating_succeeds_with_its_chance_per_second_and_the_fertility_of_both(meadow, dt, fertility):
     world = couples_of(meadow, 400, reproduction={"chance": 0.6, "father_share": 1.0, "father_rest": 9.0},
                      world={"dt": dt}, fertility=fertility)
     deer = world.tables["deer"]
-    chance = (1 - 0.4**dt) * fertility**2
+    chance = 1 - (1 - 0.6 * fertility**2) ** dt
     lucky = np.flatnonzero(random.draw_many(world.key, deer.uid[deer.by_uid()][::2], MEET) < chance) * 2
     assert list(mate(world)) == lucky.tolist()
     assert abs(len(lucky) - 400 * chance) < 4 * np.sqrt(400 * chance * (1 - chance))

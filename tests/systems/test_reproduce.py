@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.stats import poisson
 
 from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Position
 from ecs_eco.engine import random
@@ -30,14 +31,15 @@ def test_the_fed_and_grown_give_birth_with_their_chance_and_pay(meadow):
     deer = arrange(world, "deer", energy=energy, age=age, fertility=0.5)
     uid = deer.uid[deer.by_uid()]
     draws = random.draw_many(world.key, uid, random.BIRTH)
-    ready = (energy >= 0.5) & (age >= 10) & (draws < (1 - np.exp(-1)) * 0.5)
+    # a Poisson number at the rate times fertility, at most the two after which it is no longer fed
+    times = (draws[:, None] < poisson.sf([0, 1], 0.5)).sum(1) * ((energy >= 0.5) & (age >= 10))
     parents, rows = _born(world)
-    assert parents == uid[ready].tolist()
-    assert len(parents) > 20
+    assert parents == np.repeat(uid, times).tolist()
+    assert sorted(set(times.tolist())) == [0, 1, 2]
     m = deer[Metabolism]
     old = deer.by_uid()[:200]
-    assert m.energy[old] == pytest.approx(np.where(ready, 0.5, energy), abs=1e-6)
-    assert m.given[old].tolist() == np.where(ready, 0.25, 0).tolist()
+    assert m.energy[old] == pytest.approx(energy - 0.25 * times, abs=1e-6)
+    assert m.given[old].tolist() == (0.25 * times).tolist()
     assert m.energy[rows].tolist() == [0.25] * len(parents)
     assert deer[Biology].age[rows].tolist() == [0] * len(parents)
 
@@ -114,7 +116,7 @@ def test_a_place_given_up_for_a_body_keeps_no_other_away(meadow):
     trees, uid = world.tables["tree"], world.tables["deer"].uid[:1]
     q, n = trees[Position], 0
     for world.tick in range(300):
-        arrange(world, "deer", energy=1.0, x=0.0, y=0.0)
+        arrange(world, "deer", energy=0.7, x=0.0, y=0.0)  # for one birth
         expected = []
         for attempt in range(8):
             at = [random.draw_many(world.key, uid, random.PLACE + (axis << 8) + (attempt << 10))[0] * 20
@@ -178,7 +180,7 @@ def test_what_heredity_says_of_a_newborn_holds(meadow):
             return {(Body, "radius"): np.arange(len(who), dtype=np.float32)}
 
     world = meadow(count=30, world={"space": {"size": [400.0, 400.0]}}, reproduction=WAY | {"litter": 2})
-    deer = arrange(world, "deer", energy=1.0)
+    deer = arrange(world, "deer", energy=0.9)  # for one birth
     deer.species.heredity = fake = Fake()
     parents, rows = _born(world)
     assert deer.uid[fake.arguments[0]].tolist() == parents

@@ -125,3 +125,25 @@ def test_worlds_without_it_have_no_such_system():
 def test_what_cannot_be_is_refused(use, fault):
     with pytest.raises(ConfigError, match=fault):
         load(_coast(FISHING | use))
+
+
+@pytest.mark.parametrize(("dt", "period", "ticks"), [(1.0, 10.0, [2, 3, 4, 5]), (0.1, 1.0, [2, 3, 4, 5]),
+                                                     (1 / 3, 10 / 3, [2, 3, 4, 5]), (0.7, 3.5, [1, 2])])
+def test_a_season_has_the_same_ticks_in_every_year(dt, period, ticks):
+    use = load(_coast(FISHING | {"period": period, "season": [0.2, 0.6]}, dt=dt)).land_use[0]
+    year = round(period / dt)
+    for n in range(3000):
+        assert use.year(n, dt) == n // year
+        assert use.active(n, dt) == (n % year in ticks)
+
+
+def test_a_year_of_no_whole_number_of_ticks_has_leap_ticks():
+    use = load(_coast(FISHING | {"period": 365.25, "season": [0.0, 0.5]})).land_use[0]
+    years = [use.year(n, 1.0) for n in range(3000)]
+    first = [years.index(year) for year in range(9)]
+    assert first == [0, 366, 731, 1096, 1461, 1827, 2192, 2557, 2922]
+
+
+def test_a_year_shorter_than_a_tick_is_refused():
+    with pytest.raises(ConfigError, match="shorter than a tick; allowed: at least dt, 1 s"):
+        load(_coast(FISHING | {"period": 0.5, "season": [0.2, 0.6]}))

@@ -51,7 +51,7 @@ def greatest_rate(case: Case, species: str) -> float:
     """Births per head and tick without any lack: the file's rate, or the highest in the run."""
     way = case.of(species).get("reproduction") or {}
     if "rate" in way:
-        return float((1 - np.exp(-way["rate"] * case.series.dt)) * (way.get("litter", 1)))
+        return float(way["rate"] * case.series.dt * way.get("litter", 1))
     births, n = case.flow(species, "births"), case.series.of(species)
     window = max(1, len(n) // 30)
     rates = smooth(births, window) / np.maximum(smooth(n, window), 1.0)

@@ -25,6 +25,9 @@ def check_land_use(config: WorldConfig) -> Iterator[Problem]:
         if use.season is not None and use.period is None:
             yield Problem((*key, "period"), "is missing: a season is a part of it",
                           allowed="the length of a year [s]")
+        if use.period is not None and use.period < config.dt:
+            yield Problem((*key, "period"), "shorter than a tick", use.period,
+                          f"at least dt, {config.dt:g} s")
         if use.season is not None and use.season[0] == use.season[1]:
             yield Problem((*key, "season"), "ends when it begins", use.season,
                           "two different shares of a year")

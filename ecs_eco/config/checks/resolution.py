@@ -1,4 +1,8 @@
-"""Checks that float32, the type of positions and energies, resolves the steps by which they change."""
+"""Checks that float32 resolves the steps by which positions, headings, energies and smells change.
+
+What else is summed needs none: ages and times are counted in ticks, eggs develop in float64, and masses,
+temperatures and substances keep what float32 cannot hold.
+"""
 
 from __future__ import annotations
 
@@ -18,39 +22,74 @@ def resolution(value: float) -> float:
     return math.ldexp(1.0, max(math.frexp(value)[1] - 24 - (math.frexp(value)[0] == 0.5), -149))
 
 
-def check_resolution(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """All problems of a species that would move, or burn or eat energy, in steps that float32 rounds away."""
-    species, key = config.species[name], ("species", name)
-    yield from _speeds(config, species, key)
-    yield from _energies(config, species, key)
+def check_resolution(config: WorldConfig) -> Iterator[Problem]:
+    """All problems of what would move, turn, fade, or gain or lose energy in steps that float32 rounds away.
+    """
+    size, dt = config.space.size, config.dt
+    for name, species in config.species.items():
+        yield from _motions(config, species, ("species", name))
+        yield from _energies(species, ("species", name), dt)
+    for name, kind in config.objects.items():
+        if kind.motion is not None:
+            ways = {("velocity",): kind.motion.velocity or [], ("speed",): [kind.motion.speed or 0.0]}
+            yield from _slow([(("objects", name, "motion", *key), speed, max(size[:2]))
+                              for key, speeds in ways.items() for speed in speeds], dt)
+        if kind.energy is not None:
+            yield from _fades(("objects", name, "energy", "decay"), kind.energy.decay, dt)
+    for i, layer in enumerate(config.water.current if config.water is not None else ()):
+        key = ("water", "current", i, "velocity")
+        yield from _slow([(key, speed, max(size[:2])) for speed in layer.velocity], dt)
+    for name, field in config.fields.items():
+        if field.substance is None:
+            yield from _fades(("fields", name, "decay"), field.decay, dt)
 
 
-def _speeds(config: WorldConfig, species: Species, key: Key) -> Iterator[Problem]:
+def _motions(config: WorldConfig, species: Species, key: Key) -> Iterator[Problem]:
     ground, way = max(config.space.size[:2]), species.locomotion
     moves: list[tuple[Key, float, float]] = []
     if way is not None:
         moves += [(("locomotion", "speed", gait), speed, ground) for gait, speed in way.speed.items()]
+        if 0 < way.turn * config.dt < (step := STEPS * resolution(2 * math.pi)):
+            yield Problem((*key, "locomotion", "turn"), "too slow: headings are float32, and such steps are "
+                          "rounded away", way.turn, f"0, or at least {step / config.dt:.3g} rad/s")
     if config.dims == 3:
         moves += [] if way is None else [(("locomotion", "climb"), way.climb, config.space.size[2])]
         moves += [(("body", "sinking"), species.body.sinking, config.space.size[2])]
-    for part, speed, extent in moves:
-        if 0 < abs(speed) < (least := STEPS * resolution(extent) / config.dt):
+    yield from _slow([((*key, *part), speed, extent) for part, speed, extent in moves], config.dt)
+
+
+def _slow(moves: list[tuple[Key, float, float]], dt: float) -> Iterator[Problem]:
+    for key, speed, extent in moves:
+        if 0 < abs(speed) < (least := STEPS * resolution(extent) / dt):
             fault = (f"too slow for a world of {extent:g} m: positions are float32, "
                      "and such steps are rounded away")
             allowed = f"0, or at least {least:.3g} m/s; or a smaller world, or a longer tick"
-            yield Problem((*key, *part), fault, speed, allowed)
+            yield Problem(key, fault, speed, allowed)
 
 
-def _energies(config: WorldConfig, species: Species, key: Key) -> Iterator[Problem]:
+def _fades(key: Key, decay: float, dt: float) -> Iterator[Problem]:
+    if 0 < decay * dt < (step := STEPS * resolution(1.0)):
+        yield Problem(key, "too slow: amounts are float32, and such steps are rounded away", decay,
+                      f"0, or at least {step / dt:.3g} per second; or a longer tick")
+
+
+def _energies(species: Species, key: Key, dt: float) -> Iterator[Problem]:
     budget, step = species.metabolism, STEPS * resolution(species.metabolism.energy_max)
     fault = (f"too little for energies up to energy_max, {budget.energy_max:g}: they are float32, "
              "and such steps are rounded away")
-    if 0 < budget.basal * config.dt < step:
-        allowed = f"0, or at least {step / config.dt:.3g} per second; or a smaller energy_max"
-        yield Problem((*key, "metabolism", "basal"), fault, budget.basal, allowed)
+    rates: dict[Key, float] = {("metabolism", "basal"): budget.basal, ("metabolism", "growth"): budget.growth}
+    if species.locomotion is not None:
+        rates |= {("locomotion", "cost", gait): cost for gait, cost in species.locomotion.cost.items()}
+    if species.care is not None:
+        rates["care", "rate"] = species.care.rate
+    rates |= {("carries", i, "cost"): way.cost for i, way in enumerate(species.carries)}
+    for part, rate in rates.items():
+        if 0 < rate * dt < step:
+            allowed = f"0, or at least {step / dt:.3g} per second; or a smaller energy_max"
+            yield Problem((*key, *part), fault, rate, allowed)
     way = None if species.heat is None else species.heat.regulate
-    if way is not None and 0 < (burnt := way.cost * max(way.warming, way.cooling)) * config.dt < step:
-        allowed = f"0, or at least {way.cost * step / (burnt * config.dt):.3g}; or a smaller energy_max"
+    if way is not None and 0 < (burnt := way.cost * max(way.warming, way.cooling)) * dt < step:
+        allowed = f"0, or at least {way.cost * step / (burnt * dt):.3g}; or a smaller energy_max"
         yield Problem((*key, "heat", "regulate", "cost"), fault, way.cost, allowed)
     for i, food in enumerate(species.diet):
         if 0 < food.gain < step:

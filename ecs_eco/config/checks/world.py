@@ -55,9 +55,9 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
     for name in config.species:
         yield from check_body(config, name)
         yield from check_handling(config, name, widest(config))
-        yield from check_resolution(config, name)
         yield from check_nerves(config, name, folder)
         yield from check_genome(config, name)
+    yield from check_resolution(config)
     yield from check_interventions(config, folder, changed)
     yield from check_land_use(config)
     yield from check_reporters(config)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+from functools import lru_cache
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -37,12 +39,19 @@ class Use(Section):
             return False
         if self.season is None or self.period is None:
             return True
-        (first, last), share = self.season, tick * dt / self.period % 1.0
+        (first, last), share = map(exact, self.season), tick / exact(self.period / dt) % 1
         return first <= share < last if first < last else share >= first or share < last
 
     def year(self, tick: int, dt: float) -> int:
         """The number of the year that a tick of dt [s] is in, from 0; always 0 without years."""
-        return 0 if self.period is None else int(tick * dt // self.period)
+        return 0 if self.period is None else tick // exact(self.period / dt)
+
+
+@lru_cache(256)
+def exact(value: float) -> Fraction:
+    """The ratio of whole numbers that a value stands for, 1/5 for 0.2: with it every year has the same ticks,
+    which the rounding of floats would shift."""
+    return Fraction(value).limit_denominator(10**6)
 
 
 class Harvest(Use):

@@ -1,0 +1,108 @@
+"""Notes on the length of a tick: where `dt` is too long for what a world says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from ecs_eco.config.models.world import WorldConfig
+
+ROUNDED = 0.1  # of a time: rounding up to whole ticks that is worth a note
+
+
+def notes_on_ticks(config: WorldConfig) -> list[str]:
+    """Return the notes on what the ticks of a world are too long for, a line each."""
+    return [*_on_contacts(config), *_on_times(config), *_on_cycles(config)]
+
+
+def _on_contacts(config: WorldConfig) -> Iterator[str]:
+    """Contacts are tested at the end of a tick: bodies that move far in it pass each other unseen."""
+    for key, name, other, reach, fix in _contacts(config):
+        way = (_fastest(config, name) + _fastest(config, other)) * config.dt
+        meet = reach + _radius(config, name) + _radius(config, other)
+        if way > meet > 0:
+            fixes = [f"dt = {_below(config.dt * meet / way)}"]
+            if fix:
+                fixes.append(f"{fix} = {_above(reach + way - meet)}")
+            yield (f"species.{name}.{key}: {name} and {other} move up to {way:.3g} m past each other in a "
+                   f"tick, and contacts within {meet:.3g} m are tested at its end: about "
+                   f"{share_met(way, meet):.0%} of those passed are met; {' or '.join(fixes)} makes it 96%")
+
+
+def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]:
+    """Key, species, what it meets, reach [m], and the key of the reach, if there is one."""
+    for name, species in config.species.items():
+        for i, food in enumerate(species.diet):
+            yield f"diet.{i}", name, food.eats, food.reach, "reach"
+        if (way := species.reproduction) is not None and way.kind == "sexual":
+            yield "reproduction", name, name, way.reach, "reach"
+        for i, load in enumerate(species.carries):
+            yield f"carries.{i}", name, load.object, load.reach, "reach"
+        for i, sensor in enumerate(species.sensors):
+            target = getattr(sensor, "target", None)
+            if sensor.kind == "touch" and target in {**config.species, **config.objects}:
+                yield f"sensors.{i}", name, target, 0.0, ""
+
+
+def share_met(way: float, meet: float) -> float:
+    """Return what share of the strip within `meet` [m] of a straight course lies within `meet` of places that
+    are `way` [m] apart."""
+    disc = math.pi * meet * meet
+    if way < 2 * meet:  # less what two neighboring discs have in common
+        disc -= 2 * meet * meet * math.acos(way / 2 / meet) - way / 2 * math.sqrt(4 * meet * meet - way * way)
+    return disc / (2 * meet * way)
+
+
+def _fastest(config: WorldConfig, name: str) -> float:
+    """The highest speed of a species, or of objects that move by themselves [m/s]."""
+    if (species := config.species.get(name)) is not None:
+        gaits = [] if species.locomotion is None else species.locomotion.speed.values()
+        return max((*gaits, species.ranges().get("speed", (0.0, 0.0))[1]))
+    motion = config.objects[name].motion
+    return 0.0 if motion is None else motion.speed or math.hypot(*(motion.velocity or [0.0]))
+
+
+def _radius(config: WorldConfig, name: str) -> float:
+    return (config.species.get(name) or config.objects[name]).body.radius
+
+
+def _on_times(config: WorldConfig) -> Iterator[str]:
+    """Times are whole ticks, rounded up."""
+    for name, species in config.species.items():
+        times = {"metabolism.digestion": species.metabolism.digestion}
+        times |= {f"reproduction.{key}": getattr(species.reproduction, key, 0.0)
+                  for key in ("gestation", "rest", "father_rest")}
+        times["hatch.incubation"] = 0.0 if species.hatch is None else species.hatch.incubation
+        for key, time in times.items():
+            lasts = math.ceil(time / config.dt - 1e-6) * config.dt
+            if lasts > time * (1 + ROUNDED):
+                yield (f"species.{name}.{key} = {time:g}: times are whole ticks of dt = {config.dt:g} s, and "
+                       f"this one lasts {lasts:g} s; a smaller dt comes nearer")
+
+
+def _on_cycles(config: WorldConfig) -> Iterator[str]:
+    """Sun and year are looked at once in a tick."""
+    cycles = {"sun.day": config.sun and config.sun.day, "sun.year": config.sun and config.sun.year,
+              "year.length": config.year and config.year.length}
+    for key, time in cycles.items():
+        if time and time < 2 * config.dt:
+            yield (f"{key} = {time:g}: less than two ticks of dt = {config.dt:g} s, each of which looks at "
+                   "it once: most of it is never seen")
+    for i, use in enumerate(config.land_use):
+        if use.season is not None and use.period is not None:
+            first, last = use.season
+            if (open_for := (last - first) % 1.0 * use.period) < config.dt:
+                yield (f"land_use.{i}.season lasts {open_for:g} s, less than a tick of "
+                       f"dt = {config.dt:g} s: there are years in which it is not done")
+
+
+def _below(value: float) -> str:
+    """A number with two digits, rounded down."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return f"{math.floor(value / digit + 1e-9) * digit:.2g}"
+
+
+def _above(value: float) -> str:
+    """A number with three digits, rounded up."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{math.ceil(value / digit - 1e-9) * digit:.3g}"
