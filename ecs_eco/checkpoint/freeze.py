@@ -235,7 +235,11 @@ def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
 
 def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
     """Raise CheckpointError if a world's tables, fields, systems or parts differ from those frozen."""
-    pairs: Any = (("tables", list(world.tables), list(meta["tables"])),
+    tables, saved = list(world.tables), list(meta["tables"])
+    if not world.substances and not any(array.any() for name, array in arrays.items()
+                                        if name.endswith("/barren")):  # else columns follow their order
+        tables, saved = sorted(tables), sorted(saved)  # earlier versions had them in the order of the file
+    pairs: Any = (("tables", tables, saved),
                                ("fields", sorted(world.fields), meta["fields"]),
                                ("functions of the environment", sorted(world.environment),
                                 meta["environment"]))  # fmt: skip
