@@ -39,11 +39,7 @@ class Widths(NamedTuple):
 
 
 def widths_of(world: SpatialWorld) -> Widths:
-    """Return how far a band of a world has to look.
-
-    Who eats whom is settled as far as nobody beyond the ghosts could have had a say: each diet, one after the
-    other, makes the outermost ghosts uncertain, as far as two reaches.
-    """
+    """Return how far a band of a world has to look."""
     living = [t for t in world.tables.values() if Body in t]
     largest = max((largest_of(t) for t in living), default=0.0)
     noses = max((nose_of(t) for t in living), default=0.0)
@@ -52,13 +48,20 @@ def widths_of(world: SpatialWorld) -> Widths:
     halos = [halo_of(field, world.dt, noses) for field in world.fields.values()]
     flows = max(((field._plan(world.dt)[0] + 1) / float(field.inverse[1]) for field in world.fields.values()),
                 default=0.0)
-    acting = sum(2 * (largest_of(t) + largest_of(world.tables[food.eats]) + food.reach)
-                 for t in living for food in t.species.diet)
+    acting = meals_of(world, living)
     acting += sum(2 * largest_of(t) + way.reach for t, way in _ways(living) if way.kind == "sexual")
     acting += max((max(way.spacing, 2 * largest) for _, way in _ways(living)
                    if way.kind in ("sexual", "asexual", "simplified")), default=0.0)
     properties = any(sensor.kind == "property" for t in living for sensor in _sensors(t))
     return Widths(max(sensed, touched, flows), acting, halos, properties)
+
+
+def meals_of(world: SpatialWorld, living: list[Table]) -> float:
+    """Return how far from a body the ghosts are that decide whether it eats or is eaten [m]: its eater, that
+    eater's rivals, and what is nearer to these; one reach more where an eater may win several items."""
+    reach = max((largest_of(t) + largest_of(world.tables[food.eats]) + food.reach
+                 for t in living for food in t.species.diet), default=0.0)
+    return reach * (4 if any(len(t.species.diet) > 1 for t in living) else 3)
 
 
 def largest_of(table: Table) -> float:

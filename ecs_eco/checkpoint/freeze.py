@@ -58,7 +58,8 @@ def parts_of(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
         "options": world.origin, "reproduction": world.reproduction, "ambient": world.ambient,
         "causes": world.causes, "environment": sorted(world.environment), "instances": _instances(world),
         "tables": {name: _freeze_table(table, arrays) for name, table in world.tables.items()},
-        "fields": sorted(world.fields), "systems": [type(s).__name__ for s in world.systems],
+        "substances": world.substances, "fields": sorted(world.fields),
+        "systems": [type(s).__name__ for s in world.systems],
         "intervened": world.intervened,
     }  # fmt: skip
     for name, field in world.fields.items():
@@ -235,7 +236,13 @@ def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
 
 def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
     """Raise CheckpointError if a world's tables, fields, systems or parts differ from those frozen."""
-    pairs: Any = (("tables", list(world.tables), list(meta["tables"])),
+    tables, saved = list(world.tables), list(meta["tables"])
+    former = [] if world.config is None else list(world.config.substances)  # the order of the file
+    if not any(array.any() for name, array in arrays.items()
+               if name.endswith("/barren")):  # else it follows their order, as do columns of substances
+        tables, saved = sorted(tables), sorted(saved)
+    pairs: Any = (("tables", tables, saved),
+                               ("substances", list(world.substances), meta.get("substances", former)),
                                ("fields", sorted(world.fields), meta["fields"]),
                                ("functions of the environment", sorted(world.environment),
                                 meta["environment"]))  # fmt: skip

@@ -58,6 +58,7 @@ class Feed(System):
     phase = "interact"
     world: SpatialWorld
     _wanted: list[Meals]  # in this tick
+    _shaped: bool  # whether some distances are from surface to surface
 
     @cached_property
     def _meals(self) -> dict[tuple[str, int], tuple[tuple[Any, ...], tuple[Any, ...]]]:
@@ -71,17 +72,19 @@ class Feed(System):
 
     def process(self, *_: Any) -> None:
         """Gather what all eaters want, settle which of them get it, and let these eat."""
-        self._wanted = wanted = []
+        self._wanted, self._shaped = [], False
         super().process()
+        wanted = self._wanted
         if not wanted:
             return
-        key, rivals, of_table = self.world.key, {}, {}
+        key = self.world.key
+        rivals: dict[str, list[Meals]] = {}
+        of_table: dict[str, list[Meals]] = {}
         for meals in wanted:
             rivals.setdefault(meals.prey.name, []).append(meals)
             of_table.setdefault(meals.table.name, []).append(meals)
-        if any(Shape in meals.table or Shape in meals.prey for meals in wanted):
-            for meals in wanted:
-                to_surfaces(meals)
+        for meals in wanted if self._shaped else ():
+            to_surfaces(meals)
         won = {name: award(key, some) for name, some in rivals.items()}
         for name in of_table.keys() & won.keys():
             for meals in of_table[name]:
@@ -117,6 +120,7 @@ class Feed(System):
                 chance, effect[-1], world.key, random.FEED + (number << 8), toughness, table.cause, m.energy,
                 m.digesting, prey.cause)
         if Shape in table or Shape in prey:
+            self._shaped = True
             target, distance2 = nearest_surface(world, table, prey, np.nextafter(furthest, np.float32(1e30)))
             world.split(propose, eaters.n, target, distance2, *wish[:3], NO_RADIUS, NO_RADIUS, *wish[5:])
         else:
@@ -294,15 +298,24 @@ def propose(first, last, target, distance2, rows, uid, food_rows, radius, food_r
             target[i] = -1
 
 
-@njit
+@lone_njit
 def largest(radius, alive, other, alive_other):
     """Return the sum of the largest radii of the living of two tables [m]."""
-    one = two = np.float32(0)
-    for row in range(radius.size):
-        one = max(one, radius[row] if alive[row] else np.float32(0))
-    for row in range(other.size):
-        two = max(two, other[row] if alive_other[row] else np.float32(0))
-    return one + two
+    both = np.empty(2, np.float32)
+    bits = both.view(np.int32)
+    bits[0], bits[1] = top(radius.view(np.int32), alive), top(other.view(np.int32), alive_other)
+    return both[0] + both[1]
+
+
+@njit
+def top(bits, alive):
+    """Return the highest of the living. Radii are not negative: their bits are ordered as they are, and this
+    becomes vector code."""
+    most = np.int32(0)
+    for k in range(bits.size):
+        row = np.uint64(k)
+        most = max(most, bits[row] if alive[row] else np.int32(0))
+    return most
 
 
 @njit
