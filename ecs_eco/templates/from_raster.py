@@ -46,7 +46,7 @@ def world_from_raster(raster: str, out: str | Path | None = None, *, band: int |
         raise ConfigError([Problem((), what, str(path), "a new file ending in .toml", source="FILE")])
     side = _side(held, per, cell)
     there = raster if re.match(r"[A-Za-z_]\w+:", raster) else os.path.relpath(raster, path.parent)
-    keys = {"raster": Path(there).as_posix()}
+    keys = {"raster": Path(there).as_posix(), "file": path.as_posix()}
     text = TEMPLATE.read_text(encoding="utf-8").format(**keys, **_values(held, per, side, name, band, crs))
     write(path, re.sub(r"\n\n(cell = )", r"\n\1", text))
     try:

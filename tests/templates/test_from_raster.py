@@ -61,6 +61,8 @@ def test_rasters_that_do_not_say_their_size_need_a_cell_and_gaps_are_filled(here
     np.savez("holes.npz", z=np.where(np.eye(40, 50) > 0, np.nan, 7.0))
     path = world_from_raster("holes.npz", "maps/holes.toml", cell=30.0)
     assert 'raster = "../holes.npz"' in path.read_text()
+    for command in ("watch", "check"):
+        assert f"ecs-eco {command} maps/holes.toml" in path.read_text()
     assert load(path).terrain.missing == 7.0
 
 
