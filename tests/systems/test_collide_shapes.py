@@ -88,7 +88,6 @@ def test_a_way_ends_at_the_fence_and_the_speed_is_that_of_the_way(meadow):
     assert _at(world).ravel() == pytest.approx([9.4, 10, 11.9, 18], abs=1e-3)
 
 
-@pytest.mark.definition("1 conformation")
 @pytest.mark.parametrize(("speed", "pace"), [(9.9, 1.0), (10.0, 1.0), (6.0, 2.0), (10.0, 4.0), (10.0, 50.0)])
 def test_a_step_of_half_a_torus_and_more_ends_at_the_fence(meadow, speed, pace):
     road = {"cell": 1.0, "roads": [{"line": [[0.0, 10.0], [20.0, 10.0]], "width": 40.0, "pace": pace}]}
@@ -105,7 +104,6 @@ def test_a_step_of_half_a_torus_and_more_ends_at_the_fence(meadow, speed, pace):
     assert gone == pytest.approx([8.9, 0.9, min(speed * pace, 11.9)], abs=0.02)
 
 
-@pytest.mark.definition("1 conformation")
 def test_at_the_edge_of_the_space_nobody_is_pushed_around_the_end_of_a_fence(meadow):
     walled = {"size": [20.0, 20.0], "edges": "walls"}
     world = meadow(count=5, world=fence((10.0, 0.0, 10.0, 20.0), space=walled),
