@@ -51,7 +51,8 @@ class Around(NamedTuple):
 def range_of(table: Table, way: Any) -> tuple[Any, Any]:
     """Return the `dispersal` and `spacing` of a table's newborn, as `Around` has them: both f32, or both
     f32[high] of their parents' rows."""
-    spacing, near = np.float32(way.spacing), np.float32(-1.0)
+    spacing: Any = np.float32(way.spacing)
+    near: Any = np.float32(-1.0)
     if way.place != "anywhere":
         near = np.float32(way.dispersal or 4 * bound_of(table) * float(table.defaults[Body]["radius"]))
         if way.dispersal is None and radii_differ(table):
@@ -115,7 +116,7 @@ def _forbidden(table: Table, world: SpatialWorld, where: Around, who: np.ndarray
             index = own if other is table else world.index(other)
             apart = np.float32(radius) + other[Body].radius[index.rows]
             _occupied(who, asked, out, index.x, index.y, index.z, index.start, apart,
-                      space.reach(float(apart.max(initial=0))),
+                      space.reach(float(np.maximum.reduce(apart, initial=0))),
                       *space.shape, space.inverse, space.lengths, space.torus, taken)
     return forbidden
 

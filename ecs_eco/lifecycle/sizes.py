@@ -69,7 +69,9 @@ def _bodies(table: Table, values: Values, n: int, share: Any) -> Values:
     """Return bodies of a share of the adult's mass, of the same shape; adults weigh their density × volume,
     where their radius is a gene and their mass is none."""
     grows = table.species.growth is not None
-    adult, out, radius = Stature if grows else Body, {}, None
+    adult: type = Stature if grows else Body
+    out: Values = {}
+    radius = None
     if table.species.config is not None and table.species.config.body.density is not None:
         radius = values.get((adult, "radius"))
     if radius is not None and (adult, "mass") not in values:

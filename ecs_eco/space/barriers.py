@@ -53,7 +53,8 @@ def stop(world: "SpatialWorld", table: "Table", walls: Solids, before: np.ndarra
     """Let the living of a table, who have gone ways f32[n, 3] [m] from places f32[rows, 3] [m], stay before
     barriers; return by what factor their ways are shorter, f32[n]."""
     p, space, rows = table[Position], world.space, table.rows()
-    share = hold_back(world, walls, *before[rows].T.copy(), way)
+    x, y, z = before[rows].T.copy()
+    share = hold_back(world, walls, x, y, z, way)
     held = share < 1
     for axis, name in enumerate("xyz"[: len(space.size)]):
         place = back_into((before[rows, axis] + way[:, axis])[held], space.lengths[axis], space.wrap[axis])

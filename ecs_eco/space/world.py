@@ -196,6 +196,6 @@ class SpatialWorld(World):
 
 
 def _whereabouts(table: Table) -> tuple[np.ndarray | None, ...]:
-    p = table[Position] if Position in table else None
+    p, body = table.columns.get(Position), table.columns.get(Body)
     return (table.alive, table.uid, *((None,) * 3 if p is None else (p.x, p.y, p.z)),
-            table[Body].radius if Body in table else None)
+            None if body is None else body.radius)
