@@ -11,14 +11,15 @@ import numpy as np
 from ecs_eco.config.land.raster import DAMAGED
 
 LAND, WATER, ROCK = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57)
+GROUNDS = ["open", "water", "rock"]  # of a class, by the number of the ground
 SUN = 315.0, 45.0  # where light comes from on maps: from the upper left, halfway up [degrees]
 STEEP = 0.5  # the slope that steep ground is drawn with, however steep it is
 
 
 class Relief(NamedTuple):
     """The ground of a world, the first row in the south: heights f32[ny, nx] [m], what it is u8[ny, nx] (1
-    water, 2 rock), the side of a cell [m]; by class of land cover its number u8[ny, nx] and its colour; and
-    streams, bool[ny, nx]."""
+    water, 2 rock), the side of a cell [m]; by class of land cover its number u8[ny, nx], its colour and the
+    ground that it makes; and streams, bool[ny, nx]."""
 
     height: np.ndarray
     ground: np.ndarray
@@ -27,12 +28,13 @@ class Relief(NamedTuple):
     kinds: np.ndarray | None = None
     colors: Sequence[str | None] = ()
     wet: np.ndarray | None = None
+    grounds: Sequence[str] = ()
 
     @classmethod
     def of(cls, terrain: Any) -> Relief:
         """The ground of a living world."""
         land = terrain.land
-        more = () if land is None else (land.kinds, land.colors, land.wet)
+        more = () if land is None else (land.kinds, land.colors, land.wet, land.grounds)
         return cls(terrain.height, terrain.ground, 1 / float(terrain.inverse[0]), terrain.space.torus, *more)
 
     @classmethod
@@ -46,9 +48,10 @@ class Relief(NamedTuple):
             height, ground = held["height"], held["ground"]
         except DAMAGED:
             return None
-        colors = [kind.get("color") for kind in ((terrain or {}).get("classes") or {}).values()]
+        classes = ((terrain or {}).get("classes") or {}).values()
         return cls(height, ground, space["size"][0] / height.shape[1], space["edges"] == "torus",
-                   held.get("kinds"), colors, held.get("wet"))
+                   held.get("kinds"), [kind.get("color") for kind in classes], held.get("wet"),
+                   [kind.get("ground", "open") for kind in classes])
 
     def shade(self) -> np.ndarray:
         """How bright the ground is in the sun, beside flat ground: f64[ny, nx], about −0.7 to 0.3 (Horn
@@ -69,22 +72,22 @@ class Relief(NamedTuple):
         return out
 
     def colours(self) -> np.ndarray:
-        """The ground as colours f64[ny, nx, 3], 0 to 1."""
+        """The ground as colours f64[ny, nx, 3], 0 to 1. Water and rock have their own, except where a class
+        with a colour makes them."""
         high = (self.height - self.height.min()) / max(float(np.ptp(self.height)), 1e-9)
         colour = np.array(LAND) - 0.16 * high[..., None] * np.array([0.55, 0.75, 1.3])
-        for i, code in enumerate(self.colors):
+        own = np.zeros(self.ground.shape, np.bool_)
+        for i, (code, ground) in enumerate(zip(self.colors, self.grounds, strict=True)):
             if code is not None and self.kinds is not None:
-                colour[self.kinds == i + 1] = 0.35 * np.array(LAND) + 0.65 * _rgb(code)
-        colour[self.ground == 2] = ROCK
+                there = self.kinds == i + 1
+                colour[there] = 0.35 * np.array(LAND) + 0.65 * _rgb(code)
+                own |= there & (self.ground == GROUNDS.index(ground))
+        colour[(self.ground == 2) & ~own] = ROCK
         colour = colour * (1 + 0.75 * self.shade()[..., None])
         if self.wet is not None:
             colour[self.wet] = WATER
-        own = self.kinds if self.kinds is not None else np.zeros(self.ground.shape, np.uint8)
-        colour[(self.ground == 1) & ~np.isin(own, self._coloured())] = WATER
+        colour[(self.ground == 1) & ~own] = WATER
         return np.clip(colour, 0, 1)
-
-    def _coloured(self) -> list[int]:
-        return [i + 1 for i, code in enumerate(self.colors) if code is not None]
 
 
 def draw_relief(ax: Any, relief: Relief, size: Sequence[float]) -> Any:

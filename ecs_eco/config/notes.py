@@ -15,13 +15,23 @@ LATE = 0.25  # of a life: who begins to breed so late has generations that hardl
 
 def notes(config: WorldConfig) -> list[str]:
     """Return the notes on a world, a line each."""
-    found = []
+    found = list(_on_land(config))
     for name, species in config.species.items():
         about = (*_on_energy(config, species), *_on_decisions(species), *_on_lives(config, name, species),
                  *_on_founders(species), *_on_weights(config, species),
                  *(f".ppo: {hint(word)}" for word in species._words))
         found += [f"species.{name}{note}" for note in about]
     return found
+
+
+def _on_land(config: WorldConfig) -> Iterator[str]:
+    land, terrain = config._land, config.terrain
+    if land is None or land.place is None or terrain is None:
+        return
+    x, y = (1 / (per * (terrain.scale or 1.0)) for per in land.place[2:])
+    if max(abs(x - 1), abs(y - 1)) > 1e-6:
+        yield (f"terrain.raster: one unit of its coordinates ({land.crs[:40]}) is taken as {x:.6g} m from "
+               f"west to east and {y:.6g} m from south to north, its length in the middle of the raster")
 
 
 def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:

@@ -168,7 +168,7 @@ def request(table: Table, world: SpatialWorld, parents: np.ndarray, litters: Lit
         values |= inherits(world, table, parents, litters, which, identity, brood.y, second, sperm)
     if nest is None:
         nest = table
-        if table.species.growth is not None:
+        if table.species.standard_mass is not None:
             values |= sizes.of_newborn(table, values, which.size)
     else:  # traits are expressed when it hatches
         values = {key: v for key, v in values.items() if key[0] in (Position, Metabolism, Genome, Policy)}

@@ -61,11 +61,11 @@ def small_brood(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
 
 def in_the_way(table: Table, world: SpatialWorld, n: int,
                kin: bool) -> tuple[int, np.ndarray, np.ndarray] | None:
-    """Return the number of a table among all, how many rows of each table to look at, and how near its bodies
-    may be to a newborn's place f32 [m]; `kin` is whether its own kind is to be looked at. None where there
-    are many, or bodies other than spheres."""
+    """Return the number of a table among all, how many rows of each table to look at, and how near the
+    surfaces of its bodies may be to a newborn's place f32 [m], below 0: they are not in the way; `kin` is
+    whether its own kind is to be looked at. None where there are many, or bodies other than spheres."""
     tables = world.tables.values()
-    high, apart = np.zeros(len(tables), np.int64), np.zeros(len(tables), np.float32)
+    high, apart = np.zeros(len(tables), np.int64), np.zeros(len(tables), np.float32) - 1
     pairs, place, radius = 0, 0, radius_of(table)
     for k, other in enumerate(tables):
         opaque = other.species.opaque and other.n and Body in other
@@ -76,7 +76,7 @@ def in_the_way(table: Table, world: SpatialWorld, n: int,
         if opaque:
             if Shape in other or Position not in other:
                 return None
-            apart[k] = radius + other.species.radius
+            apart[k] = radius
         if opaque or kin:
             high[k] = other.high
             pairs += n * other.high
@@ -140,22 +140,23 @@ def settle(parents, number, given, dispersal, spacing, table, columns, high, apa
 
 @njit
 def look(homeless, free, places, spacing, table, columns, high, apart, lengths, torus, crowded, taken):
-    """Find out at which places of newborn i of `homeless` one of `table` lives within `spacing`, and where a
-    body of any table is nearer than `apart` of it."""
+    """Find out at which places of newborn i of `homeless` one of `table` lives within `spacing`, and where
+    the surface of a body of any table is nearer than `apart` of it."""
     for t in range(high.size):
         rows = high[t]
         alive = column_at(columns[t, 0], np.bool_, rows)
         x, y, z = (column_at(columns[t, 2], np.float32, rows), column_at(columns[t, 3], np.float32, rows),
                    column_at(columns[t, 4], np.float32, rows))
         close = spacing * spacing if t == table and spacing > 0 else np.float32(0.0)
-        near = apart[t] * apart[t]
+        # a table without bodies that are in the way has no radius to be read
+        radius = column_at(columns[t, 5 if apart[t] >= 0 else 2], np.float32, rows)
         for k in range(homeless.size):
             i = homeless[k]
             ax, ay, az, kin, body = places[i, 0], places[i, 1], places[i, 2], False, False
             for row in range(rows if free[i] else 0):  # without branches: this becomes vector code
                 dx, dy, dz = offset(ax, ay, az, x[row], y[row], z[row], lengths, torus)
-                distance2 = dx * dx + dy * dy + dz * dz
+                distance2, near = dx * dx + dy * dy + dz * dz, apart[t] + radius[row]
                 kin |= alive[row] & (distance2 < close)
-                body |= alive[row] & (distance2 < near)
+                body |= alive[row] & (distance2 < near * near)
             crowded[k] |= kin
-            taken[k] |= body
+            taken[k] |= body & (apart[t] >= 0)

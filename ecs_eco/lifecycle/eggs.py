@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Body, Chemistry, Genome, Metabolism, Parentage, Policy, Position
-from ecs_eco.engine.elementary import power
 from ecs_eco.lifecycle import sizes
 from ecs_eco.lifecycle.births import headings, newborn
+from ecs_eco.lifecycle.matter import bodies, newborn_volumes
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -30,7 +30,7 @@ def hatch(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld) -> No
     values |= sizes.of_newborn(into, values, rows.size)
     if Chemistry in eggs and Chemistry in into:  # amounts stay
         radius = values.get((Body, "radius"), into.defaults[Body]["radius"])
-        share = power(eggs[Body].radius[rows].astype(float) / np.maximum(radius, 1e-30), 3)
+        share = bodies(eggs).volume[rows] / np.maximum(newborn_volumes(into, radius), 1e-90)
         values[Chemistry, "molarity"] = (eggs[Chemistry].molarity[rows] * share[:, None]).astype(np.float32)
     if Parentage in into:
         values |= {(Parentage, "mother"): mother, (Parentage, "father"): father}

@@ -9,10 +9,12 @@ import numpy as np
 
 from ecs_eco.components import Body, Position, Shape
 from ecs_eco.engine import random
+from ecs_eco.engine.elementary import power
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw
 from ecs_eco.genomes.own_values import own_values
+from ecs_eco.lifecycle.sizes import radii_differ
 from ecs_eco.space.barriers import POINT
 from ecs_eco.space.bodies import rocks, solids
 from ecs_eco.space.geometry import into
@@ -50,8 +52,13 @@ class Around(NamedTuple):
 def range_of(table: Table, way: Any) -> tuple[Any, Any]:
     """Return the `dispersal` and `spacing` of a table's newborn, as `Around` has them: both f32, or both
     f32[high] of their parents' rows."""
-    near = np.float32(-1.0 if way.place == "anywhere" else way.dispersal or 4 * radius_of(table))
-    spacing = np.float32(way.spacing)
+    spacing: Any = np.float32(way.spacing)
+    near: Any = np.float32(-1.0)
+    if way.place != "anywhere":
+        near = np.float32(way.dispersal or 4 * bound_of(table) * float(table.defaults[Body]["radius"]))
+        if way.dispersal is None and radii_differ(table):
+            near = np.float32(4 * bound_of(table)) * table[Body].radius[: table.high]
+            spacing = np.full(table.high, spacing)
     if table.species.traits:
         spacing, near = own_values(table, {"reproduction.spacing": spacing, "reproduction.dispersal": near})
     return near, spacing
@@ -108,20 +115,25 @@ def _forbidden(table: Table, world: SpatialWorld, where: Around, who: np.ndarray
                                     taken)
                 continue
             index = own if other is table else world.index(other)
-            s = np.float32(radius + other.species.radius)
-            _occupied(who, asked, out, index.x, index.y, index.z, index.start, s, space.reach(float(s)),
+            apart = np.float32(radius) + other[Body].radius[index.rows]
+            _occupied(who, asked, out, index.x, index.y, index.z, index.start, apart,
+                      space.reach(float(np.maximum.reduce(apart, initial=0))),
                       *space.shape, space.inverse, space.lengths, space.torus, taken)
     return forbidden
 
 
 def radius_of(table: Table) -> float:
-    """Return the radius of the smallest sphere around a newborn [m]."""
-    radius = float(table.defaults[Body]["radius"])
-    return radius * bound_of(table) if Shape in table else radius
+    """Return the radius of the smallest sphere around a newborn without genes of its own [m]."""
+    radius, way = float(table.defaults[Body]["radius"]), table.species.growth
+    if Shape in table:
+        radius *= bound_of(table)
+    return radius if way is None else radius * float(power(np.float64(way.newborn), 1 / 3))
 
 
 def bound_of(table: Table) -> float:
-    """Return the radius of the smallest sphere around a newborn that has a shape, in radii of its body."""
+    """Return the radius of the smallest sphere around a body of a table, in radii of that body."""
+    if Shape not in table:
+        return 1.0
     form = {field: float(value) for field, value in table.defaults[Shape].items()}
     return form.pop("rounding") + math.hypot(*form.values())
 
@@ -195,7 +207,8 @@ def keep_apart(homeless, spacing, lengths, torus, crowded, taken, free, out):
 
 
 @njit
-def _occupied(who, asked, places, ox, oy, oz, start, s, reach, nx, ny, nz, inverse, lengths, torus, taken):
+def _occupied(who, asked, places, ox, oy, oz, start, apart, reach, nx, ny, nz, inverse, lengths, torus,
+              taken):
     near = np.empty(ox.size, np.int64)
     for k in range(who.size):
         i = who[k]
@@ -204,8 +217,9 @@ def _occupied(who, asked, places, ox, oy, oz, start, s, reach, nx, ny, nz, inver
         x, y, z = places[i, 0], places[i, 1], places[i, 2]
         n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
         for q in range(n):
-            dx, dy, dz = offset(x, y, z, ox[near[q]], oy[near[q]], oz[near[q]], lengths, torus)
-            if dx * dx + dy * dy + dz * dz < s * s:
+            e = near[q]
+            dx, dy, dz = offset(x, y, z, ox[e], oy[e], oz[e], lengths, torus)
+            if dx * dx + dy * dy + dz * dz < apart[e] * apart[e]:
                 taken[k] = True
                 break
 

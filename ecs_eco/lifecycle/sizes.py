@@ -1,4 +1,4 @@
-"""The size of newborn and of founders, of species that grow, and what follows from it."""
+"""The size and mass of newborn and of founders, where these differ within a species, and what follows."""
 
 from __future__ import annotations
 
@@ -18,19 +18,32 @@ TINY = np.float32(1e-30)  # [kg]
 
 
 def of_newborn(table: Table, values: Values, n: int) -> Values:
-    """Return mass and radius of `n` newborn whose other columns are `values`; {} if the species does not
-    grow."""
-    way = table.species.growth
-    if way is None:
-        return {}
-    at = table.species.traits.get("growth.newborn")
-    return _bodies(table, values, n, way.newborn if at is None else values[Traits, "value"][:, at])
+    """Return mass and radius of `n` newborn whose other columns are `values`, as far as they differ from
+    these and from the species' own."""
+    way, at = table.species.growth, table.species.traits.get("growth.newborn")
+    share = 1.0 if way is None else way.newborn if at is None else values[Traits, "value"][:, at]
+    return _bodies(table, values, n, share)
 
 
 def of_adults(table: Table, values: Values, n: int) -> Values:
-    """Return mass and radius of `n` adults whose other columns are `values`; {} if the species does not
-    grow."""
-    return {} if table.species.growth is None else _bodies(table, values, n, 1.0)
+    """Return mass and radius of `n` adults whose other columns are `values`, as far as they differ from these
+    and from the species' own."""
+    return _bodies(table, values, n, 1.0)
+
+
+def masses_differ(species: Any) -> bool:
+    """Return whether the members of a species, a section of the world file, may have different masses: they
+    grow, a gene codes for the mass, or one for the radius of a body with a density."""
+    coded = {gene.trait for gene in species.genome.genes} if species.genome is not None else set()
+    return (species.growth is not None or "body.mass" in coded
+            or ("body.radius" in coded and species.body.density is not None))
+
+
+def radii_differ(table: Table) -> bool:
+    """Return whether the bodies of a species may have different radii: they grow, or a gene codes for it."""
+    heredity = table.species.heredity
+    return table.species.growth is not None or (heredity is not None and any(
+        target[:2] == (Body, "radius") for target in heredity.targets.values()))
 
 
 def share_of_adult(table: Table) -> np.ndarray:
@@ -53,9 +66,23 @@ def of_size(table: Table, store: Any) -> Any:
 
 
 def _bodies(table: Table, values: Values, n: int, share: Any) -> Values:
-    """Return bodies of a share of the adult's mass, of the same shape."""
-    known = table.defaults[Stature]
-    mass, radius = (np.broadcast_to(values.get((Stature, f), known[f]), n) for f in ("mass", "radius"))
+    """Return bodies of a share of the adult's mass, of the same shape; adults weigh their density × volume,
+    where their radius is a gene and their mass is none."""
+    grows = table.species.growth is not None
+    adult: type = Stature if grows else Body
+    out: Values = {}
+    radius = None
+    if table.species.config is not None and table.species.config.body.density is not None:
+        radius = values.get((adult, "radius"))
+    if radius is not None and (adult, "mass") not in values:
+        body = table.species.config.body
+        larger = power(radius.astype(np.float64) / body.radius, 3)
+        out[adult, "mass"] = (body.mass * larger).astype(np.float32)
+    if not grows:
+        return out
+    known = values | out
+    mass, radius = (np.broadcast_to(known.get((Stature, f), table.defaults[Stature][f]), n)
+                    for f in ("mass", "radius"))
     share = np.asarray(share, np.float64)
-    return {(Body, "mass"): mass * share.astype(np.float32),
-            (Body, "radius"): radius * power(share, 1 / 3).astype(np.float32)}
+    return out | {(Body, "mass"): mass * share.astype(np.float32),
+                  (Body, "radius"): radius * power(share, 1 / 3).astype(np.float32)}

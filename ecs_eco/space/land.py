@@ -19,6 +19,7 @@ class LandMaps:
     def __init__(self, land: Any, classes: Sequence[Any]) -> None:
         self.kinds, self.sha256 = land.kinds, land.sha256
         self.colors: list[str | None] = [c.color for c in classes]
+        self.grounds: list[str] = [c.ground for c in classes]
         self.growth = _map(land.kinds, classes, lambda c: c.growth, 1.0)
         self.pace = _map(land.kinds, classes, lambda c: c.pace, 1.0)
         self.cost = _map(land.kinds, classes, lambda c: c.cost, 1.0)

@@ -245,6 +245,7 @@ def cast(first, last, ox, oy, oz, ou, cos, sin, eye, bx, by, bz, br, bu, bkind, 
     rays = ray_cos.shape[-1]
     near = np.empty(bx.size, np.int64)
     ux, uy, best, way = np.empty((4, rays), np.float32)
+    narrow = min(lengths[0], lengths[1]) if torus else np.float32(np.inf)
     for i in range(first, last):
         x, y, z = ox[i], oy[i], oz[i]
         n = gather(x, y, z, reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
@@ -259,12 +260,17 @@ def cast(first, last, ox, oy, oz, ou, cos, sin, eye, bx, by, bz, br, bu, bkind, 
             d2, most = dx * dx + dy * dy + dz * dz, radius + br[e]
             if bu[e] == ou[i] or d2 > np.float32(1.001) * most * most:
                 continue
-            if not ways(dx, dy, d2, br[e] * br[e], ux, uy, best, way) or hill_between(
-                    x, y, dx, dy, eye[i], 2 * br[e], height, ground_inverse, lengths, torus):
-                continue
-            for r in range(rays):
-                if way[r] < best[r]:
-                    best[r], hit[i, r] = way[r], bkind[e]
+            # around a torus, its next images may be in reach, too
+            for image in range(4 if most + most > narrow else 1):
+                ax = dx - np.copysign(lengths[0], dx) if image % 2 else dx
+                ay = dy - np.copysign(lengths[1], dy) if image > 1 else dy
+                d2 = ax * ax + ay * ay + dz * dz
+                if not ways(ax, ay, d2, br[e] * br[e], ux, uy, best, way) or hill_between(
+                        x, y, ax, ay, eye[i], 2 * br[e], height, ground_inverse, lengths, torus):
+                    continue
+                for r in range(rays):
+                    if way[r] < best[r]:
+                        best[r], hit[i, r] = way[r], bkind[e]
         for r in range(rays):
             distance[i, r] = best[r]
             rock = radius * rock_between(x, y, ux[r] * radius, uy[r] * radius, ground, ground_inverse,
@@ -279,8 +285,12 @@ def cast(first, last, ox, oy, oz, ou, cos, sin, eye, bx, by, bz, br, bu, bkind, 
 
 @njit
 def ways(dx, dy, d2, r2, ux, uy, best, way):
-    """Write how far along each ray the sphere at (dx, dy) begins, infinite where it is missed; return whether
-    some way is shorter than `best`. `d2` is the squared distance [m²], `r2` the squared radius."""
+    """Write how far along each ray the sphere at (dx, dy) begins, 0 within it, infinite where it is missed;
+    return whether some way is shorter than `best`. `d2` is the squared distance [m²], `r2` the squared
+    radius."""
+    if d2 <= r2:
+        way[:] = 0
+        return True
     nearer = 0
     for r in range(way.size):
         along = dx * ux[r] + dy * uy[r]

@@ -245,18 +245,18 @@ def _hills(space: Space, nx: int, ny: int, seed: float = 0, amplitude: float = 5
 
 
 @njit
-def fence_between(x, y, dx, dy, ground, inverse, lengths, torus):
-    """Return whether a fence begins on the way (dx, dy), for one who does not stand on it;
+def closed_between(x, y, dx, dy, ground, inverse, lengths, torus):
+    """Return whether a fence, rock or water begins on the way (dx, dy), other than that on which it begins;
     looks at every half cell."""
-    on = ground_at(ground, inverse, x, y) == FENCE
+    on = ground_at(ground, inverse, x, y)
     steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
     for s in range(1, steps + 1):
         way = np.float32(s) / np.float32(steps)
-        fenced = ground_at(ground, inverse, into(x + way * dx, lengths[0], torus),
-                           into(y + way * dy, lengths[1], torus)) == FENCE
-        if fenced and not on:
+        kind = ground_at(ground, inverse, into(x + way * dx, lengths[0], torus),
+                         into(y + way * dy, lengths[1], torus))
+        if kind != OPEN and kind != on:
             return True
-        on = on and fenced
+        on = kind
     return False
 
 

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ecs_eco.components.body import Body
 from ecs_eco.components.position import Position
 from ecs_eco.engine.addresses import Addresses
 from ecs_eco.engine.table import Table
@@ -195,5 +196,6 @@ class SpatialWorld(World):
 
 
 def _whereabouts(table: Table) -> tuple[np.ndarray | None, ...]:
-    p = table[Position] if Position in table else None
-    return (table.alive, table.uid, *((None,) * 3 if p is None else (p.x, p.y, p.z)))
+    p, body = table.columns.get(Position), table.columns.get(Body)
+    return (table.alive, table.uid, *((None,) * 3 if p is None else (p.x, p.y, p.z)),
+            None if body is None else body.radius)

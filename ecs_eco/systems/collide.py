@@ -15,7 +15,7 @@ from ecs_eco.space.geometry import into
 from ecs_eco.space.shapes import bounds, contact, shift_to
 from ecs_eco.space.sight import gather, offset
 from ecs_eco.space.solids import around
-from ecs_eco.space.terrain import OPEN, fence_between, ground_at
+from ecs_eco.space.terrain import OPEN, closed_between, ground_at
 from ecs_eco.space.world import SpatialWorld
 
 if TYPE_CHECKING:
@@ -26,8 +26,9 @@ class Collide(System):
     """Overlapping bodies push each other apart, each by half of the overlap;
     a body that cannot move pushes by all of it.
 
-    All pushes are computed from the places before any push: the outcome does not depend on the order. Nobody
-    is pushed through a capsule or box that cannot move. Bodies do not turn when they are pushed.
+    All pushes are computed from the places before any push: the outcome does not depend on the order. The
+    edge of the space ends a push; nothing is pushed through a capsule or box that cannot move, nor over rock,
+    water or a fence. Bodies do not turn when they are pushed.
     """
 
     needs = (Position, Velocity, Body)
@@ -147,8 +148,8 @@ def _displace(rows, push, lengths, torus, volume, ground, inverse, x, y, z):
         row = rows[i]
         nx, ny = into(x[row] + push[i, 0], lengths[0], torus), into(y[row] + push[i, 1], lengths[1], torus)
         if ground.size == 1 or (ground_at(ground, inverse, nx, ny) == OPEN
-                                and not fence_between(x[row], y[row], push[i, 0], push[i, 1], ground, inverse,
-                                                      lengths, torus)):
+                                and not closed_between(x[row], y[row], push[i, 0], push[i, 1], ground,
+                                                       inverse, lengths, torus)):
             x[row] = nx
             y[row] = ny
         if volume:

@@ -7,9 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Position
+from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
+from ecs_eco.space.barriers import barriers, stop
+from ecs_eco.space.bodies import opaque_ground
 from ecs_eco.space.gate import one_each
+from ecs_eco.space.sight import offset, rock_between
+from ecs_eco.space.terrain import ROCK, ground_at
 from ecs_eco.space.water import carry, drift
 
 if TYPE_CHECKING:
@@ -20,7 +25,8 @@ STILL = np.zeros((0, 3), np.float32)
 
 
 class Drift(System):
-    """Currents carry all bodies in the water; heavy ones sink to the bottom, light ones rise to the surface.
+    """Currents carry all bodies in the water, except into rock; they carry no solid body through a capsule or
+    box that is solid and cannot move. Heavy bodies sink to the bottom, light ones rise to the surface.
     """
 
     needs = (Position,)
@@ -31,20 +37,41 @@ class Drift(System):
         water, species = world.environment.water, table.species
         if water is None and not (species.sinking or species.traits):
             return
-        space, p = world.space, table[Position]
         sinking = own_value(table, "body.sinking", np.float32(species.sinking))
         sinks = isinstance(sinking, np.ndarray) or bool(sinking)
         own = None if water is None or world.config is None else world.config.water.current_function
         current = STILL if water is None else water.current
+        if own is None and not len(current) and not sinks:
+            return
+        space, p, high = world.space, table[Position], table.high
+        walls = barriers(world, table.name) if species.solid else None
+        ground, inverse = opaque_ground(world)
+        held = walls is not None or ground.size > 1
+        before = np.stack([p.x, p.y, p.z], 1)[:high] if held else STILL
         if own is not None:
-            high = table.high
             flow = world.config.function(own)(world, p.x[:high], p.y[:high], p.z[:high])
             u, v, w = (one_each(a, high, own).astype(np.float32, copy=False) for a in flow)
             carry(table.alive[:high], u, v, w, np.float32(world.dt), space.lengths, space.torus,
                   p.x, p.y, p.z)
         if len(current) or sinks:
-            height = np.float32(space.lengths[2])
-            world.split(drift, table.high, table.alive, current, height, sinking,
+            world.split(drift, high, table.alive, current, np.float32(space.lengths[2]), sinking,
                         np.float32(world.dt), space.lengths, space.torus, space.volume, p.x, p.y, p.z)
-        if own is not None or len(current) or sinks:
-            table.version += 1
+        if walls is not None:
+            way = np.stack([p.x, p.y, p.z], 1)[:high] - before
+            if space.torus:
+                way[:, :2] -= space.lengths[:2] * np.floor(way[:, :2] / space.lengths[:2] + np.float32(0.5))
+            stop(world, table, walls, before, way[table.rows()])
+        if ground.size > 1:
+            stay_off_rock(table.alive, before, ground, inverse, space.lengths, space.torus, p.x, p.y)
+        table.version += 1
+
+
+@njit
+def stay_off_rock(alive, before, ground, inverse, lengths, torus, x, y):
+    """Take the living back to places f32[rows, 3] [m] from which their ways lead into rock."""
+    for row in range(len(before)):
+        ax, ay = before[row, 0], before[row, 1]
+        if alive[row] and (ax != x[row] or ay != y[row]) and ground_at(ground, inverse, ax, ay) != ROCK:
+            dx, dy, _ = offset(ax, ay, np.float32(0), x[row], y[row], np.float32(0), lengths, torus)
+            if rock_between(ax, ay, dx, dy, ground, inverse, lengths, torus) <= 1:
+                x[row], y[row] = ax, ay

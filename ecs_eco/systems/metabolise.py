@@ -26,8 +26,8 @@ class Metabolise(System):
     """An organism burns its basal rate and the cost of its locomotion; energy may fall below 0,
     until it starves. One that falls into torpor burns no more than it has.
 
-    If mass is heritable, or the young grow, the basal rate scales with mass to the power 3/4 (Kleiber 1932):
-    large bodies burn more, but less per kg.
+    If mass is heritable, by itself or by a radius and a density, or the young grow, the basal rate scales
+    with mass to the power 3/4 (Kleiber 1932): large bodies burn more, but less per kg.
     """
 
     needs = (Metabolism,)

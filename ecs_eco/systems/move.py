@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Motor, Nervous, Position, Velocity, Vigour
-from ecs_eco.engine.elementary import power
+from ecs_eco.engine.elementary import arrays, power
 from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.per_row import is_own, of_row, row_of
 from ecs_eco.engine.system import System
@@ -17,18 +17,19 @@ from ecs_eco.lifecycle.gaits import own_gaits
 from ecs_eco.lifecycle.sizes import share_of_adult
 from ecs_eco.lifecycle.torpor import awake
 from ecs_eco.nervous.decision import first_of, first_on
-from ecs_eco.space.barriers import barriers, hold_back
-from ecs_eco.space.geometry import back_into, cells_of, half_cells, into
+from ecs_eco.space.barriers import barriers, stop
+from ecs_eco.space.geometry import cells_of, half_cells, into
 from ecs_eco.space.terrain import FENCE, OPEN, ground_at, height_at
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
-    from ecs_eco.space.solids import Solids
+    from ecs_eco.space.geometry import Space
     from ecs_eco.space.terrain import Terrain
     from ecs_eco.space.world import SpatialWorld
 
 NO_MOTOR = np.zeros((1, 1), np.float32)
 NO_VIGOUR = np.ones(0, np.float32)
+NOT_ASKED = np.zeros(0, np.float32)
 BLOCK = 64  # rows
 # height, ground, scale and cost of slopes without a terrain
 ON_THE_FLAT = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8), np.zeros(2, np.float32), 0.0
@@ -71,31 +72,30 @@ class Move(System):
                 flow[table.alive & ~moving] = 0
         walls = barriers(world) if table.species.solid else None
         before = None if walls is None else np.stack([p.x, p.y, p.z], 1)[: table.high]
+        gone = NOT_ASKED if walls is None else np.zeros(table.high, np.float32)
         world.split(move, table.high, moving, table[Nervous].decision, command, *gaits, pace,
-                    np.float32(world.dt), space.lengths, space.torus, space.volume, height, ground, inverse,
-                    np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost)
+                    np.float32(world.dt), space.lengths, space.torus, height, ground, inverse,
+                    np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost, gone)
         if factor is not None:
             v.cost[: table.high][alive] *= factor[1][alive]
         if walls is not None and before is not None:
-            stop(world, table, walls, before)
+            rows = table.rows()
+            share = stop(world, table, walls, before, ways(table, world.space, before, gone)[rows])
+            v.speed[rows] *= share
+            v.climb[rows] *= share
         table.version += 1
 
 
-def stop(world: SpatialWorld, table: Table, walls: Solids, before: np.ndarray) -> None:
-    """Let the ways of the living from places f32[rows, 3] [m] end before solid capsules and boxes that cannot
-    move; their speeds are those of the ways that are left."""
-    p, v, space, rows = table[Position], table[Velocity], world.space, table.rows()
-    x, y, z = before[rows].T.copy()
-    way = np.stack([p.x[rows] - x, p.y[rows] - y, p.z[rows] - z], 1)
+def ways(table: Table, space: Space, before: np.ndarray, gone: np.ndarray) -> np.ndarray:
+    """Return the ways f32[rows, 3] [m] of organisms that have gone so far ahead f32[rows] [m] from places
+    f32[rows, 3] [m], perhaps several times around a torus."""
+    p, n = table[Position], len(before)
+    way = np.stack([p.x, p.y, p.z], 1)[:n] - before
     if space.torus:
-        way[:, :2] -= space.lengths[:2] * np.floor(way[:, :2] / space.lengths[:2] + np.float32(0.5))
-    share = hold_back(world, walls, x, y, z, way)
-    held = share < 1
-    for axis, name in enumerate("xyz"[: len(space.size)]):
-        place = back_into((before[rows, axis] + way[:, axis])[held], space.lengths[axis], space.wrap[axis])
-        getattr(p, name)[rows[held]] = place
-    v.speed[rows] *= share
-    v.climb[rows] *= share
+        for axis, part in enumerate((arrays.cos(p.heading[:n]), arrays.sin(p.heading[:n]))):
+            way[:, axis] += space.lengths[axis] * np.round((gone * part - way[:, axis])
+                                                           / space.lengths[axis])
+    return way
 
 
 def _on_roads(table: Table, terrain: Terrain) -> tuple[np.ndarray, np.ndarray]:
@@ -123,9 +123,10 @@ def paces(table: Table) -> np.ndarray:
 
 @lone_njit
 def move(first, last, alive, decision, command, layout, speeds, costs, turns, climbs, pitches, drag, pace, dt,
-         lengths, torus, volume, height, ground, inverse, slope_cost, x, y, z, heading, speed, climb, cost):
+         lengths, torus, height, ground, inverse, slope_cost, x, y, z, heading, speed, climb, cost, gone):
     """Move the living rows first … last − 1; layout i64[4, 3] is (start, n, neutral) of speed, turn, climb
-    and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none.
+    and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none. `gone` f32[rows] takes
+    how far ahead each has gone [m], where it is not empty.
 
     Rows go in blocks, whose sines and cosines are computed at once.
     """
@@ -161,7 +162,7 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
             if pace.size:
                 v *= pace[row]
                 c *= pace[row] * pace[row]
-            if volume:
+            if lengths[2] > 0:  # a volume
                 up, v = climbing(decision, command, row, layout, row_of(climbs, row), row_of(pitches, row), v)
                 z[row] = into(z[row] + (up + (climb[row] - up) * mean_left) * dt, lengths[2], False)
                 climb[row] = up + (climb[row] - up) * left
@@ -170,20 +171,22 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
             cost[row] = c
         go_ahead(start, size, ahead, sine, cosine, drag, dt, lengths, torus, height, ground, inverse,
                  slope_cost, heading, x, y, speed, cost)
+        for i in range(size if gone.size else 0):
+            gone[start + i] = max(ahead[i], zero) * dt
 
 
 @lone_njit
 def go_ahead(start, size, ahead, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost,
              heading, x, y, speed, cost):
-    """Let a block of rows from `start` on go ahead at speeds `ahead` in the direction they head for;
-    `sine` and `cosine` are scratch of their size."""
+    """Let a block of rows from `start` on go ahead at speeds `ahead` in the direction they head for, which
+    become those of the ways that are free; `sine` and `cosine` are scratch of their size."""
     for i in range(size):
         sine[i], cosine[i] = sine_and_cosine(heading[start + i])
     if ground.size > 1 or height.size > 1:
         for i in range(size):
             if ahead[i] > 0:
-                over_land(start + i, ahead[i], sine[i], cosine[i], drag, dt, lengths, torus, height,
-                          ground, inverse, slope_cost, x, y, speed, cost)
+                ahead[i] = over_land(start + i, ahead[i], sine[i], cosine[i], drag, dt, lengths, torus,
+                                     height, ground, inverse, slope_cost, x, y, speed, cost)
         return
     for i in range(size):
         row, v = start + i, ahead[i]
@@ -196,7 +199,7 @@ def go_ahead(start, size, ahead, sine, cosine, drag, dt, lengths, torus, height,
 @njit
 def over_land(row, v, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost, x, y,
               speed, cost):
-    """Let one go ahead at a speed v until its way ends; uphill it costs more."""
+    """Let one go ahead at a speed v until its way ends; uphill it costs more. Return its speed."""
     if ground.size > 1:
         v = free_way(x[row], y[row], sine, cosine, v, dt, ground, inverse, lengths, torus)
         speed[row] = min(v, speed[row]) if of_row(drag, row) > 0 else v
@@ -209,6 +212,7 @@ def over_land(row, v, sine, cosine, drag, dt, lengths, torus, height, ground, in
             cost[row] += cost[row] * slope_cost * max(rise, np.float32(0.0)) / (v * dt)
         x[row] = nx
         y[row] = ny
+    return v
 
 
 @njit
@@ -251,10 +255,11 @@ def cost_between(v, speeds, costs):
 @njit
 def free_way(x, y, sine, cosine, v, dt, ground, inverse, lengths, torus):
     """Return the speed at which a step of dt [s] ends before water, rock or a fence begins;
-    looks at every half cell of the way.
+    looks at every half cell of the way, of which it takes no more than both sides of the space.
 
     An animal that stands where a fence is put up can walk off it.
     """
+    v = min(v, (lengths[0] + lengths[1]) / dt)
     on = ground_at(ground, inverse, x, y) == FENCE
     steps = half_cells(v * dt, inverse, lengths)
     for s in range(1, steps + 1):

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.components import Carrier, Position, Route
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+from ecs_eco.space.barriers import barriers, hold_back
 from ecs_eco.space.bodies import rocks
 from ecs_eco.space.geometry import into
 from ecs_eco.space.sight import offset
@@ -20,8 +21,9 @@ if TYPE_CHECKING:
 
 
 class Travel(System):
-    """Objects move by themselves: with a velocity, until rocks, lakes, fences or walls stop them,
-    or along a path, from its last place to its first again. What is carried goes where it is carried.
+    """Objects move by themselves: with a velocity, until rocks, lakes, fences or walls stop them, or along a
+    path, from its last place to its first again. Solid capsules and boxes that cannot move stop solid objects
+    with a velocity. What is carried goes where it is carried.
     """
 
     needs = (Position, Route)
@@ -39,6 +41,12 @@ class Travel(System):
         if motion.path is None:
             step = np.zeros(3, np.float32)
             step[: len(motion.velocity)] = np.array(motion.velocity) * world.dt
+            walls = barriers(world, table.name) if table.species.solid else None
+            if walls is not None:
+                rows = np.flatnonzero(free)
+                ways = np.tile(step, (rows.size, 1))
+                free = free.copy()
+                free[rows] = hold_back(world, walls, p.x[rows], p.y[rows], p.z[rows], ways) == 1
             roll(free, step, *shape, *rocks(world), p.x, p.y, p.z, p.heading)
         else:
             path = np.array([[*place, 0.0][:3] for place in motion.path], np.float32)

@@ -51,7 +51,7 @@ def world_from_raster(raster: str, out: str | Path | None = None, *, band: int |
         near = str(Path(raster).with_name(path.name))
         what = "is not in a folder above the raster"
         raise ConfigError([Problem((), what, str(path), near, source="FILE")])
-    keys = {"raster": Path(there).as_posix()}
+    keys = {"raster": Path(there).as_posix(), "file": path.as_posix()}
     text = TEMPLATE.read_text(encoding="utf-8").format(**keys, **_values(held, per, side, name, band, crs))
     write(path, re.sub(r"\n\n(cell = )", r"\n\1", text))
     try:

@@ -25,6 +25,7 @@ from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
 from ecs_eco.engine import random
 from ecs_eco.engine.code import handed_over
+from ecs_eco.lifecycle.sizes import masses_differ
 from ecs_eco.lifecycle.species import Species
 from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
 from ecs_eco.space.sun import Sun
@@ -162,7 +163,7 @@ def apply_species(world: SpatialWorld, table: Table, species: Any,
     alike.hatch = species.hatch
     if species.growth is not None:
         table.add_component(Stature, radius=species.body.radius, mass=species.body.mass)
-        alike.standard_mass = species.body.mass
+    alike.standard_mass = species.body.mass if masses_differ(species) else None
     alike.remains, alike.sex, alike.max_count = species.remains, species.sex, species.max_count
     alike.switch_reproduction(not alike.barren)
     if nerves is None:

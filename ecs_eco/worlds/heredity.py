@@ -180,7 +180,5 @@ def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any],
     for gene, trait in coded:
         if trait.name == "body.radius":
             table.species.radius = max([species.body.radius, *(gene.values or [gene.low, gene.high])])
-        if trait.name == "body.mass":
-            table.species.standard_mass = species.body.mass
     return {gene.name: (known[trait.component], trait.field, trait.index) for gene, trait in coded}
 

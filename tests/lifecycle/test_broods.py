@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
+from ecs_eco.components import Body
 from ecs_eco.config import load
 from ecs_eco.lifecycle import broods
 
@@ -37,7 +38,7 @@ def test_all_newborn_are_the_same(case, monkeypatch):
 def test_a_newborn_is_placed_nowhere_where_a_body_is_everywhere():
     world = World.from_config(load("predator-prey"), seed=1, policies="untrained")
     world.flush()
-    world.tables["wolf"].species.radius = 1000.0
+    world.tables["wolf"][Body].radius[:] = 1000.0
     table, parents = world.tables["deer"], np.arange(2)
     way, given = table.species.reproduction, np.full(2, 0.1, np.float32)
     brood, born = broods.small_brood(table, world, way, parents, np.array([1, 2]), given, 3)

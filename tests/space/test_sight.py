@@ -152,8 +152,8 @@ def _ray(world, me, angle, radius, targets):
         places, radii, uids = _bodies(world, [name])
         for w, r, uid in zip(_ways(world, start, places), radii, uids, strict=True):
             along, gap2 = w @ u, w @ w - (w @ u) ** 2
-            if uid != me and along > 0 and gap2 < r * r:
-                t = max(along - np.sqrt(r * r - gap2), 0)
+            if uid != me and (w @ w <= r * r or (along > 0 and gap2 < r * r)):
+                t = 0 if w @ w <= r * r else along - np.sqrt(r * r - gap2)
                 if t < best:
                     best, what = t, name
     if not world.space.torus:
@@ -162,6 +162,40 @@ def _ray(world, me, angle, radius, targets):
             if wall < best:
                 best, what = wall, "wall"
     return what, best
+
+
+def test_rays_around_a_torus_meet_every_image_of_a_sphere_and_the_one_around_the_eye():
+    size, radius, count, rng = (10.0, 8.0), 4.0, 16, np.random.default_rng(3)
+    world = World(size, cell=1.0)
+    world.add_table("eye", Position, Body).species.opaque = False
+    world.add_table("ball", Position, Body)
+    for _ in range(40):
+        world.spawn("eye", Position(x=rng.uniform(0, 10), y=rng.uniform(0, 8), heading=0))
+    for r in (0.3, 2.0, 3.0):
+        world.spawn("ball", Position(x=rng.uniform(0, 10), y=rng.uniform(0, 8)), Body(radius=r))
+    world.flush()
+    eyes, balls = world.tables["eye"], world.tables["ball"]
+    seekers = Seekers(world, eyes)
+    out = np.zeros((seekers.n, count), np.float32)
+    cast_rays(["ball"], count, 2 * np.pi, radius, "per_ray")(world, eyes, seekers, out, 0)
+    beyond_half = 0
+    for i, row in enumerate(seekers.rows):
+        start = np.array([eyes[Position].x[row], eyes[Position].y[row]], float)
+        for k in range(count):
+            angle, best = (k - (count - 1) / 2) * 2 * np.pi / count, radius
+            steps = np.linspace(0, radius, 4001)
+            at = start + steps[:, None] * np.array([np.cos(angle), np.sin(angle)])
+            for b in balls.rows():
+                d = at - [balls[Position].x[b], balls[Position].y[b]]
+                shift = np.round(d / size)
+                d -= np.array(size) * shift
+                inside = (d**2).sum(1) <= float(balls[Body].radius[b]) ** 2
+                if inside.any() and steps[inside.argmax()] < best:
+                    best = steps[inside.argmax()]
+                    beyond_half += (shift[0] != shift[inside.argmax()]).any()
+            assert out[i, k] == pytest.approx(1 - best / radius, abs=0.03), (i, k)
+    assert beyond_half > 20
+    assert (out == 1).all(axis=1).sum() > 5  # eyes within a ball
 
 
 @pytest.mark.parametrize(("size", "edges", "cell"),

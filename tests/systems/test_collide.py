@@ -62,6 +62,19 @@ def test_across_the_seam_and_not_into_rock(meadow):
     assert _x(world) == pytest.approx([19.5, 0.5, 8.9, 8.15], abs=1e-5)
 
 
+@pytest.mark.parametrize("kind", ["rocks", "lakes"])
+def test_nobody_is_pushed_over_a_small_rock_or_lake_and_who_is_in_one_comes_out(meadow, kind):
+    mark = {"at": [10.0, 10.0], "radius": 0.4}
+    world = meadow(count=2, world={"terrain": {"cell": 0.1, kind: [mark]}},
+                   body={"radius": 1.0, "solid": True})
+    arrange(world, "deer", x=[9.5, 9.45], y=10)
+    act(world, Collide)
+    assert _x(world) == pytest.approx([9.5, 8.475])  # beyond it, 10.475, the first one would be
+    arrange(world, "deer", x=[10.2, 10.1], y=10)
+    act(world, Collide)
+    assert _x(world) == pytest.approx([11.15, 9.15])
+
+
 def test_larger_ones_of_a_kind_push_as_far_as_they_reach(meadow):
     world = meadow(**SOLID)
     arrange(world, "deer", x=[5, 8], y=5, radius=[2.0, 1.5])

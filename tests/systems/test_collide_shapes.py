@@ -88,6 +88,33 @@ def test_a_way_ends_at_the_fence_and_the_speed_is_that_of_the_way(meadow):
     assert _at(world).ravel() == pytest.approx([9.4, 10, 11.9, 18], abs=1e-3)
 
 
+@pytest.mark.parametrize(("speed", "pace"), [(9.9, 1.0), (10.0, 1.0), (6.0, 2.0), (10.0, 4.0), (10.0, 50.0)])
+def test_a_step_of_half_a_torus_and_more_ends_at_the_fence(meadow, speed, pace):
+    road = {"cell": 1.0, "roads": [{"line": [[0.0, 10.0], [20.0, 10.0]], "width": 40.0, "pace": pace}]}
+    way = {"speed": {"still": 0.0, "walk": 1.0, "run": speed}, "turn": 0.5}
+    more = {} if pace == 1 else {"terrain": road}
+    world = meadow(count=3, locomotion=way, world=fence((12.0, 0.0, 12.0, 20.0), **more), **SOLID)
+    table = arrange(world, "deer", x=[3, 11, 4], y=[5, 10, 15], heading=[0, 0, math.pi])
+    table[Nervous].decision[table.by_uid()] = [0, 0, 1, 0, 1, 0, 0]
+    act(world, Move)
+    # those that go east end at 11.9, the one that goes west on the other side, 12.1, if it comes so far
+    west = 12.1 if speed * pace > 11.9 else (4 - speed * pace) % 20
+    assert _at(world)[:, 0] == pytest.approx([11.9, 11.9, west], abs=0.02)
+    gone = table[Velocity].speed[table.by_uid()]
+    assert gone == pytest.approx([8.9, 0.9, min(speed * pace, 11.9)], abs=0.02)
+
+
+def test_at_the_edge_of_the_space_nobody_is_pushed_around_the_end_of_a_fence(meadow):
+    walled = {"size": [20.0, 20.0], "edges": "walls"}
+    world = meadow(count=5, world=fence((10.0, 0.0, 10.0, 20.0), space=walled),
+                   body={"radius": 1.0, "solid": True})
+    arrange(world, "deer", x=[9.8, 9.1, 9.2, 9.0, 9.1], y=[0.0, 0.5, 0.4, 0.3, 0.2])
+    act(world, Collide)
+    at = _at(world)
+    assert at[:, 0].max() < 10
+    assert at[0] == pytest.approx([9.9, 0.0], abs=1e-3)  # all push it out of the space, which ends the way
+
+
 @pytest.mark.definition("1 conformation")
 def test_a_road_and_the_soft_stop_nobody(meadow):
     road = {"objects": {"road": {"between": [[10.0, 0.0, 10.0, 20.0]], "body": {

@@ -37,6 +37,31 @@ def test_bodies_sink_or_rise_to_the_bottom_or_the_surface_and_no_further(meadow)
     ]
 
 
+def test_a_current_carries_nobody_into_rock_or_over_it(meadow):
+    for speed in (2.0, 8.0):
+        water = {"current": [{"depth": 0.0, "velocity": [speed, 0.0]}]}
+        world = meadow(world={"space": {"size": [20.0, 20.0, 10.0]}, "dt": 1.0, "water": water,
+                              "terrain": {"cell": 0.5, "rocks": [{"at": [10.0, 10.0], "radius": 1.0}]}},
+                       count=3)
+        table = arrange(world, "deer", x=[8.0, 8.0, 10.0], y=[10.0, 15.0, 10.0], z=5.0)
+        act(world, Drift)
+        assert table[Position].x[table.by_uid()].tolist() == [8.0, 8.0 + speed, 10.0 + speed]
+
+
+def test_a_current_carries_a_solid_body_as_far_as_a_solid_box(meadow):
+    water = {"current": [{"depth": 0.0, "velocity": [4.0, 0.0]}]}
+    net = {"at": [[10.0, 10.0, 5.0], [10.0, 14.0, 5.0]],
+           "body": {"shape": "box", "size": [0.2, 2.0, 2.0], "solid": True}}
+    for solid, end in ((True, 9.9), (False, 12.0)):
+        world = meadow(world={"space": {"size": [20.0, 20.0, 10.0]}, "dt": 1.0, "water": water,
+                              "objects": {"net": net}}, count=2, body={"radius": 0.5, "solid": solid})
+        table = arrange(world, "deer", x=8.0, y=[10.0, 4.0], z=5.0)
+        drift = next(s for s in world.systems if isinstance(s, Drift))
+        drift.world = world
+        drift.update(table, world)
+        assert table[Position].x[table.by_uid()] == pytest.approx([end, 12.0], abs=1e-3)
+
+
 def whirl(world, x, y, z):
     """Return a current around the middle, upward everywhere."""
     return 10.0 - y, x - 10.0, np.full(x.size, 1.0)

@@ -162,6 +162,15 @@ def test_what_an_egg_holds_is_in_who_hatches(meadow):
     assert deer[Chemistry].molarity[young, 0] == pytest.approx(5.0)
 
 
+def test_amounts_stay_where_a_ball_hatches_into_a_capsule(meadow):
+    capsule = {"shape": "capsule", "radius": 0.1, "length": 0.6, "opaque": False}
+    world = lay(nest(meadow, world={"substances": {"water": "H2O"}}, egg={"substances": {"water": 40.0}},
+                     substances={"water": 30.0}, body=capsule))
+    world.run(3)
+    deer = world.tables["deer"]  # of π 0.01 (0.4 + 0.4 / 3) m³, an egg of 4/3 π 0.001 m³: 4 times as large
+    assert deer[Chemistry].molarity[deer.by_uid()[2:], 0] == pytest.approx(10.0)
+
+
 def test_eggs_that_nobody_laid_are_founders(meadow):
     genome = {"genes": [gene_for("size", "body.radius", 5, low=0.2, high=0.4)]}
     world = nest(meadow, egg={"count": 12}, genome=genome, reproduction=LAYS | {"rate": 0.0}, count=0)

@@ -57,6 +57,17 @@ def test_walls_rocks_and_fences_stop_it():
     assert x[2] == 4
 
 
+def test_a_solid_box_stops_a_solid_cart_and_no_other():
+    for solid, places in ((True, [[4.0, 5.0], [8.0, 2.0]]), (False, [[8.0, 5.0], [8.0, 2.0]])):
+        config = _yard(at=[[4.0, 5.0], [4.0, 2.0]], motion={"velocity": [4.0, 0.0]}, body={"solid": solid})
+        config["objects"]["hedge"] = {"between": [[6.0, 4.0, 6.0, 6.0]],
+                                      "body": {"shape": "box", "size": [1.0, 0.2], "solid": True}}
+        world = World.from_config(config)
+        act(world, Travel)
+        p = world.tables["cart"][Position]
+        assert [[float(p.x[i]), float(p.y[i])] for i in range(2)] == places
+
+
 def test_a_path_is_gone_along_and_around_by_its_length():
     world = World.from_config(_yard(at=[[2.0, 2.0]], size=(40.0, 40.0), edges="walls",
                                     motion={"path": [[5.0, 2.0], [5.0, 6.0], [2.0, 6.0]], "speed": 2.5}))

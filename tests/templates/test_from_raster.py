@@ -64,6 +64,8 @@ def test_rasters_that_do_not_say_their_size_need_a_cell_and_gaps_are_filled(here
     (here / "holes.npz").rename(here / "maps" / "holes.npz")
     path = world_from_raster("maps/holes.npz", cell=30.0)
     assert 'raster = "maps/holes.npz"' in path.read_text()
+    for command in ("watch", "check"):
+        assert f"ecs-eco {command} {path.as_posix()}" in path.read_text()
     assert load(path).terrain.missing == 7.0
 
 

@@ -17,7 +17,7 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.names import is_component
 from ecs_eco.config.numbers import with_value
 from ecs_eco.engine.errors import Problem, UnknownName
-from ecs_eco.engine.section import function_name
+from ecs_eco.engine.section import LARGEST, SMALLEST, function_name
 from ecs_eco.genomes.models import Gene, GenomeSection
 
 if TYPE_CHECKING:
@@ -100,6 +100,8 @@ def _check_ranges(config: WorldConfig, species: Species, key: Key,
         if gene.trait == "body.radius" and highest > most:
             yield Problem((*key, "genes", i, field), "the body would not fit into the world", highest,
                           f"at most {most:g} m")
+        if gene.trait == "body.radius" and species.body.density is not None:
+            yield from _check_masses(species, (*key, "genes", i), gene)
         if gene.trait.startswith("sensors.") and gene.trait.endswith(".radius") and highest > widest(config):
             yield Problem((*key, "genes", i, field), too_wide(config), highest,
                           f"at most {widest(config):g} m")
@@ -111,6 +113,17 @@ def _check_ranges(config: WorldConfig, species: Species, key: Key,
                           highest, allowed)
         if gene.trait in ("reproduction.energy_min", "reproduction.energy_given") and highest > store:
             yield Problem((*key, "genes", i, field), "more than energy_max", highest, f"at most {store:g}")
+
+
+def _check_masses(species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
+    """Whether a gene for the radius makes masses, by the density, that no number holds."""
+    ends = ([("values", v) for v in (min(gene.values), max(gene.values))] if gene.values
+            else [("low", gene.low or 0.0), ("high", gene.high or 0.0)])
+    for field, radius in ends:
+        mass = species.body.mass * (radius / species.body.radius) ** 3
+        if radius > 0 and not SMALLEST <= mass <= LARGEST:
+            yield Problem((*key, field), f"density × volume would be {mass:g} kg", radius,
+                          f"{SMALLEST:g} to {LARGEST:g} kg")
 
 
 def _check_extremes(config: WorldConfig, name: str, key: Key, section: GenomeSection,

@@ -14,11 +14,21 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.config.land.raster import DAMAGED, Raster, RasterError, degrees, path_of, read_raster, refused
+from ecs_eco.config.land.raster import (
+    DAMAGED,
+    Raster,
+    RasterError,
+    degrees,
+    path_of,
+    read_raster,
+    refused,
+    web_mercator,
+)
 from ecs_eco.config.models.surroundings import Terrain
 
 KEPT = "terrain.npz"  # in a run's folder: the land that it runs on
 WATER, ROCK = 1, 2  # as in ecs_eco.space.terrain
+RADIUS, ECCENTRICITY2 = 6_378_137.0, 0.00669437999014  # of WGS 84: [m], 1
 Place = tuple[float, float, float, float]  # x, y of the world's corner, and their change with each metre
 
 
@@ -210,24 +220,73 @@ class Frame:
 
 
 def metres(raster: Raster) -> tuple[float, float]:
-    """Metres to a unit of x and of y: of degrees, on the ellipsoid WGS 84 at its middle latitude (Snyder
-    1987, page 25)."""
-    if not raster.crs or not degrees(raster.crs):
+    """Metres to a unit of x and of y: of degrees and of Web Mercator, on the ellipsoid WGS 84 at the middle
+    latitude (Snyder 1987, pages 25 and 41). Raises RasterError for those of a raster that does not say where
+    it lies, and for other units that are no metres of the land."""
+    mercator = web_mercator(raster.crs)
+    if not mercator and (not raster.crs or not degrees(raster.crs)):
+        _require_metres(raster)
         return 1.0, 1.0
-    middle = 0.0 if raster.north is None else raster.north - len(raster.values) * _whole(raster.dy) / 2
-    if not abs(middle) < 90:
-        raise refused("raster", f"lies at a latitude of {middle:g} degrees", raster.crs, "-90 to 90")
-    a, e2, cosine = 6_378_137.0, 0.00669437999014, _cosine(middle * math.pi / 180)
-    curved = 1 - e2 * (1 - cosine * cosine)
-    degree = math.pi / 180 * a / math.sqrt(curved)
-    return degree * cosine, degree * (1 - e2) / curved
+    if raster.north is None:
+        raise refused("raster", f"counts in {raster.crs[:40]}, and does not say at which latitude", "",
+                      "a raster with coordinates, or one in metres")
+    middle = raster.north - len(raster.values) * _whole(raster.dy) / 2
+    most = math.pi * RADIUS if mercator else 90.0
+    if not abs(middle) < most:
+        raise refused("raster", f"lies {middle:g} {'metres' if mercator else 'degrees'} north of the equator",
+                      raster.crs, f"-{most:.10g} to {most:.10g}")
+    if mercator:
+        north = middle / RADIUS
+        cosine = 1 / _cosine(-north * north)
+        x, y = _lengths(cosine, 1.0)
+        return x, y * cosine
+    return _of_degrees(middle)
 
 
-def _cosine(angle: float) -> float:
-    """The cosine of an angle of at most a right one [rad], by its series: the same bits on every machine."""
+def _of_degrees(latitude: float) -> tuple[float, float]:
+    angle = latitude * math.pi / 180
+    return _lengths(_cosine(angle * angle), math.pi / 180 * RADIUS)
+
+
+def _lengths(cosine: float, unit: float) -> tuple[float, float]:
+    """Metres to the east and to the north on the ellipsoid, at a latitude with this cosine, for an angle that
+    is `unit` metres of the equator."""
+    curved = 1 - ECCENTRICITY2 * (1 - cosine * cosine)
+    long = unit / math.sqrt(curved)
+    return long * cosine, long * (1 - ECCENTRICITY2) / curved
+
+
+def _require_metres(raster: Raster) -> None:
+    """Raise RasterError for a coordinate system whose metres are far from those of the land in the middle of
+    the raster, where rasterio knows it."""
+    if not raster.crs or raster.north is None or raster.west is None:
+        return
+    try:
+        from rasterio.errors import RasterioError
+        from rasterio.warp import transform
+    except ImportError:
+        return
+    rows, columns = raster.values.shape
+    dx, dy = _whole(raster.dx), _whole(raster.dy)
+    x, y = raster.west + columns * dx / 2, raster.north - rows * dy / 2
+    try:
+        east, north = transform(raster.crs, "EPSG:4326", [x - dx, x + dx, x, x], [y, y, y - dy, y + dy])[:2]
+    except RasterioError:
+        return
+    per_x, per_y = _of_degrees(sum(north) / 4)
+    for k, side in ((0, dx), (2, dy)):
+        metre = math.hypot((east[k + 1] - east[k]) * per_x, (north[k + 1] - north[k]) * per_y) / (2 * side)
+        if math.isfinite(metre) and abs(metre - 1) > 0.05:
+            raise refused("raster", f"a metre of {raster.crs[:40]} is {metre:.3g} m of this land", "",
+                          "a coordinate system in metres of the land, such as UTM, as gdalwarp makes it")
+
+
+def _cosine(square: float) -> float:
+    """The cosine of an angle of at most a right one [rad] by its square, of a negative one the hyperbolic
+    cosine of its root; by their series: the same bits on every machine."""
     term = total = 1.0
     for k in range(1, 30, 2):
-        term *= -angle * angle / (k * (k + 1))
+        term *= -square / (k * (k + 1))
         total += term
     return total
 

@@ -124,6 +124,12 @@ def _check_place(raster: Raster, name: str) -> None:
             raise refused("raster", f"has cells of {value:g}", name, "sides above 0, in metres or degrees")
 
 
+def web_mercator(crs: str) -> bool:
+    """Whether a coordinate system is that of maps in browsers, whose metres are those of the equator."""
+    return re.search(r"^\s*(EPSG|ESRI):(3857|3785|900913|102100|102113)\s*$|Pseudo.Mercator|Auxiliary_Sphere"
+                     "|Popular Visualisation", crs, re.IGNORECASE) is not None
+
+
 def degrees(crs: str) -> bool:
     """Return whether a coordinate system counts in degrees; raises RasterError for an unknown one."""
     # PROJ would take an address or a path for a place to read one from, and open files of grids
@@ -236,16 +242,17 @@ def _checked(values: np.ndarray) -> np.ndarray:
 def _of_ascii(path: Path, band: int | str | None) -> Raster:
     if band not in (None, 1):
         raise refused("band", "no such band", band, "1: a grid in text has one")
-    text = read_bytes(path, MOST_BYTES).decode("ascii", "replace")
+    text = read_bytes(path, MOST_BYTES).decode("utf-8-sig", "replace")
     head: dict[str, float] = {}
     at = 0
     for line in text.splitlines(keepends=True):
         match = re.fullmatch(r"\s*([A-Za-z_]+)\s+(\S+)\s*", line)
-        if match is None:
+        if match is None or match[1].lower() == "nan":
             break
+        name = match[1].lower()
         try:
-            head[match[1].lower()] = float(match[2])
-            if not abs(head[match[1].lower()]) < 1e18:
+            head[name] = float(match[2])
+            if name != "nodata_value" and not abs(head[name]) < 1e18:
                 raise ValueError
         except ValueError:
             raise refused("raster", f"{match[1]} is no number", match[2], "an ESRI ASCII grid") from None
@@ -263,7 +270,9 @@ def _of_ascii(path: Path, band: int | str | None) -> Raster:
     if values.size != nx * ny:
         raise refused("raster", f"has {values.size:,} numbers, and ncols × nrows are {nx * ny:,}", str(path),
                       "as many as its head says")
-    values[values == head.get("nodata_value", -9999.0)] = np.nan
+    with np.errstate(over="ignore"):  # the most negative number of float32, in more digits or fewer
+        none = np.float32(head.get("nodata_value", -9999.0))
+        values[(values.astype(np.float32) == none) | (abs(values) > 1e38)] = np.nan
     west = head["xllcorner"] if "xllcorner" in head else head.get("xllcenter", dx / 2) - dx / 2
     south = head["yllcorner"] if "yllcorner" in head else head.get("yllcenter", dy / 2) - dy / 2
     prj = path.with_suffix(".prj")
@@ -294,6 +303,7 @@ def _of_gdal(path: Path, band: int | str | None) -> Raster:
                 raise refused("raster", f"has {source.width * source.height:.3g} cells", str(path),
                               f"at most {MOST_CELLS:.0e}: cut out a part, as with gdal_translate -srcwin")
             values = source.read(number, masked=True).astype(np.float64).filled(np.nan)
+            values = values * source.scales[number - 1] + source.offsets[number - 1]
             return _placed_by_gdal(source, _checked(values), path)
     except ConfigError:
         raise

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ecs_eco.config import load
+from ecs_eco.config.notes import notes
 from ecs_eco.engine.errors import ConfigError
 
 DEM = np.array([[5.0, 6, 7, 8], [1, 2, 3, 4], [0, 0, 1, 2]])  # north first
@@ -75,6 +76,47 @@ def test_degrees_are_metres_at_the_latitude_of_the_raster(at):
     assert (x[0], y[0]) == pytest.approx((-84.41375, 36.44625))
     assert y[1] - y[0] == pytest.approx(31.8 / 110.97, rel=1e-4)
     assert x[1] - x[0] == pytest.approx(29.9 / 89.51, rel=1e-3)
+
+
+def mercator(latitude):
+    """Return the northing in Web Mercator [m]."""
+    return 6_378_137 * np.arctanh(np.sin(np.radians(latitude)))
+
+
+@pytest.mark.parametrize(("latitude", "metre"), [(0.0, 1.0), (-45.0, 0.7085), (60.0, 0.5013)])
+def test_a_metre_of_web_mercator_is_that_of_the_land(at, latitude, metre):
+    middle = mercator(latitude)
+    np.savez(at / "dem.npz", topo=DEM, xmin=0.0, ymin=middle - 150, ymax=middle + 150, dx=100.0, dy=100.0,
+             crs="EPSG:3857")
+    sides = {"space.size": [200 * metre, 200 * metre], "terrain.cell": 50 * metre}
+    x, y = land(**sides).coordinates(np.array([0.0, 100.0]), np.array([0.0, 100.0]))
+    assert x[1] - x[0] == pytest.approx(100 / metre, rel=3e-4)
+    assert y[1] - y[0] == pytest.approx(100 / metre, rel=8e-3)  # the earth is no sphere
+    assert "smaller than the world" in refused(**sides | {"space.size": [450 * metre, 200 * metre]})
+
+
+def test_where_a_unit_is_no_metre_a_note_says_how_long_it_is(at):
+    more = {"space.size": [2990.0, 3180.0], "terrain.cell": 90.0}
+    config = load(copy.deepcopy(WORLD), {"terrain.raster": FAULT, "terrain.crs": "EPSG:4326"} | more)
+    (note,) = (line for line in notes(config) if line.startswith("terrain"))
+    assert "EPSG:4326" in note
+    assert "89487.8 m from west to east and 110970 m from south to north" in note  # at 36.59° N
+    np.savez(at / "dem.npz", topo=DEM, xmin=0.0, ymin=0.0, ymax=30.0, dx=10.0, dy=10.0, crs="EPSG:32616")
+    assert not [line for line in notes(load(copy.deepcopy(WORLD))) if line.startswith("terrain")]
+
+
+def test_degrees_at_an_unknown_latitude_are_refused(at):
+    np.savez(at / "dem.npz", topo=DEM, dx=0.001, dy=0.001, crs="EPSG:4326")
+    assert "does not say at which latitude" in refused()
+
+
+def test_metres_of_a_map_that_are_none_of_the_land_are_refused(at):
+    pytest.importorskip("rasterio", reason="needs the extra geo")
+    where = {"topo": DEM, "xmin": 500_000.0, "dx": 10.0, "dy": 10.0}
+    np.savez(at / "dem.npz", **where, ymin=8_362_698.0, ymax=8_362_728.0, crs="EPSG:3395")
+    assert "a metre of EPSG:3395 is 0.5" in refused()
+    np.savez(at / "dem.npz", **where, ymin=6_600_000.0, ymax=6_600_030.0, crs="EPSG:32632")
+    assert land().place is not None
 
 
 def test_missing_cells_are_refused_with_the_first_of_them_or_filled(at):

@@ -1,5 +1,6 @@
 """Rasters of three kinds hold the same numbers in the same order: the first row is in the north."""
 
+import importlib
 import os
 import re
 
@@ -30,6 +31,35 @@ def test_an_ascii_grid_begins_in_the_north_and_knows_where_it_lies(tmp_path):
 def test_the_corner_of_an_ascii_grid_may_be_the_centre_of_a_cell(tmp_path):
     (tmp_path / "dem.asc").write_text(HEAD.replace("corner", "center") + rows(GRID))
     assert read_raster("dem.asc", tmp_path)[1:3] == (95.0, 225.0)
+
+
+@pytest.mark.parametrize(("line", "written"), [
+    ("NODATA_value  -9999", "-9999"), ("nodata_value -9999.0", "-9999"), ("NODATA_VALUE\tnan", "nan"),
+    ("NODATA_value -nan", "-nan"), ("NODATA_value 0", "0"), ("", "-9999"), ("NODATA_value inf", "inf"),
+    ("NODATA_value  -3.4028234663852886e+38", "-3.4028234663852886e+38"),
+    ("NODATA_value  -3.4028235e+38", "-3.402823e+38"), ("NODATA_value -1.7976931348623157e+308",
+                                                        "-1.7976931348623157e+308"),
+])  # fmt: skip
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_every_way_to_say_that_there_is_no_number_is_read(tmp_path, line, written, mark):
+    grid = [[written, "1", "2", "3"], ["4", written, "6", "7"], ["8", "9", "10", "11"]]
+    head = HEAD.replace("NODATA_value -1", line).replace("\n\n", "\n")
+    (tmp_path / "dem.asc").write_text(mark + head + "\n".join(" " + " ".join(row) for row in grid) + "\r\n",
+                                      encoding="utf-8")
+    raster = read_raster("dem.asc", tmp_path)
+    assert np.argwhere(np.isnan(raster.values)).tolist() == [[0, 0], [1, 1]]
+    assert np.nansum(raster.values) == 61
+    assert raster[1:5] == (100.0, 230.0, 10.0, 10.0)
+
+
+def test_a_row_of_two_that_begins_with_a_gap_is_no_line_of_the_head(tmp_path):
+    (tmp_path / "dem.asc").write_text("ncols 2\nnrows 2\ncellsize 10\nNODATA_value nan\nnan 5\n6 nan\n")
+    assert np.nan_to_num(read_raster("dem.asc", tmp_path).values, nan=-1).tolist() == [[-1, 5], [6, -1]]
+
+
+def test_an_ascii_grid_may_have_cells_that_are_no_squares(tmp_path):
+    (tmp_path / "dem.asc").write_text(HEAD.replace("cellsize 10", "dx 10\ndy 20") + rows(GRID))
+    assert read_raster("dem.asc", tmp_path)[1:5] == (100.0, 260.0, 10.0, 20.0)
 
 
 def test_rows_of_an_npz_whose_latitudes_rise_are_turned(tmp_path):
@@ -134,6 +164,35 @@ def test_geotiff_is_read_through_rasterio(tmp_path):
     assert not degrees("EPSG:32616")
     with pytest.raises(RasterError, match="1 to 2"):
         read_raster("dem.tif", tmp_path, 3)
+
+
+def test_a_geotiff_holds_what_its_scale_and_offset_say(tmp_path):
+    rasterio = pytest.importorskip("rasterio", reason="needs the extra geo")
+    with rasterio.open(tmp_path / "dem.tif", "w", driver="GTiff", width=4, height=3, count=2, dtype="int16",
+                       crs="EPSG:32616", nodata=-1,
+                       transform=rasterio.Affine(10, 0, 100, 0, -10, 230)) as file:
+        file.write(np.where(GRID == 5, -1, 10 * GRID).astype("int16"), 1)
+        file.write(GRID.astype("int16"), 2)
+        file.scales, file.offsets = (0.1, 1.0), (100.0, 0.0)
+    first, second = (read_raster("dem.tif", tmp_path, band).values for band in (1, 2))
+    assert np.isnan(first[1, 1])
+    assert first[GRID != 5] == pytest.approx(100 + GRID[GRID != 5])
+    assert np.array_equal(second, GRID)
+
+
+@pytest.mark.parametrize("kind", ["int16", "float32", "float64"])
+def test_ascii_grids_as_gdal_writes_them_hold_what_it_was_given(tmp_path, kind):
+    rasterio = pytest.importorskip("rasterio", reason="needs the extra geo")
+    nodata = {"int16": -32768, "float32": -3.4028234663852886e38, "float64": float("nan")}[kind]
+    with rasterio.open(tmp_path / "dem.tif", "w", driver="GTiff", width=4, height=3, count=1, dtype=kind,
+                       crs="EPSG:32616", nodata=nodata,
+                       transform=rasterio.Affine(10, 0, 100, 0, -20, 260)) as file:
+        file.write(np.where(GRID == 5, nodata, GRID).astype(kind), 1)
+    copy = importlib.import_module("rasterio.shutil").copy
+    copy(tmp_path / "dem.tif", tmp_path / "dem.asc", driver="AAIGrid")
+    own, gdal = read_raster("dem.asc", tmp_path), read_raster("dem.tif", tmp_path)
+    assert np.array_equal(own.values, gdal.values, equal_nan=True)
+    assert own[1:5] == gdal[1:5]
 
 
 # --- files of strangers -------------------------------------------------------------------------------------
