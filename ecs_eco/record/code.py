@@ -26,9 +26,8 @@ Noted = list[dict[str, str]]
 def sources(config: WorldConfig | None, names: Iterable[str] = ()) -> tuple[Source, ...]:
     """The code that a world lists, and the modules of objects passed to it in Python and of other `names`,
     "module:name"; of those defined in an interactive session, each one's own source."""
-    listed, entries, names = (), [], list(names)
-    if config is not None:
-        listed, entries = config._code.sources, code_of(config)
+    listed, names = () if config is None else config._code.sources, list(names)
+    entries = [] if config is None else code_of(config)
     entries += [name.partition(":")[0] for name in names]
     if "__main__" in entries and is_interactive():
         used = () if config is None else names_in(config)

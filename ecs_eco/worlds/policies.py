@@ -16,6 +16,7 @@ from ecs_eco.config.reading import read_bytes
 from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.engine.section import function_name
+from ecs_eco.record.folder import versions
 
 if TYPE_CHECKING:
     from ecs_eco.learning.policy_network import PolicyNetwork
@@ -100,12 +101,10 @@ def load_weights(brain: PolicyNetwork, path: Path, config: WorldConfig, name: st
 def names_of(config: WorldConfig, name: str) -> dict[str, Any]:
     """Return the names that a file of weights has of its species, as `ecs_eco.learning.weights` keeps them.
     """
-    from ecs_eco import __version__
-
     species = config.species[name]
     gaits = {} if species.locomotion is None else dict(species.locomotion.speed)
     return {"channels": list(species.channels(config.dims)), "options": species.groups(), "gaits": gaits,
-            "version": __version__}
+            "version": versions()["ecs-eco"]}
 
 
 def name_weights(path: str | Path, config: WorldConfig, name: str) -> Path:
