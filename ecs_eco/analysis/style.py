@@ -64,7 +64,7 @@ def empty(width: float, height: float, **more: Any) -> Figure:
     figure: Any = Figure(figsize=(width, height), **more)
     FigureCanvasAgg(figure)
     figure._repr_png_ = partial(_png, figure)  # matplotlib's own needs pyplot, and with it a state
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def _png(figure: Figure) -> bytes:

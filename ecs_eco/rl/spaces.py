@@ -60,9 +60,10 @@ def flattened(space: spaces.Space[Any]) -> spaces.Space[Any]:
 def _as_groups(space: spaces.Dict, flat: np.ndarray) -> np.ndarray:
     """Return actions of the flattened space [n, groups] as those of the groups: options, or numbers."""
     share = np.clip((flat + 1) / 2, 0, 1)
+    groups: list[Any] = [*space.spaces.values()]
     columns = [np.minimum(np.floor(part * one.n), one.n - 1) if isinstance(one, spaces.Discrete)
                else np.clip((1 - part) * one.low + part * one.high, one.low, one.high)
-               for part, one in zip(share.T, space.spaces.values(), strict=True)]
+               for part, one in zip(share.T, groups, strict=True)]
     return np.stack(columns, 1)
 
 
