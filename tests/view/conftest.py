@@ -1,9 +1,20 @@
-"""Pages in a real browser, and the parks that they show."""
+"""Pages in a real browser, the parks that they show, and a server without a browser."""
 
+import threading
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
+from ecs_eco import World
+from ecs_eco.components import Position
+from ecs_eco.engine.turns import apart
 from ecs_eco.testing.browser import launched, served
+from ecs_eco.view import server as module
+from ecs_eco.view.live import Live
+from ecs_eco.view.player import Player
 from ecs_eco.view.replay import Replay
+from ecs_eco.view.server import Server
 from tests.view.pages import FORGET_THEME, SMALL, WIDE, opened, pause
 from tests.view.replays import MADE, record
 
@@ -54,3 +65,37 @@ def plain(folders):
 def full(folders):
     """Its replay with all of them."""
     return Replay(folders / "full")
+
+
+@pytest.fixture(scope="module", name="served")
+def server_of_mites(tmp_path_factory):
+    """A server of a page of one line, and of a world of 2,000 mites that lives in a thread of its own."""
+    static = tmp_path_factory.mktemp("view") / "static"
+    static.mkdir()
+    (static / "index.html").write_text("<p>the page</p>")
+    (static / "page.js").write_text("let a = 1")
+    (static.parent / "secret.txt").write_text("secret")
+    before, module.STATIC = module.STATIC, static
+    ready, made = threading.Event(), SimpleNamespace()
+
+    def live():
+        with apart():  # the tests of other files may have left worlds in their thread
+            world = World([100.0, 100.0])
+        world.add_table("mite", Position)
+        rng = np.random.default_rng(1)
+        world.table("mite").request(np.zeros(2000, np.uint64),
+                                    {(Position, a): rng.random(2000).astype(np.float32) * 100 for a in "xy"})
+        world.flush()
+        made.player = Player(Live(world), speed=None)
+        made.server = Server(made.player).start()
+        ready.set()
+        made.player.source.run(made.player.turn)
+        made.server.stop()
+
+    thread = threading.Thread(target=live)
+    thread.start()
+    assert ready.wait(60)
+    yield made
+    made.player.close()
+    thread.join()
+    module.STATIC = before

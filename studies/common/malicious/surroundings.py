@@ -90,7 +90,8 @@ def modules(ground: Ground) -> Iterator[Attack]:
         words = [*command, "--out", f"out-{i}"] if "-q" in command else command
 
         def attempt(words: list[str] = words) -> str:
-            done = subprocess.run(words, cwd=place, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+            done = subprocess.run(words, cwd=place, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                                  env={**os.environ, "RAY_ADDRESS": "local"})  # none of somebody else's
             if done.returncode:
                 raise RuntimeError(done.stderr[-600:])
             return ""
