@@ -8,7 +8,7 @@ import math
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -270,7 +270,7 @@ def former(commit: str) -> Path:
     return place
 
 
-def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     """Measure one process at all lengths of a tick, with former code in a process of its own."""
     given = case["process"], config["steps"], config["seeds"]
     if case["code"] == "now":
