@@ -97,7 +97,8 @@ class Spread(System):
             for name, some in fresh.items():
                 values[name] = np.empty((n, *some.shape[1:]), some.dtype)
                 values[name][own], values[name][grown] = some, inherited[name]
-        values |= sizes.of_newborn(table, values, n)
+        if table.species.standard_mass is not None:
+            values |= sizes.of_newborn(table, values, n)
         if table.species.born_with == "soil":
             rooted = root(world, table, values)
             parents, values = parents[rooted], {name: some[rooted] for name, some in values.items()}
