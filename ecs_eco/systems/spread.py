@@ -108,7 +108,8 @@ class Spread(System):
                                                       (Position, "z"): z}
         if table.species.heredity is not None:
             values |= genomes(table, world, parent, site.astype(np.uint64))
-        values |= sizes.of_newborn(table, values, n)
+        if table.species.standard_mass is not None:
+            values |= sizes.of_newborn(table, values, n)
         if table.species.born_with == "soil":
             rooted = root(world, table, values, site.astype(np.uint64))
             parents, values = parents[rooted], {name: some[rooted] for name, some in values.items()}
