@@ -90,8 +90,12 @@ class Perish(System):
         nerves = table.species.nerves
         if nerves is None or nerves.happiness is None:
             return
-        last = last_reward(table, rows)
-        table[Nervous].reward[rows] += last
+        n = table[Nervous]
+        if table.species.traits:
+            last = last_reward(table, rows)
+        else:  # the same without a call
+            last = nerves.minimum - n.happiness[rows]
+        n.reward[rows] += last
         if nerves.learning:
             nerves.end(rows, last)
 
