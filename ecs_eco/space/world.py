@@ -196,6 +196,7 @@ class SpatialWorld(World):
 
 
 def _whereabouts(table: Table) -> tuple[np.ndarray | None, ...]:
-    p, body = table.columns.get(Position), table.columns.get(Body)
+    p: Any = table.columns.get(Position)
+    body: Any = table.columns.get(Body)
     return (table.alive, table.uid, *((None,) * 3 if p is None else (p.x, p.y, p.z)),
             None if body is None else body.radius)

@@ -39,13 +39,14 @@ class Carry(System):
 
     needs = (Position, Body, Metabolism, Load)
     phase = "move"
+    world: SpatialWorld
 
     def start(self, world: SpatialWorld) -> None:
         """Let what the dying carry fall, and what those carry that leave for another island."""
         world.on_death.append(self.let_fall)
         world.on_departure.append(lambda table, rows, to: self.let_fall(table, rows))
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_args: Any) -> None:
         """Let all species put down, then take up, then carry."""
         self._hands: list[tuple[Table, list[Table], np.ndarray]] = []
         super().process()

@@ -42,7 +42,7 @@ class ExchangeMatter(System):
     world: SpatialWorld
     _asked: dict[tuple[int, int, str], list[Asked]]
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_args: Any) -> None:
         """Let all bodies exchange what their species list, one way and one field after the other."""
         self._asked, world = {}, self.world
         super().process()

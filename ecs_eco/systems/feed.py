@@ -70,7 +70,7 @@ class Feed(System):
         for table in world.tables.values():
             register_eaters(world, table)
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_args: Any) -> None:
         """Gather what all eaters want, settle which of them get it, and let these eat."""
         self._wanted, self._shaped = [], False
         super().process()
