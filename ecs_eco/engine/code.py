@@ -16,7 +16,7 @@ import re
 import sys
 import traceback
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType, ModuleType
@@ -24,7 +24,7 @@ from typing import Any
 
 from ecs_eco.engine import trust
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
-from ecs_eco.engine.session import source_of
+from ecs_eco.engine.sources import Source, of_file, of_module, of_session
 
 SHIPPED = (
     "ecs_eco.learning.mlp:MLP",
@@ -34,50 +34,11 @@ SHIPPED = (
 )  # fmt: skip
 """All code of this package that data may name without listing it."""
 ENTRY = re.compile(r"(__main__:)?[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
-LARGEST_FILE = 10_000_000  # bytes
 _loaded: dict[tuple[Source, ...], dict[str, ModuleType | Exception]] = {}
 
 
 class CodeError(ConfigError):
     """Code named in data that may not run here: it is not listed, not allowed, or cannot be imported."""
-
-
-@dataclass(frozen=True)
-class Source:
-    """A file or a module that a world lists, or "__main__:name" of an interactive session, and its text as it
-    was read; `text` is None where there is no file."""
-
-    entry: str
-    path: str
-    text: bytes | None = field(default=None, repr=False)
-
-    @property
-    def is_file(self) -> bool:
-        """Whether it is a file beside the world, not an installed module."""
-        return self.entry.endswith(".py")
-
-    @property
-    def module(self) -> str:
-        """What stands before the colon in names of what is in it."""
-        return self.entry.removesuffix(".py") if self.is_file else self.entry.partition(":")[0]
-
-    @property
-    def of_session(self) -> bool:
-        """Whether it is a function or class of an interactive session."""
-        return ":" in self.entry
-
-    @property
-    def allowed(self) -> bool:
-        """Whether it may run; what this session defined runs already."""
-        return self.of_session or trust.allowed(self.sha256)
-
-    @cached_property
-    def sha256(self) -> str:
-        """Hash of its text; of its name for a module without a file."""
-        return hashlib.sha256(f"module {self.entry}".encode() if self.text is None else self.text).hexdigest()
-
-    def __str__(self) -> str:
-        return f"{self.entry} ({self.path or 'no file'}, SHA-256 {self.sha256})"
 
 
 @dataclass(frozen=True)
@@ -242,8 +203,8 @@ def read(entries: Iterable[str], places: Sequence[Path],
     for i, entry in enumerate(entries):
         if not ENTRY.fullmatch(entry):
             continue  # the type of the field says so already
-        source, fault = (_defined(entry) if ":" in entry else _file(entry, places, wanted.get(entry))
-                         if entry.endswith(".py") else _installed(entry))
+        source, fault = (of_session(entry) if ":" in entry else of_file(entry, places, wanted.get(entry))
+                         if entry.endswith(".py") else of_module(entry))
         if source is not None and source.module in [s.module for s in sources if not source.of_session]:
             source, fault = None, "another entry has the same module"
         if source is None:
@@ -252,62 +213,6 @@ def read(entries: Iterable[str], places: Sequence[Path],
         else:
             sources.append(source)
     return Code(tuple(sources)), problems
-
-
-def _file(entry: str, places: Sequence[Path], wanted: str | None) -> tuple[Source | None, str]:
-    first = None
-    for path in (place / entry for place in places if (place / entry).is_file()):
-        try:
-            if path.stat().st_size > LARGEST_FILE:
-                return None, f"too large: {path.stat().st_size} bytes, and at most {LARGEST_FILE} are read"
-            source = Source(entry, str(path.absolute()), path.read_bytes())
-        except OSError as error:
-            return None, f"cannot be read: {error.strerror or error}"
-        if wanted in (None, source.sha256):
-            return source, ""
-        first = first or source
-    return first, "" if first else f"no such file in {listed(str(place) for place in places)}"
-
-
-def _defined(entry: str) -> tuple[Source | None, str]:
-    """The source of "__main__:name"."""
-    text = source_of(entry.partition(":")[2])
-    if text is None:
-        return None, "it was defined in an interactive session, a notebook perhaps, and is not in this one"
-    return Source(entry, "", text.encode()), ""
-
-
-def _installed(entry: str) -> tuple[Source | None, str]:
-    if entry.partition(".")[0] in sys.stdlib_module_names and entry != "__main__":
-        return None, "a module of Python itself; write a function in a file of your own"
-    path, text = "", None
-    if entry in sys.modules:
-        path = getattr(sys.modules[entry], "__file__", None) or ""
-    elif (origin := _origin(entry)) is None:
-        return None, "no such installed module"
-    else:
-        path = origin
-    if path:
-        try:
-            text = Path(path).read_bytes()
-        except OSError as error:
-            return None, f"cannot be read: {error.strerror or error}"
-    return Source(entry, path, text), ""
-
-
-def _origin(module: str) -> str | None:
-    """The file of an installed module, found without importing the packages that it is in."""
-    inside, origin = None, None
-    parts = module.split(".")
-    for n in range(1, len(parts) + 1):
-        name, spec = ".".join(parts[:n]), None
-        for finder in sys.meta_path:
-            if (spec := finder.find_spec(name, inside)) is not None:
-                break
-        if spec is None or (spec.submodule_search_locations is None and n < len(parts)):
-            return None
-        inside, origin = spec.submodule_search_locations, spec.origin
-    return origin or ""
 
 
 def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Exception]]:
@@ -332,7 +237,7 @@ def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Excep
 def _require_unchanged(source: Source) -> None:
     """Raise CodeError where the file of an installed module is no longer the one that was read, and allowed.
     """
-    if source.text is not None and (now := _installed(source.entry)[0]) != source:
+    if source.text is not None and (now := of_module(source.entry)[0]) != source:
         fault = (f"has changed since it was read: its SHA-256 was {source.sha256}, "
                  f"and is {'none' if now is None else now.sha256}")
         raise CodeError([Problem(("code",), fault, source.entry, HOW)])

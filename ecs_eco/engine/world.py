@@ -1,5 +1,4 @@
-"""A World: tables of organisms, a clock, and systems that act in the order
-of phases. It knows neither space nor biology."""
+"""A World: tables of organisms, a clock, and systems in phases. It knows no space and no biology."""
 
 from __future__ import annotations
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -85,15 +84,19 @@ class Feed(System):
             of_table.setdefault(meals.table.name, []).append(meals)
         for meals in wanted if self._shaped else ():
             to_surfaces(meals)
-        won = {name: award(key, some) for name, some in rivals.items()}
-        for name in of_table.keys() & won.keys():
+        won, eaten = {}, list[Meals]()
+        for name, some in rivals.items():
+            won[name] = award(key, some)
+        cannibal = of_table.keys() & won.keys()
+        for name in cannibal:
             for meals in of_table[name]:
                 meals.best = meals.best.copy()
                 void(meals.target, meals.distance2, meals.eaters.uid, meals.foods.uid, key, *won[name],
                      meals.best)
-        eaten = [(meals, best) for mine in of_table.values() for meals, best in self.eat_all(mine)]
-        if any(Matter in meals.table for meals in wanted):
-            self.swallow(eaten, not of_table.keys().isdisjoint(won))
+        for mine in of_table.values():
+            eaten += self.eat_all(mine)
+        if eaten:
+            self.swallow(eaten, bool(cannibal))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species propose what it wants of each kind of food."""
@@ -138,19 +141,18 @@ class Feed(System):
             table, prey, food, eaters, foods, target, distance2, tuple(effect), poison,
             held.copy() if prey.species.diet else held, np.empty(foods.n, np.int32)))
 
-    def eat_all(self, mine: list[Meals]) -> Iterator[tuple[Meals, np.ndarray]]:
-        """Let one species eat what it has won; yield what was eaten by which of its eaters, as `Meals.best`.
-        """
+    def eat_all(self, mine: list[Meals]) -> list[Meals]:
+        """Let one species eat what it has won; return the meals whose substances are to go into it."""
+        holds = Matter in mine[0].table
         if len(mine) == 1 or not several(mine):
             for meals in mine:
                 self.eat(meals, meals.best)
-                yield meals, meals.best
-            return
+            return mine if holds else []
         kind, eater, item = in_order(self.world.key, mine)
         by = np.argsort(eater, kind="stable")
         course = np.empty(by.size, np.int64)  # the first, second … meal of its eater
         course[by] = np.arange(by.size) - np.searchsorted(eater[by], eater[by])
-        m, rows = mine[0].table[Metabolism], mine[0].eaters.rows
+        m, rows, eaten = mine[0].table[Metabolism], mine[0].eaters.rows, []
         killed = np.zeros(rows.size, np.bool_)
         for number in range(int(course.max()) + 1):
             for k, meals in enumerate(mine):
@@ -165,7 +167,8 @@ class Feed(System):
                 best = np.full(meals.best.size, -1, np.int32)
                 best[item[now]] = one
                 self.eat(meals, best)
-                yield meals, best
+                eaten.append(replace(meals, best=best))
+        return eaten if holds else []
 
     def eat(self, meals: Meals, best: np.ndarray) -> None:
         """Let the eaters in `best` i32[foods] have their items, and count what they gain [energy]."""
@@ -183,10 +186,9 @@ class Feed(System):
         table.species.eaten[food.eats] += (
             float((m.energy[own] - before).sum()) if world.bands.divided else gained)
 
-    def swallow(self, eaten: list[tuple[Meals, np.ndarray]], ordered: bool) -> None:
+    def swallow(self, some: list[Meals], ordered: bool) -> None:
         """Move the substances of the eaten into their eaters; `ordered` by distance, where an animal may
         first eat and then be eaten."""
-        some = [replace(meals, best=best) for meals, best in eaten if Matter in meals.table]
         kind, eater, item = in_order(self.world.key, some)
         if not ordered:
             by = np.argsort(kind, kind="stable")

@@ -132,8 +132,7 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
     """
     if first >= last:
         return
-    force = of_row(drag, first)
-    left, mean_left = lag(force, dt)
+    left, mean_left = lag(of_row(drag, first), dt)
     sine, cosine = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
     ahead = np.empty(BLOCK, np.float32)
     gait, turn = np.empty(BLOCK, np.int32), np.empty(BLOCK, np.int32)
@@ -148,8 +147,7 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
             if not alive[row]:
                 continue
             if is_own(drag):
-                force = of_row(drag, row)
-                left, mean_left = lag(force, dt)
+                left, mean_left = lag(of_row(drag, row), dt)
             way = turn[i]
             if way >= 0 or layout[1, 1] < 0:
                 h = heading[row] + (row_of(turns, row)[way] if way >= 0 else command[row, layout[1, 0]]) * dt

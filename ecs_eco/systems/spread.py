@@ -75,7 +75,6 @@ class Spread(System):
         rate, vigour = seeds(table, own, way.rate)
         land = None if world.terrain is None else world.terrain.land
         fertile = EVERYWHERE if land is None or land.growth is None else land.growth
-        uid = AS_IT_STANDS if world.bands.divided else table.uid
         time, both = world.dt, rate + way.seed_rain
         if reach == 0 and vigour is EVEN and world.terrain is None and both > 0:
             # for how long seeds must fall as they do now so that as many free sites are taken as by
@@ -85,7 +84,7 @@ class Spread(System):
             time = min((1.0 - left) / (both * left + falls * (1.0 - left)), 1.0 / both)
         how = (np.float32(rate * time), np.float32(way.seed_rain * time), reach, world.space.torus,
                *rocks(world), fertile, inverse, vigour, world.key, table.place << 20,
-               world.space.lengths, uid)
+               world.space.lengths, AS_IT_STANDS if world.bands.divided else table.uid)
         found = room_for[-1]
         world.split(sprout, found.size, taken, *how, *room_for, work=taken.size // 3)
         sprouts, n, parts = room_for, int(found[0]), found.nonzero()[0]
@@ -104,8 +103,7 @@ class Spread(System):
         if world.terrain is not None:
             x, y = world.terrain.within_sites(x, y, *(((cells + 0.5) / inverse[axis]).astype(np.float32)
                                                       for axis, cells in enumerate((site % nx, site // nx))))
-        values: dict[tuple[type, str], np.ndarray] = {(Position, "x"): x, (Position, "y"): y,
-                                                      (Position, "z"): z}
+        values: dict[tuple[type, str], Any] = {(Position, "x"): x, (Position, "y"): y, (Position, "z"): z}
         if table.species.heredity is not None:
             values |= genomes(table, world, parent, site.astype(np.uint64))
         if table.species.standard_mass is not None:

@@ -303,8 +303,7 @@ def test_sexes_are_drawn_where_they_are_random(meadow):
     sex = deer[Biology].sex[rows]
     assert abs((sex == 1).mean() - 0.5) < 0.15
     assert set(sex.tolist()) == {1, 2}
-    female = meadow(sex="female")
-    assert female.tables["deer"][Biology].sex[:2].tolist() == [1, 1]
+    assert meadow(sex="female").tables["deer"][Biology].sex[:2].tolist() == [1, 1]
 
 
 @pytest.mark.definition("1 fertility")
@@ -322,8 +321,7 @@ def test_in_a_volume_the_newborn_land_at_all_heights(meadow):
     world = meadow(count=200, world={"space": {"size": [100.0, 100.0, 50.0]}}, reproduction=WAY)
     deer = arrange(world, "deer", energy=1.0, z=25)
     _, rows = _born(world)
-    z = deer[Position].z[rows]
-    assert np.histogram(z, 3, (0, 50))[0].min() > 20
+    assert np.histogram(deer[Position].z[rows], 3, (0, 50))[0].min() > 20
 
 
 def test_immigrants_come_without_parents_at_their_rate_to_all_depths(meadow):
