@@ -1,0 +1,113 @@
+"""The texts of code that worlds name, as they are read and hashed; nothing of them runs here."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from ecs_eco.engine import trust
+from ecs_eco.engine.errors import listed
+from ecs_eco.engine.session import source_of
+
+LARGEST_FILE = 10_000_000  # bytes
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file or a module that a world lists, or "__main__:name" of an interactive session, and its text as it
+    was read; `text` is None where there is no file."""
+
+    entry: str
+    path: str
+    text: bytes | None = field(default=None, repr=False)
+
+    @property
+    def is_file(self) -> bool:
+        """Whether it is a file beside the world, not an installed module."""
+        return self.entry.endswith(".py")
+
+    @property
+    def module(self) -> str:
+        """What stands before the colon in names of what is in it."""
+        return self.entry.removesuffix(".py") if self.is_file else self.entry.partition(":")[0]
+
+    @property
+    def of_session(self) -> bool:
+        """Whether it is a function or class of an interactive session."""
+        return ":" in self.entry
+
+    @property
+    def allowed(self) -> bool:
+        """Whether it may run; what this session defined runs already."""
+        return self.of_session or trust.allowed(self.sha256)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of its text; of its name for a module without a file."""
+        return hashlib.sha256(f"module {self.entry}".encode() if self.text is None else self.text).hexdigest()
+
+    def __str__(self) -> str:
+        return f"{self.entry} ({self.path or 'no file'}, SHA-256 {self.sha256})"
+
+
+def of_file(entry: str, places: Sequence[Path], wanted: str | None) -> tuple[Source | None, str]:
+    """Return the source of a file in the first of `places` that has it, with the hash `wanted` if there is
+    one; or None and what is wrong."""
+    first = None
+    for path in (place / entry for place in places if (place / entry).is_file()):
+        try:
+            if path.stat().st_size > LARGEST_FILE:
+                return None, f"too large: {path.stat().st_size} bytes, and at most {LARGEST_FILE} are read"
+            source = Source(entry, str(path.absolute()), path.read_bytes())
+        except OSError as error:
+            return None, f"cannot be read: {error.strerror or error}"
+        if wanted in (None, source.sha256):
+            return source, ""
+        first = first or source
+    return first, "" if first else f"no such file in {listed(str(place) for place in places)}"
+
+
+def of_session(entry: str) -> tuple[Source | None, str]:
+    """Return the source of "__main__:name", or None and what is wrong."""
+    text = source_of(entry.partition(":")[2])
+    if text is None:
+        return None, "it was defined in an interactive session, a notebook perhaps, and is not in this one"
+    return Source(entry, "", text.encode()), ""
+
+
+def of_module(entry: str) -> tuple[Source | None, str]:
+    """Return the source of an installed module, which is not imported, or None and what is wrong."""
+    if entry.partition(".")[0] in sys.stdlib_module_names and entry != "__main__":
+        return None, "a module of Python itself; write a function in a file of your own"
+    path, text = "", None
+    if entry in sys.modules:
+        path = getattr(sys.modules[entry], "__file__", None) or ""
+    elif (origin := _origin(entry)) is None:
+        return None, "no such installed module"
+    else:
+        path = origin
+    if path:
+        try:
+            text = Path(path).read_bytes()
+        except OSError as error:
+            return None, f"cannot be read: {error.strerror or error}"
+    return Source(entry, path, text), ""
+
+
+def _origin(module: str) -> str | None:
+    """The file of an installed module, found without importing the packages that it is in."""
+    inside, origin = None, None
+    parts = module.split(".")
+    for n in range(1, len(parts) + 1):
+        name, spec = ".".join(parts[:n]), None
+        for finder in sys.meta_path:
+            if (spec := finder.find_spec(name, inside)) is not None:
+                break
+        if spec is None or (spec.submodule_search_locations is None and n < len(parts)):
+            return None
+        inside, origin = spec.submodule_search_locations, spec.origin
+    return origin or ""
