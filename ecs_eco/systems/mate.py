@@ -68,7 +68,7 @@ class Mate(System):
                                           "reproduction.father_share": np.float32(way.father_share)})
         furthest = highest(reach, table.alive) if isinstance(reach, np.ndarray) else way.reach
         form = solids(world, [table.name]).form if Shape in table else SPHERES
-        largest = float(radius[: table.high].max(initial=0)) if form is SPHERES else bound(table)
+        largest = highest(radius, table.alive) if form is SPHERES else bound(table)
         widest = 2 * largest + furthest
         partner, distance2 = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
         with world.bands.own(i, partner, distance2):
