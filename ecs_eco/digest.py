@@ -92,7 +92,12 @@ def _species(table: Table) -> dict[str, Any]:
 
 
 def _arrays(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield all arrays by name: columns in the order of uids."""
+    """Yield all arrays by name: columns in the order of uids, substances in that of their names."""
+    by_name = np.argsort(world.substances)
+
+    def ordered(component: Any, field: str, array: np.ndarray) -> np.ndarray:
+        return array[:, by_name] if component.fields[field][0].shape == ("substances",) else array
+
     for table in world.tables.values():
         rows = table.by_uid()
         for name in ("uid", "born", "killer"):
@@ -100,14 +105,15 @@ def _arrays(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
         yield f"{table.name} doomed", table.uid[_doomed(table)]
         for component, columns in table.columns.items():
             for field, array in sorted(vars(columns).items()):
-                yield f"{table.name} {component.__name__}.{field}", array[rows]
+                yield f"{table.name} {component.__name__}.{field}", ordered(component, field, array[rows])
         for i, (parents, second, values) in enumerate(table.births):
             yield f"{table.name} birth {i}", parents
             if second is not None:
                 yield f"{table.name} birth {i} second", second
             for (component, field), array in values.items():
                 kind = table.defaults[component][field].dtype
-                yield f"{table.name} birth {i} {component.__name__}.{field}", np.asarray(array, kind)
+                array = ordered(component, field, np.asarray(array, kind))
+                yield f"{table.name} birth {i} {component.__name__}.{field}", array
     for name, smell in sorted(world.fields.items()):
         yield f"field {name}", smell.value
         yield f"emitted {name}", smell.source

@@ -239,7 +239,7 @@ def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: 
     tables, saved = list(world.tables), list(meta["tables"])
     former = [] if world.config is None else list(world.config.substances)  # the order of the file
     if not any(array.any() for name, array in arrays.items()
-               if name.endswith("/barren")):  # else it follows their order, as do columns of substances
+               if name.endswith("/barren")):  # else it follows their order
         tables, saved = sorted(tables), sorted(saved)
     pairs: Any = (("tables", tables, saved),
                                ("substances", list(world.substances), meta.get("substances", former)),

@@ -58,9 +58,10 @@ def newcomers(table: Table, world: SpatialWorld, kind: Any, identity: np.ndarray
 
 def energy_spread(table: Table, kind: Any) -> float:
     """Return by what share of `metabolism.energy` that of founders is larger or smaller, at most."""
-    if Metabolism not in table or kind is None:
+    way = getattr(kind, "metabolism", None)  # objects that hold energy have none
+    if Metabolism not in table or way is None:
         return 0.0
-    given: float | None = kind.metabolism.energy_spread
+    given: float | None = way.energy_spread
     return (NERVOUS_SPREAD if table.species.nerves is not None else 0.0) if given is None else given
 
 

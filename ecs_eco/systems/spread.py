@@ -76,7 +76,7 @@ class Spread(System):
         land = None if world.terrain is None else world.terrain.land
         fertile = EVERYWHERE if land is None or land.growth is None else land.growth
         time, both = world.dt, rate + way.seed_rain
-        if reach == 0 and vigour is EVEN and world.terrain is None and both > 0:
+        if reach == 0 and vigour is EVEN and fertile is EVERYWHERE and both > 0:
             # for how long seeds must fall as they do now so that as many free sites are taken as by
             # dp/dt = (rate p + rain)(1 − p), solved exactly; at most until there is a seed on every site
             n, left = world.bands.count(table) if world.bands.divided else table.n, scalars.exp(-both * time)

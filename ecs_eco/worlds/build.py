@@ -125,7 +125,7 @@ def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
     if config.archipelago is not None:
         _require_one(config, world.origin["training"])
         world.next_uid = config.archipelago.first_uid
-    world.substances = sorted(config.substances)
+    world.substances = list(config.substances)
     world.fields = {name: Field(world.space, f.cell) for name, f in sorted(config.fields.items())}
     if config.terrain is not None:
         real = set(RealLand.model_fields)

@@ -3,7 +3,7 @@
 import pytest
 
 from ecs_eco.debug import DebugError
-from tests.debug.wrong import does
+from tests.debug.wrong import deer, does
 
 
 @pytest.fixture
@@ -13,12 +13,13 @@ def debug(monkeypatch):
 
 @pytest.fixture
 def caught(debug, meadow):
-    """A function that lets a wrong system act on the two deer (uids 3 and 4) in the debug mode,
-    and returns what it is told."""
+    """A function that lets a wrong system act on the two deer in the debug mode and returns the message.
+    Its attribute `uids` holds the uids that the deer of this world began with, in the order of their rows."""
 
-    def catch(work, *, setup=None, world=None, options=None, **deer):
+    def catch(work, *, setup=None, world=None, options=None, **changes):
         wrong = does(work)
-        it = meadow(world=world, options={"systems": [wrong], **(options or {})}, **deer)
+        it = meadow(world=world, options={"systems": [wrong], **(options or {})}, **changes)
+        catch.uids = deer(it)
         if setup is not None:
             setup(it)
         with pytest.raises(DebugError) as error:

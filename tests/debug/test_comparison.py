@@ -7,7 +7,7 @@ from ecs_eco import System, World
 from ecs_eco.components import Body, Metabolism, Position
 from ecs_eco.debug import DebugError
 from ecs_eco.testing import arrange
-from tests.debug.wrong import Wool, does
+from tests.debug.wrong import Wool, deer, does
 
 F = np.float32
 
@@ -31,7 +31,7 @@ def test_writing_to_a_free_row_is_caught(caught):
 def test_writing_to_the_row_of_one_that_died_is_caught_and_clearing_it_is_not(caught, debug, meadow):
     def cull(world):
         world.run(1)
-        world.kill(3)
+        world.kill(deer(world)[0])
 
     def work(table, world):
         table[Body].mass[: table.high] += 1
@@ -45,15 +45,15 @@ def test_writing_to_the_row_of_one_that_died_is_caught_and_clearing_it_is_not(ca
 
 
 @pytest.mark.parametrize(("column", "value", "message"), [
-    ("alive", False, "alive of uid 3 (row 0) was True and is False; births and deaths are asked for: "),
-    ("uid", 77, "uid of uid 3 (row 0) was 3 and is 77; births and deaths are asked for: "),
-    ("born", 1, "born of uid 3 (row 0) was 0 and is 1; births and deaths are asked for: "),
+    ("alive", False, "alive of uid {uid} (row 0) was True and is False; births and deaths are asked for: "),
+    ("uid", 77, "uid of uid {uid} (row 0) was {uid} and is 77; births and deaths are asked for: "),
+    ("born", 1, "born of uid {uid} (row 0) was 0 and is 1; births and deaths are asked for: "),
 ])
 def test_birth_and_death_outside_the_flushes_are_caught(caught, column, value, message):
     def work(table, world):
         getattr(table, column)[0] = value
 
-    assert caught(work).startswith(f"species 'deer': {message}")
+    assert caught(work).startswith("species 'deer': " + message.format(uid=caught.uids[0]))
 
 
 def test_columns_that_a_system_grows_or_replaces_are_caught(caught):
@@ -74,13 +74,15 @@ def test_a_component_that_an_intervention_takes_away_is_right(debug, meadow):
 
 
 def test_a_component_that_the_table_lacks_is_named_as_without_debug_mode(debug, meadow):
+    world = meadow()
     with pytest.raises(KeyError, match="unknown component 'Wool'"):
-        meadow().get(3, Wool)
+        world.get(deer(world)[0], Wool)
 
 
 def test_births_and_deaths_that_a_system_carries_out_itself_are_caught(caught):
     assert caught(lambda table, world: table.vacate(np.array([0]))).startswith(
-        "species 'deer': alive of uid 3 (row 0) was True and is False; births and deaths are asked for")
+        f"species 'deer': alive of uid {caught.uids[0]} (row 0) was True and is False; "
+        "births and deaths are asked for")
     assert caught(lambda table, world: table.occupy(1, 5, 2, {})).startswith(
         "species 'deer': alive of row 2, which is free, was False and is True; "
         "births and deaths are asked for")
@@ -95,8 +97,9 @@ def test_energy_from_nothing_is_caught_with_who_got_most(caught):
 
     message = caught(gift, setup=lambda world: arrange(world, "deer", energy=0.5), metabolism={"basal": 0.0})
     assert message == ("species 'deer': energy came from nothing: that of all living changed by 0.375, "
-                       "but taken − burnt − given by 0, 0.375 apart; the largest gap, 0.25, is that of uid 4 "
-                       "(row 1), Metabolism.energy 0.5 to 0.75; book it in taken, burnt or given")
+                       "but taken − burnt − given by 0, 0.375 apart; the largest gap, 0.25, is that of "
+                       f"uid {caught.uids[1]} (row 1), Metabolism.energy 0.5 to 0.75; "
+                       "book it in taken, burnt or given")
 
 
 def test_a_little_energy_from_nothing_among_many_is_caught(caught):
@@ -109,7 +112,8 @@ def test_a_little_energy_from_nothing_among_many_is_caught(caught):
         m.burnt[who] += before - m.energy[who]
         m.energy[who[123]] += F(1e-5)
 
-    assert "uid 126 (row 123)" in caught(work, count=500)
+    message = caught(work, count=500)
+    assert f"uid {caught.uids[123]} (row 123)" in message
 
 
 def test_energy_that_is_booked_or_passed_on_is_right(debug, meadow):
@@ -135,10 +139,11 @@ def test_a_world_that_keeps_no_books_may_give_energy(debug):
 
 def test_a_listener_that_takes_energy_from_the_living_is_caught_at_the_deaths(debug, meadow):
     world = meadow()
+    first, second = deer(world)
     world.on_death.append(lambda table, rows: table[Metabolism].energy.__setitem__(1, 0.125))
-    world.kill(3)
+    world.kill(first)
     with pytest.raises(DebugError, match=r"^after the deaths of the phase die, tick 0, species 'deer': "
-                                         r"energy went to nowhere.*uid 4"):
+                                         rf"energy went to nowhere.*uid {second} \(row 1\)"):
         world.run(1)
 
 
@@ -154,7 +159,7 @@ def test_a_newborn_that_the_ledger_does_not_know_is_caught_at_its_end(debug, mea
 
 def test_energy_given_between_ticks_is_not_held_against_a_system(debug, meadow):
     world = meadow().run(2)
-    world.get(3, Metabolism).energy += 0.25
+    world.get(deer(world)[0], Metabolism).energy += 0.25
     assert world.run(2).tick == 4
 
 
@@ -163,5 +168,5 @@ def test_moving_without_saying_so_is_caught(caught):
         table[Position].x[1] = 2.5
 
     message = caught(work, setup=lambda world: arrange(world, "deer", x=1.5))
-    assert message.startswith("species 'deer': Position.x of uid 4 (row 1) was 1.5 and is 2.5, "
-                              "but table.version is the same; say ")
+    assert message.startswith(f"species 'deer': Position.x of uid {caught.uids[1]} (row 1) "
+                              "was 1.5 and is 2.5, but table.version is the same; say ")

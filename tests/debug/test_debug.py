@@ -9,7 +9,7 @@ from ecs_eco.config.shipped import shipped
 from ecs_eco.debug import DebugError
 from ecs_eco.testing import act
 from ecs_eco.testing.states import shuffle
-from tests.debug.wrong import Wool, does
+from tests.debug.wrong import Wool, deer, does
 from tests.worlds.herd import HERD
 
 F = np.float32
@@ -79,7 +79,7 @@ def test_a_system_that_grows_a_table_by_a_flush_of_its_own_is_right(debug, meado
 
     def add(table, world):
         world.spawn("deer", Position(x=1.0), Metabolism(energy=0.25), n=200)
-        world.kill(3)
+        world.kill(deer(world)[0])
         world.flush()
 
     world = meadow(options={"systems": [does(add)]}).run(4)
@@ -89,7 +89,8 @@ def test_a_system_that_grows_a_table_by_a_flush_of_its_own_is_right(debug, meado
 def test_a_system_that_acts_outside_a_tick_is_checked_too(debug, meadow):
     world = meadow(options={"systems": [type("Wrong", (System,),
                                              {"needs": (Nervous,), "update": _poison})()]})
-    with pytest.raises(DebugError, match=r"after Wrong, tick 0, species 'deer': Nervous\.happiness of uid 3"):
+    with pytest.raises(DebugError, match=r"after Wrong, tick 0, species 'deer': "
+                                         rf"Nervous\.happiness of uid {deer(world)[0]} \(row 0\)"):
         act(world, type(world.systems[-2]))
     assert world.debug.before is None
     shuffle(meadow()).run(3)

@@ -8,7 +8,7 @@ from ecs_eco import World
 from ecs_eco.components import Biology, Metabolism, Position
 from ecs_eco.debug import DebugError
 from ecs_eco.testing import arrange
-from tests.debug.wrong import Wool
+from tests.debug.wrong import Wool, deer
 from tests.worlds.herd import HERD
 
 F = np.float32
@@ -21,7 +21,8 @@ def test_nan_in_a_column_is_caught(caught):
     def work(table, world):
         table[Biology].age[table.by_uid()[1]] = np.nan
 
-    assert caught(work) == "species 'deer': Biology.age of uid 4 (row 1) is nan; allowed are finite numbers"
+    assert caught(work) == (f"species 'deer': Biology.age of uid {caught.uids[1]} (row 1) is nan; "
+                            "allowed are finite numbers")
 
 
 def test_infinity_in_a_vector_and_in_a_heavy_column_is_caught(caught):
@@ -32,10 +33,11 @@ def test_infinity_in_a_vector_and_in_a_heavy_column_is_caught(caught):
         table[Wool].weights[0] = [0, 0, -np.inf]
 
     message = caught(work, components=[Wool])
-    assert (message == "species 'deer': Wool.length[1] of uid 3 (row 0) is inf (1 more); "
+    assert (message == f"species 'deer': Wool.length[1] of uid {caught.uids[0]} (row 0) is inf (1 more); "
                        "allowed are finite numbers")
     assert (caught(heavy, components=[Wool])
-            == "species 'deer': Wool.weights[2] of uid 3 (row 0) is -inf; allowed are finite numbers")
+            == f"species 'deer': Wool.weights[2] of uid {caught.uids[0]} (row 0) is -inf; "
+               "allowed are finite numbers")
 
 
 def test_nan_in_a_field_is_caught(caught):
@@ -48,14 +50,15 @@ def test_nan_in_a_field_is_caught(caught):
 
 def test_nan_in_a_reading_is_caught_after_sense(debug, meadow):
     def broken(world, table, seekers, out, first):
-        out[:, first] = np.where(table.uid[seekers.rows] == 4, np.nan, 0)
+        out[:, first] = np.where(table.uid[seekers.rows] == second, np.nan, 0)
 
     world = meadow(sensors=[{"kind": "own", "property": "energy"},
                             {"kind": "custom", "name": "ear", "function": broken, "width": 1}])
+    _, second = deer(world)
     with pytest.raises(DebugError) as error:
         world.run(1)
-    assert str(error.value) == ("after Sense, tick 0, species 'deer': "
-                                "the reading 'ear' of uid 4 (row 1) is nan; allowed are finite numbers")
+    assert str(error.value) == ("after Sense, tick 0, species 'deer': the reading 'ear' "
+                                f"of uid {second} (row 1) is nan; allowed are finite numbers")
 
 
 def test_nan_in_the_weights_of_a_shared_policy_is_caught(caught):
@@ -92,11 +95,12 @@ def test_a_cause_of_death_where_nobody_lives_is_caught(caught):
 
 def test_two_with_one_uid_are_caught(debug, meadow):
     world = meadow().run(1)
-    world.table("deer").uid[1] = 1
+    uid = deer(world)[0]
+    world.table("grass").uid[1] = uid
     with pytest.raises(DebugError) as error:
         world.run(1)
-    assert str(error.value) == ("after what was done between ticks, tick 1, species 'deer': "
-                                "uid 1 lives in row 1 and in row 0 of 'grass'; a uid is given once")
+    assert str(error.value) == ("after what was done between ticks, tick 1, species 'grass': "
+                                f"uid {uid} lives in row 1 and in row 0 of 'deer'; a uid is given once")
 
 
 def test_a_uid_that_was_never_given_is_caught(debug, meadow):
@@ -158,17 +162,17 @@ def test_components_that_a_processor_replaces_are_caught(debug):
 
 
 @pytest.mark.parametrize(("field", "value", "message"), [
-    ("x", 20.0, "Position.x of uid 4 (row 1) is 20.0; allowed is [0, 20)"),
-    ("y", -0.5, "Position.y of uid 4 (row 1) is -0.5; allowed is [0, 20)"),
-    ("heading", 7.0, "Position.heading of uid 4 (row 1) is 7.0; allowed is [0, 2π)"),
-    ("heading", -1.0, "Position.heading of uid 4 (row 1) is -1.0; allowed is [0, 2π)"),
+    ("x", 20.0, "Position.x of uid {uid} (row 1) is 20.0; allowed is [0, 20)"),
+    ("y", -0.5, "Position.y of uid {uid} (row 1) is -0.5; allowed is [0, 20)"),
+    ("heading", 7.0, "Position.heading of uid {uid} (row 1) is 7.0; allowed is [0, 2π)"),
+    ("heading", -1.0, "Position.heading of uid {uid} (row 1) is -1.0; allowed is [0, 2π)"),
 ])
 def test_a_place_outside_the_space_and_a_heading_outside_the_circle_are_caught(caught, field, value, message):
     def work(table, world):
         getattr(table[Position], field)[1] = value
         table.version += 1
 
-    assert caught(work) == f"species 'deer': {message}"
+    assert caught(work) == "species 'deer': " + message.format(uid=caught.uids[1])
 
 
 def test_an_index_that_a_system_disorders_is_caught(caught):
@@ -177,5 +181,5 @@ def test_an_index_that_a_system_disorders_is_caught(caught):
         index.rows[:2], index.uid[:2] = index.rows[1::-1].copy(), index.uid[1::-1].copy()
 
     message = caught(work, setup=lambda world: arrange(world, "deer", x=1.5, y=1.5))
-    assert (message == "species 'deer': entry 1 of the index of neighbours, uid 3, "
-                       "follows uid 4 in one cell; systems only read it")
+    assert (message == "species 'deer': entry 1 of the index of neighbours, uid "
+                       f"{caught.uids[0]}, follows uid {caught.uids[1]} in one cell; systems only read it")

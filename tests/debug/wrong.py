@@ -1,4 +1,4 @@
-"""Systems that do something wrong once, and a coat."""
+"""Systems that do something wrong once, a coat, and the uids of deer."""
 
 from ecs_eco import System, component, f32
 
@@ -9,6 +9,12 @@ class Wool:
 
     length: f32[2] = 0.01  # [m]
     weights: f32[3].heavy = 0.0
+
+
+def deer(world):
+    """Return the uids of the deer of a world in which none has died yet, in the order of their rows."""
+    table = world.table("deer")
+    return table.uid[: table.high].tolist()
 
 
 def does(work):

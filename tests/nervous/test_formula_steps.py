@@ -20,7 +20,7 @@ def x():
 
 def felt(text, x, least):
     """What the kernel makes of a formula, with its steps."""
-    happiness, other = np.zeros(N, F), (np.zeros(N, F), np.zeros(N, np.bool_), np.zeros(N, F))
+    happiness, other = np.zeros(N, F), (np.zeros(N, F), np.zeros(N, np.bool_))
     for first, last in ((0, 100), (100, N)):
         feel(first, last, np.arange(N), x, *steps_of(text, READINGS), F(least), happiness, *other)
     return happiness

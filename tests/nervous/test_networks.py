@@ -74,4 +74,4 @@ def test_networks_read_the_columns_of_those_that_sense(meadow):
     nerves.rows, nerves.x = rows, np.full((rows.size, 1), 0.5, F)
     assert nerves.react(deer)[:, nerves.column("run")].tolist() == deer[Reflexes].weight[rows, 0].tolist()
     assert nerves.feel(deer) == pytest.approx(0.5 * deer[Desires].weight[rows, 0])
-    assert len(np.unique(deer[Desires].weight[rows, 0])) == 4
+    assert len(np.unique(deer[Desires].weight[deer.rows(), 0])) == 4

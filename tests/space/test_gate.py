@@ -222,7 +222,7 @@ def test_all_limits_of_a_table_are_looked_at_whatever_the_types_and_sizes():
                 world.run(1)
             column[at] = before
             refused += 1
-    assert refused == 2 * (4 + 2 + 5 + 5)
+    assert refused == 2 * (4 + 2 + 4 + 5)  # digestion is counted in ticks
     assert world.run(1).tick == 2
 
 

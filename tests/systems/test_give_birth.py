@@ -163,6 +163,8 @@ def test_a_brood_dies_with_its_mother(meadow):
 class FakeHeredity:
     """Writes who the parents were into the loci of the newborn."""
 
+    targets = {}  # its genes code for no size
+
     def __init__(self):
         self.calls = []
 

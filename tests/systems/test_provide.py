@@ -71,7 +71,7 @@ def test_the_kernel_is_its_slow_twin():
 
 # --- plants and soil ----------------------------------------------------------------------------------------
 
-SITE = {"kind": "spread", "rate": 0.0, "seed_rain": 1.0, "spacing": 1.0}
+SITE = {"kind": "spread", "rate": 0.0, "seed_rain": 50.0, "spacing": 1.0}
 RADIUS = (3 / 4000 / np.pi) ** (1 / 3)  # [m] of a body of one litre
 
 

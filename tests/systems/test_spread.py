@@ -199,7 +199,7 @@ def test_at_the_rim_of_a_lake_or_a_rock_plants_stand_on_the_ground(meadow, mark)
     # 25 sites of 4 m; a lake around (10, 10) of 3.5 m covers one, and the rims of the four beside it, with
     # centres 4 m away
     terrain = {"cell": 0.5, mark: [{"at": [10.0, 10.0], "radius": 3.5}]}
-    way = WAY | {"spacing": 4.0, "rate": 0.0, "seed_rain": 1.0}
+    way = WAY | {"spacing": 4.0, "rate": 0.0, "seed_rain": 50.0}
     centred = []
     for seed in range(4):
         world = meadow(world={"space": {"size": [20.0, 20.0]}, "terrain": terrain}, options={"seed": seed},
