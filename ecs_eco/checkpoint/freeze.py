@@ -19,6 +19,7 @@ from ecs_eco.engine.section import Use, function_name
 from ecs_eco.lifecycle.matter import stocks
 from ecs_eco.record.code import FOLDER, check_code, noted, sources
 from ecs_eco.record.land import take_land
+from ecs_eco.record.order import InOrderOf
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -172,7 +173,7 @@ def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: s
     if world.matter is not None:
         world.matter.turn(stocks(world, world.matter))
     if world.recorder is not None and "recorder" in meta:
-        _load_part(world.recorder, "recorder", arrays, where)
+        _load_part(InOrderOf(world, meta["recorder"], list(meta["tables"])), "recorder", arrays, where)
     world.forget_neighbours()
     load_plain(world, meta["plain"], arrays, where, code)
 

@@ -41,13 +41,14 @@ class Spread(System):
 
     In a tick a free site receives a seed from a random other site, anywhere or within `dispersal`, with
     probability rate·dt, which sprouts if a plant stands there; and one from the seed rain with probability
-    seed_rain·dt. Where seeds of equal plants fall anywhere on even ground, dt is replaced by the time with
-    which the share of sites taken follows the logistic curve exactly. The share of a plant's seeds that
-    sprout is that of its genes, and smaller the more it spends on its defence. A site of which rock or water
-    covers the centre is closed; where it covers the place of a plant within an open site, the plant stands at
-    the centre. Classes of land cover multiply both rates. Plants come from nothing, whatever the light,
-    except where they are born with what the soil holds: then a seed sprouts only where there is enough. Where
-    soil is scarce, or `max_count` is reached, chance decides which seeds sprout.
+    seed_rain·dt. Where seeds fall anywhere on even ground, and the newborn bear seeds as others do, dt is
+    replaced by the time with which the share of sites taken follows the logistic curve of the plants' mean
+    rate exactly. The share of a plant's seeds that sprout is that of its genes, and smaller the more it
+    spends on its defence. A site of which rock or water covers the centre is closed; where it covers the
+    place of a plant within an open site, the plant stands at the centre. Classes of land cover multiply both
+    rates. Plants come from nothing, whatever the light, except where they are born with what the soil holds:
+    then a seed sprouts only where there is enough. Where soil is scarce, or `max_count` is reached, chance
+    decides which seeds sprout.
     """
 
     needs = (Position, Metabolism)
@@ -75,13 +76,16 @@ class Spread(System):
         rate, vigour = seeds(table, own, way.rate)
         land = None if world.terrain is None else world.terrain.land
         fertile = EVERYWHERE if land is None or land.growth is None else land.growth
-        time, both = world.dt, rate + way.seed_rain
-        if reach == 0 and vigour is EVEN and fertile is EVERYWHERE and both > 0:
+        time = world.dt
+        if reach == 0 and Growth not in table and fertile is EVERYWHERE and rate + way.seed_rain > 0:
             # for how long seeds must fall as they do now so that as many free sites are taken as by
-            # dp/dt = (rate p + rain)(1 − p), solved exactly; at most until there is a seed on every site
-            n, left = world.bands.count(table) if world.bands.divided else table.n, scalars.exp(-both * time)
-            falls = rate * min(n / taken.size, 1.0) + way.seed_rain
-            time = min((1.0 - left) / (both * left + falls * (1.0 - left)), 1.0 / both)
+            # dp/dt = (mean p + rain)(1 − p), solved exactly; at most until there is a seed on every site
+            n = world.bands.count(table) if world.bands.divided else table.n
+            mean = rate * share(table, vigour)
+            both, falls = mean + way.seed_rain, mean * min(n / taken.size, 1.0) + way.seed_rain
+            left = scalars.exp(-both * time)
+            if both > 0:
+                time = min((1.0 - left) / (both * left + falls * (1.0 - left)), 1.0 / (rate + way.seed_rain))
         how = (np.float32(rate * time), np.float32(way.seed_rain * time), reach, world.space.torus,
                *rocks(world), fertile, inverse, vigour, world.key, table.place << 20,
                world.space.lengths, AS_IT_STANDS if world.bands.divided else table.uid)
@@ -183,6 +187,14 @@ def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
     )
     highest = float(each[table.alive[: table.high]].max(initial=0.0))
     return highest, np.broadcast_to(each / np.float32(highest or 1.0), table.high).astype(np.float32)
+
+
+def share(table: Table, vigour: np.ndarray) -> float:
+    """Return the mean of what `seeds` says of the living, the same to the bit whatever the order of rows."""
+    if vigour is EVEN or table.n == 0:
+        return 1.0
+    parts = (vigour[table.alive[: table.high]] * np.float32(1 << 24)).astype(np.int64)
+    return int(parts.sum()) / ((1 << 24) * parts.size)
 
 
 @lone_njit

@@ -140,6 +140,7 @@ def test_definition_3_each_property_that_leaves_its_interval_kills_by_a_cause_of
     ram = world.tables["ram"]
     uid = int(ram.uid[ram.by_uid()][3])
     _, row = world.locate(uid)
+    ram[Metabolism].digesting[row] = 2  # no meal of this tick saves it
     if name in world.substances:
         ram[Chemistry].molarity[row, world.substances.index(name)] = value
     else:

@@ -311,3 +311,34 @@ def test_a_recording_of_before_births_were_refused_goes_on(meadow):
     world.recorder.load(former)
     world.run(2)
     assert world.series()["refused"].to_pylist() == [0] * 2 * 5
+
+
+def test_a_recording_of_tables_in_another_order_goes_on(menagerie, tmp_path):
+    world = World.from_config(menagerie(), policies="untrained", record=False)
+    tables = list(world.tables.items())
+    world.tables.clear()
+    world.tables.update(reversed(tables))  # as when tables came in the order of the file
+    recorder = Recorder(world, keep_events=True)
+    world.run(20)
+    world.save(tmp_path / "former.safetensors")
+    other = World.restore(tmp_path / "former.safetensors")
+    assert recorder.names == ["ram", "moss", "lynx"]
+    assert other.recorder.names == ["lynx", "moss", "ram"]
+    other.recorder.keeps = True
+
+    former, now = world.series().to_pydict(), other.series().to_pydict()
+    for column in former:
+        for name in recorder.names:
+            assert of(name, now, column) == of(name, former, column), (column, name)
+    for kind in ("births", "deaths"):
+        was, events = recorder.events(kind), other.recorder.events(kind)
+        assert len(was["uid"]) > 0
+        assert [other.recorder.names[s] for s in events["species"]] == [
+            recorder.names[s] for s in was["species"]]
+    rows = [r.learning.series("actions").to_pylist() for r in (recorder, other.recorder)]
+    assert len(rows[0]) > 0
+    assert rows[1] == rows[0]
+
+    later = other.run(5).series().to_pydict()
+    flows = np.array([later[k] for k in LEDGER])
+    assert flows[0, 3:].tolist() == flows[6, :-3].tolist()  # also where the one recording follows the other

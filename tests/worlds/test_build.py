@@ -27,9 +27,9 @@ def world(menagerie):
     return World.from_config(menagerie(), policies="untrained")
 
 
-def test_tables_are_objects_then_species_in_their_order_with_the_components_they_need(world):
+def test_tables_are_objects_then_species_by_name_with_the_components_they_need(world):
     # landmarks come last
-    assert list(world.tables) == ["boulder", "carcass", "cone", "cairn", "moss", "ram", "lynx", "rocks",
+    assert list(world.tables) == ["boulder", "cairn", "carcass", "cone", "lynx", "moss", "ram", "rocks",
                                   "lakes"]
     assert [t.place for t in world.tables.values()] == list(range(9))
     has = {name: set(t.columns) for name, t in world.tables.items()}
@@ -45,7 +45,9 @@ def test_tables_are_objects_then_species_in_their_order_with_the_components_they
 
 
 def test_numbers_places_and_values_at_birth(world):
-    assert [t.n for t in world.tables.values()] == [2, 0, 12, 0, 150, 40, 8, 1, 1]
+    assert {name: table.n for name, table in world.tables.items()} == {
+        "boulder": 2, "cairn": 0, "carcass": 0, "cone": 12, "lynx": 8, "moss": 150, "ram": 40, "rocks": 1,
+        "lakes": 1}
     for name, table in world.tables.items():
         p, rows = table[Position], table.rows()
         x, y = p.x[rows], p.y[rows]

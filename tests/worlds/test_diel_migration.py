@@ -38,7 +38,8 @@ def test_krill_have_no_energy_budget_and_are_never_full(small):
 def test_energy_from_light_to_phytoplankton_to_copepods_to_krill_closes(budget):
     """What the eaten held is gained by the eater to the share `efficiency`, but for what no longer fits in.
     """
-    small = load("diel-migration", SMALL | budget)
+    roomy = {"species.copepod.metabolism.energy_max": 8.0}  # what a copepod eats always fits in
+    small = load("diel-migration", SMALL | budget | roomy)
     world = World.from_config(small, policies="untrained", seed=3, learn=False)
     eaten = {"phytoplankton": 0.0, "copepod": 0.0}
     gained, meals = {"copepod": 0.0, "krill": 0.0}, dict.fromkeys(eaten, 0)
