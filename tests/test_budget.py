@@ -21,9 +21,9 @@ from ecs_eco import World
 from ecs_eco.components import Body, Position
 from ecs_eco.config import load
 
-PYTHON_CALLS, ALL_CALLS = 339, 584  # a tick of predator-prey: 840 animals, 5,200 plants; C's functions too
+PYTHON_CALLS, ALL_CALLS = 340, 586  # a tick of predator-prey: 840 animals, 5,200 plants; C's functions too
 KERNELS = 38  # with types, that Python calls in 100 ticks of predator-prey
-MODULES = 1001  # that a frozen run of predator-prey loads
+MODULES = 1007  # that a frozen run of predator-prey loads
 BYTES_OF_COLUMNS = 70  # an organism with Position and Body
 BYTES_KNOWN_TO_ESPER = 1  # an organism more, where esper has been asked for all numbers
 BYTES_LOOKED_AT = 520  # an organism more, where esper's loop has looked at one component of each
@@ -121,7 +121,7 @@ def test_an_animal_takes_few_bytes_and_few_more_for_esper():
     n = 8192
     tracemalloc.start()
     try:
-        look(hares(8))  # loads kernels
+        look(hares(n))  # loads kernels
         before = tracemalloc.get_traced_memory()[0]
         world = hares(n)
         gc.collect()
