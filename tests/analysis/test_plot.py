@@ -20,7 +20,9 @@ def test_numbers_over_time_in_the_colours_of_the_world(world):
     figure = world.plot()
     lines = {line.get_label(): line for ax in figure.axes for line in ax.get_lines()}
     assert list(lines["weed"].get_ydata()) == [5, 5, 5, 5]
-    assert lines["weed"].get_color() == safe({"weed": "#123456"})["weed"]  # the colour of its hue
+    colors = {name: kind.color for name, kind in sorted(world.config.species.items())}
+    assert colors["weed"] == "#123456"
+    assert lines["weed"].get_color() == safe(colors)["weed"]  # the color of its hue
     assert figure._repr_png_().startswith(b"\x89PNG")
 
 
