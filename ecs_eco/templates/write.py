@@ -44,7 +44,16 @@ def new_world(folder: str | Path, origin: str = "meadow") -> list[Path]:
         files |= {path.name: path.read_bytes() for path in sorted(shipped.glob("*.safetensors"))}
         worlds[origin] = (text.replace('name = "predator-prey"', f'name = "{name}"')
                           .replace("\n[space]\n", f"{OWN_CODE}\n[space]\n", 1))
-    return _written(folder, {f"{name}.toml": worlds[origin], **files})
+    written = _written(folder, {f"{name}.toml": worlds[origin], **files})
+    if origin == "predator-prey":
+        from ecs_eco.config import load
+        from ecs_eco.worlds.policies import name_weights
+
+        config = load(origin)
+        for species, kind in config.species.items():
+            if kind.policy.file:
+                name_weights(folder / kind.policy.file, config, species)
+    return written
 
 
 def new_package(folder: str | Path) -> list[Path]:
