@@ -318,7 +318,7 @@ STUDY = Study(
     config={"seeds": [1, 2, 3], "steps": list(STEPS), "before": BEFORE},
     cases=[{"process": name, "code": code} for code in ("before", "now") for name in PROCESSES],
     run=run, summarise=summarise,
-    short_config={"seeds": [1], "steps": [2.0, 1.0]},
+    short_config={"seeds": [1, 2, 3, 4], "steps": [2.0, 1.0]},
     short_cases=[{"process": name, "code": "now"} for name in SHORT],
 )  # fmt: skip
 
