@@ -99,7 +99,7 @@ def test_a_field_lies_over_the_ground_and_food_does_too(page):
     until(page, "ecs.still")
     bare = scene(page)
     names = page.locator("#field option").all_inner_texts()
-    assert names == ["none", "grass smell", "deer smell", "wolf smell", "food of deer", "food of wolf"]
+    assert names == ["none", "deer smell", "grass smell", "wolf smell", "food of deer", "food of wolf"]
     seen = {}
     for name in ("wolf_smell", "food of deer"):
         before = page.evaluate("ecs.messages.field ?? 0")

@@ -12,7 +12,7 @@ from ecs_eco.view.parts import Cache
 from ecs_eco.view.recording import Recording
 
 TICKS, EVERY = 60, 7
-SPECIES = ("moss", "ram", "lynx")
+SPECIES = ("lynx", "moss", "ram")
 
 
 @pytest.fixture(scope="session")
