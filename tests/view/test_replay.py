@@ -68,7 +68,7 @@ def test_a_frame_holds_all_who_live_then(plain, colour):
         assert (ram[:, 0] & 0xFFFF) / 65535 * 40 == pytest.approx(crowd.x, abs=1e-3)
         value = ram[:, 1] >> 24
         if colour == "energy":
-            assert value == pytest.approx(1 + 254 * crowd.energy, abs=1)
+            assert value == pytest.approx(1 + 254 * crowd.energy.clip(0), abs=1)
         assert (value == 0).all() == (colour == "species")
 
 
