@@ -78,14 +78,8 @@ class Spread(System):
         fertile = EVERYWHERE if land is None or land.growth is None else land.growth
         time = world.dt
         if reach == 0 and Growth not in table and fertile is EVERYWHERE and rate + way.seed_rain > 0:
-            # for how long seeds must fall as they do now so that as many free sites are taken as by
-            # dp/dt = (mean p + rain)(1 − p), solved exactly; at most until there is a seed on every site
             n = world.bands.count(table) if world.bands.divided else table.n
-            mean = rate * share(table, vigour)
-            both, falls = mean + way.seed_rain, mean * min(n / taken.size, 1.0) + way.seed_rain
-            left = scalars.exp(-both * time)
-            if both > 0:
-                time = min((1.0 - left) / (both * left + falls * (1.0 - left)), 1.0 / (rate + way.seed_rain))
+            time = as_logistic(table, rate, way.seed_rain, vigour, min(n / taken.size, 1.0), time)
         how = (np.float32(rate * time), np.float32(way.seed_rain * time), reach, world.space.torus,
                *rocks(world), fertile, inverse, vigour, world.key, table.place << 20,
                world.space.lengths, AS_IT_STANDS if world.bands.divided else table.uid)
@@ -189,10 +183,17 @@ def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
     return highest, np.broadcast_to(each / np.float32(highest or 1.0), table.high).astype(np.float32)
 
 
+def as_logistic(table: Table, rate: float, rain: float, vigour: np.ndarray, p: float, time: float) -> float:
+    """Return for how long seeds must fall as they do now so that as many free sites are taken in `time` [s]
+    as by dp/dt = (mean p + rain)(1 − p), solved exactly; at most until there is a seed on every site."""
+    mean = rate if vigour is EVEN or table.n == 0 else rate * share(table, vigour)
+    both, falls = mean + rain, mean * p + rain
+    left = scalars.exp(-both * time)
+    return min((1.0 - left) / (both * left + falls * (1.0 - left)), 1.0 / (rate + rain)) if both > 0 else time
+
+
 def share(table: Table, vigour: np.ndarray) -> float:
     """Return the mean of what `seeds` says of the living, the same to the bit whatever the order of rows."""
-    if vigour is EVEN or table.n == 0:
-        return 1.0
     parts = (vigour[table.alive[: table.high]] * np.float32(1 << 24)).astype(np.int64)
     return int(parts.sum()) / ((1 << 24) * parts.size)
 

@@ -36,8 +36,7 @@ def test_krill_have_no_energy_budget_and_are_never_full(small):
     {"species.krill.metabolism.basal": 0.002, "species.krill.diet.0.efficiency": 0.7},  # as in learning-krill
 ])
 def test_energy_from_light_to_phytoplankton_to_copepods_to_krill_closes(budget):
-    """What the eaten held is gained by the eater to the share `efficiency`, but for what no longer fits in.
-    """
+    """What the eaten held is gained by the eater to the share `efficiency`, but for what does not fit in."""
     roomy = {"species.copepod.metabolism.energy_max": 8.0}  # what a copepod eats always fits in
     small = load("diel-migration", SMALL | budget | roomy)
     world = World.from_config(small, policies="untrained", seed=3, learn=False)
