@@ -28,10 +28,10 @@ Step = tuple[dict[Agent, np.ndarray], dict[Agent, float], dict[Agent, bool], dic
 class Parallel(ParallelEnv):
     """All members of a species, each an agent under its uid.
 
-    A newborn is in all five dicts of the step in which it first senses, with a reward of 0. The dead have a
-    last entry: what they sensed last, their last reward, `terminated`, and the cause of death in `info`; they
-    never return. After `max_cycles` ticks all are truncated, and where the species is extinct `agents` is
-    empty.
+    A newborn is in all five dicts of the step in which it first senses, with a reward of 0, unless that step
+    ends the episode: it could not act any more. The dead have a last entry: what they sensed last, their last
+    reward, `terminated`, and the cause of death in `info`; they never return. After `max_cycles` ticks all
+    are truncated, and where the species is extinct `agents` is empty.
     """
 
     def __init__(self, arena: Arena, pool: int | None, render_mode: str | None) -> None:
@@ -79,8 +79,8 @@ class Parallel(ParallelEnv):
         """Begin an episode in a new world; return observations and infos by agent."""
         sensed = self.arena.begin(seed)
         self._named, self._actions = {}, {}
-        x, full = self._see(sensed)
-        if full:
+        x, late = self._see(sensed, {})
+        if late:
             raise ConfigError([Problem(("pool",), "smaller than the first population", self.pool,
                                        f"at least {len(sensed.uid)}, and names for those to be born",
                                        source="parallel_env")])
@@ -94,8 +94,7 @@ class Parallel(ParallelEnv):
         before = dict(zip(self._uids.tolist(), self.agents, strict=True))
         sensed = self.arena.step(chosen)
         dead = [before[uid] for uid in sensed.dead.tolist()]
-        x, full = self._see(sensed)
-        late = full or self.arena.late
+        x, late = self._see(sensed, before)
         seen = [*self.agents, *dead]
         rewards = [*sensed.reward[self._order].tolist(), *sensed.dead_reward.tolist()]
         alive = len(self.agents)
@@ -126,23 +125,23 @@ class Parallel(ParallelEnv):
         self.arena.close()
         self.agents = []
 
-    def _see(self, sensed: Sensed) -> tuple[np.ndarray, bool]:
-        """Take those that sense as agents, by uid; return what they sense f32[n, channels], and whether there
-        are more than the pool has names for."""
-        self._order = np.argsort(sensed.uid)
-        self._uids = sensed.uid[self._order]
-        if self.pool is None:
-            self.agents = self._uids.tolist()
-            return sensed.x[self._order], False
-        uids = self._uids.tolist()
-        for uid in uids:
-            if uid not in self._named and len(self._named) < self.pool:
-                self._named[uid] = f"{self.arena.species}_{len(self._named)}"
-        known = [place for place, uid in enumerate(uids) if uid in self._named]
-        full, self._order = len(known) < len(uids), self._order[known]
-        self._uids = self._uids[known]
-        self.agents = [self._named[uid] for uid in self._uids.tolist()]
-        return sensed.x[self._order], full
+    def _see(self, sensed: Sensed, before: dict[int, Agent]) -> tuple[np.ndarray, bool]:
+        """Take those that sense as agents, by uid; return what they sense f32[n, channels], and whether the
+        episode ends here, by its time or because the pool has too few names: then newborns are left out.
+        """
+        order = np.argsort(sensed.uid)
+        uids = sensed.uid[order].tolist()
+        if self.pool is not None:
+            for uid in uids:
+                if uid not in self._named and len(self._named) < self.pool:
+                    self._named[uid] = f"{self.arena.species}_{len(self._named)}"
+        names = {uid: uid for uid in uids} if self.pool is None else self._named
+        late = self.arena.late or not names.keys() >= set(uids)
+        if late:
+            order = order[[uid in before for uid in uids]]
+        self._order, self._uids = order, sensed.uid[order]
+        self.agents = [names[uid] for uid in self._uids.tolist()]
+        return sensed.x[order], late
 
     def _chosen(self, actions: dict[Agent, Any]) -> np.ndarray:
         """Return the actions of all agents in the order of the door, [n, groups]; raises ConfigError."""

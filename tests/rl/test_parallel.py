@@ -99,6 +99,28 @@ def test_all_are_truncated_when_the_time_is_over():
     assert env.step({}) == ({}, {}, {}, {}, {})
 
 
+@pytest.mark.parametrize("pool", [None, 400])
+def test_who_is_born_in_the_last_step_is_no_agent(pool):
+    """Nobody could act for them: PettingZoo takes one who comes with the end for one who died before."""
+    env = parallel_env(PASTURE, "deer", pool)
+    env.reset(seed=1)
+    acted, births = set(env.agents), []
+    for cycle in range(1, 200):
+        env.step({agent: [0, 0] for agent in env.agents})
+        if set(env.agents) - acted:
+            births.append(cycle)
+        acted |= set(env.agents)
+    assert len(births) > 5
+    for last in births:
+        env.max_cycles = last
+        env.reset(seed=1)
+        for _ in range(last):
+            agents = set(env.agents)
+            *_, over, late, _ = env.step({agent: [0, 0] for agent in env.agents})
+        assert over.keys() == late.keys() == agents
+        assert env.agents == []
+
+
 def test_an_episode_is_truncated_when_the_pool_is_used_up():
     env = parallel_env(PASTURE, "deer", pool=8)
     env.reset(seed=1)

@@ -9,7 +9,7 @@ PASTURE = {
                   "metabolism": {"energy": 0.2, "energy_max": 0.2, "basal": 0.0},
                   "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.05, "spacing": 2.0}},
         "deer": {
-            "count": 6, "max_count": 9, "age": [0.0, 60.0], "body": {"radius": 0.3},
+            "count": 6, "max_count": 9, "age": [0.0, 100.0], "body": {"radius": 0.3},
             "metabolism": {"energy": 0.6, "energy_max": 1.0, "basal": 0.001},
             "locomotion": {"speed": {"still": 0.0, "walk": 0.5}, "cost": {"still": 0.0, "walk": 0.001},
                            "turn": 0.8},

@@ -12,8 +12,9 @@ def test_the_food_web_is_drawn_from_the_diets(page):
     assert sorted(meals) == ["deer wolf", "grass deer"]
     label = page.locator("#world svg.web").get_attribute("aria-label")
     assert label == "Who eats whom: deer eats grass; wolf eats deer"
-    tops = page.locator("#world svg.web text").evaluate_all("all => all.map(text => +text.getAttribute('y'))")
-    assert tops == sorted(tops, reverse=True)  # grass at the bottom, wolf at the top
+    tops = page.locator("#world svg.web text").evaluate_all(
+        "all => Object.fromEntries(all.map(text => [text.textContent, +text.getAttribute('y')]))")
+    assert tops["grass"] > tops["deer"] > tops["wolf"]  # grass at the bottom, wolf at the top
     assert "60 × 60 m" in page.locator("#world").inner_text()
 
 
