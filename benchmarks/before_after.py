@@ -2,6 +2,7 @@
 
     python benchmarks/before_after.py digests --before COMMIT
     python benchmarks/before_after.py times --before COMMIT [--sets 8] [--worlds NAME …]
+    python benchmarks/before_after.py systems --before COMMIT [--worlds NAME …]
     python benchmarks/before_after.py starts --before COMMIT [--pairs 12] [--firsts 3]
 
 `digests`: ten runs of 500 ticks, of all shipped worlds, with learning on and off, brains shared and
@@ -10,7 +11,9 @@ kernels compiled before build a world and live for a few ticks, one while the ot
 the same number have the same seed, so all have the same organisms even where last bits of policies differ.
 The ratio is that of this commit's seconds to the other's. A second process of the other commit is the
 control: what its ratio is beside 1 comes from how processes lie in memory. All are started anew after every
-few turns, and the interval of 95 % is a bootstrap's over these sets of processes. `starts`: whole processes
+few turns, and the interval of 95 % is a bootstrap's over these sets of processes. `systems`: how long each
+system takes for a tick [µs]: the least time of each of 40 ticks among twelve worlds, in three processes of
+either commit, in turns. Noise only adds, so this resolves what `times` cannot. `starts`: whole processes
 in turns, without and with their report, and with an empty cache. Results go to
 benchmarks/results/before_after_<what>.json.
 """
@@ -88,6 +91,41 @@ for turn, _ in enumerate(sys.stdin):
     del world
 """
 
+SYSTEMS = """
+import collections, json, sys, time
+from ecs_eco import World
+from ecs_eco.config import load
+
+name, changes, ticks = json.loads(sys.argv[1])
+took = collections.defaultdict(lambda: [float("inf")] * ticks)
+
+
+def timed(process, least):
+    tick = -1
+
+    def call():
+        nonlocal tick
+        tick += 1
+        start = time.perf_counter()
+        process()
+        least[tick] = min(least[tick], time.perf_counter() - start)
+
+    return call
+
+
+for seed in range(-1, 12):
+    world = World.from_config(load(name, changes), seed=max(seed, 0), record=False).run(5)
+    if seed < 0:
+        world.run(ticks)  # compiles
+        continue
+    for system in world.systems:
+        system.process = timed(system.process, took[type(system).__name__])
+    whole = timed(lambda: world.run(1), took["a tick"])
+    for _ in range(ticks):
+        whole()
+print(json.dumps({name: 1e6 * sum(least) / ticks for name, least in took.items()}))
+"""
+
 
 START = """
 import json, sys
@@ -150,6 +188,29 @@ def times(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
             results[key] = {**interval(after), "control": interval(control), "sets": sets, "turns": TURNS,
                             "ms a tick": round(1000 * seconds / turn_ticks, 3)}
             print(key, json.dumps(results[key]), flush=True)
+    return results
+
+
+def systems(before: Path, worlds: list[str]) -> dict[str, Any]:
+    """Return for each of these worlds the least time of each system for a tick [µs], and the ratio of whole
+    ticks."""
+    results: dict[str, Any] = {}
+    for name in worlds:
+        world, changes, ticks = WORLDS[name]
+        took: dict[Path, list[dict[str, float]]] = {before: [], ROOT: []}
+        for number in range(3):
+            for place in (before, ROOT) if number % 2 else (ROOT, before):
+                took[place].append(call(place, SYSTEMS, [world, changes, ticks]))
+        was, now = ({system: min(one[system] for one in some) for system in some[0]}
+                    for some in took.values())
+        both = {system: [round(was.get(system, 0.0), 1), round(now.get(system, 0.0), 1)]
+                for system in sorted(was.keys() | now.keys())}
+        changed = {system: pair for system, pair in both.items()
+                   if abs(pair[1] - pair[0]) > 0.005 * was["a tick"] and system != "a tick"}
+        results[name] = {"ratio": round(now["a tick"] / was["a tick"], 4), "us a tick": both["a tick"],
+                         "changed by more than 0.5%": changed, "systems": both}
+        print(name, json.dumps({key: some for key, some in results[name].items() if key != "systems"}),
+              flush=True)
     return results
 
 
@@ -251,7 +312,7 @@ def interval(ratios: list[float]) -> dict[str, float]:
 def main() -> int:
     """Compare and keep; return 1 where results differ."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("what", choices=["digests", "times", "starts"])
+    parser.add_argument("what", choices=["digests", "times", "systems", "starts"])
     parser.add_argument("--before", required=True, metavar="COMMIT")
     parser.add_argument("--pairs", type=int, default=12, help="of starts")
     parser.add_argument("--firsts", type=int, default=3, help="pairs of first starts")
@@ -268,6 +329,7 @@ def main() -> int:
         place = Path(folder)
         result = (digests(place) if given.what == "digests"
                   else times(place, given.sets, given.worlds) if given.what == "times"
+                  else systems(place, given.worlds) if given.what == "systems"
                   else starts(place, given.pairs, given.firsts))
     record = {"before": git[given.before], "after": git["HEAD"], "load": os.getloadavg()[0], **result}
     (RESULTS / f"before_after_{given.what}.json").write_text(json.dumps(record, indent=1) + "\n",

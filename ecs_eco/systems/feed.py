@@ -127,9 +127,7 @@ class Feed(System):
             target, distance2 = nearest_surface(world, table, prey, np.nextafter(furthest, np.float32(1e30)))
             world.split(propose, eaters.n, target, distance2, *wish[:3], NO_RADIUS, NO_RADIUS, *wish[5:])
         else:
-            widest = furthest + largest(b.radius, table.alive, prey[Body].radius, prey.alive)
-            # what is exactly in reach is closer than this
-            beyond = max(float(np.nextafter(widest, np.float32(np.inf))), 1e-6)
+            beyond = widest(furthest, b.radius, table.alive, prey[Body].radius, prey.alive)
             seeking = eaters, foods, beyond, target, distance2, world.split, seek_food, wish
             if world.bands.size == 1:
                 nearest(*seeking)
@@ -301,12 +299,15 @@ def propose(first, last, target, distance2, rows, uid, food_rows, radius, food_r
 
 
 @lone_njit
-def largest(radius, alive, other, alive_other):
-    """Return the sum of the largest radii of the living of two tables [m]."""
+def widest(reach, radius, alive, other, alive_other):
+    """Return the least number that is more than `reach` and the largest radii of the living of two tables
+    together [m], and at least 1e-6."""
     both = np.empty(2, np.float32)
     bits = both.view(np.int32)
     bits[0], bits[1] = top(radius.view(np.int32), alive), top(other.view(np.int32), alive_other)
-    return both[0] + both[1]
+    both[0] = reach + (both[0] + both[1])
+    bits[0] += 1
+    return max(np.float64(both[0]), 1e-6)
 
 
 @njit
