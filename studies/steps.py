@@ -227,37 +227,37 @@ def sugar_left() -> float:
 # name: how it is measured, what is expected, and how it depends on dt
 Measure = Callable[[float, int], float]
 PROCESSES: dict[str, tuple[Measure, float | None, str]] = {
-    "smell in balance": (smell, 2.0, "amounts exact; where it is: first order"),
+    "smell in balance": (smell, 2.0, "amount exact; distribution first order"),
     "substance renewed and decaying": (air, 1.0, "exact without diffusion, else first order"),
-    "sites taken by `spread`": (spread, 0.1 * math.e**1.8 / (1 + 0.1 * (math.e**1.8 - 1)),
+    "share of sites taken (`spread`)": (spread, 0.1 * math.e**1.8 / (1 + 0.1 * (math.e**1.8 - 1)),
                                 "exact where seeds fall anywhere on even ground, else first order"),
     "births per parent and second": (lambda dt, seed: births(dt, seed)[1], 0.25,
                                      "exact (Poisson), while parents stay fed"),
     "births at a fertility of 0.5": (lambda dt, seed: births(dt, seed, 0.5)[1], 0.125, "exact (Poisson)"),
-    "numbers where the newborn breed at once": (
+    "growth of a population that breeds from birth": (
         lambda dt, seed: births(dt, seed, age_min=0.0)[0].table("one").n / 2000, math.e**2, "first order"),
     "couples that conceived, fertility 0.5": (conceived, 1 - 0.85**2, "exact"),
     "bites into tough food that succeeded": (
         lambda dt, seed: at_the_table(dt, seed, 2.0, 1e3, 0.5, 0.6), 1 - 0.8**2, "exact in contact"),
-    "meals per second of those that search": (meals, 0.512, "contacts at the end of ticks: see below"),
+    "meals per second while searching": (meals, 0.512, "contacts at the end of ticks: see below"),
     "meals per second, digestion of 3 s": (lambda dt, seed: at_the_table(dt, seed, 60.0, 3.0) / 60, 1 / 3,
                                            "whole ticks, rounded up"),
     "meals per second, digestion of 0.5 s": (lambda dt, seed: at_the_table(dt, seed, 20.0, 0.5) / 20, 2.0,
-                                             "at most one meal a tick"),
+                                             "at most one meal per tick"),
     "age at death, greatest age 10.3 s": (died_at, 10.3, "whole ticks, rounded up"),
-    "planted in ten seasons of 4 s": (planted, 40.0, "whole ticks, the same in each year"),
-    "left of fish that are caught": (lambda dt, seed: left_of(dt, seed, "fish"), math.exp(-0.4), "exact"),
-    "left of carrion that rots": (lambda dt, seed: left_of(dt, seed, "carrion"), math.exp(-1.2), "exact"),
+    "plants planted in ten seasons of 4 s": (planted, 40.0, "whole ticks, the same in each year"),
+    "fish left after a harvest": (lambda dt, seed: left_of(dt, seed, "fish"), math.exp(-0.4), "exact"),
+    "carrion left after rotting": (lambda dt, seed: left_of(dt, seed, "carrion"), math.exp(-1.2), "exact"),
     "energy after fasting": (fasted, 0.6, "exact"),
-    "mass of the young": (grown, (1 - (1 - 0.05 ** (1 / 3)) * math.exp(-0.8)) ** 3, "exact"),
-    "temperature of a body that cools": (
+    "mass of a growing animal": (grown, (1 - (1 - 0.05 ** (1 / 3)) * math.exp(-0.8)) ** 3, "exact"),
+    "temperature of a cooling body": (
         cooled, 25 * math.exp(-8 * 4 * math.pi * 0.01 * 10 / 10), "exact"),
-    "way against drag": (dragged, 2 - (1 - math.exp(-2)), "exact"),
+    "distance against drag": (dragged, 2 - (1 - math.exp(-2)), "exact"),
     "substance used up by a reaction": (burnt_sugar, sugar_left(), "first order"),
     "diameter of a circle": (circle, 4.0, "second order: turns, then goes straight"),
-    "way of a random walk": (walk, None, "decisions are per tick"),
+    "distance of a random walk": (walk, None, "decisions are per tick"),
 }
-SHORT = ("smell in balance", "sites taken by `spread`", "energy after fasting")
+SHORT = ("smell in balance", "share of sites taken (`spread`)", "energy after fasting")
 
 
 @lru_cache(1)
@@ -303,12 +303,12 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                 rows.append([name, code, order if code == "now" else "",
                              None if expected is None else round(expected, 4),
                              *(None if r is None else float(f"{r['mean']:.4g}") for r in here)])
-                if code == "now" and order.startswith(("exact", "amounts exact")) and expected is not None:
+                if code == "now" and order.startswith(("exact", "amount exact")) and expected is not None:
                     off = [abs(r["mean"] - expected) - 3 * r["error"] for r in here if r is not None]
                     exact, met = exact + 1, met + (max(off) <= EXACT * expected)
     return {"verdicts": [verdict("processes called exact that are as expected at every length of a tick",
                                  f"{met} of {exact}", "all", met == exact)],
-            "table": {"head": ["process", "code", "how it depends on dt", "expected",
+            "table": {"head": ["process", "version", "how it depends on dt", "expected",
                                *(f"dt {dt:g}" for dt in STEPS)], "rows": rows}}  # fmt: skip
 
 
