@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.components import Body, Shape
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import lot, lots
 
 if TYPE_CHECKING:
@@ -64,23 +66,37 @@ def award(key: np.uint64, rivals: list[Meals]) -> tuple[np.ndarray, np.ndarray, 
     return best, distance2, uid
 
 
-def several(mine: list[Meals]) -> bool:
-    """Return whether any eater of one table has won items of several kinds."""
-    winners = np.concatenate([meals.best[meals.best >= 0] for meals in mine])
-    return winners.size > 1 and bool(np.bincount(winners).max() > 1)
+def courses(key: np.uint64, mine: list[Meals]) -> list[Meals]:
+    """Leave each eater of one table the nearest of the items that it has won; return the other meals."""
+    if len(mine) == 1:
+        return []
+    n = mine[0].eaters.n
+    first, least, item = np.full(n, -1, np.int32), np.empty(n, np.float32), np.empty(n, np.uint64)
+    for k, meals in enumerate(mine):
+        prefer(meals.best, meals.distance2, meals.eaters.uid, meals.foods.uid, key, k, first, least, item)
+    later = [np.empty_like(meals.best) for meals in mine]
+    others = [postpone(meals.best, k, first, rest) for k, (meals, rest) in
+              enumerate(zip(mine, later, strict=True))]
+    return [replace(meals, best=rest) for meals, rest, some in zip(mine, later, others, strict=True) if some]
 
 
-def in_order(key: np.uint64, some: list[Meals]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the meals that were won, the nearest first, ties by lot: which of `some`, the eater, and the
-    item: i64[k] each."""
-    items = [np.flatnonzero(meals.best >= 0) for meals in some]
-    eaters = [meals.best[item] for meals, item in zip(some, items, strict=True)]
-    kind = np.repeat(np.arange(len(some)), [item.size for item in items])
-    distance2 = np.concatenate([meals.distance2[one] for meals, one in zip(some, eaters, strict=True)])
-    lot = np.concatenate([lots(key, meals.eaters.uid[one], meals.foods.uid[item])
-                          for meals, one, item in zip(some, eaters, items, strict=True)])
+def in_order(key: np.uint64, eaten: list[Meals]) -> Iterator[tuple[Meals, np.ndarray, np.ndarray]]:
+    """Yield meals with the numbers of eaters and items i64[k], so that an animal eats before it is eaten: the
+    nearest first, ties by lot, where any of the eaters dies; as they come where none does."""
+    items = [np.flatnonzero(meals.best >= 0) for meals in eaten]
+    eaters = [meals.best[item] for meals, item in zip(eaten, items, strict=True)]
+    if not any(meals.table.cause[meals.eaters.rows[some]].any()
+               for meals, some in zip(eaten, eaters, strict=True)):
+        yield from zip(eaten, eaters, items, strict=True)
+        return
+    kind = np.repeat(np.arange(len(eaten)), [item.size for item in items])
+    distance2 = np.concatenate([meals.distance2[some] for meals, some in zip(eaten, eaters, strict=True)])
+    lot = np.concatenate([lots(key, meals.eaters.uid[some], meals.foods.uid[item])
+                          for meals, some, item in zip(eaten, eaters, items, strict=True)])
     order = np.lexsort((lot, distance2))
-    return kind[order], np.concatenate(eaters)[order], np.concatenate(items)[order]
+    kind, eater, item = kind[order], np.concatenate(eaters)[order], np.concatenate(items)[order]
+    for part in np.split(np.arange(kind.size), np.flatnonzero(np.diff(kind)) + 1):
+        yield eaten[kind[part[0]]], eater[part], item[part]
 
 
 @njit
@@ -109,3 +125,38 @@ def void(target, distance2, uid, food_uid, key, hunter, hunter_distance2, hunter
                 hunter_distance2[h] == distance2[i]
                 and lot(key, hunter_uid[h], uid[i]) < lot(key, uid[i], food_uid[j]))):
             best[j] = -1
+
+
+@njit
+def prefer(best, distance2, uid, food_uid, key, kind, first, least, item):
+    """Note the nearest item of each eater so far: its kind in `first` i32[eaters], −1 for none, the square of
+    its distance, and its uid; ties by lot."""
+    for j in range(best.size):
+        i = best[j]
+        if i >= 0 and (first[i] < 0 or distance2[i] < least[i] or (
+                distance2[i] == least[i] and lot(key, uid[i], food_uid[j]) < lot(key, uid[i], item[i]))):
+            first[i], least[i], item[i] = kind, distance2[i], food_uid[j]
+
+
+@njit
+def postpone(best, kind, first, later):
+    """Move the meals that are not the first of their eaters to `later` i32[foods]; return their number."""
+    n = 0
+    for j in range(best.size):
+        later[j] = -1
+        if best[j] >= 0 and first[best[j]] != kind:
+            best[j], later[j] = -1, best[j]
+            n += 1
+    return n
+
+
+@njit
+def hungry(best, rows, killed, digesting, energy, until):
+    """Take those out of `best` that cannot eat any more; return the number of the others."""
+    n = 0
+    for j in range(best.size):
+        i = best[j]
+        if i >= 0 and (killed[i] or digesting[rows[i]] > 0 or energy[rows[i]] >= of_row(until, rows[i])):
+            best[j] = -1
+        n += best[j] >= 0
+    return n

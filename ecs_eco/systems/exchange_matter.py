@@ -74,10 +74,10 @@ class ExchangeMatter(System):
             want(rows, cell, self.doing(table, way), *bodies(table), s, rate * world.dt, half, until, value,
                  wanted, total)
             wants.append((rows, cell, wanted))
-        share = np.minimum(1.0, np.divide(value * field.litres, total, out=np.ones(value.size),
-                                          where=total > 0))
+        for _, cell, wanted in wants:
+            share(cell, wanted, total, value, field.litres)
         for (table, way, _), mine in zip(asked, wants, strict=True):
-            moved = take(*mine, share, *bodies(table), s, value, field.litres)
+            moved = take(*mine, *bodies(table), s, value, field.litres)
             self.book(table, world, way.field, "taken_up", s, moved)
 
     def equilibrate(self, world: SpatialWorld, field: Any, asked: list[Asked]) -> None:
@@ -166,15 +166,23 @@ def want(rows, cell, does, volume, molarity, residue, s, rate, half, until, valu
 
 
 @njit
-def take(rows, cell, wanted, share, volume, molarity, residue, s, value, litres):
-    """Move what bodies want, or the share f64[cells] of it that there is, from the cells of a field into
-    them; return how much [mol]."""
+def share(cell, wanted, total, value, litres):
+    """Cut what bodies want [mol] to their share of what their cells hold, where all want `total` f64[cells].
+    """
+    for i in range(cell.size):
+        if wanted[i] > 0:
+            wanted[i] *= min(1.0, value[cell[i]] * litres / total[cell[i]])
+
+
+@njit
+def take(rows, cell, wanted, volume, molarity, residue, s, value, litres):
+    """Move amounts [mol] from the cells of a field into bodies; return how much [mol]."""
     moved = 0.0
     for i in range(rows.size):
         if wanted[i] > 0:
             row, k = rows[i], cell[i]
             before = held(molarity, residue, row, s)
-            now = hold(molarity, residue, row, s, before + wanted[i] * share[k] / volume[row])
+            now = hold(molarity, residue, row, s, before + wanted[i] / volume[row])
             amount = (now - before) * volume[row]
             value[k] = max(value[k] - amount / litres, 0.0)
             moved += amount

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +18,7 @@ from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.lifecycle.births import ticks
 from ecs_eco.lifecycle.causes import register_eaters
 from ecs_eco.lifecycle.ingestion import swallow
-from ecs_eco.lifecycle.meals import Meals, award, in_order, several, to_surfaces, void
+from ecs_eco.lifecycle.meals import Meals, award, courses, hungry, in_order, to_surfaces, void
 from ecs_eco.lifecycle.sizes import of_size
 from ecs_eco.lifecycle.torpor import LEAST_ENERGY
 from ecs_eco.space.land import at_places
@@ -84,19 +83,16 @@ class Feed(System):
             of_table.setdefault(meals.table.name, []).append(meals)
         for meals in wanted if self._shaped else ():
             to_surfaces(meals)
-        won, eaten = {}, list[Meals]()
-        for name, some in rivals.items():
-            won[name] = award(key, some)
-        cannibal = of_table.keys() & won.keys()
-        for name in cannibal:
+        won = {name: award(key, some) for name, some in rivals.items()}
+        for name in of_table.keys() & won.keys():
             for meals in of_table[name]:
                 meals.best = meals.best.copy()
                 void(meals.target, meals.distance2, meals.eaters.uid, meals.foods.uid, key, *won[name],
                      meals.best)
-        for mine in of_table.values():
-            eaten += self.eat_all(mine)
+        eaten = [meals for mine in of_table.values() for meals in self.eat_all(mine)
+                 if Matter in meals.table]
         if eaten:
-            self.swallow(eaten, bool(cannibal))
+            self.swallow(eaten)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species propose what it wants of each kind of food."""
@@ -140,36 +136,23 @@ class Feed(System):
             held.copy() if prey.species.diet else held, np.empty(foods.n, np.int32)))
 
     def eat_all(self, mine: list[Meals]) -> list[Meals]:
-        """Let one species eat what it has won; return the meals whose substances are to go into it."""
-        holds = Matter in mine[0].table
-        if len(mine) == 1 or not several(mine):
+        """Let the eaters of one table have the nearest item that each has won, then the next if it still can;
+        return these meals."""
+        eaten, m = list[Meals](), mine[0].table[Metabolism]
+        killed = np.zeros(mine[0].eaters.n, np.bool_)
+        while mine:
+            later = courses(self.world.key, mine)
             for meals in mine:
-                self.eat(meals, meals.best)
-            return mine if holds else []
-        kind, eater, item = in_order(self.world.key, mine)
-        by = np.argsort(eater, kind="stable")
-        course = np.empty(by.size, np.int64)  # the first, second … meal of its eater
-        course[by] = np.arange(by.size) - np.searchsorted(eater[by], eater[by])
-        m, rows, eaten = mine[0].table[Metabolism], mine[0].eaters.rows, []
-        killed = np.zeros(rows.size, np.bool_)
-        for number in range(int(course.max()) + 1):
-            for k, meals in enumerate(mine):
-                now = np.flatnonzero((course == number) & (kind == k))
-                one = eater[now]
-                if number:
-                    row = rows[one]
-                    now = now[~killed[one] & ~(m.digesting[row] > 0)
-                              & (m.energy[row] < of_row(meals.effect[-1], row))]
-                    one = eater[now]
-                killed[one] |= meals.food.deadly
-                best = np.full(meals.best.size, -1, np.int32)
-                best[item[now]] = one
-                self.eat(meals, best)
-                eaten.append(replace(meals, best=best))
-        return eaten if holds else []
+                self.eat(meals)
+                if later and meals.food.deadly:
+                    killed[meals.best[meals.best >= 0]] = True
+            eaten += mine
+            mine = [meals for meals in later if hungry(meals.best, meals.eaters.rows, killed, m.digesting,
+                                                       m.energy, meals.effect[-1])]
+        return eaten
 
-    def eat(self, meals: Meals, best: np.ndarray) -> None:
-        """Let the eaters in `best` i32[foods] have their items, and count what they gain [energy]."""
+    def eat(self, meals: Meals) -> None:
+        """Let eaters have the items that they have won, and count what they gain [energy]."""
         world, table, prey, food = self.world, meals.table, meals.prey, meals.food
         eaters, foods, m = meals.eaters, meals.foods, table[Metabolism]
         own = before = NOBODY
@@ -177,27 +160,20 @@ class Feed(System):
             own = eaters.rows[world.bands.entries(eaters)]
             before = m.energy[own].astype(np.float64)
         gained: float = ingest(
-            best, eaters.rows, eaters.uid, foods.rows, *meals.effect[:2], meals.held, *meals.effect[2:4],
-            meals.poison, world.codes[f"eaten by {table.name}"],
+            meals.best, eaters.rows, eaters.uid, foods.rows, *meals.effect[:2], meals.held,
+            *meals.effect[2:4], meals.poison, world.codes[f"eaten by {table.name}"],
             world.codes[f"poisoned by {food.eats}"] if food.deadly else 0, LEAST_ENERGY[table.species.torpor],
             table.cause, table.killer, m.energy, m.digesting, m.taken, prey.cause, prey.killer, prey.uid)
         table.species.eaten[food.eats] += (
             float((m.energy[own] - before).sum()) if world.bands.divided else gained)
 
-    def swallow(self, some: list[Meals], ordered: bool) -> None:
-        """Move the substances of the eaten into their eaters; `ordered` by distance, where an animal may
-        first eat and then be eaten."""
-        kind, eater, item = in_order(self.world.key, some)
-        if not ordered:
-            by = np.argsort(kind, kind="stable")
-            kind, eater, item = kind[by], np.array(eater[by]), item[by]
-        for part in np.split(np.arange(kind.size), np.flatnonzero(np.diff(kind)) + 1) if kind.size else ():
-            meals = some[kind[part[0]]]
+    def swallow(self, eaten: list[Meals]) -> None:
+        """Move the substances of the eaten into their eaters: by distance where one eats and is eaten too."""
+        for meals, eater, item in in_order(self.world.key, eaten):
             table, food = meals.table, meals.food
             share = own_value(table, f"diet.{food.eats}.assimilation",
                               1.0 if food.assimilation is None else food.assimilation)
-            swallow(self.world, table, meals.eaters.rows[eater[part]], meals.prey,
-                    meals.foods.rows[item[part]], share)
+            swallow(self.world, table, meals.eaters.rows[eater], meals.prey, meals.foods.rows[item], share)
 
     def meal(self, table: Table, food: Any, number: int, dt: float) -> tuple[Any, ...]:
         """Return what `meal` does, found anew only where it is another, or where it is each one's own."""

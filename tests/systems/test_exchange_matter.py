@@ -9,7 +9,7 @@ from ecs_eco.components import Chemistry, Matter
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.lifecycle.matter import NUMBER, litres, stocks
 from ecs_eco.systems import ExchangeMatter
-from ecs_eco.systems.exchange_matter import give, pass_skin, take, want
+from ecs_eco.systems.exchange_matter import give, pass_skin, share, take, want
 from ecs_eco.testing import act, arrange
 
 # the field has cells of 10 m × 10 m × 1 m: 100,000 L; a deer of 0.5 m has 523.6 L
@@ -202,8 +202,9 @@ def test_the_kernels_are_their_slow_twins(seed):
     mine, total = np.zeros(9), np.zeros(cells)
     want(rows, cell, none, *b, 0, 2.0, 0.1, 1.5, field, mine, total)
     assert total == pytest.approx(each)
-    share = np.minimum(1, value * litre / np.maximum(each, 1e-9))
-    assert take(rows, cell, mine, share, *b, 0, field, litre) == pytest.approx(wanted.sum())
+    share(cell, mine, total, field, litre)
+    assert mine == pytest.approx(wanted, rel=1e-9)
+    assert take(rows, cell, mine, *b, 0, field, litre) == pytest.approx(wanted.sum())
     assert b[1][rows, 0] == pytest.approx(c + wanted / volume[rows], rel=1e-6)
     assert field == pytest.approx(value - np.bincount(cell, wanted, cells) / litre, abs=1e-12)
 

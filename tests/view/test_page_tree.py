@@ -12,8 +12,9 @@ from tests.view.test_page_access import CONTRAST
 from tests.view.test_tree import DEER, TWO
 
 pytestmark = IN_A_BROWSER
-KIDS = {"species.deer.reproduction.rate": 0.15, "species.deer.reproduction.energy_min": 0.02,
-        "species.deer.reproduction.energy_given": 0.01, "species.deer.lethal.1.max": 20.0}  # fmt: skip
+KIDS = {"species.deer.reproduction.rate": 0.3, "species.deer.reproduction.energy_min": 0.02,
+        "species.deer.reproduction.energy_given": 0.01, "species.deer.max_count": 350,
+        "species.deer.lethal.1.max": 20.0}  # fmt: skip
 FIRST = 1  # founders have uids in the order of names: the first deer
 TICK = 24
 COUNT = count()
@@ -102,7 +103,7 @@ def test_nothing_is_asked_for_while_the_tree_is_closed(alive):
 
 
 def test_parents_are_above_children_below_and_many_of_them_together(alive):
-    uids = count(FIRST)
+    uids = iter(sorted(alive.evaluate("ecs.uids('deer')")))
     show(alive, next(uids))
     while not children_of(alive) > 5:
         show(alive, next(uids))
@@ -112,7 +113,9 @@ def test_parents_are_above_children_below_and_many_of_them_together(alive):
     shown = [node for node in nodes.values() if node["kind"].split()[1] in ("alive", "dead")]
     assert int(rest["name"].split()[0]) == children_of(alive) - 4
     assert len(shown) >= 5
-    assert all(node["top"] > focal["bottom"] for node in shown if node is not focal)
+    parents = [node for node in shown if int(node["key"]) in parents_of(alive)]
+    assert all(node["bottom"] < focal["top"] for node in parents)
+    assert all(node["top"] > focal["bottom"] for node in shown if node is not focal and node not in parents)
     assert clear_of_each_other(nodes)
     alive.locator(f".tree-node[data-key='{rest['key']}']").click()
     more = drawn(alive)
