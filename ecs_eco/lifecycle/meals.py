@@ -68,8 +68,6 @@ def award(key: np.uint64, rivals: list[Meals]) -> tuple[np.ndarray, np.ndarray, 
 
 def courses(key: np.uint64, mine: list[Meals]) -> list[Meals]:
     """Leave each eater of one table the nearest of the items that it has won; return the other meals."""
-    if len(mine) == 1:
-        return []
     n = mine[0].eaters.n
     first, least, item = np.full(n, -1, np.int32), np.empty(n, np.float32), np.empty(n, np.uint64)
     for k, meals in enumerate(mine):

@@ -83,14 +83,16 @@ class Feed(System):
             of_table.setdefault(meals.table.name, []).append(meals)
         for meals in wanted if self._shaped else ():
             to_surfaces(meals)
-        won = {name: award(key, some) for name, some in rivals.items()}
+        won, eaten = {}, list[Meals]()
+        for name, some in rivals.items():
+            won[name] = award(key, some)
         for name in of_table.keys() & won.keys():
             for meals in of_table[name]:
                 meals.best = meals.best.copy()
                 void(meals.target, meals.distance2, meals.eaters.uid, meals.foods.uid, key, *won[name],
                      meals.best)
-        eaten = [meals for mine in of_table.values() for meals in self.eat_all(mine)
-                 if Matter in meals.table]
+        for mine in of_table.values():
+            eaten += self.eat_all(mine)
         if eaten:
             self.swallow(eaten)
 
@@ -137,18 +139,19 @@ class Feed(System):
 
     def eat_all(self, mine: list[Meals]) -> list[Meals]:
         """Let the eaters of one table have the nearest item that each has won, then the next if it still can;
-        return these meals."""
-        eaten, m = list[Meals](), mine[0].table[Metabolism]
+        return those whose substances go into their eaters."""
+        eaten, table = list[Meals](), mine[0].table
+        m, holds = table[Metabolism], Matter in table
         killed = np.zeros(mine[0].eaters.n, np.bool_)
         while mine:
-            later = courses(self.world.key, mine)
+            later = courses(self.world.key, mine) if len(mine) > 1 else []
             for meals in mine:
                 self.eat(meals)
                 if later and meals.food.deadly:
                     killed[meals.best[meals.best >= 0]] = True
-            eaten += mine
-            mine = [meals for meals in later if hungry(meals.best, meals.eaters.rows, killed, m.digesting,
-                                                       m.energy, meals.effect[-1])]
+            eaten += mine if holds else []
+            mine = later and [meals for meals in later if hungry(
+                meals.best, meals.eaters.rows, killed, m.digesting, m.energy, meals.effect[-1])]
         return eaten
 
     def eat(self, meals: Meals) -> None:
