@@ -20,6 +20,7 @@ import numpy as np
 
 from studies.common.moved import Policies
 from studies.common.policies import trained, without_policies
+from studies.common.predator_prey import SPECIES, numbers
 from studies.common.registration import registration
 from studies.common.seed_grid import by_training
 from studies.common.selection import mean_interval
@@ -87,9 +88,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
                 break
         lived = made.tick >= config["ticks"] and all(made.tables[name].n for name in mortal)
         tests = meetings(config, case, times) if lived and arm.get("tests") else None
-    n = np.asarray(made.series()["n"], float).reshape(-1, 3)
     return {"persisted": lived, "lived": made.tick, "genes": [t["genes"] for t in times], "tests": tests,
-            "numbers": dict(zip(("grass", "deer", "wolf"), n.mean(0), strict=True)),
+            "numbers": dict(zip(SPECIES, numbers(made).mean(0), strict=True)),
             "moved": began.moved() if arm.get("learn") and lived else None}
 
 

@@ -34,16 +34,15 @@ def evaluate(config: Any, policies: dict[str, str], deer: int, ticks: int, seed:
     for species, n in (("deer", deer), ("wolf", 100)):
         data["species"][species]["count"] = n
         data["species"][species]["policy"]["file"] = None
-    series = World.from_config(
-        load(data), seed=seed, policies=policies, training=True, learn=False
-    ).run(ticks + 100).series()
-    column = {name: np.asarray(series[name], float).reshape(-1, 3)[100:].sum(0)
-              for name in series.column_names if name not in ("tick", "species")}
-    n, killed, starved = column["n"], column["died: eaten by wolf"], column["died: starved"]
-    return {"deer intake": column["taken_in"][1] / n[1], "deer starved": starved[1] / n[1],
-            "deer killed": killed[1] / n[1], "deer lifetime": n[1] / max(1.0, column["deaths"][1]),
-            "wolf intake": column["taken_in"][2] / n[2], "wolf starved": starved[2] / n[2],
-            "kills per wolf": killed[1] / n[2]}  # fmt: skip
+    world = World.from_config(load(data), seed=seed, policies=policies, training=True, learn=False)
+    series = world.run(ticks + 100).series().to_pandas()
+    total = series[series.tick >= 100].groupby("species").sum()
+    deer, wolf = total.loc["deer"], total.loc["wolf"]
+    killed = deer["died: eaten by wolf"]
+    return {"deer intake": deer.taken_in / deer.n, "deer starved": deer["died: starved"] / deer.n,
+            "deer killed": killed / deer.n, "deer lifetime": deer.n / max(1.0, deer.deaths),
+            "wolf intake": wolf.taken_in / wolf.n, "wolf starved": wolf["died: starved"] / wolf.n,
+            "kills per wolf": killed / wolf.n}  # fmt: skip
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:

@@ -42,7 +42,9 @@ def live(config: Any, seed: int, policies: Any, ticks: int, learn: bool | None =
 
 def numbers(world: Any) -> np.ndarray:
     """Numbers of grass, deer and wolves by tick: i64[ticks, 3]."""
-    return np.asarray(world.series()["n"], np.int64).reshape(-1, len(SPECIES))
+    names = world.recorder.names  # the series has its rows in their order
+    n = np.asarray(world.series()["n"], np.int64).reshape(-1, len(names))
+    return n[:, [names.index(name) for name in SPECIES]]
 
 
 def packed(n: np.ndarray, block: int) -> dict[str, str]:
