@@ -24,6 +24,7 @@ PACKAGE = "ecs_eco"
 FILE_LIMIT, FUNCTION_LIMIT = 350, 50  # [lines]
 REASONS = {  # why what is above the limits stays so
     "ecs_eco/cli/commands/comparing.py::search": "the options of one command, each with its help",
+    "ecs_eco/config/models/sensors.py": "a class for each kind of sensor, each line a declaration",
     "ecs_eco/learning/individual_kernels.py::train": "one kernel: numbers of a learner stay in one room",
     "ecs_eco/space/nearest.py::seek": "one kernel: its loops over cells and lanes share what they count",
 }

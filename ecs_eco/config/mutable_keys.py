@@ -2,66 +2,16 @@
 
 from __future__ import annotations
 
-import re
+import types
 from collections.abc import Iterator
-from typing import Any
+from functools import cache
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import MISSING, Problem
-from ecs_eco.engine.section import function_name
+from ecs_eco.engine.section import ANEW, FREE, SHAPE, Change, Section, Use, function_name
 
 Key = tuple[str | int, ...]
-ANEW = "build a world with it and run it from the start"
-NUMBERS = 'an intervention of kind "add" or "cull"'
-SHAPE = "weights and columns have their shapes from it: build a world with it"
-
-# the first match counts; "" means that it may change; * is one part of a key, ** any
-RULES: tuple[tuple[str, str], ...] = (
-    ("systems.*.use", ANEW), ("systems.*.**", ""), ("reporters.*.use", ANEW), ("reporters.*.**", ""),
-    ("species.*.sensors.*.function.use", SHAPE), ("species.*.sensors.*.function.**", ""),
-    ("species.*.count", NUMBERS), ("objects.*.count", NUMBERS), ("objects.*.at**", NUMBERS),
-    ("objects.*.heading**", ANEW), ("objects.*.between**", NUMBERS), ("*.*.body.shape", ANEW),
-    ("*.*.body.length", ANEW), ("*.*.body.size**", ANEW),
-    ("terrain.slope_cost", ""), ("terrain**", 'an intervention of kind "fence"'),
-    ("species.*.reproduction.kind", ANEW), ("species.*.reproduction.eggs", ANEW),
-    ("species.*.reproduction", ANEW + '; or an intervention of kind "switch"'), ("*.*.body.radius", ANEW),
-    ("*.*.body.compressible", ANEW),
-    ("*.*.body.*", ""), ("*.*.color", ""), ("*.*.properties.*", ""), ("*.*.substances.*", ""),
-    ("species.*.sensors**", SHAPE), ("species.*.actions**", SHAPE), ("species.*.genome.mate**", ""),
-    ("species.*.genome.mutate**", ""), ("species.*.genome.insertion", ""), ("species.*.genome.deletion", ""),
-    ("species.*.genome.duplication", ""), ("species.*.genome.loss", ""),
-    ("species.*.genome**", SHAPE), ("species.*.policy.kind", SHAPE), ("species.*.policy.hidden**", SHAPE),
-    ("species.*.policy.network", SHAPE), ("species.*.policy.function**", SHAPE),
-    ("species.*.policy.device", SHAPE),
-    ("species.*.policy.file", "World.from_config(…, policies=…)"),
-    ("species.*.policy.*", ""), ("species.*.locomotion.**", ""), ("species.*.metabolism.*", ""),
-    ("species.*.hatch", SHAPE), ("species.*.hatch.into", SHAPE), ("species.*.hatch.*", ""),
-    ("species.*.care", SHAPE), ("species.*.care.*", ""), ("species.*.growth", SHAPE),
-    ("species.*.growth.*", ""), ("species.*.breeding", ANEW),
-    ("species.*.breeding.**", ""), ("*.*.heat", SHAPE), ("*.*.heat.**", ""),
-    ("objects.*.energy", SHAPE), ("objects.*.energy.*", ""), ("objects.*.renewal", ""),
-    ("land_use", ANEW), ("land_use.*", ANEW), ("land_use.*.kind", ANEW), ("land_use.*.species", ANEW),
-    ("land_use.**", ""),
-    ("objects.*.motion", SHAPE), ("objects.*.motion.**", ""), ("objects.*.pushed", ""),
-    ("species.*.carries", SHAPE), ("species.*.carries.*.object", SHAPE), ("species.*.carries.*.*", ""),
-    ("species.*.builds", ANEW), ("species.*.builds.*.object", ANEW), ("species.*.builds.*.*", ""),
-    ("*.*.reactions", SHAPE), ("*.*.reactions.**", ""),
-    ("*.*.exchange", SHAPE), ("*.*.exchange.**", ""), ("*.*.decomposition", SHAPE),
-    ("*.*.decomposition.*", ""), ("*.*.born_with", SHAPE), ("fields.*.renewal", ""),
-    ("*.*.emits.*.consume", SHAPE), ("species.*.defence.*", ""), ("species.*.emits**", ""),
-    ("species.*.diet**", ""),
-    ("species.*.reflex**", ""), ("species.*.happiness**", ""), ("species.*.ppo.*", ""),
-    ("species.*.reproduction.**", ""), ("species.*.lethal**", ""), ("species.*.max_count", ""),
-    ("species.*.sex", ""),
-    ("species.*.age**", ""),
-    ("species.*.fertility", ""), ("fields.*.diffusion", ""), ("fields.*.decay", ""), ("ambient.*", ""),
-    ("sun.*", ""), ("year.*", ""), ("water.**", ""), ("*.*.emits**", ""), ("seed", ""), ("ticks", ""),
-    ("title", ""), ("description", ""), ("training**", ""), ("interventions**", ""), ("substances.*", ""),
-    ("**", ANEW),
-)  # fmt: skip
-_SIGNS = {".": r"\.", "**": ".*", "*": "[^.]+"}
-_RULES = tuple((re.compile(re.sub(r"\*\*|[.*]", lambda m: _SIGNS[m[0]], pattern)), hint)
-               for pattern, hint in RULES)
 
 
 def changes(old: Any, new: Any, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]:
@@ -113,8 +63,42 @@ def why_not(key: str) -> str:
     return _hint(key)
 
 
+@cache
 def _hint(key: str) -> str:
-    return next(hint for pattern, hint in _RULES if pattern.fullmatch(key))
+    return _instead(key.split("."), WorldConfig, ANEW)
+
+
+def _instead(key: list[str], kind: Any, held: str) -> str:
+    """Return what to do instead of changing the value of a key below a type; `held`: instead of changing the
+    field that holds the type."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if not key:
+        return held
+    if origin is Annotated:
+        return _instead(key, parts[0], held)
+    if origin in (Union, types.UnionType):
+        return next((_instead(key, part, held) for part in parts if _leads(part, key[0])), held)
+    if origin in (dict, list):
+        return _instead(key[1:], parts[-1], held)
+    if not _leads(kind, key[0]):
+        return held
+    if kind is Use:  # the parameters of a function, and which one it is
+        return held if key[0] == "use" else FREE
+    field = kind.model_fields[key[0]]
+    change = next((mark for mark in field.metadata if isinstance(mark, Change)), Change())
+    if len(key) > 1 and change.entries is not None:
+        return change.entries
+    own = next((x for x in (change.instead, kind.marks[0].instead) if x is not None), held)
+    return _instead(key[1:], field.annotation, own)
+
+
+def _leads(kind: Any, name: str) -> bool:
+    """Whether a key of this name may be below a type."""
+    while get_origin(kind) is Annotated:
+        kind = get_args(kind)[0]
+    if get_origin(kind) is not None:
+        return True
+    return isinstance(kind, type) and issubclass(kind, Section) and (kind is Use or name in kind.model_fields)
 
 
 def _of_genes(key: Key, old: Any, new: Any, config: WorldConfig) -> Iterator[Problem]:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import annotated_types
 from pydantic.fields import FieldInfo
 
-from ecs_eco.engine.section import LARGEST, Section
+from ecs_eco.engine.section import LARGEST, Own, Section
 
 Key = tuple[str, ...]
 PLACE = "*"  # in a pattern: a name that the file chooses, or a place in a list
@@ -28,6 +28,7 @@ class Number:
     whole: bool
     unit: str
     text: str
+    own: bool | str | None = None  # whether a gene may code for it: see `Own`
 
     @property
     def name(self) -> str:
@@ -39,9 +40,13 @@ class Number:
 def numbers_of(model: type[Section]) -> dict[Key, Number]:
     """Return every number that a section and those below it may hold, by pattern."""
     out: dict[Key, Number] = {}
+    default = model.marks[1]
     for name, field in model.model_fields.items():
+        own = next((mark for mark in field.metadata if isinstance(mark, Own)), default)
         kind = Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation
         for number in _numbers((name,), kind, field, (-LARGEST, LARGEST, False)):
+            if number.own is None and own is not None:
+                number = replace(number, own=own.own)
             out.setdefault(number.pattern, number)
     return out
 
@@ -63,8 +68,7 @@ def _numbers(key: Key, kind: Any, field: FieldInfo, span: tuple[float, float, bo
         yield from _numbers((*key, PLACE), arguments[0], field, span)
     elif isinstance(kind, type) and issubclass(kind, Section):
         for pattern, number in numbers_of(kind).items():
-            yield Number((*key, *pattern), number.low, number.high, number.above, number.whole, number.unit,
-                         number.text)
+            yield replace(number, pattern=(*key, *pattern))
     elif kind in (int, float):
         yield _number(key, kind is int, field, span)
     elif origin is Literal and all(type(value) is int for value in arguments):

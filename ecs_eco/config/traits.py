@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.config.individual import OF_SITES, OWN
 from ecs_eco.config.models.nerves import Connection
 from ecs_eco.config.models.species import Species, ppo_defaults
 from ecs_eco.config.models.surroundings import PROPERTIES
@@ -47,7 +46,7 @@ def numbers_of_species() -> dict[str, Number]:
         if field.type in ("int", "float"):
             low, high, above = (field.metadata[word] for word in ("low", "high", "above"))
             number = Number(("ppo", field.name), float(low), min(float(high), LARGEST), above,
-                            field.type == "int", "1", field.metadata["doc"])
+                            field.type == "int", "1", field.metadata["doc"], field.metadata["own"])
             known[number.name] = number
     return known
 
@@ -92,10 +91,9 @@ def _of_state(species: Species) -> Iterator[Trait]:
 
 def _of_section(species: Species) -> Iterator[Trait]:
     """The numbers of its section that are kept in Traits."""
-    sites = species.reproduction is not None and species.reproduction.kind == "spread"
     for number, key, value in values_in(species):
         name = ".".join(key)
-        if number.name not in OWN or (sites and number.name in OF_SITES) or name == "lethal.age.max":
+        if number.own is not True or name == "lethal.age.max":
             continue
         low = SMALLEST if number.above and number.low == 0 else number.low
         yield Trait(name, "Traits", "value", None, value, low, number.high,
@@ -156,7 +154,7 @@ def _of_learning(species: Species) -> Iterator[Trait]:
         return  # torch learns with the species' own
     for name, number in numbers_of_species().items():
         value = settings.get(name.removeprefix("ppo."))
-        if name.startswith("ppo.") and name in OWN and isinstance(value, int | float):
+        if name.startswith("ppo.") and number.own is True and isinstance(value, int | float):
             low = SMALLEST if number.above else number.low
             yield Trait(name, "Traits", "value", None, float(value), low, number.high,
                         "whole" if number.whole else "number", "1", number.text)

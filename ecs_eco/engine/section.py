@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
 
 from pydantic import (
     AfterValidator,
@@ -36,21 +37,78 @@ Point = Annotated[list[Real], Field(min_length=2, max_length=3)]
 RESERVED = frozenset({"and", "or", "not", "if", "else", "in", "is", "lambda", "for", "None", "True", "False"})
 
 
+# what to do instead of changing a value in a living world
+FREE = ""  # it may change
+ANEW = "build a world with it and run it from the start"
+SWITCH = '; or an intervention of kind "switch"'
+NUMBERS = 'an intervention of kind "add" or "cull"'
+FENCE = 'an intervention of kind "fence"'
+SHAPE = "weights and columns have their shapes from it: build a world with it"
+
+# why a number cannot be an organism's own
+COLUMN = "COLUMN"  # it can: it has a column of a component, and a trait in config/traits.py
+POPULATION = "it counts organisms: no single one has it"
+PARENTLESS = "it is about organisms without parents, who have no gene of anybody"
+LETTERS = "it says how letters are read and copied: a gene that changed it would be read differently"
+MATTER = "it is matter, which comes from parents, food and surroundings, not from letters"
+CHEMISTRY = "a reaction has the same proportions in every body"
+FORM = "all of a species have one shape, which body.radius makes larger or smaller as a whole"
+EGG = "an egg only keeps the genome of what hatches from it: it is read when that is born"
+WIDTH = "it is the width of a column or of a network's input, which all of the species share"
+
+
+@dataclass(frozen=True)
+class Change:
+    """What to do instead of changing a field in a living world, FREE where it may change; and of the entries
+    of a table, where that differs."""
+
+    instead: str | None = None
+    entries: str | None = None
+
+
+@dataclass(frozen=True)
+class Own:
+    """Whether a gene may code for a number: True (its system reads it by `own_value`), COLUMN, or the reason
+    why not."""
+
+    own: bool | str
+
+
 class Section(BaseModel):
-    """A section of the file: unknown keys are refused, true is not a number,
-    and nothing changes after loading."""
+    """A section of the file: unknown keys are refused, true is not a number, and nothing changes after
+    loading.
+
+    `change` and `own` of a subclass are those of its fields that declare none. Without `change` fields follow
+    the field that holds the section.
+    """
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+    marks: ClassVar[tuple[Change, Own | None]] = (Change(), None)
+
+    def __init_subclass__(
+        cls, change: str | None = None, own: bool | str | None = None, **other: Any
+    ) -> None:
+        super().__init_subclass__(**other)
+        cls.marks = (cls.marks[0] if change is None else Change(change),
+                     cls.marks[1] if own is None else Own(own))
 
 
-def quantity(text: str, unit: str, default: Any = ..., **limits: Any) -> Any:
+def quantity(text: str, unit: str, default: Any = ..., *, change: str | None = None,
+             own: bool | str | None = None, **limits: Any) -> Any:
     """A field of a section with its description and its unit ("1": a pure number)."""
-    return Field(default, description=f"{text} [{unit}]", json_schema_extra={"unit": unit}, **limits)
+    return about(f"{text} [{unit}]", default, change=change, own=own, json_schema_extra={"unit": unit},
+                 **limits)
 
 
-def about(text: str, default: Any = ..., **limits: Any) -> Any:
+def about(text: str, default: Any = ..., *, change: str | None = None, entries: str | None = None,
+          own: bool | str | None = None, **limits: Any) -> Any:
     """A field of a section that has no unit: a name, a choice, a table."""
-    return Field(default, description=text, **limits)
+    field = Field(default, description=text, **limits)
+    if change is not None or entries is not None:
+        field.metadata.append(Change(change, entries))
+    if own is not None:
+        field.metadata.append(Own(own))
+    return field
 
 
 def is_absent(value: Any) -> bool:
@@ -65,9 +123,9 @@ def is_empty(value: Any) -> bool:
     return not value
 
 
-def table(text: str, factory: Any) -> Any:
+def table(text: str, factory: Any, **declared: Any) -> Any:
     """A section or list that may be left out, and its default factory."""
-    return Field(default_factory=factory, description=text)
+    return about(text, default_factory=factory, **declared)
 
 
 def function_name(function: Any) -> str:

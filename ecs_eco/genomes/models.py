@@ -8,6 +8,8 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from ecs_eco.engine.section import (
+    FREE,
+    LETTERS,
     OF_CODE,
     Count,
     Name,
@@ -36,13 +38,14 @@ def _is_first(value: Any) -> bool:
 OperatorName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$"), *OF_CODE]
 
 
-class Gene(Section):
+class Gene(Section, own=LETTERS):
     """Loci that code for one value of the organism: by a table of values, by a range,
     or as the weights of a network."""
 
     name: Name = about("name of the gene")
-    trait: str | None = about("key of the species' value that it replaces; absent: none, a neutral marker",
-                              None)
+    trait: str | None = about(
+        "key of the species' value that it replaces; absent: none, a neutral marker", None
+    )
     letters: Annotated[int, Field(ge=1, le=64)] = quantity("letters of one codon", "1")
     at: Annotated[int, Field(ge=0, le=50_000_000)] | None = quantity(
         "first locus; absent: after the gene before", "1", None
@@ -52,33 +55,40 @@ class Gene(Section):
     high: Real | None = quantity("the value of the last codon", "unit of the trait", None)
     code: Literal["positional", "gray", "additive"] = about(
         "positional: digits of a number; gray: so that neighbouring values differ in one letter; additive: "
-        "codons add up", "positional"
+        "codons add up",
+        "positional",
     )
-    codons: Annotated[int, Field(ge=1, le=10_000)] = quantity('codons that add up, for code = "additive"',
-                                                              "1", 1)
+    codons: Annotated[int, Field(ge=1, le=10_000)] = quantity(
+        'codons that add up, for code = "additive"', "1", 1
+    )
     scale: Literal["linear", "log"] = about("log: equal steps are equal factors", "linear")
-    whole: bool = about("whether values are rounded to whole numbers; a trait of whole numbers always is",
-                        False)
+    whole: bool = about(
+        "whether values are rounded to whole numbers; a trait of whole numbers always is", False
+    )
     form: Literal["direct", "cosine"] | None = about(
         "of a network's weights: each its codon, or low-frequency coefficients of a cosine transform of "
-        "every matrix", None
+        "every matrix",
+        None,
     )
     coefficients: Count | None = quantity('most coefficients for each matrix, for form = "cosine"', "1", None)
-    mutation: Share | None = quantity("its own chance of a letter to mutate (indpb); absent: that of mutate",
-                                      "1", None)
+    mutation: Share | None = quantity(
+        "its own chance of a letter to mutate (indpb); absent: that of mutate", "1", None
+    )
     dominance: Dominance | None = about(
         "with two strings, how two alleles make the value; absent: that of the genome", None
     )
     promoter: Annotated[str, Field(min_length=1, max_length=16)] | None = about(
         "with `longest`: the letters that begin each copy of the gene; absent: a word chosen by its number",
-        None, exclude_if=is_absent
+        None,
+        exclude_if=is_absent,
     )
     copies: Annotated[int, Field(ge=0, le=10_000)] = quantity(
         "with `longest`: copies of the gene in a founder's string", "1", 1, exclude_if=_is_one
     )
     doubled: Doubled | None = about(
-        "with `longest`: what several copies in a string make; absent: that of the genome", None,
-        exclude_if=is_absent
+        "with `longest`: what several copies in a string make; absent: that of the genome",
+        None,
+        exclude_if=is_absent,
     )
 
 
@@ -118,10 +128,13 @@ class Operator(Section):
                 name = getattr(function.func, "__name__", repr(function.func))
                 raise ValueError(f"{name} is registered with {function.args!r}; give its arguments by name")
             if twice := [k for k, v in function.keywords.items() if arguments.setdefault(k, v) != v]:
-                conflict = (f"{twice[0]} = {function.keywords[twice[0]]!r} in the toolbox, "
-                            f"and {arguments[twice[0]]!r} beside it")
-                raise ValueError(f"{conflict}; give it once: "
-                                 f"toolbox.{cls.__name__.lower()} may stand for the section")
+                conflict = (
+                    f"{twice[0]} = {function.keywords[twice[0]]!r} in the toolbox, "
+                    f"and {arguments[twice[0]]!r} beside it"
+                )
+                raise ValueError(
+                    f"{conflict}; give it once: toolbox.{cls.__name__.lower()} may stand for the section"
+                )
             function = function.func
         return {"operator": _deaps_name(function) or function, **arguments}
 
@@ -131,7 +144,7 @@ class Operator(Section):
         return dict(self.model_extra or {})
 
 
-class Mate(Operator):
+class Mate(Operator, own=LETTERS):
     """How two strings are crossed."""
 
     operator: OperatorName = about(
@@ -146,38 +159,57 @@ class Mutate(Operator):
     operator: OperatorName = about("mutUniformInt, mutFlipBit …", "mutUniformInt")
 
 
-class GenomeSection(Section):
+class GenomeSection(Section, own=LETTERS):
     """The genome of a species."""
 
     alphabet: Annotated[str, Field(min_length=2, max_length=256)] = about(
         "letters, in an order of your choice", "ACGT"
     )
     ploidy: Literal[1, 2] = quantity("strings of an organism", "1", 1)
-    dominance: Dominance = about("with two strings: the first one's value, the mean, or the greater one",
-                                 "first")
+    dominance: Dominance = about(
+        "with two strings: the first one's value, the mean, or the greater one", "first"
+    )
     loci: Count | None = quantity(
         "length of a string; absent: that of the genes; loci that no gene uses are neutral", "1", None
     )
     founders: Literal["own", "random"] = about(
         "letters at the start: those that code for the species' own values, or all random", "random"
     )
-    mate: Mate = table("crossover", Mate)
-    mutate: Mutate = table("mutation", lambda: Mutate.model_validate({"indpb": 0.005}))
+    mate: Mate = table("crossover", Mate, change=FREE)
+    mutate: Mutate = table("mutation", lambda: Mutate.model_validate({"indpb": 0.005}), change=FREE)
     longest: Count | None = quantity(
         "letters that a string may have at most, which gives strings a length of their own; absent: all have "
-        "the same length, and genes a fixed place", "1", None, exclude_if=is_absent
+        "the same length, and genes a fixed place",
+        "1",
+        None,
+        exclude_if=is_absent,
     )
     doubled: Doubled = about(
         "with `longest`: what several copies of a gene in a string make: the first one's value, the mean, "
-        "the sum (within what one copy can say) or the greatest", "first", exclude_if=_is_first
+        "the sum (within what one copy can say) or the greatest",
+        "first",
+        exclude_if=_is_first,
     )
-    insertion: Share = quantity("with `longest`: chance per letter that one is inserted before it", "1", 0.0,
-                                exclude_if=is_empty)
-    deletion: Share = quantity("with `longest`: chance per letter to be lost", "1", 0.0, exclude_if=is_empty)
-    duplication: Share = quantity("with `longest`: chance per copy of a gene to be doubled, in tandem", "1",
-                                  0.0, exclude_if=is_empty)
-    loss: Share = quantity("with `longest`: chance per copy of a gene to be lost", "1", 0.0,
-                           exclude_if=is_empty)
+    insertion: Share = quantity(
+        "with `longest`: chance per letter that one is inserted before it",
+        "1",
+        0.0,
+        exclude_if=is_empty,
+        change=FREE,
+    )
+    deletion: Share = quantity(
+        "with `longest`: chance per letter to be lost", "1", 0.0, exclude_if=is_empty, change=FREE
+    )
+    duplication: Share = quantity(
+        "with `longest`: chance per copy of a gene to be doubled, in tandem",
+        "1",
+        0.0,
+        exclude_if=is_empty,
+        change=FREE,
+    )
+    loss: Share = quantity(
+        "with `longest`: chance per copy of a gene to be lost", "1", 0.0, exclude_if=is_empty, change=FREE
+    )
     genes: Annotated[list[Gene], Field(min_length=1)] = about("what the loci code for")
 
     @model_validator(mode="before")

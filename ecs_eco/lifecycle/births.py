@@ -7,15 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.components import (
-    Biology,
-    Genome,
-    LifeHistory,
-    Metabolism,
-    Parentage,
-    Policy,
-    Position,
-)
+from ecs_eco.components import Biology, Genome, LifeHistory, Metabolism, Parentage, Policy, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.genomes.choices import CHOICES

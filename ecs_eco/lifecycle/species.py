@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy as np
 
+    from ecs_eco.config.models.energy import Diet, Lethal
     from ecs_eco.config.models.heat import Heat
     from ecs_eco.config.models.life import Breeding, Care, Growth, Hatching
     from ecs_eco.config.models.matter import AnyExchange, Decomposition, Emission, Reaction
     from ecs_eco.config.models.objects import Build, Carry, Motion, Store
     from ecs_eco.config.models.reproduction import AnyReproduction
-    from ecs_eco.config.models.species import Diet, Lethal
     from ecs_eco.config.models.species import Species as SpeciesConfig
     from ecs_eco.engine.table import Table
     from ecs_eco.genomes.heredity import Heredity

@@ -1,4 +1,4 @@
-"""States of recordings whose tables were in a different order: that of the world's file, up to 3f8a42e."""
+"""States of recordings whose species or tables were in a different order."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ class InOrderOf:
 
     def _reordered(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         out, recorder = dict(state), self.world.recorder
-        if list(self.tables) == list(self.world.tables) or sorted(self.species) != sorted(recorder.names):
+        same = list(self.species) == recorder.names and list(self.tables) == list(self.world.tables)
+        if same or sorted(self.species) != sorted(recorder.names):
             return out
         former, now = _places(recorder.names, self.species), _places(self.species, recorder.names)
         for key, array in state.items():

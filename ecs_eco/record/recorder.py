@@ -57,7 +57,7 @@ class Recorder(System):
                              "allowed is one of the two")
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
         self.keeps = keep_events or sink is not None
-        self.names = [name for name, t in world.tables.items() if not t.species.is_object]
+        self.names = world.listed()
         if (s := len(self.names)) > MOST_SPECIES:
             raise ValueError(f"Recorder: the world has {s} species; allowed are at most {MOST_SPECIES}")
         self.place = {name: i for i, name in enumerate(self.names)}

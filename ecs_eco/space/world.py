@@ -61,6 +61,13 @@ class SpatialWorld(World):
         # addresses of alive, uid, x, y and z of each table, for kernels
         self.whereabouts = Addresses(lambda: [_whereabouts(table) for table in tables.values()])
 
+    def listed(self) -> list[str]:
+        """Return the names of the species, not of objects, in the order in which the world file has them: for
+        all that people read. Tables are in the order of names, for the file's must not matter."""
+        known = [] if self.config is None else list(self.config.species)
+        return sorted((name for name, table in self.tables.items() if not table.species.is_object),
+                      key=lambda name: known.index(name) if name in known else len(known))
+
     @property
     def ambient(self) -> dict[str, float]:
         """Light, temperature [K] and pressure [Pa] where no function of the environment says otherwise."""

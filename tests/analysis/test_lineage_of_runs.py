@@ -159,4 +159,4 @@ def test_the_report_draws_genes_of_few_values_alone(run, tmp_path):
     assert "<h2>Genes</h2>" in page
     assert "Number of ram that carry each gene" in page
     assert "Number of moss" not in page
-    assert (Path(folder) / "figures" / "carriers-2.svg").is_file()
+    assert (Path(folder) / "figures" / "carriers-1.svg").is_file()

@@ -3,37 +3,38 @@
 import pytest
 
 from ecs_eco.config import load
-from ecs_eco.config.individual import ELSEWHERE, OF_SITES, OWN, SHARED
+from ecs_eco.config.models.reproduction import Asexual, Spread
 from ecs_eco.config.numbers import labels, numbers_of, values_in, with_value
 from ecs_eco.config.traits import numbers_of_species, traits_of
-from ecs_eco.engine.section import Section, Share, quantity, table
-
-TABLES = {"OWN": set(OWN), "ELSEWHERE": set(ELSEWHERE), "SHARED": set(SHARED)}
+from ecs_eco.engine.section import COLUMN, Section, Share, quantity, table
 
 
 @pytest.mark.definition("3 genome encodes")
 def test_every_number_of_a_species_can_be_an_organisms_own_or_there_is_a_reason_why_not() -> None:
-    known = set.union(*TABLES.values())
-    new = sorted(set(numbers_of_species()) - known)
+    new = sorted(name for name, number in numbers_of_species().items() if number.own is None)
     assert not new, (
-        f"new numbers of a species' section: {', '.join(new)}. Each belongs into "
-        "ecs_eco/config/individual.py: into OWN, where its system reads it by own_value(table, key, the "
-        "species' value) and its kernel by of_row (see systems/metabolise.py), with a case in "
-        "tests/worlds/own_worlds.py; into ELSEWHERE, where a component has a column of its own for it and "
-        "traits_of a trait; or into SHARED, with the reason why no organism can have its own."
+        f"new numbers of a species' section: {', '.join(new)}. Its model declares `own`, or its class does: "
+        "True, where its system reads it by own_value(table, key, the species' value) and its kernel by "
+        "of_row (see systems/metabolise.py), with a case in tests/worlds/own_worlds.py; COLUMN, where a "
+        "component has a column of its own for it and traits_of a trait; or the reason why no organism can "
+        "have its own."
     )
-    gone = sorted((known | set(OF_SITES)) - set(numbers_of_species()))
-    assert not gone, f"no longer numbers of a species' section: {', '.join(gone)}"
 
 
-def test_a_number_stands_in_one_table_alone() -> None:
-    names = list(TABLES)
-    for i, one in enumerate(names):
-        for other in names[i + 1 :]:
-            assert not TABLES[one] & TABLES[other], (one, other)
-    assert {"metabolism.basal"} <= OWN
-    assert set(OF_SITES) <= OWN
-    assert all(len(reason.split()) > 3 for reason in SHARED.values())
+def test_what_is_no_organisms_own_has_a_reason() -> None:
+    numbers = numbers_of_species()
+    assert numbers["metabolism.basal"].own is True
+    assert numbers["body.radius"].own == COLUMN
+    reasons = [n.own for n in numbers.values() if n.own is not True and n.own != COLUMN]
+    assert len(reasons) > 20
+    assert all(len(str(reason).split()) > 3 for reason in reasons)
+
+
+def test_what_is_a_sites_is_no_plants() -> None:
+    plants, deer = numbers_of(Spread), numbers_of(Asexual)
+    for key in (("spacing",), ("dispersal",)):
+        assert deer[key].own is True
+        assert "site" in str(plants[key].own)
 
 
 class Inner(Section):

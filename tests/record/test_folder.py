@@ -48,7 +48,7 @@ def test_the_manifest_says_all_that_decides_the_run(run, menagerie):
         "dt": 0.5,
         "policies": "untrained",
         "finished": True,
-        "species": ["lynx", "moss", "ram"],
+        "species": ["moss", "ram", "lynx"],
         "config_hash": load(menagerie()).config_hash,
     }
     assert {k: written[k] for k in expected} == expected

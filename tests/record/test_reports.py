@@ -30,7 +30,7 @@ def ferns(world):
 
 
 def columns(world, *names):
-    """Columns of the series of a world, by species in the order of names: fern, moss."""
+    """Columns of the series of a world, by species in the order of the file: moss, fern."""
     series = load_series(world.series())
     return [series.columns[name] for name in names]
 
@@ -40,9 +40,9 @@ def test_formulas_and_functions_are_columns_of_the_series():
     mean, ratio, rich, own, energy = columns(world, *REPORTERS, "ferns", "energy_mean")
     np.testing.assert_allclose(mean, energy, rtol=1e-6)
     assert ratio.tolist() == [[2 / 3, 2 / 3]] * 3  # a number of the world stands in each species' row
-    assert rich.tolist() == [[2, 0]] * 3
-    np.testing.assert_array_equal(own, [[2, np.nan]] * 3)
-    assert world.report("rich") == {"fern": 2.0, "moss": 0.0}
+    assert rich.tolist() == [[0, 2]] * 3
+    np.testing.assert_array_equal(own, [[np.nan, 2]] * 3)
+    assert world.report("rich") == {"moss": 0.0, "fern": 2.0}
     assert world.report("ferns per moss") == 2 / 3
 
 
@@ -125,7 +125,7 @@ def test_a_component_that_nobody_has_is_refused_before_the_first_tick():
 
 @pytest.mark.parametrize(("said", "words"), [
     ("many", "returned 'many'; allowed is a number"),
-    ({"mos": 1}, "unknown species 'mos'; known: fern, moss; did you mean"),
+    ({"mos": 1}, "unknown species 'mos'; known: moss, fern; did you mean"),
     ([1, 2], "allowed is a number"),
 ])  # fmt: skip
 def test_a_function_that_says_something_else_is_named(said, words):
@@ -149,8 +149,8 @@ def test_where_nobody_lives_a_mean_is_nan_and_a_sum_is_0():
     for uid in moss.uid[moss.rows()].tolist():
         world.kill(uid)
     mean, total = columns(world.run(1), "mean", "sum")
-    np.testing.assert_array_equal(np.isnan(mean), [[False, True]])
-    assert total[0, 1] == 0
+    np.testing.assert_array_equal(np.isnan(mean), [[True, False]])
+    assert total[0, 0] == 0
 
 
 def test_every_column_of_a_series_but_reporters_is_known_by_name():
@@ -192,7 +192,7 @@ def test_a_comparison_has_means_and_differences_of_what_was_measured(tmp_path: P
         data["species"]["moss"]["metabolism"]["energy"] = energy
         arms[arm] = [World.from_config(data, seed=seed).run(20).series() for seed in (1, 2, 3)]
     result = compare(arms, tmp_path, n_boot=19)["measured"]
-    assert list(result["arms"]["mean energy"]) == ["fern", "moss"]
+    assert list(result["arms"]["mean energy"]) == ["moss", "fern"]
     assert list(result["arms"]["ferns per moss"]) == [measures.WORLD]
     poor, rich = (result["arms"]["mean energy"]["moss"][arm]["mean"][0] for arm in arms)
     assert result["effects"]["mean energy"]["moss"]["rich"][0] == pytest.approx(rich - poor)

@@ -54,7 +54,7 @@ def test_every_room_of_the_contract_is_in_the_table_and_in_the_picture(tool):
             "| 2 | [_lazy]",
             "page.md is not up to date: run python tools/make_architecture.py",
         ),
-        ("`ingest`", "`swallow`", "feed.py defines no swallow"),
+        ("`ingest`", "`gobble`", "feed.py defines no gobble"),
         ("systems/feed.py)", "systems/fed.py)", "no file ../../ecs_eco/systems/fed.py"),
     ],
 )

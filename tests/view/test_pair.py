@@ -84,7 +84,7 @@ def test_a_message_holds_a_frame_of_each_at_the_same_tick():
         assert one[0] == other[0]
         assert other[1][2] == 0 < one[1][2]
     names = [kind["name"] for kind in beside(page, "hello")[0]["species"]]
-    assert names == ["deer", "grass", "wolf"]
+    assert names == ["grass", "deer", "wolf"]
 
 
 def test_a_fork_of_an_earlier_tick_comes_up_while_time_stands_still():

@@ -12,7 +12,7 @@ from ecs_eco.view.parts import Cache
 from ecs_eco.view.recording import Recording
 
 TICKS, EVERY = 60, 7
-SPECIES = ("lynx", "moss", "ram")
+SPECIES = ("moss", "ram", "lynx")
 
 
 @pytest.fixture(scope="session")

@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import (
-    Genome,
-    Policy,
-)
+from ecs_eco.components import Genome, Policy
 from tests.worlds.herd import HERD, F, herd
 
 

@@ -8,12 +8,12 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Traits
 from ecs_eco.config import load
-from ecs_eco.config.individual import OWN
 from ecs_eco.config.numbers import with_value
-from ecs_eco.config.traits import traits_of
+from ecs_eco.config.traits import numbers_of_species, traits_of
 from ecs_eco.testing import difference, state
 from tests.worlds.own_worlds import WORLDS
 
+OWN = {name for name, number in numbers_of_species().items() if number.own is True}
 TICKS = 24
 MARKER = {"name": "marker", "letters": 1, "values": [0.0, 0.0]}
 VALUES = {  # others are halved

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
+from ecs_eco.analysis.runs import load_series
 from ecs_eco.config import load
 from ecs_eco.config.shipped import shipped
 
@@ -76,3 +77,12 @@ def test_a_world_drawn_at_random_is_the_same_whatever_comes_first_in_it(seed):
     rng = np.random.default_rng(seed)
     config = load(drawn(rng))
     assert digest(permuted(config, rng), 4) == digest(config, 4)
+
+
+def test_what_people_read_is_in_the_order_of_the_file_whatever_the_order_of_tables(menagerie):
+    data = menagerie()
+    for names in (["moss", "ram", "lynx"], ["lynx", "moss", "ram"]):
+        data["species"] = {name: data["species"][name] for name in names}
+        world = World.from_config(data, policies="untrained").run(2)
+        assert world.series().to_pydict()["species"] == names * 2
+        assert load_series(world.series()).species == tuple(names)

@@ -38,18 +38,24 @@ class Archipelago(Section):
 
     islands: Annotated[
         dict[Name, dict[str, Any]], BeforeValidator(_named), Field(min_length=2, max_length=MOST_ISLANDS)
-    ] = about("name = { dotted key = value of its own, … }, as with --set; or the number of islands that are "
-              "alike")
+    ] = about(
+        "name = { dotted key = value of its own, … }, as with --set; or the number of islands that are alike"
+    )
     every: Annotated[int, Field(ge=1, le=10**12)] = quantity("from one barrier to the next", "ticks")
     graph: Literal["ring", "grid", "full", "own"] = about(
         "who is whose neighbour: ring, to the next and to the one before; grid, the four beside it in a "
-        "square that is filled row by row; full, all; own, as in edges", "ring")
-    edges: list[Edge] = about("[from, to] of each way, for graph = \"own\"; the way back is another",
-                              [], exclude_if=is_empty)
+        "square that is filled row by row; full, all; own, as in edges",
+        "ring",
+    )
+    edges: list[Edge] = about(
+        '[from, to] of each way, for graph = "own"; the way back is another', [], exclude_if=is_empty
+    )
     emigration: dict[Name, Share] = table(
-        "species = chance that one of its members leaves at a barrier, to a neighbour drawn evenly [1]", dict)
-    here: Name | None = about("the island that this world is; runs set it for each of them", None,
-                              exclude_if=is_absent)
+        "species = chance that one of its members leaves at a barrier, to a neighbour drawn evenly [1]", dict
+    )
+    here: Name | None = about(
+        "the island that this world is; runs set it for each of them", None, exclude_if=is_absent
+    )
 
     @property
     def names(self) -> list[str]:
@@ -73,11 +79,19 @@ class Archipelago(Section):
         if self.graph == "own":
             pairs = {(known[a], known[b]) for a, b in self.edges}
         elif self.graph == "grid":
-            pairs = {(i, j) for i in range(n) for j in range(n)
-                     if abs(i // width - j // width) + abs(i % width - j % width) == 1}
+            pairs = {
+                (i, j)
+                for i in range(n)
+                for j in range(n)
+                if abs(i // width - j // width) + abs(i % width - j % width) == 1
+            }
         else:
-            pairs = {(i, j) for i in range(n) for j in range(n)
-                     if i != j and (self.graph == "full" or (i - j) % n in (1, n - 1))}
+            pairs = {
+                (i, j)
+                for i in range(n)
+                for j in range(n)
+                if i != j and (self.graph == "full" or (i - j) % n in (1, n - 1))
+            }
         return [sorted(j for i, j in pairs if i == origin) for origin in range(n)]
 
     def meets(self, tick: int) -> bool:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from ecs_eco.engine.section import Positive, Real, Section, about, is_absent, quantity
+from ecs_eco.engine.section import COLUMN, FORM, FREE, Positive, Real, Section, about, is_absent, quantity
 
 Size = Annotated[list[Positive], Field(min_length=2, max_length=3)]
 
@@ -21,21 +21,43 @@ class Body(Section):
     upright box. On a plane they are seen from above: a disc, a stadium, a rectangle."""
 
     shape: Literal["sphere", "capsule", "box"] = about("its shape", "sphere", exclude_if=_is_sphere)
-    radius: Positive = quantity("radius of a sphere, or of a capsule across; that of the smallest sphere "
-                                "around a box follows from its size, and is not given", "m")
-    length: Positive | None = quantity("length of a capsule along its heading, from tip to tip", "m", None,
-                                       exclude_if=is_absent)
-    size: Size | None = quantity("size of a box along its heading, across, and upright; without the third "
-                                 "number it is as high as wide", "m", None, exclude_if=is_absent)
-    mass: Positive = quantity("mass", "kg", 1.0)
-    density: Positive | None = quantity("its mass is this times its volume; instead of mass", "kg/m^3", None,
-                                        exclude_if=is_absent)
-    opaque: bool = about("whether it hides what is behind it", True)
-    solid: bool = about("whether it pushes other solid bodies away", False)
-    sinking: Real = quantity("speed at which it sinks in a volume, negative: rises", "m/s", 0.0)
-    compressible: bool = about("whether the pressure in it is that of its place, which rises with depth; "
-                               "else properties.pressure stays, and may be that of the blood", False,
-                               exclude_if=is_absent)
+    radius: Positive = quantity(
+        "radius of a sphere, or of a capsule across; that of the smallest sphere "
+        "around a box follows from its size, and is not given",
+        "m",
+        own=COLUMN,
+    )
+    length: Positive | None = quantity(
+        "length of a capsule along its heading, from tip to tip", "m", None, exclude_if=is_absent, own=FORM
+    )
+    size: Size | None = quantity(
+        "size of a box along its heading, across, and upright; without the third "
+        "number it is as high as wide",
+        "m",
+        None,
+        exclude_if=is_absent,
+        own=FORM,
+    )
+    mass: Positive = quantity("mass", "kg", 1.0, change=FREE, own=COLUMN)
+    density: Positive | None = quantity(
+        "its mass is this times its volume; instead of mass",
+        "kg/m^3",
+        None,
+        exclude_if=is_absent,
+        change=FREE,
+        own="mass follows from it: that of an organism is body.mass",
+    )
+    opaque: bool = about("whether it hides what is behind it", True, change=FREE)
+    solid: bool = about("whether it pushes other solid bodies away", False, change=FREE)
+    sinking: Real = quantity(
+        "speed at which it sinks in a volume, negative: rises", "m/s", 0.0, change=FREE, own=True
+    )
+    compressible: bool = about(
+        "whether the pressure in it is that of its place, which rises with depth; "
+        "else properties.pressure stays, and may be that of the blood",
+        False,
+        exclude_if=is_absent,
+    )
 
     @property
     def extents(self) -> tuple[float, float, float]:
@@ -63,8 +85,10 @@ class Body(Section):
         """The fields of the component Shape [radii of the body]."""
         rounding = 0.0 if self.shape == "box" else self.radius
         inner = (max(extent / 2 - rounding, 0.0) / self.radius for extent in self.extents)
-        return dict(zip(("half_length", "half_width", "half_height"), inner, strict=True),
-                    rounding=rounding / self.radius)
+        return dict(
+            zip(("half_length", "half_width", "half_height"), inner, strict=True),
+            rounding=rounding / self.radius,
+        )
 
     @model_validator(mode="before")
     @classmethod
@@ -90,8 +114,9 @@ class Body(Section):
             if not given and self.shape == shape:
                 raise ValueError(f"a {shape} needs its {key} [m]")
         if self.length is not None and self.length < 2 * self.radius:
-            raise ValueError(f"its length is from tip to tip, so it is at least twice the radius, "
-                             f"{2 * self.radius:g} m")
+            raise ValueError(
+                f"its length is from tip to tip, so it is at least twice the radius, {2 * self.radius:g} m"
+            )
         if self.density is not None:
             self.__dict__["mass"] = _finite(self.density * self.volume)
         return self

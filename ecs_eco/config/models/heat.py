@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from ecs_eco.engine.section import NonNegative, Positive, Section, about, quantity
+from ecs_eco.engine.section import COLUMN, FREE, NonNegative, Positive, Section, about, quantity
 
 
-class Heat(Section):
+class Heat(Section, change=FREE):
     """Exchange of heat with the surroundings by Newton's law of cooling; the surface is that of its shape.
 
     The body needs `properties.temperature`, which is that at the start.
     """
 
-    specific_heat: Positive = quantity("heat that warms a kilogram of the body by one kelvin",
-                                       "J/(kg K)", 3500.0)
-    conductance: NonNegative = quantity("heat through a square metre of bare surface per kelvin; "
-                                        "about 10 in still air, some 100 in water", "W/(m^2 K)", 10.0)
-    insulation: NonNegative = quantity("resistance of fur, feathers or fat, in series with that of the bare "
-                                       "surface", "K m^2/W", 0.0)
+    specific_heat: Positive = quantity(
+        "heat that warms a kilogram of the body by one kelvin", "J/(kg K)", 3500.0
+    )
+    conductance: NonNegative = quantity(
+        "heat through a square metre of bare surface per kelvin; about 10 in still air, some 100 in water",
+        "W/(m^2 K)",
+        10.0,
+    )
+    insulation: NonNegative = quantity(
+        "resistance of fur, feathers or fat, in series with that of the bare surface",
+        "K m^2/W",
+        0.0,
+        own=COLUMN,
+    )
 
 
-class Regulation(Section):
+class Regulation(Section, own=True):
     """Regulation of the body's temperature: at full power until the set point, then as much as holds it.
 
     It is paid from the energy held, and ends where there is none.
@@ -31,12 +39,13 @@ class Regulation(Section):
     cost: NonNegative = quantity("energy burnt for each joule made or given off", "energy/J")
 
 
-class BodyHeat(Heat):
+class BodyHeat(Heat, own=True):
     """Exchange of heat with the surroundings by Newton's law of cooling, heat of metabolism, and regulation.
 
     The species needs `properties.temperature`, which is that at birth.
     """
 
-    metabolic_heat: NonNegative = quantity("heat set free by each unit of energy burnt, "
-                                           "apart from that burnt for regulation", "J/energy", 0.0)
+    metabolic_heat: NonNegative = quantity(
+        "heat set free by each unit of energy burnt, apart from that burnt for regulation", "J/energy", 0.0
+    )
     regulate: Regulation | None = about("regulation of its temperature; absent: none", None)

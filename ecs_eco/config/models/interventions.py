@@ -35,8 +35,9 @@ def _plain(value: Any) -> Any:
 Changes = Annotated[
     dict[str, Any],
     Field(min_length=1),
-    PlainSerializer(lambda values, info: {k: _plain(v) if info.mode == "json" else v
-                                          for k, v in values.items()}),
+    PlainSerializer(
+        lambda values, info: {k: _plain(v) if info.mode == "json" else v for k, v in values.items()}
+    ),
 ]
 
 
@@ -47,16 +48,20 @@ class Intervention(Section):
     """
 
     at: Tick = quantity("the tick", "ticks")
-    every: Annotated[int, Field(ge=1, le=10**12)] | None = quantity("interval of repetition; absent: once",
-                                                                    "ticks", None)
+    every: Annotated[int, Field(ge=1, le=10**12)] | None = quantity(
+        "interval of repetition; absent: once", "ticks", None
+    )
     until: Tick | None = quantity("last tick of repetition; absent: to the end of the run", "ticks", None)
 
     def due(self, tick: int) -> bool:
         """Whether it is carried out in this tick."""
         if tick == self.at or self.every is None:
             return tick == self.at
-        return (tick > self.at and (tick - self.at) % self.every == 0
-                and (self.until is None or tick <= self.until))
+        return (
+            tick > self.at
+            and (tick - self.at) % self.every == 0
+            and (self.until is None or tick <= self.until)
+        )
 
     def next(self, tick: int) -> int | None:
         """The first tick from this one on in which it is carried out; None where there is none."""
@@ -67,8 +72,11 @@ class Intervention(Section):
 
     def once(self, tick: int) -> dict[str, Any]:
         """The single intervention of this tick as a dict of JSON types, as in a world file."""
-        fields = {k: v for k, v in self.model_dump(mode="json").items()
-                  if v is not None and k not in ("every", "until")}
+        fields = {
+            k: v
+            for k, v in self.model_dump(mode="json").items()
+            if v is not None and k not in ("every", "until")
+        }
         return fields | {"at": tick}
 
 
@@ -107,8 +115,9 @@ class Fence(Intervention):
         "the corners of the fence", "m", None
     )
     region: Region | None = quantity(f"the fence goes around {REGION}; give line or region", "m", None)
-    remove: bool = about("whether to remove the fence that stands there; without line and region, all fences",
-                         False)
+    remove: bool = about(
+        "whether to remove the fence that stands there; without line and region, all fences", False
+    )
 
 
 class Road(Intervention):
@@ -119,8 +128,9 @@ class Road(Intervention):
     line: Annotated[list[Corner], Field(min_length=2)] | None = quantity(
         "the corners of its middle line", "m", None
     )
-    width: Positive = quantity("breadth of the strip; at least the cells of the ground that the line passes",
-                               "m", 1.0)
+    width: Positive = quantity(
+        "breadth of the strip; at least the cells of the ground that the line passes", "m", 1.0
+    )
     pace: Positive = quantity("factor of the speed of those on it", "1", 1.0)
     cost: NonNegative = quantity("factor of what moving costs them in a second", "1", 1.0)
     remove: bool = about("whether to take away the road that lies there; without line, all roads", False)
@@ -131,13 +141,18 @@ class Dose(Intervention):
     a meadow, poison in a lake, salt licks. The ledger of matter counts it as brought in."""
 
     kind: Literal["dose"]
-    field: Name | None = about("a field: the dose is spread evenly over its cells in the region; give field "
-                               "or species", None)
-    species: Name | None = about("a species or an object type: each of its bodies in the region gets the "
-                                 "dose", None)
+    field: Name | None = about(
+        "a field: the dose is spread evenly over its cells in the region; give field or species", None
+    )
+    species: Name | None = about(
+        "a species or an object type: each of its bodies in the region gets the dose", None
+    )
     substance: Name | None = about("what the bodies get; a field has its own", None)
-    amount: Real = quantity("the dose; below 0: so much is taken away, or all that is there; of a smell "
-                            "without substance in its own unit", "mol")
+    amount: Real = quantity(
+        "the dose; below 0: so much is taken away, or all that is there; of a smell "
+        "without substance in its own unit",
+        "mol",
+    )
     region: Region | None = quantity(f"{REGION}, in a volume at all depths; absent: everywhere", "m", None)
 
 

@@ -10,6 +10,9 @@ from pydantic import Field
 
 from ecs_eco.config.models.interventions import REGION, Region, Tick
 from ecs_eco.engine.section import (
+    ANEW,
+    FREE,
+    Change,
     Count,
     Name,
     NonNegative,
@@ -23,10 +26,10 @@ from ecs_eco.engine.section import (
 Season = Annotated[list[Share], Field(min_length=2, max_length=2)]
 
 
-class Use(Section):
+class Use(Section, change=FREE):
     """Where and when something is done, at the start of a tick, after interventions."""
 
-    species: Name = about("a species or an object type")
+    species: Name = about("a species or an object type", change=ANEW)
     region: Region | None = quantity(f"in {REGION}; absent: everywhere", "m", None)
     at: Tick = quantity("the first tick", "ticks", 0)
     until: Tick | None = quantity("the last tick; absent: to the end of the run", "ticks", None)
@@ -57,13 +60,16 @@ def exact(value: float) -> Fraction:
 class Harvest(Use):
     """Organisms or objects are taken at a rate, up to a quota: fishing, felling, hunting, reaping."""
 
-    kind: Literal["harvest"]
-    rate: NonNegative = quantity("share of those there that is taken in a second (the mortality F of Baranov "
-                                 "1918)", "1/s")
-    quota: Count | None = quantity("most that is taken in a year, or ever where there are no years; absent: "
-                                   "no limit", "1", None)
-    least: NonNegative | None = quantity("least radius of a body that is taken, as of a mesh; absent: any",
-                                         "m", None)
+    kind: Annotated[Literal["harvest"], Change(ANEW)]
+    rate: NonNegative = quantity(
+        "share of those there that is taken in a second (the mortality F of Baranov 1918)", "1/s"
+    )
+    quota: Count | None = quantity(
+        "most that is taken in a year, or ever where there are no years; absent: no limit", "1", None
+    )
+    least: NonNegative | None = quantity(
+        "least radius of a body that is taken, as of a mesh; absent: any", "m", None
+    )
     most: NonNegative | None = quantity("greatest radius of a body that is taken; absent: any", "m", None)
     cause: Annotated[str, Field(min_length=1, max_length=60)] = about("cause of death", "harvested")
 
@@ -71,7 +77,7 @@ class Harvest(Use):
 class Plant(Use):
     """Newcomers are brought at a rate, in the state of founders: planting, sowing, stocking."""
 
-    kind: Literal["plant"]
+    kind: Annotated[Literal["plant"], Change(ANEW)]
     rate: NonNegative = quantity("how many in a second", "1/s")
     up_to: Count | None = quantity("number there beyond which none are brought; absent: no limit", "1", None)
 

@@ -6,7 +6,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ecs_eco.engine.section import NonNegative, Positive, Section, Share, about, quantity
+from ecs_eco.engine.section import (
+    COLUMN,
+    EGG,
+    FREE,
+    SHAPE,
+    NonNegative,
+    Positive,
+    Section,
+    Share,
+    about,
+    quantity,
+)
 
 Season = Annotated[float, Field(gt=0, le=1)]
 Arriving = Annotated[float, Field(ge=1e-6, le=1)]
@@ -18,28 +29,41 @@ def _is_zero(value: float) -> bool:
     return value == 0
 
 
-class Growth(Section):
+class Growth(Section, change=FREE, own=True):
     """Growth from newborn to adult size, which is that of `body`; the costs of living follow the mass to the
     power 3/4. Founders and immigrants are adults."""
 
     law: Literal["von_bertalanffy", "west"] = about(
         "what approaches the adult's at a constant rate: the cube root of the mass (von Bertalanffy 1957) or "
-        "the fourth root (West, Brown & Enquist 2001)", "von_bertalanffy"
+        "the fourth root (West, Brown & Enquist 2001)",
+        "von_bertalanffy",
     )
     rate: Positive = quantity("of that approach; of an adult mass that is a gene, the one of body", "1/s")
     newborn: Newborn = quantity("mass of a newborn, as a share of the adult's", "1", 0.05)
     cost: NonNegative = quantity("energy burnt for each kilogram of growth", "energy/kg", 0.0)
-    reserve: NonNegative = quantity("energy that it keeps back: it grows by what it holds beyond; "
-                                    "with 0 it spends all on growth, and starves", "energy", 0.0)
-    pace: NonNegative = quantity("power of the mass, as a share of the adult's, with which speeds rise; 0: "
-                                 "the young are as fast as adults", "1", 0.0)
-    store: NonNegative = quantity("power of the mass, as a share of the adult's, with which "
-                                  "metabolism.energy_max rises, 1 for fat in proportion to the body; 0: the "
-                                  "young hold as much as adults. What one was born with beyond it is kept",
-                                  "1", 0.0, exclude_if=_is_zero)
+    reserve: NonNegative = quantity(
+        "energy that it keeps back: it grows by what it holds beyond; "
+        "with 0 it spends all on growth, and starves",
+        "energy",
+        0.0,
+    )
+    pace: NonNegative = quantity(
+        "power of the mass, as a share of the adult's, with which speeds rise; 0: "
+        "the young are as fast as adults",
+        "1",
+        0.0,
+    )
+    store: NonNegative = quantity(
+        "power of the mass, as a share of the adult's, with which "
+        "metabolism.energy_max rises, 1 for fat in proportion to the body; 0: the "
+        "young hold as much as adults. What one was born with beyond it is kept",
+        "1",
+        0.0,
+        exclude_if=_is_zero,
+    )
 
 
-class Breeding(Section):
+class Breeding(Section, change=FREE, own=COLUMN):
     """How fertility depends on age and season: `fertility` is its height, reached at the prime, in season.
 
     With age it follows a beta curve from maturity to the end; where the prime is a third of the way it is
@@ -50,13 +74,22 @@ class Breeding(Section):
     maturity: NonNegative = quantity("age from which it is fertile", "s", 0.0)
     prime: Positive | None = quantity(
         "age at which it is most fertile; absent: a third of the way from maturity to the end; "
-        "without an end: at maturity", "s", None
+        "without an end: at maturity",
+        "s",
+        None,
     )
-    end: Positive | None = quantity("age at which fertility ends; absent: it does not fall with age, "
-                                    "and rises in proportion to age from maturity to the prime", "s", None)
-    season: Share | None = quantity("time of the year when it is most fertile: 0 is the spring equinox, 0.25 "
-                                    "midsummer; absent: it breeds all year; the world needs a year", "1",
-                                    None)
+    end: Positive | None = quantity(
+        "age at which fertility ends; absent: it does not fall with age, "
+        "and rises in proportion to age from maturity to the prime",
+        "s",
+        None,
+    )
+    season: Share | None = quantity(
+        "time of the year when it is most fertile: 0 is the spring equinox, 0.25 "
+        "midsummer; absent: it breeds all year; the world needs a year",
+        "1",
+        None,
+    )
     width: Season = quantity("length of the season: its standard deviation, as a share of a year", "1", 0.1)
 
     def age_of_prime(self) -> float:
@@ -66,9 +99,7 @@ class Breeding(Section):
         return self.maturity if self.end is None else self.maturity + (self.end - self.maturity) / 3
 
 
-
-
-class Care(Section):
+class Care(Section, change=FREE, own=True):
     """Feeding of the young by their parents, who pay for it.
 
     With an action `nurse` a parent feeds when it decides to, else whenever it can.
@@ -82,14 +113,14 @@ class Care(Section):
     by: Literal["mother", "father", "both"] = about("who feeds them", "mother")
 
 
-class Hatching(Section):
+class Hatching(Section, change=FREE, own=EGG):
     """The eggs of another species, whose `reproduction.eggs` names this one: they lie where they were laid
     and hatch at the end of their incubation, with what energy is left in them.
 
     Where `temperature` is given, they develop in proportion to the degrees above the threshold.
     """
 
-    into: str = about("species that hatches from them")
+    into: str = about("species that hatches from them", change=SHAPE)
     incubation: Positive = quantity("from laying to hatching, at the temperature", "s")
     temperature: Positive | None = quantity("at which incubation takes that long; absent: at any", "K", None)
     threshold: NonNegative = quantity("temperature at and below which they do not develop", "K", 273.15)

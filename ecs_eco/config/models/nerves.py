@@ -7,6 +7,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from ecs_eco.engine.section import (
+    COLUMN,
+    FREE,
+    SHAPE,
     Function,
     Name,
     NonNegative,
@@ -20,7 +23,7 @@ from ecs_eco.engine.section import (
 )
 
 
-class Continuous(Section):
+class Continuous(Section, own=True):
     """An action that is a number: the policy draws it from a normal distribution, reflexes shift it."""
 
     continuous: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity(
@@ -39,13 +42,15 @@ def _word_or_number(value: Any) -> str:
     return "number" if isinstance(value, int | float) else "word"
 
 
-Group = Annotated[Annotated[list[str], Tag("names")] | Annotated[Continuous, Tag("range")],
-                  Discriminator(_form)]
-Neutral = Annotated[Annotated[str, Tag("word")] | Annotated[Real, Tag("number")],
-                    Discriminator(_word_or_number)]
+Group = Annotated[
+    Annotated[list[str], Tag("names")] | Annotated[Continuous, Tag("range")], Discriminator(_form)
+]
+Neutral = Annotated[
+    Annotated[str, Tag("word")] | Annotated[Real, Tag("number")], Discriminator(_word_or_number)
+]
 
 
-class Connection(Section):
+class Connection(Section, own=COLUMN):
     """One connection of a reflex network: while the sensor is beyond the threshold,
     the action gets the weight."""
 
@@ -83,10 +88,10 @@ class Reflex(Section):
 class Happiness(Section):
     """The happiness network: weights, a formula or a function of the sensors."""
 
-    weights: dict[str, Real] = table("sensor = weight of a sum", dict)
+    weights: dict[str, Real] = table("sensor = weight of a sum", dict, own=COLUMN)
     formula: str | None = about("expression of sensors", None)
     function: WithParameters | None = about("module:name of a function of sensors (n, channels) to (n)", None)
-    minimum: Real = quantity("happiness of the dead: the least that the network gives", "1")
+    minimum: Real = quantity("happiness of the dead: the least that the network gives", "1", own=True)
 
     @model_validator(mode="after")
     def _one_way(self) -> Happiness:
@@ -95,36 +100,51 @@ class Happiness(Section):
         return self
 
 
-class Policy(Section):
+class Policy(Section, change=SHAPE):
     """The policy network, the only one that learns."""
 
     kind: Literal["shared", "individual", "external", "function", "none"] = about(
         "shared: one network for all of the species; individual: one for each organism; external: a program "
         "beside the world decides (world.external, ecs_eco.rl); function: a function does; none: no policy",
-        "none"
+        "none",
     )
     function: WithParameters | None = about(
         "module:name of a function of sensors (n, channels) and uids (n) to choices (n, groups), "
-        'of kind "function"', None, exclude_if=is_absent
+        'of kind "function"',
+        None,
+        exclude_if=is_absent,
+        entries=SHAPE,
     )
     inherit: Literal["none", "birth", "learned"] = about(
         "initial weights of an individual network: none: random; birth: those of its genome; learned: "
-        "a parent's present ones", "none"
+        "a parent's present ones",
+        "none",
+        change=FREE,
     )
-    mutation: NonNegative = quantity("standard deviation of the noise added to each inherited weight", "1",
-                                     0.0)
+    mutation: NonNegative = quantity(
+        "standard deviation of the noise added to each inherited weight",
+        "1",
+        0.0,
+        change=FREE,
+        own="noise of what is inherited beside the genome; that of letters is genome.mutate",
+    )
     network: Function | None = about(
         "module:name of a torch module's class, made as Net(n_observations, groups); absent: "
-        "the built-in one", None
+        "the built-in one",
+        None,
     )
     device: Annotated[str, Field(pattern=r"^(cpu|cuda(:\d{1,3})?)$")] = about(
         "where the network thinks and learns: cpu, cuda or cuda:N", "cpu"
     )
     hidden: Annotated[list[Annotated[int, Field(ge=1, le=4096)]], Field(max_length=8)] = quantity(
-        "units of each hidden layer of the built-in network", "1", [64, 64]
+        "units of each hidden layer of the built-in network", "1", [64, 64], own=COLUMN
     )
-    learn: bool = about("whether it learns during a run", False)
-    file: str | None = about("trained weights (.safetensors), relative to the world file", None)
+    learn: bool = about("whether it learns during a run", False, change=FREE)
+    file: str | None = about(
+        "trained weights (.safetensors), relative to the world file",
+        None,
+        change="World.from_config(…, policies=…)",
+    )
 
     @property
     def thinks(self) -> bool:

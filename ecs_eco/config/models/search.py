@@ -40,15 +40,18 @@ class Range(Section):
     """
 
     search: Ends = about("[low, high]")
-    scale: Literal["linear", "log"] = about("whether equal steps are equal differences or equal factors",
-                                            "linear")
+    scale: Literal["linear", "log"] = about(
+        "whether equal steps are equal differences or equal factors", "linear"
+    )
 
 
 class Goal(Section):
     """One of several objectives."""
 
-    of: What = about("persistence, cycling, population, data, the name of a reporter, or module:function of "
-                     "the recorded series")
+    of: What = about(
+        "persistence, cycling, population, data, the name of a reporter, or module:function of "
+        "the recorded series"
+    )
     weight: Positive = quantity("its weight among the others", "1", 1.0)
 
 
@@ -65,12 +68,20 @@ class Posterior(Section):
     the world is like the measurements of [data]."""
 
     particles: Annotated[int, Field(ge=10, le=100_000)] = about(
-        "abc-smc: candidates of the first generation, drawn from the ranges", 100)
+        "abc-smc: candidates of the first generation, drawn from the ranges", 100
+    )
     keep: Annotated[float, Field(gt=0, lt=1)] | None = quantity(
         "share of the candidates (the nearest) that are the posterior, with abc-smc of `particles`; absent: "
-        "0.5 with abc-smc, 0.1 with abc", "1", None)
-    stop: Share = quantity("abc-smc: share of new candidates below which the posterior no longer improves: "
-                           "when fewer of a generation enter it, the search ends", "1", 0.05)
+        "0.5 with abc-smc, 0.1 with abc",
+        "1",
+        None,
+    )
+    stop: Share = quantity(
+        "abc-smc: share of new candidates below which the posterior no longer improves: "
+        "when fewer of a generation enter it, the search ends",
+        "1",
+        0.05,
+    )
 
 
 class Search(Section):
@@ -79,10 +90,13 @@ class Search(Section):
     objective: What | list[Goal] = about(
         "persistence, cycling, population, data (how near to the measurements of [data]), the name of a "
         "reporter, module:function, or a list with weights",
-        "persistence"
+        "persistence",
     )
-    wanted: dict[str, Positive] = table("species = number of organisms, for the objective population; "
-                                        "reporter = the mean wanted, if not as much as possible", dict)
+    wanted: dict[str, Positive] = table(
+        "species = number of organisms, for the objective population; "
+        "reporter = the mean wanted, if not as much as possible",
+        dict,
+    )
     persist: list[Name] = table(
         "species whose extinction ends a run; none: all but plants that come back from a seed rain", list
     )
@@ -93,7 +107,8 @@ class Search(Section):
     )
     policies: Literal["trained", "random", "untrained", "train", "train-once"] = about(
         "as in a run; train: each candidate trains its own; train-once: "
-        "all use those trained in the world as written", "trained"
+        "all use those trained in the world as written",
+        "trained",
     )
     training_ticks: Ticks | None = quantity("length of a training; absent: the world's", "ticks", None)
     stages: Annotated[int, Field(ge=1, le=10)] = about(
@@ -113,19 +128,23 @@ class Search(Section):
         "candidates that are tested on further seeds before the best is chosen", 4
     )
     confirm: Confirm = table("the last test", Confirm)
-    posterior: Posterior = Field(default_factory=Posterior, exclude_if=lambda it: it == Posterior(),
-                                 description="how abc and abc-smc sample")
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = about("seed of the optimiser", 1)
-    ranges: dict[str, Annotated[
-        Range, BeforeValidator(lambda v: {"search": v} if isinstance(v, list) else v)
-    ]] = table(
-        "dotted key = [low, high], or a table with scale", dict
+    posterior: Posterior = Field(
+        default_factory=Posterior,
+        exclude_if=lambda it: it == Posterior(),
+        description="how abc and abc-smc sample",
     )
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = about("seed of the optimiser", 1)
+    ranges: dict[
+        str, Annotated[Range, BeforeValidator(lambda v: {"search": v} if isinstance(v, list) else v)]
+    ] = table("dotted key = [low, high], or a table with scale", dict)
 
     @property
     def goals(self) -> list[tuple[Any, float]]:
         """The objectives, with weights that sum to 1."""
-        goals = ([(g.of, g.weight) for g in self.objective]
-                 if isinstance(self.objective, list) else [(self.objective, 1.0)])
+        goals = (
+            [(g.of, g.weight) for g in self.objective]
+            if isinstance(self.objective, list)
+            else [(self.objective, 1.0)]
+        )
         total = sum(weight for _, weight in goals)
         return [(of, weight / total) for of, weight in goals]

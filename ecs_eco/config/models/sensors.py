@@ -15,6 +15,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag
 
 from ecs_eco.engine.section import (
+    COLUMN,
+    WIDTH,
     Name,
     NonNegative,
     Point,
@@ -29,8 +31,10 @@ from ecs_eco.engine.section import (
 )
 
 Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
-ON_BODY = ("place on the body: forward, left (, up), in radii of the body; of a capsule or box in halves of "
-           "its length, width and height")
+ON_BODY = (
+    "place on the body: forward, left (, up), in radii of the body; of a capsule or box in halves of "
+    "its length, width and height"
+)
 WIDEST = 2.0 * math.pi + 1e-6
 
 
@@ -45,8 +49,10 @@ def _word_or_list(value: Any) -> str:
 
 
 Kin = Literal["mother", "father", "offspring", "siblings"]
-Kinds = Annotated[Annotated[str, Tag("word")] | Annotated[list[str], Field(min_length=1), Tag("names")],
-                  Discriminator(_word_or_list)]
+Kinds = Annotated[
+    Annotated[str, Tag("word")] | Annotated[list[str], Field(min_length=1), Tag("names")],
+    Discriminator(_word_or_list),
+]
 
 
 class Sensor(Section):
@@ -67,18 +73,26 @@ class Own(Sensor):
     """Feels one property or substance of the own body."""
 
     kind: Literal["own"]
-    property: str = about("energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, "
-                          "a property or substance that the species has, or Component.field of a component "
-                          "of your own")
-    scale: Positive = quantity("the value that reads 1", "unit of the property", 1.0)
-    at: Point = quantity(f"{ON_BODY}; a body is the same throughout, but for the pressure in a compressible "
-                         "one, which is that of the depth", "1", [0.0, 0.0], exclude_if=_is_zero)
+    property: str = about(
+        "energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, "
+        "a property or substance that the species has, or Component.field of a component "
+        "of your own"
+    )
+    scale: Positive = quantity("the value that reads 1", "unit of the property", 1.0, own=True)
+    at: Point = quantity(
+        f"{ON_BODY}; a body is the same throughout, but for the pressure in a compressible "
+        "one, which is that of the depth",
+        "1",
+        [0.0, 0.0],
+        exclude_if=_is_zero,
+        own=COLUMN,
+    )
 
     def base(self) -> str:
         return self.property.replace(".", "_")
 
 
-class Nearest(Sensor):
+class Nearest(Sensor, own=True):
     """Sees the nearest of one kind: name_forward and name_left (cosine and sine of its bearing), name_near.
 
     The last is 1 where it touches and falls to 0 at the radius; all are 0 where there is none. It is the
@@ -87,19 +101,26 @@ class Nearest(Sensor):
 
     kind: Literal["nearest"]
     target: str = about("a species or an object type")
-    radius: Positive = quantity("how far it sees", "m")
-    fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity("field of view around the heading", "rad",
-                                                             2 * math.pi)
+    radius: Positive = quantity("how far it sees", "m", own=COLUMN)
+    fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity(
+        "field of view around the heading", "rad", 2 * math.pi
+    )
     occlusion: bool = about("whether opaque bodies between hide the target", False)
     sight: NonNegative | None = quantity(
         "if given, it sees by light: as far as blind + sight × light at its eye, at most radius", "m", None
     )
     blind: NonNegative = quantity("how far it notices the target in the dark, if sight is given", "m", 0.0)
-    kin: Kin | None = about("only relatives count, those of the own species or its eggs; absent: all", None,
-                            exclude_if=is_absent)
+    kin: Kin | None = about(
+        "only relatives count, those of the own species or its eggs; absent: all", None, exclude_if=is_absent
+    )
 
-    at: Point = quantity(f"{ON_BODY}; direction and distance are those from there, the heading is the body's",
-                         "1", [0.0, 0.0], exclude_if=_is_zero)
+    at: Point = quantity(
+        f"{ON_BODY}; direction and distance are those from there, the heading is the body's",
+        "1",
+        [0.0, 0.0],
+        exclude_if=_is_zero,
+        own=COLUMN,
+    )
 
     def base(self) -> str:
         return self.target if self.kin is None else f"{self.target}_{self.kin}"
@@ -113,32 +134,42 @@ class Rays(Sensor):
     _left, _near."""
 
     kind: Literal["rays"]
-    count: Annotated[int, Field(ge=1, le=360)] = quantity("number of rays", "1")
-    fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity("angle between the outermost rays",
-                                                             "rad", math.pi)
-    radius: Positive = quantity("length of a ray", "m")
+    count: Annotated[int, Field(ge=1, le=360)] = quantity("number of rays", "1", own=WIDTH)
+    fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity(
+        "angle between the outermost rays", "rad", math.pi, own=True
+    )
+    radius: Positive = quantity("length of a ray", "m", own=COLUMN)
     targets: Annotated[list[str], Field(min_length=1)] = about(
         'species, object types or "wall" that a ray can report'
     )
-    report: Literal["per_ray", "closest"] = about("each ray's closeness, or where the closest hit is",
-                                                  "closest")
-    at: Point = quantity(f"{ON_BODY}; they begin there",
-                         "1", [0.0, 0.0], exclude_if=_is_zero)
-    angle: Angle = quantity("direction of the middle ray; 0 is ahead and left is positive", "rad", 0.0,
-                            exclude_if=_is_zero)
-    sight: NonNegative | None = quantity(
-        "if given, it sees by light: as far as blind + sight × light at its eye, at most radius", "m", None,
-        exclude_if=is_absent
+    report: Literal["per_ray", "closest"] = about(
+        "each ray's closeness, or where the closest hit is", "closest"
     )
-    blind: NonNegative = quantity("how far it sees in the dark, if sight is given", "m", 0.0,
-                                  exclude_if=_is_zero)
+    at: Point = quantity(f"{ON_BODY}; they begin there", "1", [0.0, 0.0], exclude_if=_is_zero, own=COLUMN)
+    angle: Angle = quantity(
+        "direction of the middle ray; 0 is ahead and left is positive",
+        "rad",
+        0.0,
+        exclude_if=_is_zero,
+        own=True,
+    )
+    sight: NonNegative | None = quantity(
+        "if given, it sees by light: as far as blind + sight × light at its eye, at most radius",
+        "m",
+        None,
+        exclude_if=is_absent,
+        own=True,
+    )
+    blind: NonNegative = quantity(
+        "how far it sees in the dark, if sight is given", "m", 0.0, exclude_if=_is_zero, own=True
+    )
 
     def channels(self, dims: int) -> tuple[str, ...]:
         ways = _ways(dims) if self.report == "closest" else tuple(str(i + 1) for i in range(self.count))
         return tuple(f"{self.name or self.base()}_{target}_{way}" for target in self.targets for way in ways)
 
 
-class Property(Sensor):
+class Property(Sensor, own=COLUMN):
     """Feels a property of the bodies around: the sum of weight × (value − zero)/scale over all whose centres
     are nearer than the radius, or their mean.
 
@@ -149,23 +180,31 @@ class Property(Sensor):
     """
 
     kind: Literal["property"]
-    property: str = about("energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, "
-                          "a property or substance that the bodies have, or Component.field of a "
-                          "component of your own")
-    of: Kinds | None = about("a species or an object type, or a list of them; "
-                             "absent: all that have the property", None)
+    property: str = about(
+        "energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, "
+        "a property or substance that the bodies have, or Component.field of a "
+        "component of your own"
+    )
+    of: Kinds | None = about(
+        "a species or an object type, or a list of them; absent: all that have the property", None
+    )
     radius: Positive = quantity("how far it reaches, to the centre of a body", "m")
     at: Point = quantity(ON_BODY, "1", [0.0, 0.0])
     decay: Literal["none", "linear", "inverse_square"] = about(
         "how the weight of a body falls with its distance", "none"
     )
     report: Literal["sum", "mean"] = about("the sum over the bodies, or their weighted mean", "sum")
-    zero: Real = quantity("the value of a body that adds nothing", "unit of the property", 0.0)
-    scale: Positive = quantity("the sum or the mean that reads 1", "unit of the property, over m² for a sum "
-                               "with inverse_square", 1.0)
+    zero: Real = quantity("the value of a body that adds nothing", "unit of the property", 0.0, own=True)
+    scale: Positive = quantity(
+        "the sum or the mean that reads 1",
+        "unit of the property, over m² for a sum with inverse_square",
+        1.0,
+        own=True,
+    )
 
-    kin: Kin | None = about("only relatives count, of kinds that are named; absent: all", None,
-                            exclude_if=is_absent)
+    kin: Kin | None = about(
+        "only relatives count, of kinds that are named; absent: all", None, exclude_if=is_absent
+    )
 
     def base(self) -> str:
         kin = [self.kin] if self.kin else []
@@ -181,14 +220,14 @@ class Smell(Sensor):
 
     kind: Literal["smell"]
     field: str = about("name of a field")
-    at: Point = quantity(ON_BODY, "1", [0.0, 0.0])
-    scale: Positive = quantity("the value of the field that reads 1/2", "unit of the field", 1.0)
+    at: Point = quantity(ON_BODY, "1", [0.0, 0.0], own=COLUMN)
+    scale: Positive = quantity("the value of the field that reads 1/2", "unit of the field", 1.0, own=True)
 
     def base(self) -> str:
         return self.field
 
 
-class Gradient(Sensor):
+class Gradient(Sensor, own=True):
     """Compares a smell on two sides of the body: (a − b)/(a + b + scale) ahead and behind,
     left and right, above and below.
 
@@ -217,8 +256,8 @@ class Approach(Sensor):
 
     kind: Literal["approach"]
     target: str = about("a species")
-    radius: Positive = quantity("how far it feels", "m")
-    scale: Positive = quantity("speed of approach that reads 1", "m/s", 1.0)
+    radius: Positive = quantity("how far it feels", "m", own=COLUMN)
+    scale: Positive = quantity("speed of approach that reads 1", "m/s", 1.0, own=True)
 
     def base(self) -> str:
         return f"{self.target}_approach"
@@ -227,14 +266,15 @@ class Approach(Sensor):
         return tuple(f"{self.name or self.base()}_{way}" for way in (*_ways(dims)[:-1], "closing"))
 
 
-class Touch(Sensor):
+class Touch(Sensor, own=COLUMN):
     """Reads 1 while something of the kind touches the body within a sector, else 0."""
 
     kind: Literal["touch"]
     target: str = about('a species, an object type, "wall" or "any"', "any")
     at: Annotated[list[Angle], Field(min_length=2, max_length=2)] = quantity(
-        "sector of the body, counter-clockwise from and to; 0 is ahead and left is positive", "rad",
-        [-math.pi, math.pi]
+        "sector of the body, counter-clockwise from and to; 0 is ahead and left is positive",
+        "rad",
+        [-math.pi, math.pi],
     )
 
     def base(self) -> str:
@@ -244,12 +284,12 @@ class Touch(Sensor):
 class Place(Sensor):
     """Keys of sensors of the ambient conditions."""
 
-    at: Point = quantity(ON_BODY, "1", [0.0, 0.0])
+    at: Point = quantity(ON_BODY, "1", [0.0, 0.0], own=COLUMN)
     zero: Real = quantity("the value that reads 0", "unit of the quantity", 0.0)
     scale: Positive = quantity("the difference from it that reads 1", "unit of the quantity", 1.0)
 
 
-class Light(Place):
+class Light(Place, own=True):
     """Reads the light at one place of the body, 1 is full daylight; with `dark`,
     its logarithm (Fechner 1860)."""
 
@@ -259,19 +299,19 @@ class Light(Place):
     )
 
 
-class Temperature(Place):
+class Temperature(Place, own=True):
     """Reads the temperature of the surroundings [K]."""
 
     kind: Literal["temperature"]
 
 
-class Pressure(Place):
+class Pressure(Place, own=True):
     """Reads the pressure of the surroundings [Pa], which tells the depth."""
 
     kind: Literal["pressure"]
 
 
-class Custom(Sensor):
+class Custom(Sensor, own=WIDTH):
     """A function of your own: function(world, table, seekers, out f32[n, channels],
     first) writes `width` channels."""
 
@@ -288,9 +328,19 @@ class Custom(Sensor):
 
 
 AnySensor = Annotated[
-    Own | Nearest | Rays | Property | Smell | Gradient | Approach | Touch
-    | Light | Temperature | Pressure | Custom,
-    Field(discriminator="kind")
+    Own
+    | Nearest
+    | Rays
+    | Property
+    | Smell
+    | Gradient
+    | Approach
+    | Touch
+    | Light
+    | Temperature
+    | Pressure
+    | Custom,
+    Field(discriminator="kind"),
 ]
 
 

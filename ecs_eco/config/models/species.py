@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import fields
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from ecs_eco.config.models.body import Body
+from ecs_eco.config.models.energy import Defence, Diet, Lethal, Locomotion, Metabolism
 from ecs_eco.config.models.heat import BodyHeat
 from ecs_eco.config.models.life import Breeding, Care, Growth, Hatching
 from ecs_eco.config.models.matter import AnyExchange, Emission, Reaction
@@ -18,11 +18,19 @@ from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
 from ecs_eco.config.models.surroundings import BODY, PROPERTIES, Color
 from ecs_eco.engine.section import (
+    ANEW,
+    COLUMN,
+    FREE,
+    MATTER,
+    NUMBERS,
+    PARENTLESS,
+    POPULATION,
+    SHAPE,
+    SWITCH,
     Count,
     Function,
     Name,
     NonNegative,
-    Positive,
     Real,
     Section,
     Share,
@@ -51,141 +59,112 @@ MOTIONS = ("speed", "turn", "climb", "pitch")  # that may be continuous
 OWN = ("energy", "age", "fertility")  # values of every organism besides its properties and substances
 
 
-class Metabolism(Section):
-    """The energy budget of one organism; the unit of energy is the world's own."""
-
-    energy: NonNegative = quantity("energy at the start and of a newborn without parent", "energy", 1.0)
-    energy_spread: Share | None = quantity(
-        "founders and immigrants have 1 − energy_spread to 1 + energy_spread times that energy, drawn evenly "
-        "and at most energy_max; 0: all have the same; absent: 0.25 for a species with a nervous system, so "
-        "that not all starve at once, 0 for others", "1", None, exclude_if=is_absent)
-    energy_max: Positive = quantity("most energy that an organism can hold", "energy", 1.0)
-    basal: NonNegative = quantity("energy burnt by living", "energy/s", 0.0)
-    growth: NonNegative = quantity("energy made in full light", "energy/s", 0.0)
-    digestion: NonNegative = quantity("time after a meal without another", "s", 0.0)
-    torpor: bool = about("whether it falls into torpor where no energy is left: it burns nothing, stands "
-                         "still and does not mate until it has eaten or grown; else energy falls below 0, "
-                         "and `lethal` says what that means", False, exclude_if=is_absent)
-
-
-class Locomotion(Section):
-    """Gaits, their costs, and how fast it turns."""
-
-    speed: dict[Name, NonNegative] = quantity("speed of each gait", "m/s", min_length=1)
-    cost: dict[Name, NonNegative] = quantity("energy burnt in each gait", "energy/s", {})
-    turn: NonNegative = quantity("rate of turning", "rad/s", 0.0)
-    climb: NonNegative = quantity("speed up and down in a volume, the same in all gaits", "m/s", 0.0)
-    pitch: Annotated[float, Field(ge=0, le=math.pi / 2)] = quantity(
-        "angle by which it swims up or down in a volume, at the speed of its gait; instead of climb", "rad",
-        0.0
-    )
-    drag: NonNegative = quantity("rate at which speed approaches that of the gait, by drag; 0: at once",
-                                 "1/s", 0.0)
-
-
-class Diet(Section):
-    """One kind of food."""
-
-    eats: str = about("a species or an object type")
-    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
-    chance: Share = quantity("chance of success in one second of contact", "1", 1.0)
-    gain: Real = quantity("energy gained from each, whatever it holds", "energy", 0.0)
-    efficiency: Share = quantity("share of the energy held by the eaten that is gained in addition", "1", 0.0)
-    deadly: bool = about("whether its poison kills the eater", False)
-    until: Real | None = quantity("eats only below this energy; absent: while it is not full", "energy", None)
-    assimilation: Share | None = quantity(
-        "share of the eaten's substances that its body keeps, where both hold substances; the rest goes to "
-        "the first field of each, or is lost; absent: all of it", "1", None, exclude_if=is_absent)
-
-
-class Defence(Section):
-    """Defence against being eaten, and its cost."""
-
-    toughness: Share = quantity("share of the bites into it that fail", "1", 0.0)
-    poison: NonNegative = quantity("energy that its eater loses", "energy", 0.0)
-    cost: NonNegative = quantity(
-        "share of growth and of sprouting seeds lost per unit of toughness and of poison", "1", 0.0
-    )
-
-
-class Lethal(Section):
-    """The interval of one property outside of which the organism dies."""
-
-    property: str = about("energy, age, fertility, a property or substance that the species has, or "
-                          "Component.field of a component of your own")
-    min: Real | None = quantity("dies at or below", "unit of the property", None)
-    max: Real | None = quantity("dies at or above", "unit of the property", None)
-    low: Annotated[str, Field(max_length=60)] = about("cause of death below min", "")
-    high: Annotated[str, Field(max_length=60)] = about("cause of death above max", "")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _name_causes(cls, data: Any) -> Any:
-        if isinstance(data, dict) and isinstance(data.get("property"), str):
-            words = {"low": ("min", "too low"), "high": ("max", "too high")}
-            named = {w: f"{data['property']} {text}"
-                     for w, (end, text) in words.items() if data.get(end) is not None}
-            return named | {k: v for k, v in data.items() if not (k in named and v == "")}
-        return data
-
-
 class Species(Section):
     """One species: all its organisms are born with these values."""
 
-    count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity("organisms at the start", "1")
+    count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
+        "organisms at the start", "1", change=NUMBERS, own=POPULATION
+    )
     age: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] | None = quantity(
         "least and most age of founders and of immigrants, drawn evenly between them; absent: all are of "
-        "age 0", "s", None, exclude_if=is_absent)
+        "age 0",
+        "s",
+        None,
+        exclude_if=is_absent,
+        change=FREE,
+        own=PARENTLESS,
+    )
     max_count: Count | None = quantity(
         "most that may live at once: those to be born share the free places at random, others are counted "
-        "as refused; migrants of an archipelago always come in; absent: no limit but memory", "1", None)
-    color: Color = about("colour in figures, #rrggbb", "#4477aa")
+        "as refused; migrants of an archipelago always come in; absent: no limit but memory",
+        "1",
+        None,
+        change=FREE,
+        own=POPULATION,
+    )
+    color: Color = about("colour in figures, #rrggbb", "#4477aa", change=FREE)
     body: Body = about("shape, size, mass, opacity")
-    properties: dict[str, Real] = table(f"physical properties at birth by name: {', '.join(PROPERTIES)}",
-                                        dict)
-    heat: BodyHeat | None = about("how its temperature changes; absent: it stays as it was at birth", None,
-                                  exclude_if=is_absent)
-    substances: dict[Name, NonNegative] = table("concentrations at birth by name [mol/L]", dict)
-    reactions: list[Reaction] = about("what its metabolism makes of its substances, in this order", [],
-                                      exclude_if=is_absent)
-    exchange: list[AnyExchange] = about("what it takes up from fields and gives off, in this order",
-                                        [], exclude_if=is_absent)
+    properties: dict[str, Real] = table(
+        f"physical properties at birth by name: {', '.join(PROPERTIES)}", dict, entries=FREE, own=COLUMN
+    )
+    heat: BodyHeat | None = about(
+        "how its temperature changes; absent: it stays as it was at birth",
+        None,
+        exclude_if=is_absent,
+        change=SHAPE,
+    )
+    substances: dict[Name, NonNegative] = table(
+        "concentrations at birth by name [mol/L]", dict, entries=FREE, own=MATTER
+    )
+    reactions: list[Reaction] = about(
+        "what its metabolism makes of its substances, in this order", [], exclude_if=is_absent, change=SHAPE
+    )
+    exchange: list[AnyExchange] = about(
+        "what it takes up from fields and gives off, in this order", [], exclude_if=is_absent, change=SHAPE
+    )
     born_with: Literal["declared", "mother", "soil"] = about(
         "where the substances of newborn come from: declared: from nowhere; mother: she shares what she "
         "holds, at equal concentration; soil: from the first field of each, where a seed falls, and it "
-        "sprouts only where there is enough", "declared", exclude_if=lambda value: value == "declared")
-    sex: Literal["none", "female", "male", "random"] = about("sex at birth", "none")
-    fertility: Share = quantity("fertility at birth; with breeding, its height", "1", 1.0)
-    breeding: Breeding | None = about("how fertility depends on age and season; absent: it stays", None,
-                                      exclude_if=is_absent)
-    growth: Growth | None = about("how the young grow; absent: they are born as large as adults", None,
-                                  exclude_if=is_absent)
+        "sprouts only where there is enough",
+        "declared",
+        exclude_if=lambda value: value == "declared",
+        change=SHAPE,
+    )
+    sex: Literal["none", "female", "male", "random"] = about("sex at birth", "none", change=FREE)
+    fertility: Share = quantity(
+        "fertility at birth; with breeding, its height", "1", 1.0, change=FREE, own=COLUMN
+    )
+    breeding: Breeding | None = about(
+        "how fertility depends on age and season; absent: it stays", None, exclude_if=is_absent
+    )
+    growth: Growth | None = about(
+        "how the young grow; absent: they are born as large as adults",
+        None,
+        exclude_if=is_absent,
+        change=SHAPE,
+    )
     metabolism: Metabolism = table("energy budget", Metabolism)
     locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
     defence: Defence = table("defence against being eaten", Defence)
     emits: dict[Name, NonNegative | Emission] = table(
-        "field = amount put into it [1/s], or { substance, rate, consume }", dict)
-    diet: list[Diet] = table("what it eats", list)
-    carries: list[Carry] = about("what it can pick up and put down", [], exclude_if=is_empty)
+        "field = amount put into it [1/s], or { substance, rate, consume }", dict, change=FREE, own=True
+    )
+    diet: list[Diet] = table("what it eats", list, change=FREE)
+    carries: list[Carry] = about("what it can pick up and put down", [], exclude_if=is_empty, change=SHAPE)
     builds: list[Build] = about("what it can make", [], exclude_if=is_empty)
-    sensors: list[AnySensor] = table("what it senses", list)
-    actions: dict[str, Group] = table("group = actions, of which the policy takes one at a time, "
-                                      "or { continuous = [least, most] }", dict)
-    neutral: dict[str, Neutral] = table("group = action taken if none is decided; of a continuous one: "
-                                        "the number, else that nearest to 0", dict)
+    sensors: list[AnySensor] = table("what it senses", list, change=SHAPE)
+    actions: dict[str, Group] = table(
+        "group = actions, of which the policy takes one at a time, or { continuous = [least, most] }",
+        dict,
+        change=SHAPE,
+    )
+    neutral: dict[str, Neutral] = table(
+        "group = action taken if none is decided; of a continuous one: the number, else that nearest to 0",
+        dict,
+        own=True,
+    )
     automatic: list[str] = table("actions that need no decision: always on unless a reflex blocks them", list)
-    reflex: Reflex | None = about("the reflex network", None)
-    happiness: Happiness | None = about("the happiness network", None)
+    reflex: Reflex | None = about("the reflex network", None, change=FREE)
+    happiness: Happiness | None = about("the happiness network", None, change=FREE)
     policy: Policy = table("the policy network", Policy)
-    ppo: dict[str, Any] = table("hyperparameters: fields of ecs_eco.learning.PPO", dict)
-    genome: GenomeSection | None = about("heredity; absent: all are born with these values", None)
+    ppo: dict[str, Any] = table("hyperparameters: fields of ecs_eco.learning.PPO", dict, entries=FREE)
+    genome: GenomeSection | None = about(
+        "heredity; absent: all are born with these values", None, change=SHAPE
+    )
     components: list[Function] = table("module:name of components of your own for its organisms", list)
-    reproduction: AnyReproduction | None = about("how it multiplies; absent: it does not", None)
-    care: Care | None = about("how parents feed their young; absent: they do not", None,
-                              exclude_if=is_absent)
-    hatch: Hatching | None = about("these are eggs: who hatches from them, and when; absent: they are not",
-                                   None, exclude_if=is_absent)
-    lethal: list[Lethal] = table("what kills it besides being eaten", list)
+    reproduction: AnyReproduction | None = about(
+        "how it multiplies; absent: it does not", None, change=ANEW + SWITCH
+    )
+    care: Care | None = about(
+        "how parents feed their young; absent: they do not", None, exclude_if=is_absent, change=SHAPE
+    )
+    hatch: Hatching | None = about(
+        "these are eggs: who hatches from them, and when; absent: they are not",
+        None,
+        exclude_if=is_absent,
+        change=SHAPE,
+    )
+    lethal: list[Lethal] = table("what kills it besides being eaten", list, change=FREE)
     remains: str | None = about("object type that the dead leave", None)
 
     _words: tuple[str, ...] = PrivateAttr(default=())  # of others, for hyperparameters
@@ -209,8 +188,11 @@ class Species(Section):
     @model_validator(mode="before")
     @classmethod
     def _fill_ppo(cls, data: Any) -> Any:
-        if (isinstance(data, dict) and isinstance(data.get("policy"), dict)
-            and data["policy"].get("kind") in THINKING):
+        if (
+            isinstance(data, dict)
+            and isinstance(data.get("policy"), dict)
+            and data["policy"].get("kind") in THINKING
+        ):
             given = data.get("ppo", {})
             return data | {"ppo": ppo_defaults() | given} if isinstance(given, dict) else data
         return data
@@ -229,13 +211,18 @@ class Species(Section):
 
     def groups(self) -> dict[str, list[str]]:
         """The names of the actions of each group; a continuous one is a single action, named as its group."""
-        return {group: [group] if isinstance(actions, Continuous) else actions
-                for group, actions in self.actions.items()}
+        return {
+            group: [group] if isinstance(actions, Continuous) else actions
+            for group, actions in self.actions.items()
+        }
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Least and most of each continuous action, by its group."""
-        return {group: (actions.continuous[0], actions.continuous[1])
-                for group, actions in self.actions.items() if isinstance(actions, Continuous)}
+        return {
+            group: (actions.continuous[0], actions.continuous[1])
+            for group, actions in self.actions.items()
+            if isinstance(actions, Continuous)
+        }
 
     @property
     def mates(self) -> bool:
@@ -271,8 +258,7 @@ class Species(Section):
 
 
 def _ours(given: dict[str, Any]) -> dict[str, str]:
-    """Our names of the words of others for hyperparameters; none where one is given twice, which checks say.
-    """
+    """Our names of the words of others for hyperparameters; none where one is given twice."""
     try:
         return ours(given)
     except ValueError:

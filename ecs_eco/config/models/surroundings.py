@@ -12,6 +12,9 @@ from ecs_eco.config.models.land import RealLand
 from ecs_eco.config.models.matter import AnyExchange, Decomposition, Emission, Reaction
 from ecs_eco.config.models.objects import Motion, Store
 from ecs_eco.engine.section import (
+    FREE,
+    NUMBERS,
+    SHAPE,
     Name,
     NonNegative,
     Point,
@@ -67,10 +70,12 @@ class Landmark(Section):
 class Strip(Section):
     """A road: a strip of ground on which walkers are faster or slower, and pay more or less."""
 
-    line: Annotated[list[Annotated[list[Real], Field(min_length=2, max_length=2)]],
-                    Field(min_length=2)] = quantity("the corners of its middle line", "m")
-    width: Positive = quantity("breadth of the strip; at least the cells of the ground that the line passes",
-                               "m", 1.0)
+    line: Annotated[list[Annotated[list[Real], Field(min_length=2, max_length=2)]], Field(min_length=2)] = (
+        quantity("the corners of its middle line", "m")
+    )
+    width: Positive = quantity(
+        "breadth of the strip; at least the cells of the ground that the line passes", "m", 1.0
+    )
     pace: Positive = quantity("factor of the speed of those on it", "1", 1.0)
     cost: NonNegative = quantity("factor of what moving costs them in a second", "1", 1.0)
 
@@ -78,21 +83,28 @@ class Strip(Section):
 class Terrain(RealLand):
     """The shape of the ground."""
 
-    cell: Positive = quantity("side of the cells of the height map, and of those of a raster that does not "
-                              "say its own", "m", 1.0)
+    cell: Positive = quantity(
+        "side of the cells of the height map, and of those of a raster that does not say its own", "m", 1.0
+    )
     hills: Hills | None = about("smooth random hills", None)
     mountains: list[Landmark] = table("high ground, slow to climb", list)
     rocks: list[Landmark] = table("cannot be entered or seen through", list)
     lakes: list[Landmark] = table("water", list)
-    roads: list[Strip] = about("roads that lie there from the start; others are interventions", [],
-                               exclude_if=is_empty)
-    slope_cost: NonNegative = quantity("extra cost of moving, as a factor per unit of slope", "1", 1.0)
-    hides: bool = about("whether hills hide what is behind them from rays and from `nearest` with occlusion, "
-                        "whose eyes are at the top of the body; else only rocks do", False,
-                        exclude_if=is_absent)
+    roads: list[Strip] = about(
+        "roads that lie there from the start; others are interventions", [], exclude_if=is_empty
+    )
+    slope_cost: NonNegative = quantity(
+        "extra cost of moving, as a factor per unit of slope", "1", 1.0, change=FREE
+    )
+    hides: bool = about(
+        "whether hills hide what is behind them from rays and from `nearest` with occlusion, "
+        "whose eyes are at the top of the body; else only rocks do",
+        False,
+        exclude_if=is_absent,
+    )
 
 
-class Ambient(Section):
+class Ambient(Section, change=FREE):
     """The state of the environment unless something changes it."""
 
     temperature: NonNegative = quantity("temperature", "K", 285.0)
@@ -104,19 +116,30 @@ class ScalarField(Section):
     """A quantity with one value at each place: emitted by bodies, diffusing, decaying."""
 
     cell: Positive = quantity("side of the field's cells", "m")
-    diffusion: NonNegative = quantity("diffusion coefficient", "m^2/s", 0.0)
-    decay: NonNegative = quantity("share lost per second", "1/s", 0.0)
-    substance: str | None = about("the substance whose concentration [mol/L] it is; absent: a smell without "
-                                  "amount", None, exclude_if=is_absent)
-    depth: Positive | None = quantity("thickness of the layer in a plane; absent: 1 m", "m", None,
-                                      exclude_if=is_absent)
-    initial: Positive | None = quantity("concentration at the start, and that of renewal; absent: 0",
-                                        "mol/L", None, exclude_if=is_absent)
-    renewal: Positive | None = quantity("share of the difference from `initial` that air, rain or springs "
-                                        "from outside of the world make up for in a second; absent: none",
-                                        "1/s", None, exclude_if=is_absent)
+    diffusion: NonNegative = quantity("diffusion coefficient", "m^2/s", 0.0, change=FREE)
+    decay: NonNegative = quantity("share lost per second", "1/s", 0.0, change=FREE)
+    substance: str | None = about(
+        "the substance whose concentration [mol/L] it is; absent: a smell without amount",
+        None,
+        exclude_if=is_absent,
+    )
+    depth: Positive | None = quantity(
+        "thickness of the layer in a plane; absent: 1 m", "m", None, exclude_if=is_absent
+    )
+    initial: Positive | None = quantity(
+        "concentration at the start, and that of renewal; absent: 0", "mol/L", None, exclude_if=is_absent
+    )
+    renewal: Positive | None = quantity(
+        "share of the difference from `initial` that air, rain or springs "
+        "from outside of the world make up for in a second; absent: none",
+        "1/s",
+        None,
+        exclude_if=is_absent,
+        change=FREE,
+    )
     only: Literal["lakes", "land"] | None = about(
-        "where `initial` holds; elsewhere it is 0; absent: everywhere", None, exclude_if=is_absent)
+        "where `initial` holds; elsewhere it is 0; absent: everywhere", None, exclude_if=is_absent
+    )
 
 
 def _is_empty(value: list[Any]) -> bool:
@@ -127,36 +150,65 @@ def _is_empty(value: list[Any]) -> bool:
 class ObjectType(Section):
     """A type of inanimate objects."""
 
-    count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity("how many lie at random places at the start",
-                                                                 "1", 0)
-    at: list[Point] = table("places of single objects at the start [m]", list)
-    heading: list[Real] = Field(default_factory=list, exclude_if=_is_empty, json_schema_extra={"unit": "rad"},
-                                description="headings of the objects in at, counter-clockwise from the x "
-                                "axis: one for each, or one for all; absent: 0 [rad]")
-    between: list[Way] = Field(default_factory=list, exclude_if=_is_empty, json_schema_extra={"unit": "m"},
-                               description="single objects at the start that reach from one place on the "
-                               "ground to another, [x, y, x, y]: middle, heading and length follow; capsules "
-                               "or boxes, in a volume on its floor [m]")
-    color: Color = about("colour in figures, #rrggbb", "#888888")
+    count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
+        "how many lie at random places at the start", "1", 0, change=NUMBERS
+    )
+    at: list[Point] = table("places of single objects at the start [m]", list, change=NUMBERS)
+    heading: list[Real] = Field(
+        default_factory=list,
+        exclude_if=_is_empty,
+        json_schema_extra={"unit": "rad"},
+        description="headings of the objects in at, counter-clockwise from the x "
+        "axis: one for each, or one for all; absent: 0 [rad]",
+    )
+    between: list[Way] = quantity(
+        "single objects at the start that reach from one place on the ground to another, [x, y, x, y]: "
+        "middle, heading and length follow; capsules or boxes, in a volume on its floor",
+        "m",
+        default_factory=list,
+        exclude_if=_is_empty,
+        change=NUMBERS,
+    )
+    color: Color = about("colour in figures, #rrggbb", "#888888", change=FREE)
     body: Body = about("shape, size, mass, opacity")
-    properties: dict[str, Real] = table(f"physical properties by name: {', '.join(PROPERTIES)}", dict)
-    heat: Heat | None = about("how their temperature changes; absent: it stays", None, exclude_if=is_absent)
-    substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict)
-    reactions: list[Reaction] = about("what becomes of their substances, in this order", [],
-                                      exclude_if=is_absent)
-    exchange: list[AnyExchange] = about("what they take up from fields and give off, in this order", [],
-                                        exclude_if=is_absent)
-    decomposition: Decomposition | None = about("how they decay; absent: they do not", None,
-                                                exclude_if=is_absent)
+    properties: dict[str, Real] = table(
+        f"physical properties by name: {', '.join(PROPERTIES)}", dict, entries=FREE
+    )
+    heat: Heat | None = about(
+        "how their temperature changes; absent: it stays", None, exclude_if=is_absent, change=SHAPE
+    )
+    substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict, entries=FREE)
+    reactions: list[Reaction] = about(
+        "what becomes of their substances, in this order", [], exclude_if=is_absent, change=SHAPE
+    )
+    exchange: list[AnyExchange] = about(
+        "what they take up from fields and give off, in this order", [], exclude_if=is_absent, change=SHAPE
+    )
+    decomposition: Decomposition | None = about(
+        "how they decay; absent: they do not", None, exclude_if=is_absent, change=SHAPE
+    )
     emits: dict[Name, NonNegative | Emission] = table(
-        "field = amount that each puts into it [1/s], or { substance, rate, consume }", dict)
-    energy: Store | None = about("energy that they hold, as food; absent: none", None, exclude_if=is_absent)
-    renewal: NonNegative = quantity("rate at which each one missing of `count` comes back, at a random "
-                                    "place; 0: never", "1/s", 0.0, exclude_if=is_empty)
-    motion: Motion | None = about("how they move by themselves; absent: they do not", None,
-                                  exclude_if=is_absent)
-    pushed: bool = about("whether solid bodies push them away, as they push each other; else nothing does",
-                         False, exclude_if=is_absent)
+        "field = amount that each puts into it [1/s], or { substance, rate, consume }", dict, change=FREE
+    )
+    energy: Store | None = about(
+        "energy that they hold, as food; absent: none", None, exclude_if=is_absent, change=SHAPE
+    )
+    renewal: NonNegative = quantity(
+        "rate at which each one missing of `count` comes back, at a random place; 0: never",
+        "1/s",
+        0.0,
+        exclude_if=is_empty,
+        change=FREE,
+    )
+    motion: Motion | None = about(
+        "how they move by themselves; absent: they do not", None, exclude_if=is_absent, change=SHAPE
+    )
+    pushed: bool = about(
+        "whether solid bodies push them away, as they push each other; else nothing does",
+        False,
+        exclude_if=is_absent,
+        change=FREE,
+    )
 
     def felt(self) -> tuple[str, ...]:
         """Names of properties and substances of these bodies."""

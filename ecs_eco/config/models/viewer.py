@@ -14,7 +14,8 @@ class Knob(Section):
 
     key: str = about("dotted key of a number that may change in a run, as species.deer.metabolism.basal")
     label: Annotated[str, Field(min_length=1, max_length=60)] | None = about(
-        "what it is called in the page; absent: its key", None)
+        "what it is called in the page; absent: its key", None
+    )
     min: Real = quantity("value at the left end of the slider", "unit of the key")
     max: Real = quantity("value at the right end", "unit of the key")
     unit: Annotated[str, Field(max_length=20)] | None = about("its unit; absent: that of its key", None)
@@ -24,4 +25,5 @@ class Viewer(Section):
     """What the viewer's page offers first: `ecs-eco watch`."""
 
     knobs: Annotated[list[Knob], Field(max_length=24)] = table(
-        "numbers that the page offers as sliders, in this order", list)
+        "numbers that the page offers as sliders, in this order", list
+    )

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 
 from ecs_eco.engine.section import (
+    FREE,
     Name,
     NonNegative,
     Positive,
@@ -22,36 +23,49 @@ from ecs_eco.engine.section import (
 Latitude = Annotated[float, Field(ge=-90, le=90)]
 
 
-class Sun(Section):
-    """The sun, which rises and sets: light at the surface is ambient.light times the sine of its elevation.
-    """
+class Sun(Section, change=FREE):
+    """The sun rises and sets: light at the surface is ambient.light times the sine of its elevation."""
 
     kind: Literal["natural", "inverted", "constant"] = about(
         "natural; inverted: half a day later, so that the day is dark; constant: "
-        "the mean of the day at all times", "natural"
+        "the mean of the day at all times",
+        "natural",
     )
     day: Positive = quantity("length of a day", "s", 86_400.0)
-    start: Share = quantity("time of the day at the start: 0 is midnight, 0.5 noon, as a share of a day", "1",
-                            0.0)
+    start: Share = quantity(
+        "time of the day at the start: 0 is midnight, 0.5 noon, as a share of a day", "1", 0.0
+    )
     latitude: Latitude = quantity("north is positive", "deg", 0.0)
     declination: Annotated[float, Field(ge=-90, le=90)] = quantity(
-        "of the sun: 23.4 in the northern midsummer, 0 at the equinoxes; with a year, its greatest", "deg",
-        0.0
+        "of the sun: 23.4 in the northern midsummer, 0 at the equinoxes; with a year, its greatest",
+        "deg",
+        0.0,
     )
-    year: Positive | None = quantity("length of a year that begins in spring; absent: that of `year`, "
-                                     "and without it the season stays", "s", None)
-    moon: NonNegative = quantity("light of a full moon in the zenith, which stands opposite to the sun", "1",
-                                 0.0)
+    year: Positive | None = quantity(
+        "length of a year that begins in spring; absent: that of `year`, and without it the season stays",
+        "s",
+        None,
+    )
+    moon: NonNegative = quantity(
+        "light of a full moon in the zenith, which stands opposite to the sun", "1", 0.0
+    )
 
 
-class Year(Section):
+class Year(Section, change=FREE):
     """The year, and how the temperature follows it; of the seasons of light, see `sun`."""
 
     length: Positive = quantity("length of a year", "s")
-    start: Share = quantity("time of the year at the start: 0 is the spring equinox, 0.25 midsummer, "
-                            "as a share of a year", "1", 0.0)
-    temperature: Real = quantity("how much warmer than ambient.temperature it is in the warmest time, "
-                                 "and colder half a year later, by a sine wave", "K", 0.0)
+    start: Share = quantity(
+        "time of the year at the start: 0 is the spring equinox, 0.25 midsummer, as a share of a year",
+        "1",
+        0.0,
+    )
+    temperature: Real = quantity(
+        "how much warmer than ambient.temperature it is in the warmest time, "
+        "and colder half a year later, by a sine wave",
+        "K",
+        0.0,
+    )
     warmest: Share = quantity("the warmest time of the year; the air lags behind the sun", "1", 0.33)
 
 
@@ -62,26 +76,30 @@ class Current(Section):
     velocity: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity("along x and y", "m/s")
 
 
-class Water(Section):
+class Water(Section, change=FREE):
     """A volume of water; the surface is at the top of the space."""
 
     attenuation: NonNegative = quantity("of light, by the water itself (Beer-Lambert)", "1/m", 0.0)
     shading: dict[Name, NonNegative] = quantity("species = area of shade that one of them casts", "m^2", {})
-    layer: Positive = quantity("thickness of the layers in which bodies that cast shade are counted", "m",
-                               1.0)
-    density: Positive = quantity("of the water: pressure rises by density × 9.81 m/s² × depth",
-                                 "kg/m^3", 1025.0)
+    layer: Positive = quantity(
+        "thickness of the layers in which bodies that cast shade are counted", "m", 1.0
+    )
+    density: Positive = quantity(
+        "of the water: pressure rises by density × 9.81 m/s² × depth", "kg/m^3", 1025.0
+    )
     deep_temperature: NonNegative | None = quantity(
         "far below the thermocline; absent: as ambient everywhere", "K", None
     )
-    thermocline: NonNegative = quantity("depth where the temperature is halfway from ambient to deep", "m",
-                                        0.0)
-    thermocline_width: Positive = quantity("half of the depth over which most of the change happens", "m",
-                                           1.0)
+    thermocline: NonNegative = quantity(
+        "depth where the temperature is halfway from ambient to deep", "m", 0.0
+    )
+    thermocline_width: Positive = quantity(
+        "half of the depth over which most of the change happens", "m", 1.0
+    )
     current: list[Current] = table("velocities by depth", list)
     current_function: WithParameters | None = about(
         "module:name of function(world, x, y, z) to velocities u, v, w [m/s], instead of a list by depth",
-        None
+        None,
     )
 
     @field_validator("current")

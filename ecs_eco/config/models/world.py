@@ -23,6 +23,8 @@ from ecs_eco.config.names import code_of, is_component
 from ecs_eco.engine.code import NONE, Code
 from ecs_eco.engine.parameters import applied
 from ecs_eco.engine.section import (
+    FENCE,
+    FREE,
     CodeEntry,
     Name,
     Positive,
@@ -66,14 +68,16 @@ class Training(Section):
     )
     vary: dict[str, Annotated[list[int | float], Field(min_length=2, max_length=2)]] = table(
         "dotted key = [low, high]: each of the worlds has a value of its own, at equal factors from the next",
-        dict
+        dict,
     )
     renew: Annotated[int, Field(ge=0, le=10**12)] = quantity(
         "ticks after which the worlds restart, with other values of `vary`; 0: never", "ticks", 0
     )
     pool: Annotated[float, Field(ge=0, le=1)] = quantity(
         "chance of each species in each world but the first to have an earlier, "
-        "fixed policy of its own until the next restart", "1", 0.0
+        "fixed policy of its own until the next restart",
+        "1",
+        0.0,
     )
     ramp: list[Ramp] = table("numbers that change while training", list)
 
@@ -82,50 +86,65 @@ class WorldConfig(Section):
     """A world: space, species and objects, and everything that happens to them."""
 
     format: Literal[1] = about("version of this format")
-    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$",
-                               max_length=60)] = about("name, used for folders")
-    title: Annotated[str, Field(max_length=200)] = about("name for people", "")
-    description: Annotated[str, Field(max_length=20_000)] = about("a few sentences", "")
-    code: Annotated[list[CodeEntry], Field(max_length=50)] = table(
-        "code of your own that it names: files beside it (\"sir.py\"), "
-        "installed modules (\"mypackage.ecology\"); runs once allowed", list
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=60)] = about(
+        "name, used for folders"
     )
-    ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("default length of a run", "ticks", 1000)
+    title: Annotated[str, Field(max_length=200)] = about("name for people", "", change=FREE)
+    description: Annotated[str, Field(max_length=20_000)] = about("a few sentences", "", change=FREE)
+    code: Annotated[list[CodeEntry], Field(max_length=50)] = table(
+        'code of your own that it names: files beside it ("sir.py"), '
+        'installed modules ("mypackage.ecology"); runs once allowed',
+        list,
+    )
+    ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity(
+        "default length of a run", "ticks", 1000, change=FREE
+    )
     dt: Positive = quantity("length of a tick", "s", 1.0)
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = about("default seed of a run", 1)
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = about("default seed of a run", 1, change=FREE)
     space: Space = about("the space that everything is in")
-    terrain: Terrain | None = about("the shape of the ground; absent: flat", None)
+    terrain: Terrain | None = about("the shape of the ground; absent: flat", None, change=FENCE)
     ambient: Ambient = table("state of the environment", Ambient)
     sun: Sun | None = about("the sun over it; absent: light is that of ambient at all times", None)
-    year: Year | None = about("the year; absent: that of the sun, if that has one", None,
-                              exclude_if=is_absent)
+    year: Year | None = about(
+        "the year; absent: that of the sun, if that has one", None, exclude_if=is_absent
+    )
     water: Water | None = about("the water that fills a volume; absent: none", None)
     substances: dict[Name, Annotated[str, Field(max_length=1000)]] = table(
-        "name = description of every chemical substance", dict
+        "name = description of every chemical substance", dict, entries=FREE
     )
     fields: dict[Name, ScalarField] = table("scalar fields by name", dict)
     objects: dict[Name, ObjectType] = table("types of inanimate objects by name", dict)
     species: Annotated[dict[Name, Species], Field(min_length=1, max_length=128)] = about("species by name")
-    training: Training = table("pre-training", Training)
+    training: Training = table("pre-training", Training, change=FREE)
     systems: list[WithParameters] = table(
         "module:name of systems of your own, each at the end of its phase; with parameters: "
-        "{ use = \"module:name\", … }", list
+        '{ use = "module:name", … }',
+        list,
     )
     reporters: dict[str, Reporter] = about(
         "name = what is measured in every tick and recorded beside the numbers of the species: a formula, as "
-        "mean(Metabolism.energy), or module:name of a function of the world", {}, exclude_if=is_empty
+        "mean(Metabolism.energy), or module:name of a function of the world",
+        {},
+        exclude_if=is_empty,
     )
-    interventions: list[AnyIntervention] = table("interventions while it runs", list)
+    interventions: list[AnyIntervention] = table("interventions while it runs", list, change=FREE)
     land_use: list[AnyUse] = about("harvests and plantings that go on", [], exclude_if=is_empty)
     archipelago: Archipelago | None = about(
         "islands that exchange migrants, each a world as this file describes it; absent: there is one world",
-        None, exclude_if=is_absent)
-    data: Data | None = about("measurements that it is compared with; absent: none", None,
-                              exclude_if=is_absent)
-    search: Search = Field(default_factory=Search, exclude=True,
-                           description="settings of `ecs-eco search`; runs ignore them")
-    viewer: Viewer = Field(default_factory=Viewer, exclude=True,
-                           description="what the viewer's page offers first; runs ignore it")
+        None,
+        exclude_if=is_absent,
+    )
+    data: Data | None = about(
+        "measurements that it is compared with; absent: none", None, exclude_if=is_absent
+    )
+    search: Search = Field(
+        default_factory=Search, exclude=True, description="settings of `ecs-eco search`; runs ignore them"
+    )
+    viewer: Viewer = Field(
+        default_factory=Viewer,
+        exclude=True,
+        description="what the viewer's page offers first; runs ignore it",
+    )
 
     _folder: Path = PrivateAttr(default_factory=Path)  # base of relative file names
     _source: str = PrivateAttr(default="dict")  # for messages
@@ -142,16 +161,24 @@ class WorldConfig(Section):
         remains of a species have its own."""
         if kind in self.species:
             return (*self.species[kind].felt(), *self.own_fields(kind))
-        left = (name for species in self.species.values() if species.remains == kind
-                for name in (*species.properties, *species.substances))
+        left = (
+            name
+            for species in self.species.values()
+            if species.remains == kind
+            for name in (*species.properties, *species.substances)
+        )
         return tuple(dict.fromkeys((*self.objects[kind].felt(), *left)))
 
     def own_fields(self, kind: str) -> dict[str, float]:
         """Component.field of every number in the user's own components of a species, with its default; none
         of components whose code may not run yet."""
         components = filter(is_component, map(self.known, self.species[kind].components))
-        return {f"{c.__name__}.{field}": float(default) for c in components
-                for field, (type_, default) in c.fields.items() if not type_.shape}
+        return {
+            f"{c.__name__}.{field}": float(default)
+            for c in components
+            for field, (type_, default) in c.fields.items()
+            if not type_.shape
+        }
 
     def may_have(self, kind: str, name: str) -> bool:
         """Whether a name may be a field in code that may not run yet."""
@@ -167,8 +194,15 @@ class WorldConfig(Section):
         eggs = {name for name, species in self.species.items() if species.hatch is not None}
         if self.archipelago is not None:  # those who wander keep their descent
             eggs |= {one for name in self.archipelago.emigration for one in self.family(name)}
-        return frozenset(eggs | {one for name, species in self.species.items() if species.knows_kin()
-                                 for one in self.family(name)})
+        return frozenset(
+            eggs
+            | {
+                one
+                for name, species in self.species.items()
+                if species.knows_kin()
+                for one in self.family(name)
+            }
+        )
 
     def bearers(self, property: str) -> list[str]:
         """The object types and species whose bodies have a property or substance, each by name."""
@@ -214,7 +248,9 @@ class WorldConfig(Section):
     def config_hash(self) -> str:
         """SHA-256 of the resolved configuration, of the code that it lists and of its land, 64 hexadecimal
         digits."""
-        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False) + "".join(
-            s.sha256 for s in self._code.sources
-        ) + (self._land.sha256 if self._land is not None else "")
+        text = (
+            json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False)
+            + "".join(s.sha256 for s in self._code.sources)
+            + (self._land.sha256 if self._land is not None else "")
+        )
         return hashlib.sha256(text.encode()).hexdigest()
