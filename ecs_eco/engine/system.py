@@ -1,6 +1,7 @@
 """Systems are behaviour: an esper.Processor that gets, table by table, the columns it named."""
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, ClassVar
 from zlib import crc32
 
 import numpy as np
@@ -20,11 +21,13 @@ class System(Scheduled):
     A subclass declares `needs` (components) and `phase`, and defines `update(table, world)`, called for every
     table that has them all, in the order in which tables were added; where several of them compete, in an
     order drawn in each tick. A system that joins tables overrides `process`. `acts` are the groups of actions
-    that it carries out, beyond those that every world knows: species may use them.
+    that it carries out, beyond those that every world knows: species may use them. A world from a file has a
+    shipped system with `asked_for` only where that is true of a table: others are as fast as without.
     """
 
     needs: tuple[type, ...] = ()
     acts: tuple[str, ...] = ()
+    asked_for: ClassVar[Callable[[Table], bool] | None] = None
     world: World
     # the tables that have what it needs, what that was found from, and whether several of them compete
     _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)

@@ -43,6 +43,7 @@ class Recorder(System):
     """
 
     phase = "record"
+    divisible = True
     world: "SpatialWorld"
 
     def __init__(self, world: "SpatialWorld",

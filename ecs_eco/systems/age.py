@@ -24,6 +24,7 @@ class Age(System):
 
     needs = (Biology,)
     phase = "metabolise"
+    divisible = True
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species age."""

@@ -32,6 +32,7 @@ class Build(System):
 
     needs = (Position, Body, Metabolism)
     phase = "interact"
+    asked_for = staticmethod(lambda table: bool(table.species.builds))
 
     def competes(self, table: Table) -> bool:
         """Return whether a species builds."""

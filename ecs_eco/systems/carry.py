@@ -39,6 +39,7 @@ class Carry(System):
 
     needs = (Position, Body, Metabolism, Load)
     phase = "move"
+    asked_for = staticmethod(lambda table: bool(table.species.carries))
     world: SpatialWorld
 
     def start(self, world: SpatialWorld) -> None:

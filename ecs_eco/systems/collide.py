@@ -33,6 +33,7 @@ class Collide(System):
 
     needs = (Position, Velocity, Body)
     phase = "interact"
+    divisible = True
     world: SpatialWorld
 
     def process(self, *_: Any) -> None:

@@ -20,6 +20,7 @@ class Compress(System):
 
     needs = (Position, Physical)
     phase = "metabolise"
+    asked_for = staticmethod(lambda table: table.species.compressible)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Set the pressure in one kind of bodies."""

@@ -26,6 +26,7 @@ class Decay(System):
 
     needs = (Metabolism,)
     phase = "metabolise"
+    asked_for = staticmethod(lambda table: table.species.store is not None)
 
     def start(self, world: SpatialWorld) -> None:
         """Register the cause of death."""

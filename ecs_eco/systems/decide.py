@@ -29,6 +29,7 @@ class Decide(System):
 
     needs = (Nervous,)
     phase = "decide"
+    divisible = True
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Write the decisions of one species; keep what its learner needs."""

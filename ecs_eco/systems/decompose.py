@@ -26,6 +26,7 @@ class Decompose(System):
 
     needs = (Position, Chemistry, Matter)
     phase = "metabolise"
+    asked_for = staticmethod(lambda table: table.species.decomposition is not None)
     world: SpatialWorld
 
     def start(self, world: SpatialWorld) -> None:

@@ -24,6 +24,7 @@ class Diffuse(System):
     decay and are renewed from outside."""
 
     phase = "environment"
+    divisible = True
     world: SpatialWorld
 
     def process(self, *_: Any) -> None:

@@ -21,6 +21,7 @@ class Dilute(System):
 
     needs = (Body, Chemistry, Matter)
     phase = "environment"
+    asked_for = staticmethod(lambda table: Matter in table)
 
     def start(self, world: SpatialWorld) -> None:
         """Give newborn the volume of their bodies."""

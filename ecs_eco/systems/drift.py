@@ -31,6 +31,7 @@ class Drift(System):
 
     needs = (Position,)
     phase = "move"
+    divisible = True
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Carry one kind of bodies."""

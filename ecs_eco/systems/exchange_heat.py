@@ -36,6 +36,7 @@ class ExchangeHeat(System):
 
     needs = (Position, Body, Physical, HeatExchange)
     phase = "metabolise"
+    asked_for = staticmethod(lambda table: HeatExchange in table)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Change the temperatures of one kind of bodies."""

@@ -39,6 +39,7 @@ class ExchangeMatter(System):
 
     needs = (Position, Body, Chemistry, Matter)
     phase = "metabolise"
+    asked_for = staticmethod(lambda table: bool(table.species.exchange))
     world: SpatialWorld
     _asked: dict[tuple[int, int, str], list[Asked]]
 

@@ -54,6 +54,7 @@ class Feed(System):
 
     needs = (Position, Body, Metabolism)
     phase = "interact"
+    divisible = True
     world: SpatialWorld
     _wanted: list[Meals]  # in this tick
     _shaped: bool  # whether some distances are from surface to surface

@@ -29,6 +29,7 @@ class Feel(System):
 
     needs = (Nervous,)
     phase = "feel"
+    divisible = True
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Update happiness and reward of one species."""

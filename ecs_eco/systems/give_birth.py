@@ -29,6 +29,7 @@ class GiveBirth(System):
 
     needs = (Position, Body, Metabolism, Biology, Gestation)
     phase = "reproduce"
+    divisible = True
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species give birth."""

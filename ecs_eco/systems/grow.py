@@ -28,6 +28,7 @@ class Grow(System):
 
     needs = (Position, Metabolism)
     phase = "environment"
+    divisible = True
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species grow; those without `growth` stay as they are."""

@@ -30,6 +30,7 @@ class GrowUp(System):
 
     needs = (Body, Metabolism, Stature)
     phase = "metabolise"
+    asked_for = staticmethod(lambda table: table.species.growth is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species grow."""

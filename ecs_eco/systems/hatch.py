@@ -29,6 +29,7 @@ class Hatch(System):
 
     needs = (Position, Metabolism, Parentage, Incubation)
     phase = "die"
+    asked_for = staticmethod(lambda table: table.species.hatch is not None)
 
     def start(self, world: SpatialWorld) -> None:
         """Register the cause of their end."""

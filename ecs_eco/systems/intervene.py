@@ -36,6 +36,7 @@ class Intervene(System):
     """
 
     phase = "environment"
+    divisible = True
     world: Any  # an `ecosystem.World`, which can be reconfigured
 
     def __init__(self) -> None:

@@ -21,6 +21,7 @@ class Learn(System):
 
     needs = (Nervous,)
     phase = "learn"
+    divisible = True
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Credit the rewards of one species, and update its brains when it is time."""

@@ -23,6 +23,7 @@ class LeaveRemains(System):
     """
 
     phase = "die"
+    divisible = True
 
     def start(self, world: SpatialWorld) -> None:
         """Listen for deaths, of whatever cause."""

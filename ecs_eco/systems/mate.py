@@ -45,6 +45,7 @@ class Mate(System):
 
     needs = (Position, Body, Metabolism, Biology, Gestation)
     phase = "interact"
+    divisible = True
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species mate."""

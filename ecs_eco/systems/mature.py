@@ -31,6 +31,7 @@ class Mature(System):
 
     needs = (Biology,)
     phase = "environment"
+    asked_for = staticmethod(lambda table: table.species.breeding is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Set the fertility of one species for this tick."""

@@ -32,6 +32,7 @@ class Metabolise(System):
 
     needs = (Metabolism,)
     phase = "metabolise"
+    divisible = True
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Burn the energy of one species for a tick."""

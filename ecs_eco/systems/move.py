@@ -51,6 +51,7 @@ class Move(System):
 
     needs = (Position, Velocity, Nervous)
     phase = "move"
+    divisible = True
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Move one species."""

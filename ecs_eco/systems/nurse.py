@@ -37,6 +37,7 @@ class Nurse(System):
 
     needs = (Position, Body, Metabolism, Biology, Parentage)
     phase = "interact"
+    asked_for = staticmethod(lambda table: table.species.care is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species feed its young."""

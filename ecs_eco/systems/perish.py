@@ -32,6 +32,7 @@ class Perish(System):
     """
 
     phase = "die"
+    divisible = True
     world: SpatialWorld
     _causes: Sequence[str] = ()  # with which limits were found
     _known: dict[str, Limits]  # by table

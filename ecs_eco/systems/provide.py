@@ -25,6 +25,7 @@ class Provide(System):
 
     needs = (Chemistry, Matter)
     phase = "reproduce"
+    asked_for = staticmethod(lambda table: table.species.born_with == "mother")
     world: SpatialWorld
 
     def start(self, world: SpatialWorld) -> None:

@@ -33,6 +33,7 @@ class React(System):
 
     needs = (Chemistry, Matter)
     phase = "metabolise"
+    asked_for = staticmethod(lambda table: bool(table.species.reactions))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let the reactions of one species take place."""

@@ -24,6 +24,7 @@ class Renew(System):
 
     needs = (Position,)
     phase = "reproduce"
+    asked_for = staticmethod(lambda table: table.species.upkeep[1] > 0)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one type of objects come back."""

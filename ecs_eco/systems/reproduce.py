@@ -35,6 +35,7 @@ class Reproduce(System):
 
     needs = (Position, Body, Metabolism, Biology)
     phase = "reproduce"
+    divisible = True
     # where parents are listed: rows, numbers of newborn, and what they give, of as many as a table had
     _lists: tuple[np.ndarray, ...] = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0, np.float32))
 

@@ -17,6 +17,7 @@ class ResetFlows(System):
 
     needs = (Metabolism,)
     phase = "environment"
+    divisible = True
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Zero the flows of the last tick."""

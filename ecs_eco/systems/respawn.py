@@ -21,6 +21,7 @@ class Respawn(System):
 
     needs = (Position, Metabolism, Biology, Nervous)
     phase = "reproduce"
+    divisible = True
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Bring one species back to its initial number."""

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from ecs_eco.components import HeatExchange, Matter
 from ecs_eco.engine.system import System
 from ecs_eco.systems.age import Age
 from ecs_eco.systems.build import Build
@@ -71,33 +70,9 @@ RESPAWNING = SCHEDULE | {"reproduce": (Provide, Renew, Respawn, Reproduce, Sprea
 """
 
 
-OPTIONAL: dict[type[System], Callable[[Table], bool]] = {
-    TakeStock: lambda table: Matter in table,
-    Dilute: lambda table: Matter in table,
-    ExchangeMatter: lambda table: bool(table.species.exchange),
-    React: lambda table: bool(table.species.reactions),
-    Decompose: lambda table: table.species.decomposition is not None,
-    Provide: lambda table: table.species.born_with == "mother",
-    ExchangeHeat: lambda table: HeatExchange in table,
-    Mature: lambda table: table.species.breeding is not None,
-    Hatch: lambda table: table.species.hatch is not None,
-    Nurse: lambda table: table.species.care is not None,
-    GrowUp: lambda table: table.species.growth is not None,
-    Compress: lambda table: table.species.compressible,
-    UseLand: lambda table: table.species.used,
-    Travel: lambda table: table.species.motion is not None,
-    Carry: lambda table: bool(table.species.carries),
-    Build: lambda table: bool(table.species.builds),
-    Decay: lambda table: table.species.store is not None,
-    Renew: lambda table: table.species.upkeep[1] > 0,
-}
-"""Systems that a world from a world file has only where some table asks for them: others are as fast as
-without."""
-
-
 def schedule(respawn: bool = False, tables: Iterable[Table] | None = None) -> list[System]:
-    """Return new systems for a world, in the order of a tick; where its `tables` are given, only those
-    optional ones that they ask for."""
+    """Return new systems for a world, in the order of a tick; without those that none of its `tables` asks
+    for, where these are given."""
     phases, given = RESPAWNING if respawn else SCHEDULE, None if tables is None else list(tables)
     return [system() for systems in phases.values() for system in systems
-            if given is None or system not in OPTIONAL or any(map(OPTIONAL[system], given))]
+            if given is None or system.asked_for is None or any(map(system.asked_for, given))]

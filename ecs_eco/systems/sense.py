@@ -27,6 +27,7 @@ class Sense(System):
 
     needs = (Position, Nervous)
     phase = "sense"
+    divisible = True
 
     @cached_property
     def _shares(self) -> dict[str, tuple[tuple[Any, ...], Share, Share]]:

@@ -12,6 +12,7 @@ class Shade(System):
     before anything uses the light of this tick."""
 
     phase = "environment"
+    divisible = True
     world: SpatialWorld
 
     def process(self, *_: Any) -> None:

@@ -53,6 +53,7 @@ class Spread(System):
 
     needs = (Position, Metabolism)
     phase = "reproduce"
+    divisible = True
 
     @cached_property
     def _grounds(self) -> dict[str, tuple[Any, ...]]:

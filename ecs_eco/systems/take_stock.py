@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ecs_eco.components import Matter
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.matter import NUMBER, stocks
 from ecs_eco.space.world import SpatialWorld
@@ -13,6 +14,7 @@ class TakeStock(System):
     """What has changed since the last tick without a flow was set by hand, and is booked as such."""
 
     phase = "environment"
+    asked_for = staticmethod(lambda table: Matter in table)
     world: SpatialWorld
 
     def process(self, *_: Any) -> None:

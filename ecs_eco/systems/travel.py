@@ -28,6 +28,7 @@ class Travel(System):
 
     needs = (Position, Route)
     phase = "move"
+    asked_for = staticmethod(lambda table: table.species.motion is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Move one type of objects for a tick."""

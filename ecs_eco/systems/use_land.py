@@ -31,6 +31,7 @@ class UseLand(System):
     """
 
     phase = "environment"
+    asked_for = staticmethod(lambda table: table.species.used)
     world: Any
 
     def __init__(self) -> None:
