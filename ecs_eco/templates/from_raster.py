@@ -49,7 +49,7 @@ def world_from_raster(raster: str, out: str | Path | None = None, *, band: int |
     there = raster if own else os.path.relpath(raster, path.parent)
     if there.startswith(".."):
         near = str(Path(raster).with_name(path.name))
-        what = "is not in a folder above the raster"
+        what = "is neither in the folder of the raster nor in one above it"
         raise ConfigError([Problem((), what, str(path), near, source="FILE")])
     keys = {"raster": Path(there).as_posix(), "file": path.as_posix()}
     text = TEMPLATE.read_text(encoding="utf-8").format(**keys, **_values(held, per, side, name, band, crs))
