@@ -11,8 +11,8 @@ import numpy as np
 from ecs_eco.config.models.nerves import Connection
 from ecs_eco.config.models.species import Species, ppo_defaults
 from ecs_eco.config.models.surroundings import PROPERTIES
-from ecs_eco.config.numbers import Number, numbers_of, values_in
-from ecs_eco.engine.section import LARGEST, SMALLEST
+from ecs_eco.config.numbers import PLACE, Number, numbers_of, values_in
+from ecs_eco.engine.section import COLUMN, LARGEST, SMALLEST
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.genomes.traits import Kind, Trait
 
@@ -49,6 +49,18 @@ def numbers_of_species() -> dict[str, Number]:
                             field.type == "int", "1", field.metadata["doc"], field.metadata["own"])
             known[number.name] = number
     return known
+
+
+def why_shared(key: str) -> str:
+    """Return why no organism has its own value of a key of its species; "" where it can, or where there is no
+    such number."""
+    parts = key.split(".")
+    for number in numbers_of_species().values():
+        fits = len(number.pattern) == len(parts) and all(
+            a in (PLACE, b) for a, b in zip(number.pattern, parts, strict=True))
+        if fits and isinstance(number.own, str) and number.own != COLUMN:
+            return number.own
+    return ""
 
 
 def label_of(connection: Connection) -> str:

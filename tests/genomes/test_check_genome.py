@@ -175,3 +175,21 @@ def test_the_conformance_check_finds_values_beyond_the_range_and_rows_that_mix(
     monkeypatch.setattr(Range, "values", lambda self, numbers: right(self, np.sort(numbers, axis=0)))
     with pytest.raises(AssertionError, match="depend on the others"):
         check_layout(layout)
+
+
+@pytest.mark.parametrize(("trait", "reason"), [
+    ("max_count", "it counts organisms"), ("body.density", "mass follows from it"),
+    ("reproduction.immigration", "organisms without parents"),
+])  # fmt: skip
+def test_what_no_gene_can_code_for_is_refused_with_the_reason(trait, reason) -> None:
+    (problem,) = check_genome(world(gene(1, trait=trait)), "goat")
+    assert problem.path == "species.goat.genome.genes.1.trait"
+    assert problem.what.startswith("no gene can code for it: ")
+    assert reason in problem.what
+    assert problem.value == trait
+    assert problem.nearest == ""
+
+
+def test_a_misspelt_trait_has_the_nearest_right_name() -> None:
+    (problem,) = check_genome(world(gene(1, trait="body.radios")), "goat")
+    assert (problem.what, problem.nearest) == ("the species has no such trait", "body.radius")

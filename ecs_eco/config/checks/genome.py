@@ -32,7 +32,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
     if section is None:
         return
     from ecs_eco.config.shapes import shapes_of_networks
-    from ecs_eco.config.traits import traits_of
+    from ecs_eco.config.traits import traits_of, why_shared
     from ecs_eco.genomes.problems import problems
     from ecs_eco.genomes.promoters import problems_of_variable
 
@@ -55,7 +55,10 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
     loci = section.loci if section.longest is None else None
     own_problems = [*problems(section.genes, len(section.alphabet), loci, traits, shapes),
                     *problems_of_variable(section, traits, shapes)]
-    yield from (problem.moved(key=(*key, *problem.key)) for problem in own_problems)
+    for problem in own_problems:
+        shared = why_shared(str(problem.value)) if problem.key[-1] == "trait" else ""
+        why = {"what": f"no gene can code for it: {shared}", "nearest": ""} if shared else {}
+        yield problem.moved(key=(*key, *problem.key), **why)
     yield from _check_ranges(config, species, key, section)
     yield from _check_brain(name, species, section)
     if not own_problems:
