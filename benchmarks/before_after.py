@@ -12,8 +12,8 @@ the same number have the same seed, so all have the same organisms even where la
 The ratio is that of this commit's seconds to the other's. A second process of the other commit is the
 control: what its ratio is beside 1 comes from how processes lie in memory. All are started anew after every
 few turns, and the interval of 95 % is a bootstrap's over these sets of processes. `systems`: how long each
-system takes for a tick [µs]: the least time of each of 40 ticks among twelve worlds, in three processes of
-either commit, in turns. Noise only adds, so this resolves what `times` cannot. `starts`: whole processes
+system takes for a tick [µs]: the least time of each tick among worlds of the same seeds, which processes of
+either commit run in turns. Noise only adds, so this resolves what `times` cannot. `starts`: whole processes
 in turns, without and with their report, and with an empty cache. Results go to
 benchmarks/results/before_after_<what>.json.
 """
@@ -97,33 +97,26 @@ from ecs_eco import World
 from ecs_eco.config import load
 
 name, changes, ticks = json.loads(sys.argv[1])
-took = collections.defaultdict(lambda: [float("inf")] * ticks)
 
 
-def timed(process, least):
-    tick = -1
-
+def timed(process, took):
     def call():
-        nonlocal tick
-        tick += 1
         start = time.perf_counter()
         process()
-        least[tick] = min(least[tick], time.perf_counter() - start)
+        took.append(time.perf_counter() - start)
 
     return call
 
 
-for seed in range(-1, 12):
-    world = World.from_config(load(name, changes), seed=max(seed, 0), record=False).run(5)
-    if seed < 0:
-        world.run(ticks)  # compiles
-        continue
+for turn, _ in enumerate(sys.stdin):
+    took = collections.defaultdict(list)
+    world = World.from_config(load(name, changes), seed=turn, record=False).run(5)
     for system in world.systems:
         system.process = timed(system.process, took[type(system).__name__])
     whole = timed(lambda: world.run(1), took["a tick"])
     for _ in range(ticks):
         whole()
-print(json.dumps({name: 1e6 * sum(least) / ticks for name, least in took.items()}))
+    print(json.dumps(took), flush=True)
 """
 
 
@@ -191,18 +184,22 @@ def times(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
     return results
 
 
-def systems(before: Path, worlds: list[str]) -> dict[str, Any]:
+def systems(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
     """Return for each of these worlds the least time of each system for a tick [µs], and the ratio of whole
     ticks."""
     results: dict[str, Any] = {}
     for name in worlds:
         world, changes, ticks = WORLDS[name]
-        took: dict[Path, list[dict[str, float]]] = {before: [], ROOT: []}
-        for number in range(3):
-            for place in (before, ROOT) if number % 2 else (ROOT, before):
-                took[place].append(call(place, SYSTEMS, [world, changes, ticks]))
-        was, now = ({system: min(one[system] for one in some) for system in some[0]}
-                    for some in took.values())
+        least: list[dict[str, list[float]]] = [{}, {}]  # before and after: by system and tick
+        for _ in range(sets):
+            with living([before, ROOT], [world, changes, ticks], SYSTEMS) as turn:
+                turn(0)  # compiles
+                for number in range(TURNS):
+                    for known, took in zip(least, turn(number), strict=True):
+                        for system, times in took.items():
+                            known[system] = list(map(min, known.get(system, times), times))
+        was, now = ({system: 1e6 * statistics.fmean(times) for system, times in known.items()}
+                    for known in least)
         both = {system: [round(was.get(system, 0.0), 1), round(now.get(system, 0.0), 1)]
                 for system in sorted(was.keys() | now.keys())}
         changed = {system: pair for system, pair in both.items()
@@ -215,15 +212,15 @@ def systems(before: Path, worlds: list[str]) -> dict[str, Any]:
 
 
 @contextmanager
-def living(places: list[Path], asked: Any) -> Iterator[Callable[[int], list[float]]]:
+def living(places: list[Path], asked: Any, code: str = TIME) -> Iterator[Callable[[int], list[Any]]]:
     """A process for each place; the function lets the next world of each live for a turn, in an order that
-    depends on the turn's number, and returns the seconds that they took."""
-    worlds = [subprocess.Popen([sys.executable, "-c", TIME, json.dumps(asked)], cwd=place, text=True,
+    depends on the turn's number, and returns what they print: the seconds that they took."""
+    worlds = [subprocess.Popen([sys.executable, "-c", code, json.dumps(asked)], cwd=place, text=True,
                                env=environment(place), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
               for place in places]
 
-    def turn(number: int) -> list[float]:
-        took = [0.0] * len(worlds)
+    def turn(number: int) -> list[Any]:
+        took: list[Any] = [0.0] * len(worlds)
         for i in range(len(worlds)):
             this = (i + number) % len(worlds)
             pipes = worlds[this]
@@ -231,7 +228,7 @@ def living(places: list[Path], asked: Any) -> Iterator[Callable[[int], list[floa
             assert pipes.stdout is not None
             pipes.stdin.write("\n")
             pipes.stdin.flush()
-            took[this] = float(pipes.stdout.readline())
+            took[this] = json.loads(pipes.stdout.readline())
         return took
 
     try:
@@ -329,7 +326,7 @@ def main() -> int:
         place = Path(folder)
         result = (digests(place) if given.what == "digests"
                   else times(place, given.sets, given.worlds) if given.what == "times"
-                  else systems(place, given.worlds) if given.what == "systems"
+                  else systems(place, given.sets, given.worlds) if given.what == "systems"
                   else starts(place, given.pairs, given.firsts))
     record = {"before": git[given.before], "after": git["HEAD"], "load": os.getloadavg()[0], **result}
     (RESULTS / f"before_after_{given.what}.json").write_text(json.dumps(record, indent=1) + "\n",
