@@ -70,7 +70,7 @@ def test_a_reflex_experiment_shows_which_gene_spreads(tmp_path: Path) -> None:
     s = {gene: float(x) for gene, x in re.findall(r"(\w+): .*s = (\S+) per generation", said)}
     assert s["freeze"] < -0.1  # who freezes before a fox is eaten
     drawn = {p.name for p in (folder / "run" / "figures").iterdir()}
-    assert {"alleles-2.svg", "genes-2.svg", "actions-2.svg"} <= drawn
+    assert {"alleles-1.svg", "genes-1.svg", "actions-1.svg"} <= drawn
     assert {"alleles-0.svg", "genes-0.svg"} <= {p.name for p in (folder / "compared" / "figures").iterdir()}
     genes = json.loads((folder / "compared" / "compare.json").read_text())["genes"]["vole"]
     freeze = genes["freeze = 1"]

@@ -289,7 +289,7 @@ def test_a_world_that_breaks_a_promise_is_told_so(menagerie):
         return build
 
     with pytest.raises(AssertionError,
-                       match=r"menagerie, tick 0, lynx: the energy ledger is off by .*: stock_before"):
+                       match=r"menagerie, tick 0, moss: the energy ledger is off by .*: stock_before"):
         check_world(make(Leak), ticks=2)
     with pytest.raises(AssertionError,
                        match=r"menagerie: the same seed gives another world; draw chance with ecs_eco.draw"):

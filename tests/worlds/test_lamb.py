@@ -180,9 +180,9 @@ def test_the_kernels_are_their_slow_twins():
             slow[row] += [0, 0, 1] if wet else [0, np.clip(0.007 - slow[row, 1], 0, 0.001), 0]
     assert air == pytest.approx(slow, abs=1e-7)
 
-    milk, since = before.copy(), rng.integers(0, 6, n, np.int32)
+    milk, since = before.copy(), rng.integers(0, 6, n).astype(F)
     slow, clock = before.copy(), since.copy()
-    suck(rows, touches, flags[1], 4, F(0.001), F(0.005), 0, since, milk)
+    suck(rows, touches, flags[1], F(4), F(0.001), F(0.005), F(1), 0, since, milk)
     for row, touch in zip(rows, touches, strict=True):
         sucks = bool(touch) and flags[1, row]
         slow[row, 0] += np.clip(0.005 - slow[row, 0], 0, 0.001) if sucks and clock[row] >= 4 else 0

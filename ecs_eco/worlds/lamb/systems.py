@@ -12,9 +12,8 @@ import numpy as np
 
 from ecs_eco.components import Chemistry, Nervous, Velocity
 from ecs_eco.engine.jit import njit
-from ecs_eco.engine.schema import component, i32
+from ecs_eco.engine.schema import component, f32
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.births import ticks
 from ecs_eco.lifecycle.matter import booked
 from ecs_eco.nervous.sensors.sense import Seekers
 from ecs_eco.nervous.sensors.touch import touch
@@ -32,7 +31,7 @@ NOSTRILS = (-1.2, 1.2)
 class Sucking:
     """How long a lamb has sucked at an udder without a pause."""
 
-    since: i32 = 0  # [ticks]
+    since: f32 = 0.0  # [s]
 
 
 class Breathe(System):
@@ -83,8 +82,8 @@ class Suckle(System):
         if Sucking in table:
             rows, at_udder = touching(table, world, "ewe", MOUTH)
             with booked(world, table, "brought_in"):
-                suck(rows, at_udder, table.species.nerves.doing(table, "suck"),
-                     ticks(self.let_down, world.dt), np.float32(self.milk * world.dt), np.float32(self.full),
+                suck(rows, at_udder, table.species.nerves.doing(table, "suck"), np.float32(self.let_down),
+                     np.float32(self.milk * world.dt), np.float32(self.full), np.float32(world.dt),
                      world.substances.index("glucose"), table[Sucking].since, table[Chemistry].molarity)
 
 
@@ -129,8 +128,8 @@ def inhale(rows, wet, inhales, breath, saturation, gulp, oxygen, water, molarity
 
 
 @njit
-def suck(rows, at_udder, sucks, let_down, milk, full, glucose, since, molarity):
-    """Count the ticks of sucking at an udder, and let milk flow from `let_down` on."""
+def suck(rows, at_udder, sucks, let_down, milk, full, dt, glucose, since, molarity):
+    """Count the seconds of sucking at an udder, and let milk flow from `let_down` on."""
     for i in range(rows.size):
         row = rows[i]
         if not (at_udder[i] and sucks[row]):
@@ -138,7 +137,7 @@ def suck(rows, at_udder, sucks, let_down, milk, full, glucose, since, molarity):
             continue
         if since[row] >= let_down:
             molarity[row, glucose] = max(molarity[row, glucose], min(molarity[row, glucose] + milk, full))
-        since[row] += 1
+        since[row] += dt
 
 
 @njit
