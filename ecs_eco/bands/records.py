@@ -57,17 +57,19 @@ def collect(bands: Any, recorder: Any) -> None:
         for i, array in enumerate(stocks(recorder)):
             array[...] = sum(part["stocks"][i] for part in parts)
         renew_means(recorder, at)
-        recorder._events = _merged([part["events"] for part in parts], recorder._last, bands.early)
+        turn = np.array([list(bands.world.tables).index(name) for name in recorder.names])
+        recorder._events = _merged([part["events"] for part in parts], recorder._last, bands.early, turn)
         pages["actions"] = _counted([row for part in parts for row in part["actions"]])
         pages["learning"] = _learnt(bands.world, recorder.place, pages["learning"],
                                     [lesson for part in parts for lesson in part["lessons"]])
     bands.lessons.clear()
 
 
-def _merged(parts: list[Groups], last: int, early: Sequence[tuple[np.ndarray, ...]]) -> Groups:
-    """Return the events of all processes in the order of ticks, species and uids, in which one process would
+def _merged(parts: list[Groups], last: int, early: Sequence[tuple[np.ndarray, ...]],
+            turn: np.ndarray) -> Groups:
+    """Return the events of all processes in the order of ticks, tables and uids, in which one process would
     have noted them; those up to tick `last` first. What was noted `early`, before the world was divided,
-    stays before all others.
+    stays before all others. `turn` i64[species] are the places of their tables.
     """
     out: Groups = {kind: [] for kind in EVENTS}
     for kind in EVENTS:
@@ -77,7 +79,7 @@ def _merged(parts: list[Groups], last: int, early: Sequence[tuple[np.ndarray, ..
         groups = [group for group, is_new in zip(groups, new, strict=True) if is_new]
         if groups:
             columns = [np.concatenate(column) for column in zip(*groups, strict=True)]
-            order = np.lexsort(columns[2::-1])
+            order = np.lexsort((columns[2], turn[columns[1]], columns[0]))
             over = columns[0][order] <= last
             out[kind] += [tuple(column[some] for column in columns)
                           for some in (order[over], order[~over]) if some.size]

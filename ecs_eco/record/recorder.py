@@ -99,14 +99,17 @@ class Recorder(System):
 
     def start(self, world: "SpatialWorld") -> None:
         """Note the founders."""
-        for name, s in self.place.items() if self.keeps else ():
-            table = world.tables[name]
+        for table, s in self._in_turn() if self.keeps else ():
             if table.n:
                 rows = table.by_uid()
                 energy = table[Metabolism].energy[rows] if Metabolism in table else None
                 none = np.zeros(rows.size, np.uint64)
                 born = self._where(table, s, rows, energy, table.born[rows])
                 self._events["births"].append((*born, none, none, self._genomes(table, rows)))
+
+    def _in_turn(self) -> list[tuple["Table", int]]:
+        """Return tables with the numbers of their species, in the order in which births and deaths come."""
+        return [(table, self.place[name]) for name, table in self.world.tables.items() if name in self.place]
 
     def born(self, table: "Table", rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         """Note newborn: rows i64[k], uids of their parents u64[k]."""
@@ -193,8 +196,7 @@ class Recorder(System):
             self.flush()
 
     def _snapshot(self) -> None:
-        for s, name in enumerate(self.names):
-            table = self.world.tables[name]
+        for table, s in self._in_turn():
             if Position in table and table.n:
                 rows = table.by_uid()
                 zero = np.zeros(rows.size, np.float32)
