@@ -100,16 +100,15 @@ class Recorder(System):
     def start(self, world: "SpatialWorld") -> None:
         """Note the founders."""
         for table, s in self._in_turn() if self.keeps else ():
-            if table.n:
-                rows = table.by_uid()
-                energy = table[Metabolism].energy[rows] if Metabolism in table else None
-                none = np.zeros(rows.size, np.uint64)
-                born = self._where(table, s, rows, energy, table.born[rows])
-                self._events["births"].append((*born, none, none, self._genomes(table, rows)))
+            rows = table.by_uid()
+            energy = table[Metabolism].energy[rows] if Metabolism in table else None
+            none = np.zeros(rows.size, np.uint64)
+            born = self._where(table, s, rows, energy, table.born[rows])
+            self._events["births"].append((*born, none, none, self._genomes(table, rows)))
 
     def _in_turn(self) -> list[tuple["Table", int]]:
-        """Return tables with the numbers of their species, in the order in which births and deaths come."""
-        return [(table, self.place[name]) for name, table in self.world.tables.items() if name in self.place]
+        """Return tables with members, in the order in which births and deaths come, and their species."""
+        return [(t, self.place[name]) for name, t in self.world.tables.items() if t.n and name in self.place]
 
     def born(self, table: "Table", rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         """Note newborn: rows i64[k], uids of their parents u64[k]."""
@@ -160,12 +159,10 @@ class Recorder(System):
 
     def _where(self, table: "Table", s: int, rows: np.ndarray, energy: np.ndarray | None,
                tick: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
-        k = rows.size
-        zero, now, which = np.zeros(k, np.float32), np.full(k, self.world.tick), np.full(k, s, np.int8)
-        p = table[Position] if Position in table else None
-        place = (p.x[rows], p.y[rows], p.z[rows]) if p is not None else (zero, zero, zero)
-        return (now if tick is None else tick, which, table.uid[rows], *place,
-                zero if energy is None else energy)
+        zero, which = np.zeros(rows.size, np.float32), np.full(rows.size, s, np.int8)
+        at = [getattr(table[Position], axis)[rows] if Position in table else zero for axis in "xyz"]
+        tick = np.full(rows.size, self.world.tick) if tick is None else tick
+        return tick, which, table.uid[rows], *at, zero if energy is None else energy
 
     def process(self, *_: Any) -> None:
         """Write this tick's row of each species."""
@@ -197,7 +194,7 @@ class Recorder(System):
 
     def _snapshot(self) -> None:
         for table, s in self._in_turn():
-            if Position in table and table.n:
+            if Position in table:
                 rows = table.by_uid()
                 zero = np.zeros(rows.size, np.float32)
                 energy = table[Metabolism].energy[rows] if Metabolism in table else zero
