@@ -35,7 +35,7 @@ _From: Any = create_model(
 )
 
 
-class Reaction(_From, change=FREE, own=True):
+class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
     """A reaction within the body: at most at its rate, and only as far as what it uses up is there.
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt over the substances under `half` (Michaelis &
