@@ -1,6 +1,5 @@
 """Systems are behaviour: an esper.Processor that gets, table by table, the columns it named."""
 
-from collections.abc import Callable
 from typing import Any, ClassVar
 from zlib import crc32
 
@@ -27,7 +26,7 @@ class System(Scheduled):
 
     needs: tuple[type, ...] = ()
     acts: tuple[str, ...] = ()
-    asked_for: ClassVar[Callable[[Table], bool] | None] = None
+    asked_for: ClassVar[Any] = None  # a static function of a table: bool
     world: World
     # the tables that have what it needs, what that was found from, and whether several of them compete
     _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)
