@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import types
 from collections.abc import Iterator
-from functools import cache
+from functools import lru_cache
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from ecs_eco.config.models.world import WorldConfig
@@ -63,7 +63,7 @@ def why_not(key: str) -> str:
     return _hint(key)
 
 
-@cache
+@lru_cache(10_000)  # keys may come from anybody
 def _hint(key: str) -> str:
     return _instead(key.split("."), WorldConfig, ANEW)
 

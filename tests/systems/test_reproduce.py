@@ -199,7 +199,7 @@ def test_max_count_leaves_room_for_those_that_are_drawn(meadow):
     lots = [random.bits(world.key, one, random.LOT) for one in ready]
     shuffle(world, 3)
     assert _born(world)[0] == sorted(ready[np.argsort(lots)[:2]].tolist())
-    assert deer.species.refused == wanted - 2
+    assert deer.species.refused == wanted - 2 >= len(ready) - 2 > 0
     assert _born(world)[0] == []
 
 

@@ -7,7 +7,7 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Experience, Metabolism
 from ecs_eco.config import load
-from ecs_eco.config.mutable_keys import changes
+from ecs_eco.config.mutable_keys import changes, may_change, why_not
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.worlds.reconfigure import reconfigure
 
@@ -225,3 +225,21 @@ def test_changes_are_found_with_their_keys_in_lists_and_tables():
     old = {"a": 1, "b": [{"c": 1}, 2], "d": [1], "same": {"x": len}}
     new = {"a": 1, "b": [{"c": 3}, 2], "d": [1, 2], "e": 5, "same": {"x": len}}
     assert [key for key, _, _ in changes(old, new)] == [("b", 0, "c"), ("d",), ("e",)]
+
+
+@pytest.mark.parametrize(("keys", "instead"), [
+    ("species.deer.growth.rate objects.box.body.mass species.deer.properties.heat water.current.0.depth "
+     "species.deer.ppo.clip systems.0.speed species.deer.sensors.0.function.gain fields.air.decay "
+     "species.deer.exchange.1.at.0 species.deer.emits.air species.deer.genome.mate.chance land_use.0.rate "
+     "species.deer.happiness.function.use terrain.slope_cost substances.iron training.set.x", ""),
+    ("dt space.size.0 species.deer.body.radius species.deer.breeding species.deer.builds.0.object "
+     "species.deer.reproduction.kind land_use.0.kind systems.0.use species.deer nonsense", "from the start"),
+    ("species.deer.growth species.deer.sensors.0.radius species.deer.policy.function.gain objects.box.energy "
+     "species.deer.genome.genes.0.low species.deer.emits.air.consume species.deer.hatch.into", "shapes"),
+    ("species.deer.count objects.box.between.0.1", '"add" or "cull"'), ("terrain.lakes.0.radius", '"fence"'),
+    ("species.deer.reproduction", '"switch"'), ("species.deer.policy.file", "policies="),
+])  # fmt: skip
+def test_a_key_has_the_change_of_its_field_its_section_or_the_field_that_holds_it(keys, instead):
+    for key in keys.split():
+        assert instead in why_not(key), key
+        assert may_change(key) == (instead == ""), key
