@@ -42,8 +42,9 @@ def in_reach(world: World, name: str, sample: int = 300) -> float:
 
 def measure(animals: int, threads: int, learn: bool) -> dict[str, object]:
     """Time a world of this size after warming up; with learning, over whole rollouts."""
-    world = World.from_config(_bench.savanna(animals), seed=1, policies="untrained", threads=threads,
-                              training=True, learn=learn)
+    world = World.from_config(
+        _bench.savanna(animals), seed=1, policies="untrained", threads=threads, training=True, learn=learn
+    )
     world.run(65 if learn else 5)
     ticks = 64 if learn else max(4, min(400, 200_000 // animals))
     times = []
@@ -53,21 +54,28 @@ def measure(animals: int, threads: int, learn: bool) -> dict[str, object]:
         times.append((time.perf_counter() - start) / ticks)
     n = world.tables["grazer"].n + world.tables["hunter"].n
     best = min(times)
-    row = {"animals": n, "plants": world.tables["plant"].n, "threads": threads, "learning": learn,
-           "neighbours in reach": round(in_reach(world, "grazer"), 1),
-           "ns per animal and tick": best / n * 1e9, "M organism-steps/s": n / best / 1e6}
+    row = {
+        "animals": n,
+        "plants": world.tables["plant"].n,
+        "threads": threads,
+        "learning": learn,
+        "neighbours in reach": round(in_reach(world, "grazer"), 1),
+        "ns per animal and tick": best / n * 1e9,
+        "M organism-steps/s": n / best / 1e6,
+    }
     if learn:
-        row["rollout bytes per transition"] = (
-            world.tables["grazer"].species.nerves.learner.rollout.nbytes_per_transition
-        )
+        row["rollout bytes per transition"] = world.tables[
+            "grazer"
+        ].species.nerves.learner.rollout.nbytes_per_transition
     return row
 
 
 def main() -> None:
     """Measure all sizes in turn."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("--sizes", type=int, nargs="+",
-                        default=[1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000])
+    parser.add_argument(
+        "--sizes", type=int, nargs="+", default=[1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000]
+    )
     parser.add_argument("--threads", type=int, nargs="+", default=[1])
     parser.add_argument("--learn", action="store_true")
     parser.add_argument("--name", default=None)
@@ -76,12 +84,15 @@ def main() -> None:
     notes = {}
     large = [r for r in rows if r["animals"] >= 9_000 and r["threads"] == options.threads[0]]
     if len(large) > 1:
-        x, y = (np.log([r["animals"] for r in large]),
-                np.log([r["ns per animal and tick"] * r["animals"] for r in large]))
+        x, y = (
+            np.log([r["animals"] for r in large]),
+            np.log([r["ns per animal and tick"] * r["animals"] for r in large]),
+        )
         notes["exponent of the time per tick from 10^4 on"] = float(np.polyfit(x, y, 1)[0])
     name = options.name or ("animals_learning" if options.learn else "animals")
-    _bench.save(name, "Animals that sense, think and act" + (", PPO on" if options.learn else ""),
-                rows, notes)
+    _bench.save(
+        name, "Animals that sense, think and act" + (", PPO on" if options.learn else ""), rows, notes
+    )
     print(notes)
 
 

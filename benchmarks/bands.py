@@ -47,8 +47,9 @@ def work(animals: int, ticks: int, learn: bool, state: bool) -> dict[str, Any]:
     from ecs_eco.bands import divide
 
     comm = MPI.COMM_WORLD
-    world = World.from_config(_bench.savanna(animals), seed=1, policies="untrained", training=True,
-                              learn=learn, record=False)
+    world = World.from_config(
+        _bench.savanna(animals), seed=1, policies="untrained", training=True, learn=learn, record=False
+    )
     bands = divide(world, comm, state=state)
     spent = {"alike" if state else "shared": 0.0, "halo": 0.0, "spun": 0.0}
     (clock_divided if state else clock)(world, bands, spent)
@@ -63,20 +64,31 @@ def work(animals: int, ticks: int, learn: bool, state: bool) -> dict[str, Any]:
         if not best or cpu < best["cpu"]:
             traffic = bands.traffic
             shared = cpu - spent["alike"] - spent["halo"] if state else spent["shared"]
-            best = {"seconds": seconds, "cpu": cpu, "shared": shared, "halo": spent["halo"],
-                    "exchange": traffic.seconds - before.seconds,
-                    "calls": (traffic.calls - before.calls) / ticks,
-                    "bytes": (traffic.received - before.received) / ticks,
-                    "ghosts": (getattr(bands, "copied", 0) - ghosts) / ticks}
+            best = {
+                "seconds": seconds,
+                "cpu": cpu,
+                "shared": shared,
+                "halo": spent["halo"],
+                "exchange": traffic.seconds - before.seconds,
+                "calls": (traffic.calls - before.calls) / ticks,
+                "bytes": (traffic.received - before.received) / ticks,
+                "ghosts": (getattr(bands, "copied", 0) - ghosts) / ticks,
+            }
     shares, digest = comm.allgather(best["shared"]), world.digest()
     same = len(set(comm.allgather(digest))) == 1
     held = sum(table.n for table in world.tables.values())
     n = sum(world.tables[name].n for name in ("grazer", "hunter"))
     if state:
         best["least"] = bands.edges.least * float(world.space.lengths[1]) / bands.edges.ny
-    return best | {"animals": comm.allreduce(n) if state else n, "held": held, "same": same,
-                   "digest": digest[:16], "ticks": ticks, "width": float(world.space.lengths[0]),
-                   "balance": max(shares) / statistics.mean(shares)}
+    return best | {
+        "animals": comm.allreduce(n) if state else n,
+        "held": held,
+        "same": same,
+        "digest": digest[:16],
+        "ticks": ticks,
+        "width": float(world.space.lengths[0]),
+        "balance": max(shares) / statistics.mean(shares),
+    }
 
 
 def clock(world: Any, bands: Any, spent: dict[str, float]) -> None:
@@ -107,8 +119,11 @@ def clock_divided(world: Any, bands: Any, spent: dict[str, float]) -> None:
     timed(world, "flush_births", spent, "alike")
     for name in ("copy", "migrate", "forget"):
         timed(bands, name, spent, "halo")
-    for thing, names in ((bands.wire, ("swap", "everyone", "any", "total")), (bands.talk, ("say",)),
-                         (bands.common_bands, ("_complete", "share"))):
+    for thing, names in (
+        (bands.wire, ("swap", "everyone", "any", "total")),
+        (bands.talk, ("say",)),
+        (bands.common_bands, ("_complete", "share")),
+    ):
         for name in names:
             timed(thing, name, spent, "spun")
 
@@ -147,8 +162,12 @@ def messages() -> dict[str, float]:
 def launch(n: int, *arguments: str) -> dict[str, Any]:
     """Run this file in n processes; return what process 0 says."""
     mpiexec = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or "mpiexec"
-    done = subprocess.run([mpiexec, "-n", str(n), sys.executable, __file__, "--part", *arguments],
-                          capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [mpiexec, "-n", str(n), sys.executable, __file__, "--part", *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     if done.returncode:
         raise SystemExit(done.stdout + done.stderr)
     result: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
@@ -158,7 +177,11 @@ def launch(n: int, *arguments: str) -> dict[str, Any]:
 def row(kind: str, n: int, learn: bool, state: bool, animals: int, ticks: int) -> dict[str, Any]:
     """Return one measurement of one turn."""
     return launch(n, "work", str(animals), str(ticks), str(int(learn)), str(int(state))) | {
-        "kind": kind, "processes": n, "learn": learn, "state": state}
+        "kind": kind,
+        "processes": n,
+        "learn": learn,
+        "state": state,
+    }
 
 
 def best_row(results: list[dict[str, Any]]) -> dict[str, Any]:
@@ -166,26 +189,39 @@ def best_row(results: list[dict[str, Any]]) -> dict[str, Any]:
     best = min(results, key=lambda r: r["cpu"]) | {"seconds": min(r["seconds"] for r in results)}
     ns = 1e9 / best["ticks"] / best["animals"]
     alike = best["cpu"] - best["shared"] - best["halo"]
-    return {"scaling": best["kind"], "learning": "yes" if best["learn"] else "no",
-            "state": "divided" if best["state"] else "whole", "processes": best["processes"],
-            "animals": best["animals"], "ms per tick": best["seconds"] / best["ticks"] * 1e3,
-            "shared, ns per animal": best["shared"] * ns, "alike, ns per animal": alike * ns,
-            "halo, ns per animal": best["halo"] * ns, "exchange, ns per animal": best["exchange"] * ns,
-            "exchanges per tick": best["calls"], "bytes per animal and tick": best["bytes"] / best["animals"],
-            "organisms held": best["held"], "slowest share / mean": best["balance"],
-            "digest": best["digest"] if best["same"] else "DIFFERENT"}
+    return {
+        "scaling": best["kind"],
+        "learning": "yes" if best["learn"] else "no",
+        "state": "divided" if best["state"] else "whole",
+        "processes": best["processes"],
+        "animals": best["animals"],
+        "ms per tick": best["seconds"] / best["ticks"] * 1e3,
+        "shared, ns per animal": best["shared"] * ns,
+        "alike, ns per animal": alike * ns,
+        "halo, ns per animal": best["halo"] * ns,
+        "exchange, ns per animal": best["exchange"] * ns,
+        "exchanges per tick": best["calls"],
+        "bytes per animal and tick": best["bytes"] / best["animals"],
+        "organisms held": best["held"],
+        "slowest share / mean": best["balance"],
+        "digest": best["digest"] if best["same"] else "DIFFERENT",
+    }
 
 
 def halo_row(results: list[dict[str, Any]]) -> dict[str, Any]:
     """Return what the halo of a band of a savanna in two processes costs."""
     best = min(results, key=lambda r: r["halo"])
-    return {"organisms in a band": best["held"], "width of the map [m]": best["width"],
-            "animals": best["animals"], "least height of a band [m]": best["least"],
-            "ghosts per tick": best["ghosts"],
-            "bytes received per tick": best["bytes"],
-            "processor time of the halo per tick [ms]": best["halo"] / best["ticks"] * 1e3,
-            "of what all are told [ms]": (best["cpu"] - best["shared"] - best["halo"]) / best["ticks"] * 1e3,
-            "of all [ms]": best["cpu"] / best["ticks"] * 1e3}
+    return {
+        "organisms in a band": best["held"],
+        "width of the map [m]": best["width"],
+        "animals": best["animals"],
+        "least height of a band [m]": best["least"],
+        "ghosts per tick": best["ghosts"],
+        "bytes received per tick": best["bytes"],
+        "processor time of the halo per tick [ms]": best["halo"] / best["ticks"] * 1e3,
+        "of what all are told [ms]": (best["cpu"] - best["shared"] - best["halo"]) / best["ticks"] * 1e3,
+        "of all [ms]": best["cpu"] / best["ticks"] * 1e3,
+    }
 
 
 def line(halos: list[dict[str, Any]], x: str, y: str) -> tuple[float, float]:
@@ -196,28 +232,43 @@ def line(halos: list[dict[str, Any]], x: str, y: str) -> tuple[float, float]:
     return max(start, 0.0), max(slope, 0.0)
 
 
-def predicted(rows: dict[str, dict[str, Any]], wire: dict[str, float], halos: list[dict[str, Any]], n: int,
-              p: int) -> dict[str, Any]:
+def predicted(
+    rows: dict[str, dict[str, Any]], wire: dict[str, float], halos: list[dict[str, Any]], n: int, p: int
+) -> dict[str, Any]:
     """Return the model's speed-up of a savanna of n animals in p processes, on the wire that was measured."""
     one, two, divided = rows["one"], rows["whole"], rows["divided"]
     shared, alike = one["shared, ns per animal"] * 1e-9, one["alike, ns per animal"] * 1e-9
     each = two["bytes per animal and tick"] * 2  # of all, of which 1 − 1/P comes from others
     calls = math.ceil(math.log2(p)) * wire["latency"]
-    now = (n * (shared / p + alike) + two["exchanges per tick"] * calls
-           + n * each * (1 - 1 / p) / wire["bandwidth"])
+    now = (
+        n * (shared / p + alike)
+        + two["exchanges per tick"] * calls
+        + n * each * (1 - 1 / p) / wire["bandwidth"]
+    )
     side = math.sqrt(n / 0.045)  # [m]
-    ghosts, size = (halos[-1][name] / halos[-1]["width of the map [m]"] * side
-                    for name in ("ghosts per tick", "bytes received per tick"))
+    ghosts, size = (
+        halos[-1][name] / halos[-1]["width of the map [m]"] * side
+        for name in ("ghosts per tick", "bytes received per tick")
+    )
     first, each_ghost = line(halos, "ghosts per tick", "processor time of the halo per tick [ms]")
     begin, told = line(halos, "animals", "of what all are told [ms]")
     own = shared + alike - told * 1e-3
-    parts = (n * own / p + (begin + n * told + first + ghosts * each_ghost) * 1e-3
-             + divided["exchanges per tick"] * calls + size / wire["bandwidth"])
+    parts = (
+        n * own / p
+        + (begin + n * told + first + ghosts * each_ghost) * 1e-3
+        + divided["exchanges per tick"] * calls
+        + size / wire["bandwidth"]
+    )
     whole, least = n * (shared + alike), halos[-1]["least height of a band [m]"]
-    return {"animals": n, "processes": p, "whole worlds: speed-up": whole / now,
-            "divided state: speed-up": whole / parts if side / p >= least else "bands too low",
-            "bytes received per process and tick, whole worlds": n * each * (1 - 1 / p),
-            "bytes received per process and tick, divided": size, "height of a band [m]": side / p}
+    return {
+        "animals": n,
+        "processes": p,
+        "whole worlds: speed-up": whole / now,
+        "divided state: speed-up": whole / parts if side / p >= least else "bands too low",
+        "bytes received per process and tick, whole worlds": n * each * (1 - 1 / p),
+        "bytes received per process and tick, divided": size,
+        "height of a band [m]": side / p,
+    }
 
 
 def main() -> None:
@@ -242,25 +293,42 @@ def main() -> None:
                     many = animals * (n if kind == "weak" else 1)
                     done = row(kind, n, learn, state, many, ticks)
                     cases.setdefault((kind, n, learn, state), []).append(done)
-    halos = [halo_row([launch(2, "work", str(2 * n), "20", "0", "1") for _ in range(turns)])
-             for n in (SIZES[:1] if options.short else SIZES)]
+    halos = [
+        halo_row([launch(2, "work", str(2 * n), "20", "0", "1") for _ in range(turns)])
+        for n in (SIZES[:1] if options.short else SIZES)
+    ]
     wires = [launch(2, "messages") for _ in range(1 if options.short else 8)]  # others disturbed the rest
     wire = {"latency": min(w["latency"] for w in wires), "bandwidth": max(w["bandwidth"] for w in wires)}
     conclude({case: best_row(results) for case, results in cases.items()}, wire, halos, options.short)
 
 
-def conclude(cases: dict[tuple[Any, ...], dict[str, Any]], wire: dict[str, float],
-             halos: list[dict[str, Any]], short: bool) -> None:
+def conclude(
+    cases: dict[tuple[Any, ...], dict[str, Any]],
+    wire: dict[str, float],
+    halos: list[dict[str, Any]],
+    short: bool,
+) -> None:
     """Print the rows and what the model says; write both unless it is short."""
-    notes = {"latency of an exchange between two processes [s]": wire["latency"],
-             "bandwidth between two processes [bytes/s]": wire["bandwidth"]}
-    rows = {"one": cases["strong", 1, False, False], "whole": cases["strong", 2, False, False],
-            "divided": cases["strong", 2, False, True]}
-    model = [predicted(rows, wire, halos, n, p)
-             for n in (rows["one"]["animals"], 10_000_000) for p in (2, 4, 16, 1000)]
+    notes = {
+        "latency of an exchange between two processes [s]": wire["latency"],
+        "bandwidth between two processes [bytes/s]": wire["bandwidth"],
+    }
+    rows = {
+        "one": cases["strong", 1, False, False],
+        "whole": cases["strong", 2, False, False],
+        "divided": cases["strong", 2, False, True],
+    }
+    model = [
+        predicted(rows, wire, halos, n, p)
+        for n in (rows["one"]["animals"], 10_000_000)
+        for p in (2, 4, 16, 1000)
+    ]
     if short:
-        print(json.dumps({"rows": list(cases.values()), "notes": notes, "halos": halos, "model": model},
-                         indent=1))
+        print(
+            json.dumps(
+                {"rows": list(cases.values()), "notes": notes, "halos": halos, "model": model}, indent=1
+            )
+        )
         return
     _bench.save("bands", "One world over several processes", list(cases.values()), notes)
     _bench.save("bands_halo", "What the halo of a band costs", halos)
@@ -272,8 +340,9 @@ def part(what: str, *arguments: str) -> None:
     from mpi4py import MPI
 
     numbers = [int(a) for a in arguments]
-    result = (work(numbers[0], numbers[1], bool(numbers[2]), bool(numbers[3])) if what == "work"
-              else messages())
+    result = (
+        work(numbers[0], numbers[1], bool(numbers[2]), bool(numbers[3])) if what == "work" else messages()
+    )
     if MPI.COMM_WORLD.rank == 0:
         print(json.dumps(result))
 

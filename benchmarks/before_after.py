@@ -36,20 +36,39 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
 TICKS, TURNS = 500, 9
-CASES = [(world, learn, {}) for world in ("predator-prey", "reflexes", "learning-krill", "happiness")
-         for learn in (False, True)]
+CASES = [
+    (world, learn, {})
+    for world in ("predator-prey", "reflexes", "learning-krill", "happiness")
+    for learn in (False, True)
+]
 CASES += [("diel-migration", False, {}), ("lamb", True, {})]
-CASES[1] = ("predator-prey", True,
-            {"species.deer.policy.kind": "individual", "species.wolf.policy.kind": "individual",
-             "species.deer.count": 300, "species.wolf.count": 40})  # fmt: skip
+CASES[1] = (
+    "predator-prey",
+    True,
+    {
+        "species.deer.policy.kind": "individual",
+        "species.wolf.policy.kind": "individual",
+        "species.deer.count": 300,
+        "species.wolf.count": 40,
+    },
+)
 WORLDS: dict[str, tuple[str, dict[str, Any], int]] = {  # world, changes, ticks of a turn of one run
     "predator-prey": ("predator-prey", {}, 40),
-    "predator-prey, 10,000 animals": ("predator-prey", {
-        "space.size": [640.0, 640.0], "species.grass.count": 25_000, "species.deer.count": 9000,
-        "species.wolf.count": 1000}, 12),
-    **{name: (name, {}, 40) for name in ("reflexes", "happiness", "innate", "island", "diel-migration",
-                                         "learning-krill", "lamb")},
-}  # fmt: skip
+    "predator-prey, 10,000 animals": (
+        "predator-prey",
+        {
+            "space.size": [640.0, 640.0],
+            "species.grass.count": 25_000,
+            "species.deer.count": 9000,
+            "species.wolf.count": 1000,
+        },
+        12,
+    ),
+    **{
+        name: (name, {}, 40)
+        for name in ("reflexes", "happiness", "innate", "island", "diel-migration", "learning-krill", "lamb")
+    },
+}
 
 DIGEST = """
 import hashlib, json, sys
@@ -137,15 +156,17 @@ print(json.dumps({"modules": len(sys.modules), "of these": [name for name in hea
 def environment(place: Path) -> dict[str, str]:
     """Return the environment of a process that has the package of a place, and finds its bytecode as that of
     a user does."""
-    return {k: v for k, v in os.environ.items()
-            if k not in ("ECS_ECO_DEBUG", "PYTHONDONTWRITEBYTECODE")} | {"PYTHONPATH": str(place)}
+    return {k: v for k, v in os.environ.items() if k not in ("ECS_ECO_DEBUG", "PYTHONDONTWRITEBYTECODE")} | {
+        "PYTHONPATH": str(place)
+    }
 
 
 def call(place: Path, code: str, argument: Any) -> Any:
     """Return what a piece of code prints, as JSON, in a process that has the package of a place."""
     command = [sys.executable, "-c", code, json.dumps(argument)]
-    done = subprocess.run(command, cwd=place, env=environment(place), capture_output=True, text=True,
-                          check=False)
+    done = subprocess.run(
+        command, cwd=place, env=environment(place), capture_output=True, text=True, check=False
+    )
     if done.returncode:
         raise RuntimeError(done.stderr[-2000:])
     return json.loads(done.stdout.splitlines()[-1])
@@ -157,8 +178,16 @@ def digests(before: Path) -> dict[str, Any]:
     for name, learn, changes in CASES:
         asked = [name, learn, changes, TICKS]
         was, now = (call(place, DIGEST, asked) for place in (before, ROOT))
-        cases.append({"world": name, "learning": learn, "changes": changes, "equal": was == now,
-                      "digest": now[0], "living": now[1]})
+        cases.append(
+            {
+                "world": name,
+                "learning": learn,
+                "changes": changes,
+                "equal": was == now,
+                "digest": now[0],
+                "living": now[1],
+            }
+        )
         print(json.dumps(cases[-1]), flush=True)
     return {"cases": cases, "equal": sum(case["equal"] for case in cases)}
 
@@ -178,8 +207,13 @@ def times(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
             after = [statistics.median(t[2] / t[0] for t in turns) for turns in took]
             control = [statistics.median(t[1] / t[0] for t in turns) for turns in took]
             seconds = statistics.median(t[2] for turns in took for t in turns)
-            results[key] = {**interval(after), "control": interval(control), "sets": sets, "turns": TURNS,
-                            "ms a tick": round(1000 * seconds / turn_ticks, 3)}
+            results[key] = {
+                **interval(after),
+                "control": interval(control),
+                "sets": sets,
+                "turns": TURNS,
+                "ms a tick": round(1000 * seconds / turn_ticks, 3),
+            }
             print(key, json.dumps(results[key]), flush=True)
     return results
 
@@ -198,16 +232,29 @@ def systems(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
                     for known, took in zip(least, turn(number), strict=True):
                         for system, times in took.items():
                             known[system] = list(map(min, known.get(system, times), times))
-        was, now = ({system: 1e6 * statistics.fmean(times) for system, times in known.items()}
-                    for known in least)
-        both = {system: [round(was.get(system, 0.0), 1), round(now.get(system, 0.0), 1)]
-                for system in sorted(was.keys() | now.keys())}
-        changed = {system: pair for system, pair in both.items()
-                   if abs(pair[1] - pair[0]) > 0.005 * was["a tick"] and system != "a tick"}
-        results[name] = {"ratio": round(now["a tick"] / was["a tick"], 4), "us a tick": both["a tick"],
-                         "changed by more than 0.5%": changed, "systems": both}
-        print(name, json.dumps({key: some for key, some in results[name].items() if key != "systems"}),
-              flush=True)
+        was, now = (
+            {system: 1e6 * statistics.fmean(times) for system, times in known.items()} for known in least
+        )
+        both = {
+            system: [round(was.get(system, 0.0), 1), round(now.get(system, 0.0), 1)]
+            for system in sorted(was.keys() | now.keys())
+        }
+        changed = {
+            system: pair
+            for system, pair in both.items()
+            if abs(pair[1] - pair[0]) > 0.005 * was["a tick"] and system != "a tick"
+        }
+        results[name] = {
+            "ratio": round(now["a tick"] / was["a tick"], 4),
+            "us a tick": both["a tick"],
+            "changed by more than 0.5%": changed,
+            "systems": both,
+        }
+        print(
+            name,
+            json.dumps({key: some for key, some in results[name].items() if key != "systems"}),
+            flush=True,
+        )
     return results
 
 
@@ -215,9 +262,17 @@ def systems(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
 def living(places: list[Path], asked: Any, code: str = TIME) -> Iterator[Callable[[int], list[Any]]]:
     """A process for each place; the function lets the next world of each live for a turn, in an order that
     depends on the turn's number, and returns what they print: the seconds that they took."""
-    worlds = [subprocess.Popen([sys.executable, "-c", code, json.dumps(asked)], cwd=place, text=True,
-                               env=environment(place), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-              for place in places]
+    worlds = [
+        subprocess.Popen(
+            [sys.executable, "-c", code, json.dumps(asked)],
+            cwd=place,
+            text=True,
+            env=environment(place),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
+        for place in places
+    ]
 
     def turn(number: int) -> list[Any]:
         took: list[Any] = [0.0] * len(worlds)
@@ -253,6 +308,7 @@ def starts(before: Path, pairs: int, firsts: int) -> dict[str, Any]:
             out.setdefault("loads", {})[word] = start(place, cache, False)[1]
             print(word, f"{begun:.2f} s at first", flush=True)
         for name, report in (("without its report", False), ("with its report", True)):
+
             def second(place: Path, report: bool = report) -> float:
                 return start(place, caches[place], report)[0]
 
@@ -272,8 +328,9 @@ def start(place: Path, cache: Path, report: bool) -> tuple[float, dict[str, Any]
         command = [sys.executable, "-c", START, *words, "--out", f"{folder}/run"]
         surroundings = environment(place) | {"ECS_ECO_CACHE": str(cache)}
         begin = time.perf_counter()
-        done = subprocess.run(command, cwd=place, env=surroundings, check=True,
-                              capture_output=True, text=True)
+        done = subprocess.run(
+            command, cwd=place, env=surroundings, check=True, capture_output=True, text=True
+        )
         took = time.perf_counter() - begin
     return took, json.loads(done.stdout.splitlines()[-1]) | {"kernels": len(list(cache.rglob("*.nbc")))}
 
@@ -302,8 +359,11 @@ def interval(ratios: list[float]) -> dict[str, float]:
     """Return the median of ratios, and 95 % of a bootstrap's medians."""
     draws = random.Random(1)
     medians = sorted(statistics.median(draws.choices(ratios, k=len(ratios))) for _ in range(2000))
-    return {"ratio": round(statistics.median(ratios), 4), "from": round(medians[50], 4),
-            "to": round(medians[-51], 4)}
+    return {
+        "ratio": round(statistics.median(ratios), 4),
+        "from": round(medians[50], 4),
+        "to": round(medians[-51], 4),
+    }
 
 
 def main() -> int:
@@ -316,21 +376,31 @@ def main() -> int:
     parser.add_argument("--sets", type=int, default=8, help="of processes whose turns are timed")
     parser.add_argument("--worlds", nargs="+", choices=list(WORLDS), default=list(WORLDS), metavar="NAME")
     given = parser.parse_args()
-    git = {name: subprocess.run(["git", "rev-parse", "--short", name], cwd=ROOT, capture_output=True,
-                                text=True, check=True).stdout.strip()
-           for name in (given.before, "HEAD")}  # fmt: skip
+    git = {
+        name: subprocess.run(
+            ["git", "rev-parse", "--short", name], cwd=ROOT, capture_output=True, text=True, check=True
+        ).stdout.strip()
+        for name in (given.before, "HEAD")
+    }
     with tempfile.TemporaryDirectory() as folder:
-        files = subprocess.run(["git", "archive", given.before], cwd=ROOT,
-                               capture_output=True, check=True).stdout
+        files = subprocess.run(
+            ["git", "archive", given.before], cwd=ROOT, capture_output=True, check=True
+        ).stdout
         subprocess.run(["tar", "x", "-C", folder], input=files, check=True)
         place = Path(folder)
-        result = (digests(place) if given.what == "digests"
-                  else times(place, given.sets, given.worlds) if given.what == "times"
-                  else systems(place, given.sets, given.worlds) if given.what == "systems"
-                  else starts(place, given.pairs, given.firsts))
+        result = (
+            digests(place)
+            if given.what == "digests"
+            else times(place, given.sets, given.worlds)
+            if given.what == "times"
+            else systems(place, given.sets, given.worlds)
+            if given.what == "systems"
+            else starts(place, given.pairs, given.firsts)
+        )
     record = {"before": git[given.before], "after": git["HEAD"], "load": os.getloadavg()[0], **result}
-    (RESULTS / f"before_after_{given.what}.json").write_text(json.dumps(record, indent=1) + "\n",
-                                                             encoding="utf-8")
+    (RESULTS / f"before_after_{given.what}.json").write_text(
+        json.dumps(record, indent=1) + "\n", encoding="utf-8"
+    )
     return int(given.what == "digests" and result["equal"] < len(result["cases"]))
 
 

@@ -1,6 +1,6 @@
 """Where the time of a tick goes: nanoseconds per animal of each system, with one and with two threads.
 
-    python benchmarks/breakdown.py [--sizes 10000 30000 100000]
+python benchmarks/breakdown.py [--sizes 10000 30000 100000]
 """
 
 import argparse
@@ -63,8 +63,11 @@ def networks_alone(n: int = 20_000, repeats: int = 9) -> str:
     for a, b in pairwise(widths.tolist()):
         starts += [at, at + a * b]
         at += a * b + b
-    seen, logits, values = (rng.standard_normal((24, n), dtype=np.float32), np.empty((n, 6), np.float32),
-                            np.empty(n, np.float32))
+    seen, logits, values = (
+        rng.standard_normal((24, n), dtype=np.float32),
+        np.empty((n, 6), np.float32),
+        np.empty(n, np.float32),
+    )
 
     def think(first: int, last: int) -> None:
         for _ in range(20):
@@ -102,7 +105,7 @@ def handing_over(repeats: int = 2000) -> str:
         workers.split(nothing, 10_000, *arrays)
         took.append(1e6 * (time.perf_counter() - start))
     workers.end()
-    took = sorted(took[repeats // 10:])  # the kernel is compiled in the first
+    took = sorted(took[repeats // 10 :])  # the kernel is compiled in the first
     return f"{statistics.median(took):.0f} ({took[len(took) * 9 // 10]:.0f})"
 
 
@@ -113,8 +116,9 @@ def main() -> None:
     columns: dict[str, dict[str, float]] = {}
     for animals in parser.parse_args().sizes:
         for threads in (1, 2):
-            world = World.from_config(_bench.savanna(animals), seed=1, policies="untrained", threads=threads,
-                                      training=True)
+            world = World.from_config(
+                _bench.savanna(animals), seed=1, policies="untrained", threads=threads, training=True
+            )
             world.workers.pace.divide = lambda: True  # in each tick
             world.run(5)
             spent, ticks = timed(world), max(5, 600_000 // animals)
@@ -122,13 +126,20 @@ def main() -> None:
             world.run(ticks)
             whole = time.perf_counter() - start
             columns[f"{animals:,}, {threads} thread{'s' * (threads > 1)}"] = {
-                k: v / ticks / animals * 1e9 for k, v in [("whole tick", whole), *spent.items()]}
-    names = sorted({n for c in columns.values() for n in c},
-                   key=lambda n: -next(iter(columns.values())).get(n, 0.0))
-    _bench.save("breakdown", "Where the time of a tick goes [ns per animal]",
-                [{"part": n, **{c: round(v.get(n, 0.0), 1) for c, v in columns.items()}} for n in names],
-                {"two threads of networks alone, times one": networks_alone(),
-                 "a kernel of nothing on two threads, median (nine tenths) [µs]": handing_over()})
+                k: v / ticks / animals * 1e9 for k, v in [("whole tick", whole), *spent.items()]
+            }
+    names = sorted(
+        {n for c in columns.values() for n in c}, key=lambda n: -next(iter(columns.values())).get(n, 0.0)
+    )
+    _bench.save(
+        "breakdown",
+        "Where the time of a tick goes [ns per animal]",
+        [{"part": n, **{c: round(v.get(n, 0.0), 1) for c, v in columns.items()}} for n in names],
+        {
+            "two threads of networks alone, times one": networks_alone(),
+            "a kernel of nothing on two threads, median (nine tenths) [µs]": handing_over(),
+        },
+    )
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """How long a checkpoint takes, how large it is, and what checkpoints and recording cost a run.
 
-    python benchmarks/checkpoints.py [--animals 100000] [--pairs 5]
+python benchmarks/checkpoints.py [--animals 100000] [--pairs 5]
 """
 
 import argparse
@@ -38,8 +38,14 @@ def one(world: World, what: str, place: Path) -> dict[str, Any]:
     back = timed(lambda: World.restore(path))
     n = sum(t.n for name, t in world.tables.items() if name != "plant")
     path.unlink()
-    return {"animals": n, "learning": what, "save [s]": seconds, "size [MB]": size / 1e6,
-            "MB/s": size / 1e6 / seconds, "restore [s]": back}
+    return {
+        "animals": n,
+        "learning": what,
+        "save [s]": seconds,
+        "size [MB]": size / 1e6,
+        "MB/s": size / 1e6 / seconds,
+        "restore [s]": back,
+    }
 
 
 def sizes(animals: int, place: Path) -> list[dict[str, Any]]:
@@ -55,8 +61,7 @@ def sizes(animals: int, place: Path) -> list[dict[str, Any]]:
 
 
 def overheads(pairs: int, place: Path) -> list[dict[str, Any]]:
-    """The same run plain, with its recording on disk, and with checkpoints too, in turn; medians of ratios.
-    """
+    """The same run plain, with its recording on disk, and with checkpoints too, in turn; medians of ratios."""
 
     def run(record: bool, every: int, ticks: int) -> float:
         world = World.from_config("predator-prey", seed=3, record=not record)
@@ -82,12 +87,21 @@ def overheads(pairs: int, place: Path) -> list[dict[str, Any]]:
     recording = [d / b - 1 for b, d in zip(bare, disk, strict=True)]
     saving = [k / d - 1 for d, k in zip(disk, kept, strict=True)]
     return [
-        {"what": "recording to disk, every birth and death, a snapshot each 100 ticks",
-         "costs a run, median": statistics.median(recording),
-         "from": min(recording), "to": max(recording), "goal": 0.10},
-        {"what": "a checkpoint every 1,000 ticks", "costs a run, median": statistics.median(saving),
-         "from": min(saving), "to": max(saving), "goal": 0.03},
-    ]  # fmt: skip
+        {
+            "what": "recording to disk, every birth and death, a snapshot each 100 ticks",
+            "costs a run, median": statistics.median(recording),
+            "from": min(recording),
+            "to": max(recording),
+            "goal": 0.10,
+        },
+        {
+            "what": "a checkpoint every 1,000 ticks",
+            "costs a run, median": statistics.median(saving),
+            "from": min(saving),
+            "to": max(saving),
+            "goal": 0.03,
+        },
+    ]
 
 
 def main() -> None:
@@ -98,14 +112,16 @@ def main() -> None:
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
         rows = sizes(asked.animals, Path(place))
-        _bench.save("checkpoints", "A checkpoint of a large world (goal: 0.5 s and 100 MB with learning off)",
-                    rows)
+        _bench.save(
+            "checkpoints", "A checkpoint of a large world (goal: 0.5 s and 100 MB with learning off)", rows
+        )
         rows = overheads(asked.pairs, Path(place))
         notes = {
             "run": f"predator-prey, 3,000 ticks, {asked.pairs} rounds, one after the other in one process"
         }
-        _bench.save("checkpoints_cost", "What recording and checkpoints cost a run of predator and prey",
-                    rows, notes)
+        _bench.save(
+            "checkpoints_cost", "What recording and checkpoints cost a run of predator and prey", rows, notes
+        )
 
 
 if __name__ == "__main__":

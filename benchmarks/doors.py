@@ -35,9 +35,16 @@ Steps = Iterator[int]  # of how many agents, in each step
 def world_of(agents: int) -> Any:
     """Grass, deer and no wolves: numbers are held constant."""
     side = 240.0 * (agents / 700) ** 0.5
-    return load("predator_prey", {"space.size": [side, side], "species.deer.count": agents,
-                                  "species.grass.count": int(4300 * agents / 700),
-                                  "species.wolf.count": 1, "ticks": 10**6})
+    return load(
+        "predator_prey",
+        {
+            "space.size": [side, side],
+            "species.deer.count": agents,
+            "species.grass.count": int(4300 * agents / 700),
+            "species.wolf.count": 1,
+            "ticks": 10**6,
+        },
+    )
 
 
 def within(config: Any) -> Steps:
@@ -116,8 +123,11 @@ def doors(agents: int) -> dict[str, Steps]:
     """Return all doors, open and warm."""
     config = world_of(agents)
     makers: dict[str, Callable[[], Steps]] = {
-        "within, by chance": lambda: within(config), "external": lambda: external(config),
-        "slots": lambda: vector(config), "parallel_env": lambda: dicts(config)}  # fmt: skip
+        "within, by chance": lambda: within(config),
+        "external": lambda: external(config),
+        "slots": lambda: vector(config),
+        "parallel_env": lambda: dicts(config),
+    }
     try:
         import magent2  # noqa: F401
 
@@ -142,11 +152,20 @@ def main() -> None:
     rows = []
     for name in opened:
         ratio = [one[name] / one["parallel_env"] for one in rounds]
-        rows.append({"door": name, "agents' steps/s": round(statistics.median(one[name] for one in rounds)),
-                     "times parallel_env": round(statistics.median(ratio), 2),
-                     "range of that": f"{min(ratio):.2f} to {max(ratio):.2f}"})
-    _bench.save("doors", "how fast is each door to a species?", rows,
-                {"agents": asked.agents, "steps": asked.steps, "rounds": asked.rounds})
+        rows.append(
+            {
+                "door": name,
+                "agents' steps/s": round(statistics.median(one[name] for one in rounds)),
+                "times parallel_env": round(statistics.median(ratio), 2),
+                "range of that": f"{min(ratio):.2f} to {max(ratio):.2f}",
+            }
+        )
+    _bench.save(
+        "doors",
+        "how fast is each door to a species?",
+        rows,
+        {"agents": asked.agents, "steps": asked.steps, "rounds": asked.rounds},
+    )
 
 
 if __name__ == "__main__":

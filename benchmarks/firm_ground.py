@@ -49,8 +49,12 @@ def each(one: Callable[[World, int], Any]) -> Callable[[World, int], None]:
     return work
 
 
-KINDS: dict[str, Callable[[World, int], Any]] = {"run": World.run, "bare": bare, "run(1)": each(World.run),
-                                                 "bare(1)": each(bare)}
+KINDS: dict[str, Callable[[World, int], Any]] = {
+    "run": World.run,
+    "bare": bare,
+    "run(1)": each(World.run),
+    "bare(1)": each(bare),
+}
 
 
 def compare(world: World, ticks: int, turns: int) -> dict[str, list[float]]:
@@ -73,15 +77,21 @@ def main() -> None:
     for name, (shipped, changes, ticks) in WORLDS.items():
         world = World.from_config(load(shipped, changes), seed=1, record=False).run(5)
         took = compare(world, ticks, turns)
-        row: dict[str, Any] = {"world": name, "organisms": sum(t.n for t in world.tables.values()),
-                               "ms a tick": 1000 * statistics.median(took["bare"]) / ticks}
+        row: dict[str, Any] = {
+            "world": name,
+            "organisms": sum(t.n for t in world.tables.values()),
+            "ms a tick": 1000 * statistics.median(took["bare"]) / ticks,
+        }
         for kind, without in (("run", "bare"), ("run(1)", "bare(1)")):
             ratio = interval([a / b for a, b in zip(took[kind], took[without], strict=True)])
             row[f"{kind}, times bare ticks"] = "{ratio:.4f} [{from:.4f}, {to:.4f}]".format(**ratio)
         rows.append(row)
-    _bench.save("firm_ground", "What it costs that what comes from outside is checked and no tick is left "
-                "half done", rows,
-                {"turns of each kind": turns, "ticks of a turn": "40; 12 with 10,000 animals"})
+    _bench.save(
+        "firm_ground",
+        "What it costs that what comes from outside is checked and no tick is left half done",
+        rows,
+        {"turns of each kind": turns, "ticks of a turn": "40; 12 with 10,000 animals"},
+    )
 
 
 if __name__ == "__main__":

@@ -39,17 +39,28 @@ GENES = {
 
 
 def meadow(animals: int, genes: list[dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the world of the benchmarks without hunting and with sexual reproduction; None: without genomes.
-    """
+    """Return the world of the benchmarks without hunting and with sexual reproduction; None: without genomes."""
     config = _bench.savanna(animals)
     for name in ("grazer", "hunter"):
         species = config["species"][name]
-        species |= {"max_count": species["count"], "diet": [{"eats": "plant", "reach": 0.5, "gain": 0.8}],
+        species |= {
+            "max_count": species["count"],
+            "diet": [{"eats": "plant", "reach": 0.5, "gain": 0.8}],
             "lethal": [
                 {"property": "energy", "min": 0.0, "low": "starved"},
-                {"property": "age", "max": 200.0, "high": "too old"}],
-            "reproduction": {"kind": "sexual", "energy_min": 0.4, "energy_given": 0.1, "age_min": 20.0,
-                             "reach": 8.0, "consent": "none", "rest": 10.0, "place": "near"}}  # fmt: skip
+                {"property": "age", "max": 200.0, "high": "too old"},
+            ],
+            "reproduction": {
+                "kind": "sexual",
+                "energy_min": 0.4,
+                "energy_given": 0.1,
+                "age_min": 20.0,
+                "reach": 8.0,
+                "consent": "none",
+                "rest": 10.0,
+                "place": "near",
+            },
+        }
         if genes is not None:
             species["genome"] = {"loci": LOCI, "genes": genes}
     return config
@@ -70,8 +81,10 @@ def numbers(world: World) -> tuple[int, int]:
     """Return how many animals live and how many were born."""
     series = world.series().to_pydict()
     mine = [i for i, s in enumerate(series["species"]) if s != "plant"]
-    return (sum(t.n for name, t in world.tables.items() if name != "plant"),
-            sum(series["births"][i] for i in mine))
+    return (
+        sum(t.n for name, t in world.tables.items() if name != "plant"),
+        sum(series["births"][i] for i in mine),
+    )
 
 
 def measure(animals: int, pairs: int, ticks: int) -> list[dict[str, Any]]:
@@ -92,12 +105,19 @@ def measure(animals: int, pairs: int, ticks: int) -> list[dict[str, Any]]:
     for way in GENES:
         ratio = np.array(times[way]) / np.array(times[None])
         low, middle, high = np.quantile(ratio, (0.25, 0.5, 0.75))
-        rows.append({"animals": living, "genome": f"{LOCI} loci, {way}",
-                     "births per tick": (born - before) / pairs / ticks,
-                     "ms per tick": float(np.median(times[way])) * 1e3,
-                     "without": float(np.median(times[None])) * 1e3,
-                     "ratio": float(middle), "quartiles": f"{low:.3f} … {high:.3f}", "pairs": pairs,
-                     "goal": f"≤ {GOAL}"})  # fmt: skip
+        rows.append(
+            {
+                "animals": living,
+                "genome": f"{LOCI} loci, {way}",
+                "births per tick": (born - before) / pairs / ticks,
+                "ms per tick": float(np.median(times[way])) * 1e3,
+                "without": float(np.median(times[None])) * 1e3,
+                "ratio": float(middle),
+                "quartiles": f"{low:.3f} … {high:.3f}",
+                "pairs": pairs,
+                "goal": f"≤ {GOAL}",
+            }
+        )
     return rows
 
 
@@ -108,8 +128,11 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=9)
     options = parser.parse_args()
     rows = [row for n in options.sizes for row in measure(n, options.pairs, max(20, 200_000 // n))]
-    _bench.save("genomes",
-                "The tick of a world with genomes over the same world without, shared policy, one core", rows)
+    _bench.save(
+        "genomes",
+        "The tick of a world with genomes over the same world without, shared policy, one core",
+        rows,
+    )
 
 
 if __name__ == "__main__":

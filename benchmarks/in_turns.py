@@ -75,17 +75,30 @@ with world:
 # case: what is measured, in which unit, whether more is better, by what code, and at most how often
 CASES: dict[str, list[tuple[str, str, bool, str, int]]] = {
     "learners": [("1,000 individual learners, two threads", "ticks/s", True, LEARNERS, 99)],
-    "wolves": [(f"wolf-sheep at {width}²", "µs a tick", False,
-                WOLVES.replace("WIDTH", str(width)).replace("RUNS", str(runs)), 99)
-               for width, runs in ((20, 15), (100, 5), (300, 1))],
+    "wolves": [
+        (
+            f"wolf-sheep at {width}²",
+            "µs a tick",
+            False,
+            WOLVES.replace("WIDTH", str(width)).replace("RUNS", str(runs)),
+            99,
+        )
+        for width, runs in ((20, 15), (100, 5), (300, 1))
+    ],
     "memory": [("100,000 animals that esper knows", "B/animal", False, MEMORY, 1)],
-}  # fmt: skip
+}
 
 
 def start(place: Path, code: str) -> subprocess.Popen[str]:
     """Return a process that works with the package and the benchmarks of a place, once for each line."""
-    return subprocess.Popen([sys.executable, "-c", BEGIN + code], cwd=place, text=True,
-                            env=environment(place), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    return subprocess.Popen(
+        [sys.executable, "-c", BEGIN + code],
+        cwd=place,
+        text=True,
+        env=environment(place),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    )
 
 
 def turn(process: subprocess.Popen[str]) -> float:
@@ -110,9 +123,17 @@ def measure(before: Path, work: str, unit: str, more: bool, code: str, turns: in
     ratios = [now / was for was, now in zip(*took, strict=True)]
     low, middle, high = statistics.quantiles(ratios, n=4) if turns > 1 else ratios * 3
     best = max if more else min
-    return {"work": work, "unit": unit, "turns": turns, "before": statistics.median(took[0]),
-            "now": statistics.median(took[1]), "times before": middle, "quartiles": f"{low:.3f}-{high:.3f}",
-            "best before": best(took[0]), "best now": best(took[1])}
+    return {
+        "work": work,
+        "unit": unit,
+        "turns": turns,
+        "before": statistics.median(took[0]),
+        "now": statistics.median(took[1]),
+        "times before": middle,
+        "quartiles": f"{low:.3f}-{high:.3f}",
+        "best before": best(took[0]),
+        "best now": best(took[1]),
+    }
 
 
 def main() -> None:
@@ -126,13 +147,18 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         before, rows = given.folder or Path(folder), []
         if given.folder is None:
-            files = subprocess.run(["git", "archive", given.before], cwd=ROOT, capture_output=True,
-                                   check=True).stdout
+            files = subprocess.run(
+                ["git", "archive", given.before], cwd=ROOT, capture_output=True, check=True
+            ).stdout
             subprocess.run(["tar", "x", "-C", folder], input=files, check=True)
         for work, unit, more, code, most in (one for case in given.cases for one in CASES[case]):
             rows.append(measure(before, work, unit, more, code, min(given.turns, most)))
-            _bench.save("in_turns", "Work of other benchmarks, beside an earlier commit", rows,
-                        {"before": given.before})
+            _bench.save(
+                "in_turns",
+                "Work of other benchmarks, beside an earlier commit",
+                rows,
+                {"before": given.before},
+            )
 
 
 if __name__ == "__main__":

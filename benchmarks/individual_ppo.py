@@ -36,16 +36,19 @@ PARTS = ("think", "choose", "remember", "learn")
 class Herd:
     """Animals that see and earn noise, and how long the parts of their ticks take."""
 
-    def __init__(self, n: int, n_observations: int, hidden: tuple[int, ...], actions: int,
-                 threads: int) -> None:
+    def __init__(
+        self, n: int, n_observations: int, hidden: tuple[int, ...], actions: int, threads: int
+    ) -> None:
         self.minds = Individuals(n_observations, (actions,), hidden, SETTINGS, 1)
         self.world = World(threads=threads)
         self.table = self.world.add_table("animal", Policy, Experience, dims=self.minds.dims)
         self.uid = np.arange(1, n + 1, dtype=np.uint64)
         self.rows = self.table.occupy(n, 1, 0, {(Policy, "weights"): self.minds.draw(self.uid, 3)})
         rng = np.random.default_rng(0)
-        self.seen, self.chance = (rng.standard_normal((8, n, n_observations), dtype=np.float32),
-                                  rng.random((n, 1), dtype=np.float32))
+        self.seen, self.chance = (
+            rng.standard_normal((8, n, n_observations), dtype=np.float32),
+            rng.random((n, 1), dtype=np.float32),
+        )
         self.choice, self.log_probability = np.empty((n, 1), np.int16), np.empty(n, np.float32)
         self.clock = time.process_time if threads == 1 else time.perf_counter
         self.tick = 0
@@ -109,8 +112,11 @@ class Plain:
         with torch.no_grad():
             logits, old = self.forward(self.x)
             then = torch.log_softmax(logits, 2).gather(2, self.choice)[..., 0]
-            later, gain, gains = (torch.zeros_like(old[:, 0]), torch.zeros_like(old[:, 0]),
-                                  torch.empty_like(old))
+            later, gain, gains = (
+                torch.zeros_like(old[:, 0]),
+                torch.zeros_like(old[:, 0]),
+                torch.empty_like(old),
+            )
             for t in range(s.horizon - 1, -1, -1):
                 gain = self.reward[:, t] + s.discount * later - old[:, t] + s.discount * s.gae_lambda * gain
                 later, gains[:, t] = old[:, t], gain
@@ -160,13 +166,16 @@ def measure(n: int, network: tuple[int, tuple[int, ...], int], threads: int, rep
     ms = min(rounds, key=sum)
     columns = herd.table.nbytes
     return {
-        "animals": n, "network": "-".join(map(str, (network[0], *network[1], network[2]))),
-        "threads": threads, "ticks/s": float(1e3 / ms.sum()),
+        "animals": n,
+        "network": "-".join(map(str, (network[0], *network[1], network[2]))),
+        "threads": threads,
+        "ticks/s": float(1e3 / ms.sum()),
         **{f"{part}, ms": float(t) for part, t in zip(PARTS, ms, strict=True)},
-        "torch thinks, ms": min(acts), "torch learns, ms": min(updates),
+        "torch thinks, ms": min(acts),
+        "torch learns, ms": min(updates),
         "times as fast": float((min(acts) + min(updates)) / (ms[0] + ms[3])),
         "MiB of columns": columns / 2**20,
-    }  # fmt: skip
+    }
 
 
 def main() -> None:
@@ -179,8 +188,9 @@ def main() -> None:
     measure(40, (16, (16,), 8), 1, 1)  # compiles
     small, large = (16, (16,), 8), (24, (32,), 8)
     rows = [measure(options.sizes[0], small, 1, options.repeats)]
-    rows += [measure(n, large, threads, options.repeats) for n in options.sizes
-             for threads in options.threads]
+    rows += [
+        measure(n, large, threads, options.repeats) for n in options.sizes for threads in options.threads
+    ]
     _bench.save("individual_ppo", "A brain for every animal: thinking and learning of each, per tick", rows)
 
 

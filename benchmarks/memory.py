@@ -32,13 +32,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--animals", type=int, default=100_000)
     n = parser.parse_args().animals
-    small = World.from_config(_bench.savanna(1000, plants_per_animal=0.01), seed=1, policies="untrained",
-                              training=True, learn=True)
+    small = World.from_config(
+        _bench.savanna(1000, plants_per_animal=0.01), seed=1, policies="untrained", training=True, learn=True
+    )
     small.run(3)
     gc.collect()
     before = resident()
-    world = World.from_config(_bench.savanna(n, plants_per_animal=0.01), seed=1, policies="untrained",
-                              training=True)
+    world = World.from_config(
+        _bench.savanna(n, plants_per_animal=0.01), seed=1, policies="untrained", training=True
+    )
     world.run(3)
     without = resident() - before
     with world:
@@ -51,10 +53,17 @@ def main() -> None:
         looked_at = resident() - before
     columns = sum(t.nbytes for name, t in world.tables.items() if name != "plant")
     rollout = small.tables["grazer"].species.nerves.learner.rollout.nbytes_per_transition
-    rows = [{"animals": n, "columns [B/animal]": columns / n,
-             "process [B/animal]": without / n, "with esper's numbers [B/animal]": known / n,
-             "goal [B/animal]": 700, "a component of each looked at [B/animal]": looked_at / n,
-             "rollout [B/transition]": rollout}]
+    rows = [
+        {
+            "animals": n,
+            "columns [B/animal]": columns / n,
+            "process [B/animal]": without / n,
+            "with esper's numbers [B/animal]": known / n,
+            "goal [B/animal]": 700,
+            "a component of each looked at [B/animal]": looked_at / n,
+            "rollout [B/transition]": rollout,
+        }
+    ]
     _bench.save("memory", "Memory per animal, 24 observations, outside the rollout", rows)
 
 

@@ -65,12 +65,16 @@ def made(organisms: int) -> World:
     side, rng = float(np.sqrt(organisms)), np.random.default_rng(1)
     world = World([side, side], seed=1)
     animals = round(organisms * ANIMALS)
-    for name, n, parts in (("plant", organisms - animals, (Position, Biology)),
-                           ("animal", animals, (Position, Velocity, Biology))):
+    for name, n, parts in (
+        ("plant", organisms - animals, (Position, Biology)),
+        ("animal", animals, (Position, Velocity, Biology)),
+    ):
         table = world.add_table(name, *parts)
         table.species.color, table.species.radius = "#1a9641" if name == "plant" else "#d95f02", 0.3
-        table.request(np.zeros(n, np.uint64),
-                      {(Position, axis): (rng.random(n) * side).astype(np.float32) for axis in "xy"})
+        table.request(
+            np.zeros(n, np.uint64),
+            {(Position, axis): (rng.random(n) * side).astype(np.float32) for axis in "xy"},
+        )
     world.flush()
     world.add_system(Wander())
     return world
@@ -118,15 +122,25 @@ def frames(organisms: int, n: int) -> tuple[list[dict[str, Any]], dict[str, Any]
         until(page, "ecs.frames > 20 && ecs.renders > 20", 600)
         for colour in ("species", "age"):
             measured = measure(page, colour, n)
-            middle, best = ({what: of(times) for what, times in measured.items()}
-                            for of in (statistics.median, min))
-            rows += [{"organisms": organisms, "colour": colour, "what": words,
-                      "ms a frame, median": middle.get(what, sum(middle.values())),
-                      "best": best.get(what, sum(best.values())), "goal": GOAL}
-                     for what, words in (("decode", "decoding"), ("render", "render call"),
-                                         ("both", "both"))]  # fmt: skip
-        return rows, {"browser": f"Chromium {browser.version}", "frames of each colour, at least": n,
-                      "drawn by": "software (SwiftShader), in a process of its own"}
+            middle, best = (
+                {what: of(times) for what, times in measured.items()} for of in (statistics.median, min)
+            )
+            rows += [
+                {
+                    "organisms": organisms,
+                    "colour": colour,
+                    "what": words,
+                    "ms a frame, median": middle.get(what, sum(middle.values())),
+                    "best": best.get(what, sum(best.values())),
+                    "goal": GOAL,
+                }
+                for what, words in (("decode", "decoding"), ("render", "render call"), ("both", "both"))
+            ]
+        return rows, {
+            "browser": f"Chromium {browser.version}",
+            "frames of each colour, at least": n,
+            "drawn by": "software (SwiftShader), in a process of its own",
+        }
 
 
 def memory(minutes: float, looks: int = 10) -> tuple[list[dict[str, Any]], dict[str, Any]]:
@@ -147,9 +161,15 @@ def memory(minutes: float, looks: int = 10) -> tuple[list[dict[str, Any]], dict[
             cdp.send("HeapProfiler.collectGarbage")
             heap = page.evaluate("performance.memory.usedJSHeapSize") / 1e6
             words = Path(f"/proc/{run.process.pid}/statm").read_text().split()
-            rows.append({"minutes": (time.monotonic() - begin) / 60, "tick": page.evaluate("ecs.tick"),
-                         "frames": page.evaluate("ecs.frames"), "page [MB]": heap,
-                         "server [MB]": int(words[1]) * os.sysconf("SC_PAGESIZE") / 1e6})
+            rows.append(
+                {
+                    "minutes": (time.monotonic() - begin) / 60,
+                    "tick": page.evaluate("ecs.tick"),
+                    "frames": page.evaluate("ecs.frames"),
+                    "page [MB]": heap,
+                    "server [MB]": int(words[1]) * os.sysconf("SC_PAGESIZE") / 1e6,
+                }
+            )
     return rows, {"world": "predator-prey, seed 1, at 20 ticks a second", "page": "after collecting garbage"}
 
 
@@ -162,8 +182,11 @@ def main() -> None:
     parser.add_argument("--only", choices=("frames", "memory"))
     asked = parser.parse_args()
     if asked.only in (None, "frames"):
-        _bench.save("page", "What a frame costs the page: decoding it, and the call that draws it",
-                    *frames(asked.organisms, asked.frames))
+        _bench.save(
+            "page",
+            "What a frame costs the page: decoding it, and the call that draws it",
+            *frames(asked.organisms, asked.frames),
+        )
     if asked.only in (None, "memory"):
         _bench.save("page_memory", "What page and server hold over time", *memory(asked.minutes))
 

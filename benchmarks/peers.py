@@ -72,8 +72,14 @@ def apart(peer: str, n: int, seed: int, interpreter: str, limit: float) -> dict[
     command = [interpreter, __file__, "--one", peer, str(n), str(seed)]
     paths = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=limit, check=False,
-                              env=os.environ | {"PYTHONPATH": paths})
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            timeout=limit,
+            check=False,
+            env=os.environ | {"PYTHONPATH": paths},
+        )
     except subprocess.TimeoutExpired:
         return {"why": f"given up after {limit:g} s"}
     if done.returncode:
@@ -92,14 +98,21 @@ def rows_of(found: dict[tuple[str, int], list[dict[str, Any]]]) -> list[dict[str
         best = max((r["steps/s"] for r in good), default=None)
         after = [r["after"] for r in good if "after" in r]
         common = PEERS[peer][2]
-        rows.append({
-            "peer": peer, "task": "common" if common else "its own", "animals": n,
-            "k organism-steps/s": None if best is None else best / 1e3,
-            "bare loop's, times this": max(floor) / best if best and floor and common else None,
-            f"living after {COMPARED} ticks / bare loop's": (
-                sum(after) / len(after) / (sum(alike) / len(alike)) if after and alike and common else None),
-            "note": "" if good else rounds[0]["why"],
-        })  # fmt: skip
+        rows.append(
+            {
+                "peer": peer,
+                "task": "common" if common else "its own",
+                "animals": n,
+                "k organism-steps/s": None if best is None else best / 1e3,
+                "bare loop's, times this": max(floor) / best if best and floor and common else None,
+                f"living after {COMPARED} ticks / bare loop's": (
+                    sum(after) / len(after) / (sum(alike) / len(alike))
+                    if after and alike and common
+                    else None
+                ),
+                "note": "" if good else rounds[0]["why"],
+            }
+        )
     return rows
 
 
@@ -115,9 +128,14 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
     for peer, (_, _, common) in PEERS.items():
         mine = [r for r in rows if r["peer"] == peer and r["k organism-steps/s"]]
         if mine:
-            ax.plot([r["animals"] for r in mine], [1e3 * r["k organism-steps/s"] for r in mine],
-                    "o-" if common else "s:", lw=2.2 if peer == "ecs-eco" else 1.2, ms=4,
-                    label=peer + ("" if common else " (own task)"))
+            ax.plot(
+                [r["animals"] for r in mine],
+                [1e3 * r["k organism-steps/s"] for r in mine],
+                "o-" if common else "s:",
+                lw=2.2 if peer == "ecs-eco" else 1.2,
+                ms=4,
+                label=peer + ("" if common else " (own task)"),
+            )
     ax.set(xscale="log", yscale="log", xlabel="animals", ylabel="organism-steps per second, one core")
     ax.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
     drawing.savefig(path, metadata={"Date": None})
@@ -130,10 +148,15 @@ def main() -> None:
     parser.add_argument("--peers", nargs="+", choices=PEERS, default=list(PEERS))
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--limit", type=float, default=600, metavar="S", help="of a process")
-    parser.add_argument("--others", default=sys.executable, metavar="PYTHON",
-                        help="interpreter that has the other frameworks")
-    parser.add_argument("--frames", default=sys.executable, metavar="PYTHON",
-                        help="interpreter that has mesa-frames, which wants an older numpy")
+    parser.add_argument(
+        "--others", default=sys.executable, metavar="PYTHON", help="interpreter that has the other frameworks"
+    )
+    parser.add_argument(
+        "--frames",
+        default=sys.executable,
+        metavar="PYTHON",
+        help="interpreter that has mesa-frames, which wants an older numpy",
+    )
     parser.add_argument("--name", default="peers", help="of result and figure")
     parser.add_argument("--short", action="store_true", help="print only")
     parser.add_argument("--one", nargs=3, metavar=("PEER", "N", "SEED"), help=argparse.SUPPRESS)
@@ -147,7 +170,8 @@ def main() -> None:
             for peer in asked.peers:
                 if not (rounds := found.setdefault((peer, n), [])) or "why" not in rounds[0]:
                     with_it = {"peers_others": asked.others, "peers_frames": asked.frames}.get(
-                        PEERS[peer][0], sys.executable)
+                        PEERS[peer][0], sys.executable
+                    )
                     rounds.append(apart(peer, n, seed, with_it, asked.limit))
                     print(peer, n, rounds[-1], file=sys.stderr, flush=True)
     rows = rows_of(found)

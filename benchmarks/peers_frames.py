@@ -40,25 +40,35 @@ def mesa_frames(n: int, seed: int) -> Model:
         def __init__(self, model: Any) -> None:
             super().__init__(model)
             self.born, self.ripe = n, np.ones(sites * sites, bool)
-            self += pl.DataFrame({"unique_id": np.arange(n), "energy": np.full(n, 0.5)} | {
-                name: model.random.uniform(0, top, n)
-                for name, top in (("x", size), ("y", size), ("heading", 2 * math.pi))})
+            self += pl.DataFrame(
+                {"unique_id": np.arange(n), "energy": np.full(n, 0.5)}
+                | {
+                    name: model.random.uniform(0, top, n)
+                    for name, top in (("x", size), ("y", size), ("heading", 2 * math.pi))
+                }
+            )
 
         def step(self) -> None:
             """Look, turn, walk, eat, divide or die: all at once, then grass."""
             rng = self.model.random
             walked = turned(self.agents, size).with_columns(
                 x=(pl.col("x") + SPEED * pl.col("heading").cos()) % size,
-                y=(pl.col("y") + SPEED * pl.col("heading").sin()) % size, energy=pl.col("energy") - COST)
-            fed = walked.with_columns(energy=pl.when(pl.Series(eaters(walked, self.ripe, sites)))
-                                      .then((pl.col("energy") + GAIN).clip(upper_bound=1.0))
-                                      .otherwise(pl.col("energy")))
+                y=(pl.col("y") + SPEED * pl.col("heading").sin()) % size,
+                energy=pl.col("energy") - COST,
+            )
+            fed = walked.with_columns(
+                energy=pl.when(pl.Series(eaters(walked, self.ripe, sites)))
+                .then((pl.col("energy") + GAIN).clip(upper_bound=1.0))
+                .otherwise(pl.col("energy"))
+            )
             chance = pl.Series(rng.random(len(fed)))
             divides = (fed["energy"] >= ENOUGH) & (chance < CHANCE)
             k = int(divides.sum())
             young = fed.filter(divides).with_columns(
-                unique_id=pl.Series(np.arange(self.born, self.born + k)), energy=pl.lit(GIVEN),
-                heading=pl.Series(rng.uniform(0, 2 * math.pi, k)))
+                unique_id=pl.Series(np.arange(self.born, self.born + k)),
+                energy=pl.lit(GIVEN),
+                heading=pl.Series(rng.uniform(0, 2 * math.pi, k)),
+            )
             self.born += k
             self.agents = fed.with_columns(energy=pl.col("energy") - GIVEN * divides.cast(pl.Float64))
             self += young.select(self.agents.columns)
@@ -87,20 +97,28 @@ def turned(agents: Any, size: float) -> Any:
         d = pl.col(f"{column}_other") - pl.col(column)
         return d - size * (d / size).round()
 
-    here = agents.with_columns(i=(pl.col("x") / size * cells).cast(pl.Int64).clip(0, cells - 1),
-                               j=(pl.col("y") / size * cells).cast(pl.Int64).clip(0, cells - 1))
-    looked = here.join(near, how="cross").with_columns(i=(pl.col("i") + pl.col("di")) % cells,
-                                                       j=(pl.col("j") + pl.col("dj")) % cells)
-    pairs = (looked.join(here.select("unique_id", "x", "y", "i", "j"), on=["i", "j"], suffix="_other")
-             .filter(pl.col("unique_id") != pl.col("unique_id_other"))
-             .with_columns(dx=shorter("x"), dy=shorter("y"))
-             .with_columns(d=pl.col("dx") ** 2 + pl.col("dy") ** 2)
-             .filter(pl.col("d") < REACH * REACH))
+    here = agents.with_columns(
+        i=(pl.col("x") / size * cells).cast(pl.Int64).clip(0, cells - 1),
+        j=(pl.col("y") / size * cells).cast(pl.Int64).clip(0, cells - 1),
+    )
+    looked = here.join(near, how="cross").with_columns(
+        i=(pl.col("i") + pl.col("di")) % cells, j=(pl.col("j") + pl.col("dj")) % cells
+    )
+    pairs = (
+        looked.join(here.select("unique_id", "x", "y", "i", "j"), on=["i", "j"], suffix="_other")
+        .filter(pl.col("unique_id") != pl.col("unique_id_other"))
+        .with_columns(dx=shorter("x"), dy=shorter("y"))
+        .with_columns(d=pl.col("dx") ** 2 + pl.col("dy") ** 2)
+        .filter(pl.col("d") < REACH * REACH)
+    )
     closest = pairs.group_by("unique_id").agg(pl.col("dx", "dy").sort_by("d").first())
     left = pl.col("heading").cos() * pl.col("dy") - pl.col("heading").sin() * pl.col("dx")
     turn = pl.when(left > 0).then(-TURN).when(left <= 0).then(TURN).otherwise(0.0)
-    return (agents.join(closest, on="unique_id", how="left")
-            .with_columns(heading=pl.col("heading") + turn).drop("dx", "dy"))
+    return (
+        agents.join(closest, on="unique_id", how="left")
+        .with_columns(heading=pl.col("heading") + turn)
+        .drop("dx", "dy")
+    )
 
 
 def eaters(walked: Any, ripe: np.ndarray, sites: int) -> np.ndarray:

@@ -127,13 +127,19 @@ def config(n: int) -> dict[str, Any]:
     """Return the world."""
     size = side(n)
     return {
-        "format": 1, "name": "grazing", "dt": 1.0, "space": {"size": [size, size], "edges": "torus"},
+        "format": 1,
+        "name": "grazing",
+        "dt": 1.0,
+        "space": {"size": [size, size], "edges": "torus"},
         "species": {
-            "tuft": {"count": int(size / SITE) ** 2, "body": {"radius": 0.3, "opaque": False},
-                     "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": REGROWTH,
-                                      "spacing": SITE}},
+            "tuft": {
+                "count": int(size / SITE) ** 2,
+                "body": {"radius": 0.3, "opaque": False},
+                "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": REGROWTH, "spacing": SITE},
+            },
             "grazer": {
-                "count": n, "body": {"radius": 0.2, "opaque": False},
+                "count": n,
+                "body": {"radius": 0.2, "opaque": False},
                 "metabolism": {"energy": 0.5, "energy_max": 1.0, "basal": COST},
                 "locomotion": {"speed": {"walk": SPEED}, "turn": TURN},
                 "diet": [{"eats": "tuft", "reach": BITE - 0.5, "gain": GAIN}],
@@ -142,9 +148,14 @@ def config(n: int) -> dict[str, Any]:
                 "automatic": ["eat"],
                 "neutral": {"speed": "walk", "turn": "none"},
                 "reflex": {"formulas": {"walk": "1", "left": "-grazer_left", "right": "grazer_left"}},
-                "reproduction": {"kind": "asexual", "rate": CHANCE, "energy_min": ENOUGH,
-                                 "energy_given": GIVEN, "dispersal": 0.1},
+                "reproduction": {
+                    "kind": "asexual",
+                    "rate": CHANCE,
+                    "energy_min": ENOUGH,
+                    "energy_given": GIVEN,
+                    "dispersal": 0.1,
+                },
                 "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
             },
         },
-    }  # fmt: skip
+    }

@@ -110,8 +110,9 @@ def mesa(n: int, seed: int) -> Model:
 def nearest(space: Any, one: Any, size: float) -> Any:
     """Return the offset to the nearest other in reach in AgentPy's space; None without one."""
     here = space.positions[one]
-    offsets = [(space.positions[other] - here + size / 2) % size - size / 2
-               for other in space.neighbors(one, REACH)]
+    offsets = [
+        (space.positions[other] - here + size / 2) % size - size / 2 for other in space.neighbors(one, REACH)
+    ]
     return min(offsets, key=lambda d: d @ d) if offsets else None
 
 

@@ -1,6 +1,6 @@
 """How many plants per second grow and spread, with deaths of old age, ledger and recorder on.
 
-    python benchmarks/plants.py [--sizes 10000 100000 1000000]
+python benchmarks/plants.py [--sizes 10000 100000 1000000]
 """
 
 import argparse
@@ -21,12 +21,19 @@ def meadow(plants: int) -> dict:
     """Return a world of plants that grow by light, spread to sites within 10 m, and die of age."""
     side = 2.0 * math.sqrt(plants / 0.8)
     plant = {
-        "count": plants, "body": {"radius": 0.4},
+        "count": plants,
+        "body": {"radius": 0.4},
         "metabolism": {"energy": 0.1, "energy_max": 1.0, "growth": 0.002},
-        "reproduction": {"kind": "spread", "rate": 0.01, "seed_rain": 0.001, "spacing": 2.0, "place": "near",
-                         "dispersal": 10.0},
+        "reproduction": {
+            "kind": "spread",
+            "rate": 0.01,
+            "seed_rain": 0.001,
+            "spacing": 2.0,
+            "place": "near",
+            "dispersal": 10.0,
+        },
         "lethal": [{"property": "age", "max": 500.0, "high": "too old"}],
-    }  # fmt: skip
+    }
     return {"format": 1, "name": "meadow", "space": {"size": [side, side]}, "species": {"plant": plant}}
 
 
@@ -44,8 +51,13 @@ def main() -> None:
             start = time.perf_counter()
             world.run(ticks)
             times.append((time.perf_counter() - start) / ticks)
-        rows.append({"plants": world.tables["plant"].n, "ns per plant and tick": min(times) / n * 1e9,
-                     "M plant-steps/s": n / min(times) / 1e6})
+        rows.append(
+            {
+                "plants": world.tables["plant"].n,
+                "ns per plant and tick": min(times) / n * 1e9,
+                "M plant-steps/s": n / min(times) / 1e6,
+            }
+        )
     _bench.save("plants", "Plants that grow and spread", rows)
 
 

@@ -33,8 +33,13 @@ print(time.process_time() - start)
 def seconds(world: str, learn: bool, portable: bool) -> float:
     """Return the processor time [s] of TICKS ticks in a process of its own, after kernels are compiled."""
     words = [world, "learning" if learn else "not", *map(str, (SEED, HORIZON, WARM, TICKS))]
-    done = subprocess.run([sys.executable, "-c", CHILD, *words], check=True, capture_output=True, text=True,
-                          env={**os.environ, "ECS_ECO_PORTABLE": "1" if portable else "0"})
+    done = subprocess.run(
+        [sys.executable, "-c", CHILD, *words],
+        check=True,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "ECS_ECO_PORTABLE": "1" if portable else "0"},
+    )
     return float(done.stdout)
 
 
@@ -52,14 +57,29 @@ def main() -> None:
             seconds(world, learn, True)  # compile
             seconds(world, learn, False)
             pairs = [(seconds(world, learn, False), seconds(world, learn, True)) for _ in range(asked.pairs)]
-            rows.append({"world": world, "learning": learn,
-                         "native [ms/tick]": 1e3 * min(native for native, _ in pairs) / TICKS,
-                         "portable [ms/tick]": 1e3 * min(portable for _, portable in pairs) / TICKS,
-                         "ratio": statistics.median(portable / native for native, portable in pairs)})
+            rows.append(
+                {
+                    "world": world,
+                    "learning": learn,
+                    "native [ms/tick]": 1e3 * min(native for native, _ in pairs) / TICKS,
+                    "portable [ms/tick]": 1e3 * min(portable for _, portable in pairs) / TICKS,
+                    "ratio": statistics.median(portable / native for native, portable in pairs),
+                }
+            )
             print(json.dumps(rows[-1]), flush=True)
-    _bench.save("portable", "The portable mode beside the native one", rows,
-                {"ticks": TICKS, "first ticks, not timed": WARM, "horizon": HORIZON, "pairs": asked.pairs,
-                 "seed": SEED, "median ratio": statistics.median(row["ratio"] for row in rows)})
+    _bench.save(
+        "portable",
+        "The portable mode beside the native one",
+        rows,
+        {
+            "ticks": TICKS,
+            "first ticks, not timed": WARM,
+            "horizon": HORIZON,
+            "pairs": asked.pairs,
+            "seed": SEED,
+            "median ratio": statistics.median(row["ratio"] for row in rows),
+        },
+    )
 
 
 if __name__ == "__main__":

@@ -30,19 +30,13 @@ from ecs_eco.learning.ppo_kernels import loss_slopes
 
 WIDTH, GROUPS, SETTINGS = 24, (3, 3), PPO()
 TRIED = {
-    "tried, and dropped: products in bfloat16, activations turned to it and back":
-        "torch's product of 2,048 rows takes half the time, forward and backward together .98 of it",
-    "tried, and dropped: what a minibatch takes from all over memory fetched 16 transitions ahead":
-        "a third of the time where nothing else happens, 1 of it between products, also a block ahead, "
-        "or two of it with every fourth row of a product; in the log's order the gradient takes .86",
-    "tried, and dropped: tanh in the registers of a product's tile, before they are stored":
-        "1.4 times the time of thinking, 1.1 of learning: the constants leave no registers to the sums",
-    "tried, and dropped: the vectors of a product in the outer loop, the rows in the inner one":
-        "1 of the time of learning",
-    "tried, and dropped: tiles of six rows, not four, where registers have 256 bits":
-        "1 of the time of the products of a layer of 64 by 64",
-    "tried: blocks of 32, 48, 80, 96, 128 and 256 transitions through the network at once, not 64":
-        "dropped; 1.05, 1, 1.01, 1.01, 1.08 and 1.18 of the time of the gradient, the same bits",
+    "tried, and dropped: products in bfloat16, activations turned to it and back": "torch's product of 2,048 rows takes half the time, forward and backward together .98 of it",
+    "tried, and dropped: what a minibatch takes from all over memory fetched 16 transitions ahead": "a third of the time where nothing else happens, 1 of it between products, also a block ahead, "
+    "or two of it with every fourth row of a product; in the log's order the gradient takes .86",
+    "tried, and dropped: tanh in the registers of a product's tile, before they are stored": "1.4 times the time of thinking, 1.1 of learning: the constants leave no registers to the sums",
+    "tried, and dropped: the vectors of a product in the outer loop, the rows in the inner one": "1 of the time of learning",
+    "tried, and dropped: tiles of six rows, not four, where registers have 256 bits": "1 of the time of the products of a layer of 64 by 64",
+    "tried: blocks of 32, 48, 80, 96, 128 and 256 transitions through the network at once, not 64": "dropped; 1.05, 1, 1.01, 1.01, 1.08 and 1.18 of the time of the gradient, the same bits",
 }
 
 
@@ -75,8 +69,9 @@ def plain(brain: Brain) -> torch.nn.Module:
     class Plain(torch.nn.Module):
         def __init__(self) -> None:
             super().__init__()
-            self.trunk = torch.nn.Sequential(torch.nn.Linear(WIDTH, 64), torch.nn.Tanh(),
-                                             torch.nn.Linear(64, 64), torch.nn.Tanh())
+            self.trunk = torch.nn.Sequential(
+                torch.nn.Linear(WIDTH, 64), torch.nn.Tanh(), torch.nn.Linear(64, 64), torch.nn.Tanh()
+            )
             self.policy, self.value = torch.nn.Linear(64, sum(GROUPS)), torch.nn.Linear(64, 1)
 
         def forward(self, x: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
@@ -90,8 +85,9 @@ def plain_update(net: torch.nn.Module, adam: torch.optim.Optimizer, learner: Lea
     """Learn from a rollout, whose advantages are known, by autograd."""
     rollout = learner.rollout
     seen, choices = torch.from_numpy(rollout.observations), torch.from_numpy(rollout.choices.astype(np.int64))
-    then, old, gain = (torch.from_numpy(rollout.steps[name].copy())
-                       for name in ("log_probability", "value", "advantage"))
+    then, old, gain = (
+        torch.from_numpy(rollout.steps[name].copy()) for name in ("log_probability", "value", "advantage")
+    )
     advantage, target = (gain - gain.mean()) / (gain.std() + 1e-8), gain + old
     for _ in range(SETTINGS.epochs):
         for index in torch.randperm(rollout.n).split(SETTINGS.minibatch):
@@ -166,11 +162,13 @@ def breakdown(n: int = 10_000, ticks: int = 64) -> dict[str, float]:
     blocks = iter(np.tile(order[: rollout.n // BLOCK * BLOCK], 20).reshape(-1, BLOCK))
     log = rollout.choices, rollout.numbers, rollout.steps
     parts: dict[str, Callable[[], object]] = {
-        "gather": lambda: backward._take(rollout.observations, next(blocks), memory,
-                                         tower[0, backward.WIDE_IN]),
+        "gather": lambda: backward._take(
+            rollout.observations, next(blocks), memory, tower[0, backward.WIDE_IN]
+        ),
         "forward": lambda: backward._forward(tower, packed, memory, BLOCK),
         "slopes of the loss": lambda: loss_slopes(
-            out[:-1], out[-1], brain.offsets, *log, next(blocks), *weights, d_out[:-1], d_out[-1], terms),
+            out[:-1], out[-1], brain.offsets, *log, next(blocks), *weights, d_out[:-1], d_out[-1], terms
+        ),
         "backward": lambda: backward._backward(tower, packed, memory, BLOCK, sums),
     }
     result = {}

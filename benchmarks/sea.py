@@ -28,10 +28,14 @@ def sea(plankton: int) -> WorldConfig:
     now = {name: s.count for name, s in shipped.species.items()}
     factor = plankton / sum(now.values())
     side = round(math.sqrt(shipped.space.size[0] * shipped.space.size[1] * factor), 1)
-    numbers: dict[str, object] = {f"species.{name}.count": max(1, round(n * factor))
-                                  for name, n in now.items()}
-    numbers |= {f"species.{n}.max_count": math.ceil(s.max_count * factor)
-                for n, s in shipped.species.items() if s.max_count}
+    numbers: dict[str, object] = {
+        f"species.{name}.count": max(1, round(n * factor)) for name, n in now.items()
+    }
+    numbers |= {
+        f"species.{n}.max_count": math.ceil(s.max_count * factor)
+        for n, s in shipped.species.items()
+        if s.max_count
+    }
     return load(shipped, numbers | {"space.size": [side, side, shipped.space.size[2]]})
 
 
@@ -50,10 +54,20 @@ def lifetime() -> None:
         trained = time.perf_counter()
         run_to_folder(config, 1, config.ticks, f"{scratch}/run", report=False)
         lived = time.perf_counter()
-    rows = [{"what": "training from random weights", "ticks": config.training.ticks, "s": trained - start,
-             "goal [s]": 900},
-            {"what": "20 days with the bundled policies, recorded", "ticks": config.ticks,
-             "s": lived - trained, "goal [s]": 120}]
+    rows = [
+        {
+            "what": "training from random weights",
+            "ticks": config.training.ticks,
+            "s": trained - start,
+            "goal [s]": 900,
+        },
+        {
+            "what": "20 days with the bundled policies, recorded",
+            "ticks": config.ticks,
+            "s": lived - trained,
+            "goal [s]": 120,
+        },
+    ]
     _bench.save("sea_life", "The sea as it is shipped, one thread", rows)
 
 
@@ -78,12 +92,20 @@ def main() -> None:
             times.append((time.perf_counter() - start) / ticks)
             lived.append(alive)
         best = times.index(min(times))
-        rows.append({"plankton": lived[best], "of which think": sum(
-            t.n for name, t in world.tables.items() if name != "phytoplankton"
-        ),
-                     "ticks/s": 1 / min(times), "M plankton-steps/s": lived[best] / min(times) / 1e6})
-    _bench.save("sea", "Plankton in one sea: light with shade, senses in three dimensions, policies, "
-                       "grazing and births, one core", rows)
+        rows.append(
+            {
+                "plankton": lived[best],
+                "of which think": sum(t.n for name, t in world.tables.items() if name != "phytoplankton"),
+                "ticks/s": 1 / min(times),
+                "M plankton-steps/s": lived[best] / min(times) / 1e6,
+            }
+        )
+    _bench.save(
+        "sea",
+        "Plankton in one sea: light with shade, senses in three dimensions, policies, "
+        "grazing and births, one core",
+        rows,
+    )
 
 
 if __name__ == "__main__":

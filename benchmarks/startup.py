@@ -19,15 +19,12 @@ import _bench
 
 _bench.pin_threads()
 TRIED = {
-    "tried: functions that kernels call not optimized by themselves, nor functions before all is linked":
-        "dropped; .85 of the time of compiling, the same bits, but some kernels take 1.5 to 3 times as long",
-    "tried: no machine code of numba's own functions that kernels call":
-        "dropped; .97 of the time of compiling",
+    "tried: functions that kernels call not optimized by themselves, nor functions before all is linked": "dropped; .85 of the time of compiling, the same bits, but some kernels take 1.5 to 3 times as long",
+    "tried: no machine code of numba's own functions that kernels call": "dropped; .97 of the time of compiling",
     "tried: models of world files built on first use (defer_build)": "dropped; 15 ms less of a start",
     "tried: a report without matplotlib's help on its own classes": "dropped; 1 of the time of loading it",
-    "tried: ticks of an axis of a report's figures found once for each place":
-        "dropped; .95 of the time of laying out and drawing",
-}  # fmt: skip
+    "tried: ticks of an axis of a report's figures found once for each place": "dropped; .95 of the time of laying out and drawing",
+}
 
 
 def seconds(arguments: list[str], cache: Path) -> float:
@@ -35,8 +32,13 @@ def seconds(arguments: list[str], cache: Path) -> float:
     environment = os.environ | {"ECS_ECO_CACHE": str(cache)}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)  # users do not compile all sources at each start
     start = time.perf_counter()
-    subprocess.run([sys.executable, "-c", "from ecs_eco.cli import main; main()", *arguments], check=True,
-                   env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    subprocess.run(
+        [sys.executable, "-c", "from ecs_eco.cli import main; main()", *arguments],
+        check=True,
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     return time.perf_counter() - start
 
 
@@ -46,18 +48,31 @@ def main() -> None:
     compileall.compile_dir(Path(__file__).parents[1] / "ecs_eco", quiet=2)  # as pip does when it installs
     with tempfile.TemporaryDirectory() as folder:
         cache, out = Path(folder) / "cache", Path(folder) / "run"
-        for arguments, goal in ((["--help"], 0.3), (["list"], 0.3),
-                                (["run", "predator-prey", "--ticks", "100", "--out", str(out)], 4.0)):
+        for arguments, goal in (
+            (["--help"], 0.3),
+            (["list"], 0.3),
+            (["run", "predator-prey", "--ticks", "100", "--out", str(out)], 4.0),
+        ):
             times = []
             for _ in range(6):
                 times.append(seconds(arguments, cache))
                 shutil.rmtree(out, ignore_errors=True)
-            rows.append({"command": "ecs-eco " + " ".join(arguments[:4]), "first start [s]": times[0],
-                         "later, median [s]": statistics.median(times[1:]),
-                         "later, least [s]": min(times[1:]), "goal [s]": goal})
+            rows.append(
+                {
+                    "command": "ecs-eco " + " ".join(arguments[:4]),
+                    "first start [s]": times[0],
+                    "later, median [s]": statistics.median(times[1:]),
+                    "later, least [s]": min(times[1:]),
+                    "goal [s]": goal,
+                }
+            )
         compiled = len(list(cache.rglob("*.nbc")))
-    _bench.save("startup", "Commands as whole processes", rows,
-                {"kernels compiled by the first run": compiled} | TRIED)
+    _bench.save(
+        "startup",
+        "Commands as whole processes",
+        rows,
+        {"kernels compiled by the first run": compiled} | TRIED,
+    )
 
 
 if __name__ == "__main__":

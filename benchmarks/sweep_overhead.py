@@ -26,16 +26,21 @@ from ecs_eco.sweeps import run_sweep
 from ecs_eco.sweeps.folder import read_sweep
 from ecs_eco.sweeps.table import rows_of
 
-SMALL = {"space.size": [120.0, 120.0], "species.grass.count": 1080, "species.deer.count": 175,
-         "species.wolf.count": 20}  # fmt: skip
+SMALL = {
+    "space.size": [120.0, 120.0],
+    "species.grass.count": 1080,
+    "species.deer.count": 175,
+    "species.wolf.count": 20,
+}
 
 
 def bare(config: Any, seed: int, ticks: int, folder: Path) -> str:
     """Run a world into a folder; return its digest."""
     from ecs_eco.record import run_to_folder
 
-    return str(run_to_folder(config, seed=seed, ticks=ticks, out=folder, policies="random",
-                             report=False)["digest"])
+    return str(
+        run_to_folder(config, seed=seed, ticks=ticks, out=folder, policies="random", report=False)["digest"]
+    )
 
 
 def bare_runs(pool: Executor, place: Path, runs: int, ticks: int) -> list[str]:
@@ -61,8 +66,11 @@ def main() -> None:
     parser.add_argument("--on", default="local")
     asked = parser.parse_args()
     rows = []
-    with (engine("local", asked.workers) as local, engine(asked.on, asked.workers) as other,
-          tempfile.TemporaryDirectory() as place):
+    with (
+        engine("local", asked.workers) as local,
+        engine(asked.on, asked.workers) as other,
+        tempfile.TemporaryDirectory() as place,
+    ):
         pools = {bare_runs: local, swept: other}
         for warm, pool in pools.items():
             warm(pool, Path(place) / f"warm-{warm.__name__}", 2 * asked.workers, asked.ticks)
@@ -73,15 +81,30 @@ def main() -> None:
                 folder = Path(place) / f"{pair}-{way.__name__}"
                 digests[way] = way(pools[way], folder, asked.runs, asked.ticks)
                 seconds[way] = time.perf_counter() - start
-            rows.append({"pair": pair + 1, "bare [s]": seconds[bare_runs], "sweep [s]": seconds[swept],
-                         "overhead": seconds[swept] / seconds[bare_runs] - 1,
-                         "same digests": digests[bare_runs] == digests[swept]})
+            rows.append(
+                {
+                    "pair": pair + 1,
+                    "bare [s]": seconds[bare_runs],
+                    "sweep [s]": seconds[swept],
+                    "overhead": seconds[swept] / seconds[bare_runs] - 1,
+                    "same digests": digests[bare_runs] == digests[swept],
+                }
+            )
     median = statistics.median(row["overhead"] for row in rows)
-    _bench.save(f"sweep_overhead{'' if asked.on == 'local' else f'_{asked.on}'}",
-                f"What does a sweep cost over {asked.runs} bare runs of {asked.ticks} ticks?", rows,
-                {"median overhead": median, "workers": asked.workers, "on": asked.on, "ticks": asked.ticks,
-                 "runs": asked.runs, "config_hash": load("predator-prey", SMALL).config_hash,
-                 "seeds": f"1 to {asked.runs}"})
+    _bench.save(
+        f"sweep_overhead{'' if asked.on == 'local' else f'_{asked.on}'}",
+        f"What does a sweep cost over {asked.runs} bare runs of {asked.ticks} ticks?",
+        rows,
+        {
+            "median overhead": median,
+            "workers": asked.workers,
+            "on": asked.on,
+            "ticks": asked.ticks,
+            "runs": asked.runs,
+            "config_hash": load("predator-prey", SMALL).config_hash,
+            "seeds": f"1 to {asked.runs}",
+        },
+    )
 
 
 if __name__ == "__main__":

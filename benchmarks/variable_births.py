@@ -36,8 +36,9 @@ def section(letters: int, ploidy: int, variable: bool) -> GenomeSection:
     genes = [{"name": f"g{i}", "letters": LETTERS, "low": 0.0, "high": 1.0} for i in range(letters // 10)]
     if not variable:
         return GenomeSection(genes=genes, loci=letters, ploidy=ploidy, mutate=MUTATE)
-    return GenomeSection(genes=genes, loci=letters, longest=2 * letters, ploidy=ploidy, mutate=MUTATE,
-                         **RATES)
+    return GenomeSection(
+        genes=genes, loci=letters, longest=2 * letters, ploidy=ploidy, mutate=MUTATE, **RATES
+    )
 
 
 def parents(operators: Any, n: int, seed: int) -> np.ndarray:
@@ -71,9 +72,16 @@ def at_once(letters: int, ploidy: int, n: int, turns: int) -> list[dict[str, Any
             seconds[variable].append(timed(operators, mothers, fathers, keys))
     lengths = made[True][0].layout.lengths(made[True][1])
     name = f"{lengths.mean():.0f} letters on average ({lengths.min()} to {lengths.max()})"
-    return [{"strings": name if variable else f"{letters} letters, fixed", "ploidy": ploidy,
-             "births": "at once", "births/s": n / min(seconds[variable]),
-             "goal": GOAL if variable and ploidy == 1 else ""} for variable in (True, False)]  # fmt: skip
+    return [
+        {
+            "strings": name if variable else f"{letters} letters, fixed",
+            "ploidy": ploidy,
+            "births": "at once",
+            "births/s": n / min(seconds[variable]),
+            "goal": GOAL if variable and ploidy == 1 else "",
+        }
+        for variable in (True, False)
+    ]
 
 
 def one_by_one(letters: int, n: int) -> dict[str, Any]:
@@ -86,8 +94,13 @@ def one_by_one(letters: int, n: int) -> dict[str, Any]:
     mothers, fathers, keys = parents(operators, n, 1), parents(operators, n, 2), np.arange(n, dtype=np.uint64)
     seconds = min(timed(operators, mothers, fathers, keys) for _ in range(3))
     mean = operators.layout.lengths(mothers).mean()
-    return {"strings": f"{mean:.0f} letters on average", "ploidy": 1, "births": "one by one",
-            "births/s": n / seconds, "goal": ""}
+    return {
+        "strings": f"{mean:.0f} letters on average",
+        "ploidy": 1,
+        "births": "one by one",
+        "births/s": n / seconds,
+        "goal": "",
+    }
 
 
 def main() -> None:
@@ -97,9 +110,11 @@ def main() -> None:
     n = parser.parse_args().births
     rows = [row for letters in (64, 128) for ploidy in (1, 2) for row in at_once(letters, ploidy, n, 7)]
     rows.append(one_by_one(64, max(n // 50, 10)))
-    _bench.save("variable_births",
-                "Births with strings of variable length: crossed unequally, mutated in five ways, one core",
-                rows)
+    _bench.save(
+        "variable_births",
+        "Births with strings of variable length: crossed unequally, mutated in five ways, one core",
+        rows,
+    )
 
 
 if __name__ == "__main__":

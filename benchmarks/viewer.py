@@ -1,7 +1,7 @@
 """What a viewer costs a run, how long a frame takes to encode, and what a page that does not read costs.
 
-    python benchmarks/viewer.py [--organisms 11000] [--pairs 40] [--processes 5] [--minutes 0.33]
-                                [--only cost|frames|stall|rewind]
+python benchmarks/viewer.py [--organisms 11000] [--pairs 40] [--processes 5] [--minutes 0.33]
+                            [--only cost|frames|stall|rewind]
 """
 
 import argparse
@@ -46,8 +46,13 @@ def read_all(port: int, credential: str) -> None:
     from websockets.sync.client import connect
 
     frames = size = 0
-    with connect(f"ws://127.0.0.1:{port}/ws", origin=f"http://127.0.0.1:{port}",
-                 subprotocols=[SUBPROTOCOL, credential], compression=None, max_size=None) as ws:  # fmt: skip
+    with connect(
+        f"ws://127.0.0.1:{port}/ws",
+        origin=f"http://127.0.0.1:{port}",
+        subprotocols=[SUBPROTOCOL, credential],
+        compression=None,
+        max_size=None,
+    ) as ws:
         try:
             while True:
                 message = ws.recv()
@@ -103,8 +108,12 @@ def cost(organisms: int, pairs: int) -> tuple[dict[str, float], dict[str, Any]]:
         seconds = run(alone, 50)[0] / 50
         run(seen, 50)
         clock = time.pthread_getcpuclockid(server._thread.ident)  # type: ignore[arg-type]
-        ticks, frames, spent[0], served = (max(10, round(0.4 / seconds)), player.frames, 0.0,
-                                           time.clock_gettime(clock))
+        ticks, frames, spent[0], served = (
+            max(10, round(0.4 / seconds)),
+            player.frames,
+            0.0,
+            time.clock_gettime(clock),
+        )
         for i in range(pairs):
             took = {world is seen: run(world, ticks) for world in ((alone, seen), (seen, alone))[i % 2]}
             wall.append(took[True][0] / took[False][0] - 1)
@@ -113,27 +122,44 @@ def cost(organisms: int, pairs: int) -> tuple[dict[str, float], dict[str, Any]]:
         share = (spent[0] + time.clock_gettime(clock) - served) / watched
         seen.before_tick.remove(turn)
     n = sum(t.n for t in seen.tables.values())
-    shares = {"the run's wall time": statistics.median(wall),
-              "the processor's time, all threads": statistics.median(work),
-              "one core, for turns and the server's thread": share}  # fmt: skip
-    notes = {"organisms": n, "ticks in each": ticks, "ms a tick": 1e3 * seconds,
-             "frames a second": (player.frames - frames) / watched,
-             "same digest": alone.digest() == seen.digest()}  # fmt: skip
+    shares = {
+        "the run's wall time": statistics.median(wall),
+        "the processor's time, all threads": statistics.median(work),
+        "one core, for turns and the server's thread": share,
+    }
+    notes = {
+        "organisms": n,
+        "ticks in each": ticks,
+        "ms a tick": 1e3 * seconds,
+        "frames a second": (player.frames - frames) / watched,
+        "same digest": alone.digest() == seen.digest(),
+    }
     return shares, notes
 
 
 def costs(organisms: int, pairs: int, processes: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:
     """The cost in processes that follow each other: where a process's memory lies shifts a ratio by 1 %."""
     words = [sys.executable, __file__, "--cost", str(organisms), str(pairs)]
-    done = [json.loads(subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True).stdout)
-            for _ in range(processes)]  # fmt: skip
+    done = [
+        json.loads(subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True).stdout)
+        for _ in range(processes)
+    ]
     rows = []
     for what in done[0][0]:
         shares = [each[0][what] for each in done]
-        rows.append({"cost of a page, as a share of": what, "median": statistics.median(shares),
-                     "from": min(shares), "to": max(shares), "goal": 0.05})  # fmt: skip
-    notes = {name: statistics.median(each[1][name] for each in done)
-             for name in ("organisms", "ticks in each", "ms a tick", "frames a second")}  # fmt: skip
+        rows.append(
+            {
+                "cost of a page, as a share of": what,
+                "median": statistics.median(shares),
+                "from": min(shares),
+                "to": max(shares),
+                "goal": 0.05,
+            }
+        )
+    notes = {
+        name: statistics.median(each[1][name] for each in done)
+        for name in ("organisms", "ticks in each", "ms a tick", "frames a second")
+    }
     same = all(each[1]["same digest"] for each in done)
     return rows, {"processes": processes, "pairs in each": pairs, **notes, "same digest": same}
 
@@ -151,9 +177,16 @@ def encoding(sizes: list[int]) -> list[dict[str, Any]]:
                 frame = live.frame(number, colour)
                 times.append(time.perf_counter() - begin)
             n = sum(live.counts().values())
-            rows.append({"organisms": n, "colour": colour,
-                         "ms a frame, median": 1e3 * statistics.median(times), "best": 1e3 * min(times),
-                         "bytes an organism": len(frame) / n, "goal": 3.0})  # fmt: skip
+            rows.append(
+                {
+                    "organisms": n,
+                    "colour": colour,
+                    "ms a frame, median": 1e3 * statistics.median(times),
+                    "best": 1e3 * min(times),
+                    "bytes an organism": len(frame) / n,
+                    "goal": 3.0,
+                }
+            )
     return rows
 
 
@@ -167,24 +200,31 @@ def deaf(server: Server) -> socket.socket:
     raw = socket.socket()
     raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     raw.connect(("127.0.0.1", server.port))
-    raw.sendall((f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nUpgrade: websocket\r\n"
-                 f"Sec-WebSocket-Protocol: {SUBPROTOCOL}, {server.credentials.credential}\r\n"
-                 "Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-                 "Sec-WebSocket-Version: 13\r\n"
-                 f"Origin: http://127.0.0.1:{server.port}\r\n\r\n").encode())  # fmt: skip
+    raw.sendall(
+        (
+            f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nUpgrade: websocket\r\n"
+            f"Sec-WebSocket-Protocol: {SUBPROTOCOL}, {server.credentials.credential}\r\n"
+            "Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+            "Sec-WebSocket-Version: 13\r\n"
+            f"Origin: http://127.0.0.1:{server.port}\r\n\r\n"
+        ).encode()
+    )
     raw.recv(12)
     return raw
 
 
 def frozen(server: Server, until: threading.Event) -> None:
-    """Be a page whose browser answers pings while its script stands still: it reads, and never acknowledges.
-    """
+    """Be a page whose browser answers pings while its script stands still: it reads, and never acknowledges."""
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
-    with connect(f"ws://127.0.0.1:{server.port}/ws", origin=f"http://127.0.0.1:{server.port}",
-                 compression=None, max_size=None,
-                 subprotocols=[SUBPROTOCOL, server.credentials.credential]) as ws:  # fmt: skip
+    with connect(
+        f"ws://127.0.0.1:{server.port}/ws",
+        origin=f"http://127.0.0.1:{server.port}",
+        compression=None,
+        max_size=None,
+        subprotocols=[SUBPROTOCOL, server.credentials.credential],
+    ) as ws:
         while not until.is_set():
             try:
                 ws.recv(0.5)
@@ -209,16 +249,24 @@ def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
             world.run(50)
         rows.append(standing(world, player, server, "no page", minutes / 4, []))
         threading.Thread(target=frozen, args=(server, end), daemon=True).start()
-        rows.append(standing(world, player, server,
-                             "a page that does not read, one that does not acknowledge", minutes,
-                             [deaf(server)]))
+        rows.append(
+            standing(
+                world,
+                player,
+                server,
+                "a page that does not read, one that does not acknowledge",
+                minutes,
+                [deaf(server)],
+            )
+        )
         end.set()
         world.before_tick.clear()
     return rows
 
 
-def standing(world: World, player: Player, server: Server, what: str, minutes: float,
-             raw: list[socket.socket]) -> dict[str, Any]:
+def standing(
+    world: World, player: Player, server: Server, what: str, minutes: float, raw: list[socket.socket]
+) -> dict[str, Any]:
     """Let a world run with pages that stand still; one that is let go because it answers no pings comes
     again."""
     world.run(100)
@@ -232,9 +280,17 @@ def standing(world: World, player: Player, server: Server, what: str, minutes: f
     waiting = max((len(client._waiting) for client in server.clients), default=0)
     for page_ in raw:
         page_.close()
-    return {"with": what, "minutes": spent / 60, "ticks/s": ticks / spent, "memory before [MB]": before,
-            "after": resident(), "most": most, "frames made": player.frames - frames,
-            "messages waiting": waiting, "let go and came again": again}  # fmt: skip
+    return {
+        "with": what,
+        "minutes": spent / 60,
+        "ticks/s": ticks / spent,
+        "memory before [MB]": before,
+        "after": resident(),
+        "most": most,
+        "frames made": player.frames - frames,
+        "messages waiting": waiting,
+        "let go and came again": again,
+    }
 
 
 def rewinds(times: int = 5) -> list[dict[str, Any]]:
@@ -258,9 +314,16 @@ def rewinds(times: int = 5) -> list[dict[str, Any]]:
         live.handle({"kind": "seek", "tick": 1500 + 137 * i})
         took.append(time.perf_counter() - begin)
         assert live.world.digest() == digests[live.tick]
-    return [{"back by 1,000 ticks": "s", "median": statistics.median(took), "most": max(took), "goal": 1.0,
-             "checkpoints kept": len(live.ring.points),
-             "MB of one": live.ring.points[-1].size / 1e6}]
+    return [
+        {
+            "back by 1,000 ticks": "s",
+            "median": statistics.median(took),
+            "most": max(took),
+            "goal": 1.0,
+            "checkpoints kept": len(live.ring.points),
+            "MB of one": live.ring.points[-1].size / 1e6,
+        }
+    ]
 
 
 def main() -> None:
@@ -282,16 +345,21 @@ def main() -> None:
         return
     if asked.only in (None, "cost"):
         rows, notes = costs(asked.organisms, asked.pairs, asked.processes)
-        _bench.save("viewer_cost", "What a viewer with one page costs a run that goes as fast as it can",
-                    rows, notes)
+        _bench.save(
+            "viewer_cost", "What a viewer with one page costs a run that goes as fast as it can", rows, notes
+        )
     if asked.only in (None, "frames"):
         _bench.save("viewer_frames", "Encoding one frame, on one core", encoding([asked.organisms, 55_000]))
     if asked.only in (None, "rewind"):
-        _bench.save("viewer_rewind", "Going back in a living predator-prey; the digest is that of then",
-                    rewinds())
+        _bench.save(
+            "viewer_rewind", "Going back in a living predator-prey; the digest is that of then", rewinds()
+        )
     if asked.only in (None, "stall"):
-        _bench.save("viewer_stall", "A page that stops: the run's speed and the server's memory",
-                    stalls(asked.organisms, asked.minutes))
+        _bench.save(
+            "viewer_stall",
+            "A page that stops: the run's speed and the server's memory",
+            stalls(asked.organisms, asked.minutes),
+        )
 
 
 if __name__ == "__main__":

@@ -24,14 +24,21 @@ from scipy import stats
 
 from ecs_eco import Table, World
 
-COEXISTING = {"sheep_reproduce": 0.2, "wolf_reproduce": 0.05, "sheep_gain": 4.0, "wolf_gain": 5.0,
-              "regrowth": 10}
+COEXISTING = {
+    "sheep_reproduce": 0.2,
+    "wolf_reproduce": 0.05,
+    "sheep_gain": 4.0,
+    "wolf_gain": 5.0,
+    "regrowth": 10,
+}
 # by tick 60 nearly all are dead in Mesa's default
 REGIMES = {"default": model.DEFAULT, "coexisting": COEXISTING}
 SIZES = {20: (60, 10), 100: (60, 1), 300: (10, 1)}  # width: ticks, and how many times as many seeds
-WRONG = {"regrowth one tick early": ("regrowth", lambda v: v - 1),
-         "sheep bear 10 % more often": ("sheep_reproduce", lambda v: 1.1 * v),
-         "wolves gain 10 % more": ("wolf_gain", lambda v: 1.1 * v)}  # fmt: skip
+WRONG = {
+    "regrowth one tick early": ("regrowth", lambda v: v - 1),
+    "sheep bear 10 % more often": ("sheep_reproduce", lambda v: 1.1 * v),
+    "wolves gain 10 % more": ("wolf_gain", lambda v: 1.1 * v),
+}
 COUNTED = ("sheep", "wolves", "grass")
 
 
@@ -40,13 +47,24 @@ def mesa(width, ticks, seed, p):
     try:
         from mesa.examples.advanced.wolf_sheep.model import WolfSheep, WolfSheepScenario
     except ImportError:
-        sys.exit("this benchmark runs Mesa 3.5 beside ecs-eco: pip install 'ecs-eco[bench]', "
-                 "on Python 3.12 or newer")
-    world = WolfSheep(WolfSheepScenario(
-        height=width, width=width, initial_sheep=width * width // 4, initial_wolves=width * width // 8,
-        rng=seed, sheep_reproduce=p["sheep_reproduce"], wolf_reproduce=p["wolf_reproduce"],
-        wolf_gain_from_food=p["wolf_gain"],
-        sheep_gain_from_food=p["sheep_gain"], grass_regrowth_time=p["regrowth"]))  # fmt: skip
+        sys.exit(
+            "this benchmark runs Mesa 3.5 beside ecs-eco: pip install 'ecs-eco[bench]', "
+            "on Python 3.12 or newer"
+        )
+    world = WolfSheep(
+        WolfSheepScenario(
+            height=width,
+            width=width,
+            initial_sheep=width * width // 4,
+            initial_wolves=width * width // 8,
+            rng=seed,
+            sheep_reproduce=p["sheep_reproduce"],
+            wolf_reproduce=p["wolf_reproduce"],
+            wolf_gain_from_food=p["wolf_gain"],
+            sheep_gain_from_food=p["sheep_gain"],
+            grass_regrowth_time=p["regrowth"],
+        )
+    )
     start = time.process_time()
     for _ in range(ticks):
         world.step()
@@ -86,8 +104,12 @@ def compare(a, b, ticks):
             if x.mean() >= 100:
                 in_share.append(edge / x.mean())
     holm = np.maximum.accumulate(np.sort(p) * np.arange(len(p), 0, -1))
-    return {"tests": len(p), "smallest p (Holm)": min(1.0, float(holm[0])),
-            "means within, SD": float(max(in_sd)), "means within, %": 100 * float(max(in_share))}  # fmt: skip
+    return {
+        "tests": len(p),
+        "smallest p (Holm)": min(1.0, float(holm[0])),
+        "means within, SD": float(max(in_sd)),
+        "means within, %": 100 * float(max(in_share)),
+    }
 
 
 def case(regime, width, ticks, seeds):
@@ -104,11 +126,14 @@ def case(regime, width, ticks, seeds):
     ratio = (t / n) / (u / m)
     low, middle, high = np.quantile(ratio, (0.25, 0.5, 0.75))
     where = {"regime": regime, "cells": f"{width}²", "ticks": ticks, "seeds": seeds}
-    speed = where | {"animals": float(n.mean() / ticks), "Mesa, µs a tick": float(np.median(t) / ticks * 1e6),
-                     "ecs-eco, µs a tick": float(np.median(u) / ticks * 1e6),
-                     "ratio by tick": float(np.median(t / u)),
-                     "ratio by organism-step": float(middle),
-                     "quartiles": f"{low:.0f}-{high:.0f}"}  # fmt: skip
+    speed = where | {
+        "animals": float(n.mean() / ticks),
+        "Mesa, µs a tick": float(np.median(t) / ticks * 1e6),
+        "ecs-eco, µs a tick": float(np.median(u) / ticks * 1e6),
+        "ratio by tick": float(np.median(t / u)),
+        "ratio by organism-step": float(middle),
+        "quartiles": f"{low:.0f}-{high:.0f}",
+    }
     same = where | compare(a, b, ticks)
     for name, (key, change) in WRONG.items():
         wrong = p | {key: change(p[key])}
@@ -146,10 +171,16 @@ def profile(regime, width=20, ticks=60, repeats=40):
         return {"calls a tick": len(best) / ticks, "µs a tick": float(best.sum() / ticks * 1e6)}
 
     runs: list[list[float]] = []
-    parts = {"all": (World, "run"), "Live.process": (model.Live, "process"), "  the kernel": (model, "live"),
-             "  Table.request": (Table, "request"), "World.flush_deaths": (World, "flush_deaths"),
-             "World.flush_births": (World, "flush_births"), "  Table.occupy": (Table, "occupy"),
-             "Collect.process": (model.Collect, "process")}  # fmt: skip
+    parts = {
+        "all": (World, "run"),
+        "Live.process": (model.Live, "process"),
+        "  the kernel": (model, "live"),
+        "  Table.request": (Table, "request"),
+        "World.flush_deaths": (World, "flush_deaths"),
+        "World.flush_births": (World, "flush_births"),
+        "  Table.occupy": (Table, "occupy"),
+        "Collect.process": (model.Collect, "process"),
+    }
     return [{"regime": regime, "part": part} | measure(*where) for part, where in parts.items()]
 
 
@@ -165,11 +196,18 @@ def main() -> None:
         _bench.RESULTS = Path(tempfile.mkdtemp())
     speed, same = zip(*cases, strict=True)
     missed = [f"{r['regime']} {r['cells']}" for r in speed if r["ratio by organism-step"] < 100]
-    _bench.save("wolf_sheep", "Mesa 3.5's WolfSheep and the same rules in ecs-eco", list(speed),
-                {"below 100 times": missed})
+    _bench.save(
+        "wolf_sheep",
+        "Mesa 3.5's WolfSheep and the same rules in ecs-eco",
+        list(speed),
+        {"below 100 times": missed},
+    )
     _bench.save("wolf_sheep_same", "Are the populations those of Mesa?", list(same))
-    _bench.save("wolf_sheep_profile", "Where a tick of 20² goes",
-                [row for regime in REGIMES for row in profile(regime)])
+    _bench.save(
+        "wolf_sheep_profile",
+        "Where a tick of 20² goes",
+        [row for regime in REGIMES for row in profile(regime)],
+    )
 
 
 if __name__ == "__main__":

@@ -9,7 +9,13 @@ import numpy as np
 from ecs_eco import System, World, component, draw, f64, i32, njit
 from ecs_eco.engine.random import bits
 
-DEFAULT = {"sheep_reproduce": .04, "wolf_reproduce": .05, "sheep_gain": 4.0, "wolf_gain": 20., "regrowth": 30}
+DEFAULT = {
+    "sheep_reproduce": 0.04,
+    "wolf_reproduce": 0.05,
+    "sheep_gain": 4.0,
+    "wolf_gain": 20.0,
+    "regrowth": 30,
+}
 SHEEP_ORDER, SHEEP_MOVE, SHEEP_BIRTH, WOLF_ORDER, WOLF_MOVE, WOLF_PREY, WOLF_BIRTH = range(100, 107)
 
 
@@ -42,8 +48,12 @@ def best(cell, width, rank, bits):
     cell, n, x, top = np.int64(cell), width * width, np.int64(np.uint32(cell) % np.uint32(width)), -1
     up, down, left, right = cell - width, cell + width, cell - 1, cell + 1  # to be brought back to the torus
     there = up
-    for near in (up if up >= 0 else up + n, down if down < n else down - n, left if x > 0 else left + width,
-                 right if x < width - 1 else right - width):
+    for near in (
+        up if up >= 0 else up + n,
+        down if down < n else down - n,
+        left if x > 0 else left + width,
+        right if x < width - 1 else right - width,
+    ):
         score = np.int64(rank[np.uint64(near)]) << 16 | np.int64(bits & np.uint64(0xFFFF))
         there, top, bits = near if score > top else there, max(top, score), bits >> np.uint64(16)
     return np.uint64(there), top >> 16
@@ -63,8 +73,29 @@ def take(after, head, chance):
 
 
 @njit
-def live(alive, cell, energy, cause, lamb, w_alive, w_cell, w_energy, w_cause, pup, ripe, tick, key, width,
-         starved, eaten, p_lamb, p_pup, sheep_gain, wolf_gain, regrowth):
+def live(
+    alive,
+    cell,
+    energy,
+    cause,
+    lamb,
+    w_alive,
+    w_cell,
+    w_energy,
+    w_cause,
+    pup,
+    ripe,
+    tick,
+    key,
+    width,
+    starved,
+    eaten,
+    p_lamb,
+    p_pup,
+    sheep_gain,
+    wolf_gain,
+    regrowth,
+):
     """Let all act once, mark the rows that gave birth, and return the number of ripe cells."""
     order, pack = shuffled(alive, key, SHEEP_ORDER), shuffled(w_alive, key, WOLF_ORDER)
     n, n_ripe, now, again = order.size, 0, np.int32(tick), np.int32(tick + regrowth + 1)
@@ -115,8 +146,10 @@ class Live(System):
 
     def process(self):
         sheep, wolf, grass = self.world.tables.values()
-        herd, pack = [(t.alive, t[Animal].cell, t[Animal].energy, t.cause, np.zeros(t.capacity, np.bool_))
-                      for t in (sheep, wolf)]
+        herd, pack = [
+            (t.alive, t[Animal].cell, t[Animal].energy, t.cause, np.zeros(t.capacity, np.bool_))
+            for t in (sheep, wolf)
+        ]
         now = grass[Grass].ripe, self.world.tick + 1, self.world.key
         self.n_ripe = live(*herd, *pack, *now, *self.rules)
         for table, (_, cell, energy, _, born) in ((sheep, herd), (wolf, pack)):

@@ -7,8 +7,11 @@ first used, so importing the package is cheap. docs/explanation/architecture.md 
 
 import sys
 
-if (sys.argv[:1] == ["-m"] and not sys.flags.safe_path
-        and sys.orig_argv[-len(sys.argv)].removeprefix("-m").removesuffix(".__main__") == __name__):
+if (
+    sys.argv[:1] == ["-m"]
+    and not sys.flags.safe_path
+    and sys.orig_argv[-len(sys.argv)].removeprefix("-m").removesuffix(".__main__") == __name__
+):
     # `python -m ecs_eco`: before all else, so that modules of the folder that it runs in hide no others
     _here = sys.path.pop(0)
     if __path__ == [f"{_here}/{__name__}"]:  # a checkout that is not installed, which processes need too
@@ -60,15 +63,65 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 __all__ = [
-    "PHASES", "System", "Table", "World", "analysis", "archipelago", "boolean", "column", "component",
-    "components", "config", "draw", "experiments", "f32", "f64", "genomes", "i8", "i16", "i32",
-    "i64", "learning", "njit", "record", "rl", "runs", "search", "space", "systems", "testing", "u8",
-    "u16", "u32", "u64", "view", "worlds",
-]  # fmt: skip
-_HOME = {"World": "ecosystem", "System": "engine.system", "PHASES": "engine.phases", "Table": "engine.table",
-         "njit": "engine.jit", "draw": "engine.random"}  # fmt: skip
-_TYPES = ("column", "component", "boolean",
-          "f32", "f64", "i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64")  # fmt: skip
+    "PHASES",
+    "System",
+    "Table",
+    "World",
+    "analysis",
+    "archipelago",
+    "boolean",
+    "column",
+    "component",
+    "components",
+    "config",
+    "draw",
+    "experiments",
+    "f32",
+    "f64",
+    "genomes",
+    "i8",
+    "i16",
+    "i32",
+    "i64",
+    "learning",
+    "njit",
+    "record",
+    "rl",
+    "runs",
+    "search",
+    "space",
+    "systems",
+    "testing",
+    "u8",
+    "u16",
+    "u32",
+    "u64",
+    "view",
+    "worlds",
+]
+_HOME = {
+    "World": "ecosystem",
+    "System": "engine.system",
+    "PHASES": "engine.phases",
+    "Table": "engine.table",
+    "njit": "engine.jit",
+    "draw": "engine.random",
+}
+_TYPES = (
+    "column",
+    "component",
+    "boolean",
+    "f32",
+    "f64",
+    "i8",
+    "i16",
+    "i32",
+    "i64",
+    "u8",
+    "u16",
+    "u32",
+    "u64",
+)
 _HOME |= dict.fromkeys(_TYPES, "engine.schema")
 _ROOMS = [name for name in __all__ if name not in _HOME]
 __getattr__ = lazy(__name__, {name: f"ecs_eco.{module}" for name, module in _HOME.items()}, _ROOMS)

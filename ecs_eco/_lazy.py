@@ -44,8 +44,9 @@ def listing(loaded: Mapping[str, Any], public: Sequence[str]) -> Callable[[], li
 class Former(MetaPathFinder, Loader):
     """Finds modules by their former names, with a DeprecationWarning that says the present one."""
 
-    def find_spec(self, name: str, path: Sequence[str] | None,
-                  target: ModuleType | None = None) -> ModuleSpec | None:
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
         """Return a spec for a former name, None for all others."""
         return ModuleSpec(name, self) if name in FORMER else None
 

@@ -23,8 +23,18 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-BEGINNING = ("name", "title", "description", "seed", "ticks", "training", "systems", "interventions",
-             "code", "reporters")
+BEGINNING = (
+    "name",
+    "title",
+    "description",
+    "seed",
+    "ticks",
+    "training",
+    "systems",
+    "interventions",
+    "code",
+    "reporters",
+)
 """What of a configuration says how a world begins, is called or is measured: not what becomes of it from here
 on."""
 
@@ -51,21 +61,24 @@ def _facts(world: SpatialWorld) -> dict[str, Any]:
     """Return the facts that are not arrays."""
     return {
         "clock": [world.seed, world.tick, world.next_uid, world.dt],
-        "space": [world.space.size, world.space.edges], "ambient": world.ambient,
+        "space": [world.space.size, world.space.edges],
+        "ambient": world.ambient,
         "environment": {quantity: _name(f) for quantity, f in world.environment.items()},
-        "reproduction": world.reproduction, "values": _values(world),
+        "reproduction": world.reproduction,
+        "values": _values(world),
         "controls": world.origin.get("controls", []),
         "systems": [_name(type(s)) for s in world.systems if type(s).__name__ != "Recorder"],
         "tables": {name: _species(table) for name, table in world.tables.items()},
         "fields": {name: [field.diffusion, field.decay] for name, field in world.fields.items()},
-        "causes": {name: [world.causes[c - 1] for c in table.cause[_doomed(table)]]
-                   for name, table in world.tables.items()},
-    }  # fmt: skip
+        "causes": {
+            name: [world.causes[c - 1] for c in table.cause[_doomed(table)]]
+            for name, table in world.tables.items()
+        },
+    }
 
 
 def _values(world: SpatialWorld) -> Any:
-    """Return the values of the configuration as they are now, and the interventions that are still to come.
-    """
+    """Return the values of the configuration as they are now, and the interventions that are still to come."""
     if world.config is None:
         return None
     values = {key: value for key, value in world.config.resolved().items() if key not in BEGINNING}
@@ -75,20 +88,24 @@ def _values(world: SpatialWorld) -> Any:
         species["diet"].sort(key=lambda food: food["eats"])
     if given := [dict(system.parameters) for system in world.config.systems if isinstance(system, Use)]:
         values["parameters"] = given
-    values["interventions"] = [what.model_dump(mode="json")
-                               for what in coming(world.config.interventions, world.tick)]
+    values["interventions"] = [
+        what.model_dump(mode="json") for what in coming(world.config.interventions, world.tick)
+    ]
     return values
 
 
 def _species(table: Table) -> dict[str, Any]:
     nerves = table.species.nerves
     return {
-        "components": [c.__name__ for c in table.columns], "barren": bool(table.species.barren),
+        "components": [c.__name__ for c in table.columns],
+        "barren": bool(table.species.barren),
         "learning": bool(nerves is not None and nerves.learning),
         "policy": bool(nerves is not None and nerves.policy),
-        "births": [[second is not None, [f"{c.__name__}.{f}" for c, f in values]]
-                   for _, second, values in table.births],
-    }  # fmt: skip
+        "births": [
+            [second is not None, [f"{c.__name__}.{f}" for c, f in values]]
+            for _, second, values in table.births
+        ],
+    }
 
 
 def _arrays(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:

@@ -31,27 +31,60 @@ class World(SpatialWorld):
     `ecs_eco.space.world`.
     """
 
-    def __init__(self, size: Sequence[float] = (100.0, 100.0), *, edges: str = "torus", dt: float = 1.0,
-                 seed: int = 0, cell: float | None = None, threads: int = 1, name: str = "world") -> None:
+    def __init__(
+        self,
+        size: Sequence[float] = (100.0, 100.0),
+        *,
+        edges: str = "torus",
+        dt: float = 1.0,
+        seed: int = 0,
+        cell: float | None = None,
+        threads: int = 1,
+        name: str = "world",
+    ) -> None:
         super().__init__(size, edges=edges, dt=dt, seed=seed, cell=cell, threads=threads, name=name)
         self.debug = debug.start(self)  # None unless ECS_ECO_DEBUG is set
 
     @classmethod
-    def from_config(cls, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1,
-                    learn: bool | Mapping[str, bool] | None = None, training: bool = False,
-                    record: bool = True, populate: bool = True, systems: Sequence[Any] = (),
-                    reporters: Mapping[str, Any] = MappingProxyType({}), controls: Sequence[str] = (),
-                    trust: bool = False) -> Self:
+    def from_config(
+        cls,
+        config: Any,
+        *,
+        seed: int | None = None,
+        policies: Any = "trained",
+        threads: int = 1,
+        learn: bool | Mapping[str, bool] | None = None,
+        training: bool = False,
+        record: bool = True,
+        populate: bool = True,
+        systems: Sequence[Any] = (),
+        reporters: Mapping[str, Any] = MappingProxyType({}),
+        controls: Sequence[str] = (),
+        trust: bool = False,
+    ) -> Self:
         """Build a world from a shipped world's name, a TOML file, a dict or a WorldConfig;
         see `ecs_eco.worlds.build`."""
         from ecs_eco.worlds.build import build
 
-        return build(cls, config, seed=seed, policies=policies, threads=threads, learn=learn,
-                     training=training, record=record, populate=populate, systems=systems,
-                     reporters=reporters, controls=controls, trust=trust)
+        return build(
+            cls,
+            config,
+            seed=seed,
+            policies=policies,
+            threads=threads,
+            learn=learn,
+            training=training,
+            record=record,
+            populate=populate,
+            systems=systems,
+            reporters=reporters,
+            controls=controls,
+            trust=trust,
+        )
 
-    def add_table(self, name: str, *components: type[Any], capacity: int = 64,
-                  dims: Mapping[str, int] | None = None) -> Table:
+    def add_table(
+        self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None
+    ) -> Table:
         """Declare a kind of entity with these components; `dims` gives the sizes that their shapes name."""
         table = super().add_table(name, *components, capacity=capacity, dims=dims)
         table.species = Species()
@@ -68,8 +101,9 @@ class World(SpatialWorld):
 
         system = next((s for s in self.systems if isinstance(s, Intervene)), None)
         if system is None:
-            raise RuntimeError("this world has no system that intervenes; "
-                               "begin its schedule with add_system(Intervene())")
+            raise RuntimeError(
+                "this world has no system that intervenes; begin its schedule with add_system(Intervene())"
+            )
         require_whole(self, "intervene", within=True)
         self._undivided("intervene")
         system.ask(what)
@@ -83,8 +117,9 @@ class World(SpatialWorld):
 
     def _undivided(self, what: str) -> None:
         if self.bands.divided:
-            raise RuntimeError(f"world {self.name!r}: it cannot {what} while its state is divided between "
-                               "processes")
+            raise RuntimeError(
+                f"world {self.name!r}: it cannot {what} while its state is divided between processes"
+            )
 
     def add_reporter(self, name: str, what: Any) -> None:
         """Measure something in every tick from now on: a column `name` of the series.
@@ -117,8 +152,10 @@ class World(SpatialWorld):
         from ecs_eco.record.frame import SeriesTable
 
         if self.recorder is None:
-            raise RuntimeError("this world has no recorder; build it with World.from_config, or add one: "
-                               "ecs_eco.record.Recorder(world)")
+            raise RuntimeError(
+                "this world has no recorder; build it with World.from_config, or add one: "
+                "ecs_eco.record.Recorder(world)"
+            )
         if self.bands.divided:
             self.recorder.flush()  # what the other processes have
         return SeriesTable(self.recorder.series())
@@ -166,14 +203,30 @@ class World(SpatialWorld):
         return save(self, path)
 
     @classmethod
-    def restore(cls, path: Any, *, threads: int = 1, config: Any = None, systems: Sequence[Any] = (),
-                prepare: Callable[[Any], None] | None = None, record: bool = True,
-                trust: bool = False) -> Self:
+    def restore(
+        cls,
+        path: Any,
+        *,
+        threads: int = 1,
+        config: Any = None,
+        systems: Sequence[Any] = (),
+        prepare: Callable[[Any], None] | None = None,
+        record: bool = True,
+        trust: bool = False,
+    ) -> Self:
         """Return the world that a checkpoint holds; see `ecs_eco.checkpoint.file.restore`."""
         from ecs_eco.checkpoint.file import restore
 
-        return restore(cls, path, threads=threads, config=config, systems=systems, prepare=prepare,
-                       record=record, trust=trust)
+        return restore(
+            cls,
+            path,
+            threads=threads,
+            config=config,
+            systems=systems,
+            prepare=prepare,
+            record=record,
+            trust=trust,
+        )
 
     def load(self, path: Any, *, trust: bool = False) -> None:
         """Bring this world, built by hand in the same way, to the state that a checkpoint holds."""
@@ -181,16 +234,26 @@ class World(SpatialWorld):
 
         load(self, path, trust=trust)
 
-    def copy(self, *, threads: int | None = None, systems: Sequence[Any] = (),
-             prepare: Callable[[Any], None] | None = None) -> Self:
-        """Return an independent copy with the same future, to the bit; see `ecs_eco.checkpoint.copying.copy`.
-        """
+    def copy(
+        self,
+        *,
+        threads: int | None = None,
+        systems: Sequence[Any] = (),
+        prepare: Callable[[Any], None] | None = None,
+    ) -> Self:
+        """Return an independent copy with the same future, to the bit; see `ecs_eco.checkpoint.copying.copy`."""
         from ecs_eco.checkpoint.copying import copy
 
         return copy(self, threads=threads, systems=systems, prepare=prepare)
 
-    def fork(self, seed: int, *, threads: int | None = None, systems: Sequence[Any] = (),
-             prepare: Callable[[Any], None] | None = None) -> Self:
+    def fork(
+        self,
+        seed: int,
+        *,
+        threads: int | None = None,
+        systems: Sequence[Any] = (),
+        prepare: Callable[[Any], None] | None = None,
+    ) -> Self:
         """Return a copy with other random numbers from here on; see `ecs_eco.checkpoint.copying.fork`."""
         from ecs_eco.checkpoint.copying import fork
 
@@ -208,13 +271,18 @@ class World(SpatialWorld):
         return digest(self)
 
     def __copy__(self) -> NoReturn:
-        raise TypeError(f"world {self.name!r}: a copy by copy.copy would share its organisms; "
-                        "use world.copy() or world.fork(seed=…)")
+        raise TypeError(
+            f"world {self.name!r}: a copy by copy.copy would share its organisms; "
+            "use world.copy() or world.fork(seed=…)"
+        )
 
     def __deepcopy__(self, memo: Any) -> NoReturn:
-        raise TypeError(f"world {self.name!r}: copy.deepcopy cannot copy what esper holds; "
-                        "use world.copy() or world.fork(seed=…)")
+        raise TypeError(
+            f"world {self.name!r}: copy.deepcopy cannot copy what esper holds; "
+            "use world.copy() or world.fork(seed=…)"
+        )
 
     def __reduce__(self) -> NoReturn:
-        raise TypeError(f"world {self.name!r} cannot be pickled; "
-                        "use world.save(path) and World.restore(path)")
+        raise TypeError(
+            f"world {self.name!r} cannot be pickled; use world.save(path) and World.restore(path)"
+        )

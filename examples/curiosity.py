@@ -35,14 +35,17 @@ class Curiosity(System):
 
 
 CAT = {
-    "count": 40, "body": {"radius": 0.2}, "components": [Visits], "metabolism": {"basal": 0.0},
+    "count": 40,
+    "body": {"radius": 0.2},
+    "components": [Visits],
+    "metabolism": {"basal": 0.0},
     "sensors": [{"kind": "own", "property": "energy"}],
     "locomotion": {"speed": {"sit": 0.0, "go": 0.5}, "turn": 0.5},
     "actions": {"speed": ["sit", "go"], "turn": ["left", "none", "right"]},
     "happiness": {"formula": "energy", "minimum": 0.0},  # it never changes here: the bonus is all there is
     "policy": {"kind": "shared", "hidden": [16], "learn": True},
     "ppo": {"horizon": 32, "learning_rate": 0.003},
-}  # fmt: skip
+}
 GROUND = {"format": 1, "name": "ground", "space": {"size": [SIZE, SIZE]}, "species": {"cat": CAT}}
 
 if __name__ == "__main__":
@@ -51,5 +54,7 @@ if __name__ == "__main__":
         cats = world.table("cat")
         recent = cats[Visits].last[cats.rows()] > world.tick - 100
         reward = world.recorder.learning_series()["reward"].to_pylist()
-        print(f"bonus {bonus}: {recent.sum(axis=1).mean():.1f} cells seen in the last 100 ticks; "
-              f"reward per decision {reward[0]:.2f} at first, {reward[-1]:.2f} at the end")
+        print(
+            f"bonus {bonus}: {recent.sum(axis=1).mean():.1f} cells seen in the last 100 ticks; "
+            f"reward per decision {reward[0]:.2f} at first, {reward[-1]:.2f} at the end"
+        )

@@ -23,12 +23,18 @@ algae = {
 }
 
 if __name__ == "__main__":
-    lake = {"format": 1, "name": "lake", "space": {"size": [30.0, 30.0, 30.0], "edges": "walls"},
-            "species": {"algae": algae}}
+    lake = {
+        "format": 1,
+        "name": "lake",
+        "space": {"size": [30.0, 30.0, 30.0], "edges": "walls"},
+        "species": {"algae": algae},
+    }
     world = World.from_config(lake)
     world.environment["light"] = light
     for _ in range(4):
         world.run(50)
         table = world.table("algae")
-        print(f"after {world.time:3.0f} s: {table.n} algae, "
-              f"mean energy {table[Metabolism].energy[table.rows()].mean():.2f}")
+        print(
+            f"after {world.time:3.0f} s: {table.n} algae, "
+            f"mean energy {table[Metabolism].energy[table.rows()].mean():.2f}"
+        )

@@ -13,33 +13,47 @@ from ecs_eco.components import Genome, Position
 GENES = [  # thresholds of the reflexes below, between the least and the greatest reading
     {"name": name, "trait": f"reflex.{name}.threshold", "letters": 4, "low": low, "high": 1.0, "code": "gray"}
     for name, low in (("hungry", 0.0), ("left", -1.0), ("right", -1.0), ("full", 0.0))
-]  # fmt: skip
-GRASS = {"count": 80, "body": {"radius": 0.4},
-         "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": 0.002, "spacing": 2.0}}
+]
+GRASS = {
+    "count": 80,
+    "body": {"radius": 0.4},
+    "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": 0.002, "spacing": 2.0},
+}
 RABBIT = {
-    "body": {"radius": 0.3}, "metabolism": {"energy": 0.5, "basal": 0.015},
+    "body": {"radius": 0.3},
+    "metabolism": {"energy": 0.5, "basal": 0.015},
     "locomotion": {"speed": {"sit": 0.0, "hop": 1.0}, "cost": {"hop": 0.015}, "turn": 0.8},
     "diet": [{"eats": "grass", "reach": 0.3, "gain": 0.2}],
     "lethal": [{"property": "energy", "min": 0.0}, {"property": "age", "max": 300.0}],
     "sensors": [{"kind": "own", "property": "energy"}, {"kind": "nearest", "target": "grass", "radius": 5.0}],
     "actions": {"speed": ["sit", "hop"], "turn": ["left", "none", "right"], "eat": ["eat"]},
-    "automatic": ["eat"], "neutral": {"speed": "sit", "turn": "none"},
-    "reflex": {"connections": [
-        {"name": "hungry", "sensor": "energy", "below": 0.5, "action": "hop", "weight": 1},
-        {"name": "left", "sensor": "grass_left", "above": 0.0, "action": "left", "weight": 1},
-        {"name": "right", "sensor": "grass_left", "below": 0.0, "action": "right", "weight": 1},
-        {"name": "full", "sensor": "energy", "above": 0.5, "action": "eat", "weight": -1},
-    ]},
-    "genome": {"genes": GENES, "mate": {"operator": "cxUniform", "indpb": 0.5},
-               "mutate": {"operator": "mutUniformInt", "indpb": 0.05}},
-}  # fmt: skip
+    "automatic": ["eat"],
+    "neutral": {"speed": "sit", "turn": "none"},
+    "reflex": {
+        "connections": [
+            {"name": "hungry", "sensor": "energy", "below": 0.5, "action": "hop", "weight": 1},
+            {"name": "left", "sensor": "grass_left", "above": 0.0, "action": "left", "weight": 1},
+            {"name": "right", "sensor": "grass_left", "below": 0.0, "action": "right", "weight": 1},
+            {"name": "full", "sensor": "energy", "above": 0.5, "action": "eat", "weight": -1},
+        ]
+    },
+    "genome": {
+        "genes": GENES,
+        "mate": {"operator": "cxUniform", "indpb": 0.5},
+        "mutate": {"operator": "mutUniformInt", "indpb": 0.05},
+    },
+}
 
 
 def meadow(side: float, rabbits: int, seed: int, **more) -> World:
     """A square of grass and rabbits; `more` holds further keys of the rabbits."""
     grass, rabbit = GRASS | {"count": int(0.03 * side**2)}, RABBIT | {"count": rabbits} | more
-    config = {"format": 1, "name": "meadow", "space": {"size": [side, side]},
-              "species": {"grass": grass, "rabbit": rabbit}}
+    config = {
+        "format": 1,
+        "name": "meadow",
+        "space": {"size": [side, side]},
+        "species": {"grass": grass, "rabbit": rabbit},
+    }
     return World.from_config(config, seed=seed, record=False)
 
 
@@ -75,5 +89,7 @@ if __name__ == "__main__":
     for name, genomes in (("drawn at random", drawn), ("chosen by DEAP", chosen), ("grown in nature", grown)):
         life = np.mean([lifetime(tuple(letters)) for letters in genomes])
         genes = heredity.layout.decode(np.array(genomes, np.uint8))
-        print(f"{name}: {life:3.0f} s in the arena;",
-              ", ".join(f"{gene} {np.median(v):.2f}" for gene, v in genes.items()))
+        print(
+            f"{name}: {life:3.0f} s in the arena;",
+            ", ".join(f"{gene} {np.median(v):.2f}" for gene, v in genes.items()),
+        )

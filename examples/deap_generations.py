@@ -11,12 +11,14 @@ from deap import algorithms, base, creator, tools
 from ecs_eco import World
 from ecs_eco.genomes import Gene, Layout, toolbox_of
 
-layout = Layout([
-    Gene(name="hungry", letters=4, low=0.0, high=1.0, code="gray"),  # hops while its energy is below
-    # turns towards grass that is further aside
-    Gene(name="aside", letters=4, low=-1.0, high=1.0, code="gray"),
-    Gene(name="full", letters=4, low=0.0, high=1.0, code="gray"),  # eats while its energy is below
-])  # fmt: skip
+layout = Layout(
+    [
+        Gene(name="hungry", letters=4, low=0.0, high=1.0, code="gray"),  # hops while its energy is below
+        # turns towards grass that is further aside
+        Gene(name="aside", letters=4, low=-1.0, high=1.0, code="gray"),
+        Gene(name="full", letters=4, low=0.0, high=1.0, code="gray"),  # eats while its energy is below
+    ]
+)
 
 
 def rabbits(genes: dict[str, float]) -> dict:
@@ -27,32 +29,55 @@ def rabbits(genes: dict[str, float]) -> dict:
     def reflex(x: np.ndarray) -> np.ndarray:
         energy, left = x[:, 0], x[:, 2]
         ways = np.abs(left) > genes["aside"]
-        columns = [0 * left, energy < genes["hungry"], ways & (left > 0), 0 * left, ways & (left < 0),
-                   energy < genes["full"]]
+        columns = [
+            0 * left,
+            energy < genes["hungry"],
+            ways & (left > 0),
+            0 * left,
+            ways & (left < 0),
+            energy < genes["full"],
+        ]
         return np.stack(columns, axis=1)
 
-    grass = {"count": 80, "body": {"radius": 0.4},
-             "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": 0.0015, "spacing": 2.0}}
+    grass = {
+        "count": 80,
+        "body": {"radius": 0.4},
+        "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": 0.0015, "spacing": 2.0},
+    }
     rabbit = {
-        "count": 20, "body": {"radius": 0.3}, "metabolism": {"energy": 0.5, "basal": 0.015},
+        "count": 20,
+        "body": {"radius": 0.3},
+        "metabolism": {"energy": 0.5, "basal": 0.015},
         "locomotion": {"speed": {"sit": 0.0, "hop": 1.0}, "cost": {"hop": 0.015}, "turn": 0.8},
         "diet": [{"eats": "grass", "reach": 0.3, "gain": 0.2}],
         "lethal": [{"property": "energy", "min": 0.0}],
-        "sensors": [{"kind": "own", "property": "energy"},
-                    {"kind": "nearest", "target": "grass", "radius": 5.0}],
+        "sensors": [
+            {"kind": "own", "property": "energy"},
+            {"kind": "nearest", "target": "grass", "radius": 5.0},
+        ],
         "actions": {"speed": ["sit", "hop"], "turn": ["left", "none", "right"], "eat": ["eat"]},
         "reflex": {"function": reflex},
-    }  # fmt: skip
-    return {"format": 1, "name": "meadow", "space": {"size": [50.0, 50.0]},
-            "species": {"grass": grass, "rabbit": rabbit}}
+    }
+    return {
+        "format": 1,
+        "name": "meadow",
+        "space": {"size": [50.0, 50.0]},
+        "species": {"grass": grass, "rabbit": rabbit},
+    }
 
 
 def lifetime(letters: list[int]) -> tuple[float]:
     """Their mean lifetime [s], at most 300."""
     genes = {name: float(value[0]) for name, value in layout.decode(np.array([letters], np.uint8)).items()}
     series = World.from_config(rabbits(genes), seed=1).run(300).series()
-    return (sum(n for n, s in zip(series["n"].to_pylist(), series["species"].to_pylist(), strict=True)
-                if s == "rabbit") / 20,)
+    return (
+        sum(
+            n
+            for n, s in zip(series["n"].to_pylist(), series["species"].to_pylist(), strict=True)
+            if s == "rabbit"
+        )
+        / 20,
+    )
 
 
 if __name__ == "__main__":

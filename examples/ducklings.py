@@ -8,7 +8,9 @@ from ecs_eco.config import load
 
 SECONDS = 300
 DUCK = {
-    "count": 20, "sex": "female", "body": {"radius": 0.25, "mass": 1.0, "opaque": False},
+    "count": 20,
+    "sex": "female",
+    "body": {"radius": 0.25, "mass": 1.0, "opaque": False},
     "metabolism": {"energy": 2.5, "energy_max": 3.0, "basal": 5e-4},
     "growth": {"law": "west", "rate": 0.02, "newborn": 0.05, "cost": 0.1, "reserve": 0.03, "pace": 0.05},
     "care": {"rate": 2e-3, "reach": 0.5, "until": 200.0, "reserve": 0.5},
@@ -17,36 +19,59 @@ DUCK = {
     "actions": {"speed": ["still", "swim"], "turn": ["left", "none", "right"]},
     "neutral": {"speed": "still", "turn": "none"},
     # without a mother all is 0, which leaves a choice: grown ducks swim about
-    "reflex": {"formulas": {"left": "mother_left", "right": "-mother_left", "none": "-mother_near",
-                            "swim": "mother_near * (0.96 - mother_near)"}},
-    "policy": {"kind": "shared"}, "happiness": {"weights": {"mother_near": 1.0}, "minimum": 0.0},
-    "reproduction": {"kind": "asexual", "rate": 0.05, "energy_min": 2.4, "energy_given": 0.05, "litter": 4,
-                     "dispersal": 1.0, "eggs": "duck_egg"},
+    "reflex": {
+        "formulas": {
+            "left": "mother_left",
+            "right": "-mother_left",
+            "none": "-mother_near",
+            "swim": "mother_near * (0.96 - mother_near)",
+        }
+    },
+    "policy": {"kind": "shared"},
+    "happiness": {"weights": {"mother_near": 1.0}, "minimum": 0.0},
+    "reproduction": {
+        "kind": "asexual",
+        "rate": 0.05,
+        "energy_min": 2.4,
+        "energy_given": 0.05,
+        "litter": 4,
+        "dispersal": 1.0,
+        "eggs": "duck_egg",
+    },
     "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
-}  # fmt: skip
+}
 EGG = {
-    "count": 0, "body": {"radius": 0.03, "mass": 0.05, "opaque": False}, "metabolism": {"energy": 0.05},
+    "count": 0,
+    "body": {"radius": 0.03, "mass": 0.05, "opaque": False},
+    "metabolism": {"energy": 0.05},
     # 30 s at 310 K, 37.5 s at the 302.2 K of this pond
     "hatch": {"into": "duck", "incubation": 30.0, "temperature": 310.0, "threshold": 271.0},
-}  # fmt: skip
+}
 CROW = {
-    "count": 3, "body": {"radius": 0.2, "opaque": False}, "metabolism": {"energy": 0.5},
-    "locomotion": {"speed": {"fly": 2.0}, "turn": 0.8}, "diet": [{"eats": "duck_egg", "efficiency": 0.5}],
+    "count": 3,
+    "body": {"radius": 0.2, "opaque": False},
+    "metabolism": {"energy": 0.5},
+    "locomotion": {"speed": {"fly": 2.0}, "turn": 0.8},
+    "diet": [{"eats": "duck_egg", "efficiency": 0.5}],
     "sensors": [{"kind": "nearest", "target": "duck_egg", "radius": 4.0}],
     "actions": {"speed": ["fly"], "turn": ["left", "none", "right"]},
     "neutral": {"speed": "fly", "turn": "none"},
     "reflex": {"formulas": {"left": "duck_egg_left", "right": "-duck_egg_left", "none": "-duck_egg_near"}},
-}  # fmt: skip
-POND = {"format": 1, "name": "pond", "space": {"size": [40.0, 40.0]}, "ambient": {"temperature": 302.2},
-        "species": {"duck": DUCK, "duck_egg": EGG, "crow": CROW}}
+}
+POND = {
+    "format": 1,
+    "name": "pond",
+    "space": {"size": [40.0, 40.0]},
+    "ambient": {"temperature": 302.2},
+    "species": {"duck": DUCK, "duck_egg": EGG, "crow": CROW},
+}
 
 
 def from_mother(world: World) -> float:
     """Mean distance of the young from their living mothers [m]."""
     duck = world.table("duck")
     rows = dict(zip(duck.uid[duck.rows()].tolist(), duck.rows().tolist(), strict=True))
-    pairs = [(row, rows[her]) for row in rows.values()
-             if (her := int(duck[Parentage].mother[row])) in rows]
+    pairs = [(row, rows[her]) for row in rows.values() if (her := int(duck[Parentage].mother[row])) in rows]
     young, mother = np.array(pairs, int).reshape(-1, 2).T
     away = [abs(place[young] - place[mother]) for place in (duck[Position].x, duck[Position].y)]
     return float(np.hypot(*(np.minimum(a, 40 - a) for a in away)).mean()) if young.size else np.nan
@@ -62,7 +87,9 @@ if __name__ == "__main__":
         fate = {c: int(np.sum(series.get(f"died: {c}", 0))) for c in ("eaten by crow", "hatched", "starved")}
         grown = duck[Body].mass[duck.rows()][duck[Parentage].mother[duck.rows()] > 0]
         laid = int(np.sum(np.array(series["births"])[species == "duck_egg"]))
-        print(f"{'followed her' if not controls else 'went anywhere'}: of {laid} eggs crows ate "
-              f"{fate['eaten by crow']}, {fate['hatched']} hatched; after 100 s {distance:.1f} m from their "
-              f"mothers; {fate['starved']} starved, {len(grown)} live and have "
-              f"{grown.mean() if grown.size else 0:.2f} kg")
+        print(
+            f"{'followed her' if not controls else 'went anywhere'}: of {laid} eggs crows ate "
+            f"{fate['eaten by crow']}, {fate['hatched']} hatched; after 100 s {distance:.1f} m from their "
+            f"mothers; {fate['starved']} starved, {len(grown)} live and have "
+            f"{grown.mean() if grown.size else 0:.2f} kg"
+        )

@@ -13,8 +13,16 @@ SIDE, FISH = 60.0, 80  # [m], number
 
 def flank(name: str, left: float) -> dict:
     """A receptor so many radii to the left: the currents of the others within 15 m, by inverse square."""
-    return {"kind": "property", "name": name, "property": "electric_current", "of": "knifefish",
-            "radius": 15.0, "decay": "inverse_square", "at": [0.0, left], "scale": 1e-3}  # fmt: skip
+    return {
+        "kind": "property",
+        "name": name,
+        "property": "electric_current",
+        "of": "knifefish",
+        "radius": 15.0,
+        "decay": "inverse_square",
+        "at": [0.0, left],
+        "scale": 1e-3,
+    }
 
 
 river = {
@@ -22,18 +30,20 @@ river = {
     "name": "river",
     "space": {"size": [SIDE, SIDE]},
     "ambient": {"light": 0.0},
-    "species": {"knifefish": {
-        "count": FISH,
-        "body": {"radius": 0.25},
-        "properties": {"electric_current": 1e-3},  # [A]
-        "locomotion": {"speed": {"swim": 0.4}, "turn": 0.4},
-        "sensors": [flank("port", 1.0), flank("starboard", -1.0)],
-        "actions": {"speed": ["swim"], "turn": ["left", "none", "right"]},
-        "automatic": ["swim"],
-        "neutral": {"turn": "none"},
-        "reflex": {"formulas": {"left": "port - starboard > 1e-4", "right": "starboard - port > 1e-4"}},
-    }},
-}  # fmt: skip
+    "species": {
+        "knifefish": {
+            "count": FISH,
+            "body": {"radius": 0.25},
+            "properties": {"electric_current": 1e-3},  # [A]
+            "locomotion": {"speed": {"swim": 0.4}, "turn": 0.4},
+            "sensors": [flank("port", 1.0), flank("starboard", -1.0)],
+            "actions": {"speed": ["swim"], "turn": ["left", "none", "right"]},
+            "automatic": ["swim"],
+            "neutral": {"turn": "none"},
+            "reflex": {"formulas": {"left": "port - starboard > 1e-4", "right": "starboard - port > 1e-4"}},
+        }
+    },
+}
 
 
 def to_nearest(world: World) -> float:

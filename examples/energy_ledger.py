@@ -9,9 +9,16 @@ if __name__ == "__main__":
     series = world.series()
     deer = np.array(series["species"].to_pylist()) == "deer"
     page = {name: series[name].to_numpy()[deer] for name in series.column_names if name != "species"}
-    after = (page["stock_before"] + page["endowed"] + page["taken_in"] - page["burnt"] - page["given"]
-             - page["lost"])
+    after = (
+        page["stock_before"]
+        + page["endowed"]
+        + page["taken_in"]
+        - page["burnt"]
+        - page["given"]
+        - page["lost"]
+    )
     for name in ("endowed", "taken_in", "burnt", "given", "lost"):
         print(f"{name:9} {page[name].sum():9.3f}")
-    print(f"the ledger closes to {np.abs(after - page['stock_after']).max():.1e} in each of "
-          f"{len(after)} ticks")
+    print(
+        f"the ledger closes to {np.abs(after - page['stock_after']).max():.1e} in each of {len(after)} ticks"
+    )

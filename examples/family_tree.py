@@ -5,8 +5,12 @@ from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.config import load
 from ecs_eco.record import Recorder
 
-FEW = {"space.size": [60.0, 60.0], "species.grass.count": 300, "species.deer.count": 30,
-       "species.wolf.count": 1}
+FEW = {
+    "space.size": [60.0, 60.0],
+    "species.grass.count": 300,
+    "species.deer.count": 30,
+    "species.wolf.count": 1,
+}
 
 if __name__ == "__main__":
     world = World.from_config(load("predator-prey", FEW), seed=1, policies="random", record=False)
@@ -14,8 +18,9 @@ if __name__ == "__main__":
     world.run(200)
 
     grass = Lineage.of(world).of_species("grass")
-    print(f"{grass.founders.sum()} without parents, "
-          f"{len(grass.founders_left())} of them with surviving lines")
+    print(
+        f"{grass.founders.sum()} without parents, {len(grass.founders_left())} of them with surviving lines"
+    )
     youngest = int(grass.uid[-1])
     print(f"the ancestors of {youngest}, oldest first: {grass.ancestors(youngest).tolist()}")
     print(f"mean generation of the living: {grass.generation()[grass.alive(grass.end)].mean():.1f}")

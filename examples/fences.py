@@ -32,7 +32,7 @@ yard = {
             "reflex": {"formulas": {"left": "hare_left - 0.1", "right": "-hare_left - 0.1"}},
         },
     },
-}  # fmt: skip
+}
 
 
 def build(solid: bool, opaque: bool) -> World:
@@ -50,8 +50,12 @@ def build(solid: bool, opaque: bool) -> World:
 
 
 if __name__ == "__main__":
-    for name, solid, opaque in (("ditch", False, False), ("hedge", False, True), ("fence", True, False),
-                                ("wall", True, True)):
+    for name, solid, opaque in (
+        ("ditch", False, False),
+        ("hedge", False, True),
+        ("fence", True, False),
+        ("wall", True, True),
+    ):
         world = build(solid, opaque).run(1)
         dogs = world.table("dog")
         nerves = dogs.species.nerves

@@ -8,18 +8,31 @@ from ecs_eco.components import Body
 
 YEAR, YEARS = 50.0, 12  # [s] and ticks: a tick lasts a second
 SEA = {
-    "format": 1, "name": "north-sea", "ticks": 1000, "space": {"size": [80.0, 80.0]},
-    "species": {"cod": {
-        "count": 300, "max_count": 1200, "color": "#4477aa",
-        "body": {"radius": 0.2, "opaque": False},
-        "metabolism": {"energy": 0.5, "energy_max": 1.0, "growth": 0.03},
-        "reproduction": {"kind": "simplified", "rate": 0.04, "energy_min": 0.9, "energy_given": 0.4,
-                         "spacing": 2.5},
-        "genome": {"genes": [{"name": "girth", "trait": "body.radius", "letters": 4, "low": 0.1,
-                              "high": 0.4}]},
-        "lethal": [{"property": "age", "max": 150.0, "high": "too old"}],
-    }},
-}  # fmt: skip
+    "format": 1,
+    "name": "north-sea",
+    "ticks": 1000,
+    "space": {"size": [80.0, 80.0]},
+    "species": {
+        "cod": {
+            "count": 300,
+            "max_count": 1200,
+            "color": "#4477aa",
+            "body": {"radius": 0.2, "opaque": False},
+            "metabolism": {"energy": 0.5, "energy_max": 1.0, "growth": 0.03},
+            "reproduction": {
+                "kind": "simplified",
+                "rate": 0.04,
+                "energy_min": 0.9,
+                "energy_given": 0.4,
+                "spacing": 2.5,
+            },
+            "genome": {
+                "genes": [{"name": "girth", "trait": "body.radius", "letters": 4, "low": 0.1, "high": 0.4}]
+            },
+            "lethal": [{"property": "age", "max": 150.0, "high": "too old"}],
+        }
+    },
+}
 NETS: dict[str, dict[str, Any] | None] = {
     "nobody fishes": None,
     "without a limit": {"rate": 0.06},
@@ -43,7 +56,9 @@ if __name__ == "__main__":
         cod = world.tables["cod"]
         series = world.series().to_pydict()
         catch = sum(series.get("died: fished", [0]))
-        last = sum(series.get("died: fished", [0])[-int(3 * YEAR):])
+        last = sum(series.get("died: fished", [0])[-int(3 * YEAR) :])
         size = cod[Body].radius[cod.rows()].mean() if cod.n else 0.0
-        print(f"{name:16} {cod.n:5} cod left, {catch:6,} caught, {last / 3:5.0f} a year in the last three; "
-              f"mean radius {size:.2f} m")
+        print(
+            f"{name:16} {cod.n:5} cod left, {catch:6,} caught, {last / 3:5.0f} a year in the last three; "
+            f"mean radius {size:.2f} m"
+        )

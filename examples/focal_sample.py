@@ -1,5 +1,4 @@
-"""A focal sample: the readings and decisions of single animals in every tick of a run, as columns of a table.
-"""
+"""A focal sample: the readings and decisions of single animals in every tick of a run, as columns of a table."""
 
 import tempfile
 from pathlib import Path
@@ -15,7 +14,11 @@ if __name__ == "__main__":
     table = read_parts(out / "details-lamb")
     print(f"{len(table)} rows, of the lambs {sorted(set(table['uid'].to_pylist()))}")
     touching = table.filter(pc.greater(table["sensor: touch_udder"], 0.5))
-    print(f"{len(touching)} with an udder at the mouth: "
-          f"they suck in {pc.sum(touching['decision: suck.suck'])} of them,")
-    print(f"by reflex in {pc.sum(touching['reflex: suck.suck'])}, "
-          f"and {pc.sum(touching['chosen: suck.suck'])} times their policy chose to")
+    print(
+        f"{len(touching)} with an udder at the mouth: "
+        f"they suck in {pc.sum(touching['decision: suck.suck'])} of them,"
+    )
+    print(
+        f"by reflex in {pc.sum(touching['reflex: suck.suck'])}, "
+        f"and {pc.sum(touching['chosen: suck.suck'])} times their policy chose to"
+    )

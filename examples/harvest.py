@@ -7,21 +7,40 @@ from ecs_eco.config import load
 
 YEAR = 40  # ticks
 POND = {
-    "format": 1, "name": "pond", "ticks": 10 * YEAR, "space": {"size": [60.0, 60.0]},
-    "species": {"fish": {
-        "count": 200, "max_count": 5000, "body": {"radius": 0.1, "opaque": False},
-        "metabolism": {"energy": 0.5, "energy_max": 1.0, "growth": 0.02},
-        "reproduction": {"kind": "simplified", "rate": 0.03, "energy_min": 0.8, "energy_given": 0.4,
-                         "spacing": 2.0},
-        "lethal": [{"property": "age", "max": 100.0, "high": "too old"}],
-    }},
-}  # fmt: skip
+    "format": 1,
+    "name": "pond",
+    "ticks": 10 * YEAR,
+    "space": {"size": [60.0, 60.0]},
+    "species": {
+        "fish": {
+            "count": 200,
+            "max_count": 5000,
+            "body": {"radius": 0.1, "opaque": False},
+            "metabolism": {"energy": 0.5, "energy_max": 1.0, "growth": 0.02},
+            "reproduction": {
+                "kind": "simplified",
+                "rate": 0.03,
+                "energy_min": 0.8,
+                "energy_given": 0.4,
+                "spacing": 2.0,
+            },
+            "lethal": [{"property": "age", "max": 100.0, "high": "too old"}],
+        }
+    },
+}
 
 
 def fished(share: float, region: list[float] | None = None) -> World:
     """A pond of which this share is caught at the end of each year, where it may be fished."""
-    catch = {"kind": "cull", "at": YEAR, "every": YEAR, "species": "fish", "share": share, "which": "oldest",
-             "cause": "caught"}
+    catch = {
+        "kind": "cull",
+        "at": YEAR,
+        "every": YEAR,
+        "species": "fish",
+        "share": share,
+        "which": "oldest",
+        "cause": "caught",
+    }
     plan = [catch | ({"region": region} if region else {})] if share else []
     return World.from_config(load(POND | {"interventions": plan}), seed=1).run(POND["ticks"])
 
@@ -32,7 +51,9 @@ if __name__ == "__main__":
             world = fished(share, region)
             series = world.series().to_pydict()
             caught = int(np.sum(series.get("died: caught", 0)))
-            print(f"{share:4.0%} a year {where:12}: {series['n'][-1]:4} fish left, "
-                  f"{caught:5} caught in {len(world.intervened)} years")
+            print(
+                f"{share:4.0%} a year {where:12}: {series['n'][-1]:4} fish left, "
+                f"{caught:5} caught in {len(world.intervened)} years"
+            )
             if share == 0:
                 break

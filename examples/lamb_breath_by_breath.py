@@ -18,14 +18,17 @@ def watch(world: World, seconds: int) -> None:
         world.run(1)
         x = nerves.x[list(nerves.rows).index(row)]
         felt = "  ".join(f"{x[nerves.channels.index(c)]:{len(c)}.2f}" for c in CHANNELS)
-        does = [action for (_, action), on in zip(nerves.actions, lambs[Nervous].decision[row], strict=True)
-                if on]
+        does = [
+            action for (_, action), on in zip(nerves.actions, lambs[Nervous].decision[row], strict=True) if on
+        ]
         print(f"{world.tick:6}  {felt}  {', '.join(does)}")
 
 
 if __name__ == "__main__":
-    tired = {"species.lamb.substances.glucose": 0.003,
-             "species.lamb.locomotion": {"speed": {"still": 0.0, "walk": 0.01}, "turn": 0.05}}
+    tired = {
+        "species.lamb.substances.glucose": 0.003,
+        "species.lamb.locomotion": {"speed": {"still": 0.0, "walk": 0.01}, "turn": 0.05},
+    }
     world = World.from_config(load("lamb", tired), seed=4)
     arrange(world, "ewe", x=5, y=5)
     arrange(world, "water", x=2, y=2)

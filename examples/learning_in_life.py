@@ -7,8 +7,12 @@ from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.experiments.pretraining import pretrain
 
-SMALL = {"space.size": [64.0, 64.0], "species.grass.count": 400, "species.deer.count": 120,
-         "species.wolf.count": 12}
+SMALL = {
+    "space.size": [64.0, 64.0],
+    "species.grass.count": 400,
+    "species.deer.count": 120,
+    "species.wolf.count": 12,
+}
 
 if __name__ == "__main__":
     config = load("predator-prey", SMALL)

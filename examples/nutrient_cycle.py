@@ -6,37 +6,63 @@ from ecs_eco import World
 
 DAY = 24.0  # ticks of an hour
 GRASS = {
-    "count": 500, "body": {"radius": 0.05, "opaque": False},  # half a litre
-    "substances": {"nitrogen": 0.3}, "born_with": "soil",  # a seed sprouts where the soil has 0.16 mol for it
+    "count": 500,
+    "body": {"radius": 0.05, "opaque": False},  # half a litre
+    "substances": {"nitrogen": 0.3},
+    "born_with": "soil",  # a seed sprouts where the soil has 0.16 mol for it
     "metabolism": {"energy": 0.2, "energy_max": 1.0, "growth": 0.02},
     "reproduction": {"kind": "spread", "rate": 0.04, "spacing": 0.5, "place": "near", "dispersal": 2.0},
-    "lethal": [{"property": "age", "max": 20 * DAY}], "remains": "litter",
-}  # fmt: skip
+    "lethal": [{"property": "age", "max": 20 * DAY}],
+    "remains": "litter",
+}
 VOLE = {
-    "count": 60, "body": {"radius": 0.08, "opaque": False},
-    "substances": {"nitrogen": 0.5}, "born_with": "mother",
+    "count": 60,
+    "body": {"radius": 0.08, "opaque": False},
+    "substances": {"nitrogen": 0.5},
+    "born_with": "mother",
     "metabolism": {"energy": 0.6, "energy_max": 1.0, "basal": 0.012},
     "locomotion": {"speed": {"walk": 0.4}, "turn": 1.5},
     "diet": [{"eats": "grass", "reach": 0.1, "gain": 0.1, "assimilation": 0.4}],  # the rest is dung
     "exchange": [{"kind": "release", "substance": "nitrogen", "field": "soil", "rate": 0.02, "above": 0.5}],
-    "actions": {"speed": ["walk"], "turn": ["left", "none", "right"]}, "automatic": ["walk"],
-    "reproduction": {"kind": "asexual", "rate": 0.01, "energy_min": 0.7, "energy_given": 0.3,
-                     "dispersal": 1.0},
+    "actions": {"speed": ["walk"], "turn": ["left", "none", "right"]},
+    "automatic": ["walk"],
+    "reproduction": {
+        "kind": "asexual",
+        "rate": 0.01,
+        "energy_min": 0.7,
+        "energy_given": 0.3,
+        "dispersal": 1.0,
+    },
     "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}, {"property": "age", "max": 40 * DAY}],
     "remains": "carcass",
-}  # fmt: skip
+}
 
 
 def meadow(decay: float) -> World:
     """A meadow whose dead give back a share of their nitrogen each hour."""
     dead = {"body": {"radius": 0.08, "opaque": False}, "decomposition": {"rate": decay}}
-    return World.from_config({
-        "format": 1, "name": "meadow", "ticks": 1500, "space": {"size": [20.0, 20.0]},
-        "substances": {"nitrogen": "in proteins and in the soil"},
-        "fields": {"soil": {"cell": 1.0, "depth": 0.1, "diffusion": 1e-3, "substance": "nitrogen",
-                            "initial": 0.004}},
-        "objects": {"litter": dead, "carcass": dead}, "species": {"grass": GRASS, "vole": VOLE},
-    }, policies="random", seed=1)  # fmt: skip
+    return World.from_config(
+        {
+            "format": 1,
+            "name": "meadow",
+            "ticks": 1500,
+            "space": {"size": [20.0, 20.0]},
+            "substances": {"nitrogen": "in proteins and in the soil"},
+            "fields": {
+                "soil": {
+                    "cell": 1.0,
+                    "depth": 0.1,
+                    "diffusion": 1e-3,
+                    "substance": "nitrogen",
+                    "initial": 0.004,
+                }
+            },
+            "objects": {"litter": dead, "carcass": dead},
+            "species": {"grass": GRASS, "vole": VOLE},
+        },
+        policies="random",
+        seed=1,
+    )
 
 
 if __name__ == "__main__":
@@ -47,5 +73,7 @@ if __name__ == "__main__":
         held = {name: amount for tick, name, amount in rows if tick == world.tick - 1}
         total = np.reshape(page["stock_after"], (world.tick, -1)).sum(1)
         where = ", ".join(f"{100 * amount / total[-1]:.0f} % in {name}" for name, amount in held.items())
-        print(f"decay of {decay:g} per hour: {world.table('grass').n} grass, {world.table('vole').n} voles; "
-              f"nitrogen: {where}; all of it {total[0]:.1f} mol at first, {total[-1]:.1f} at last")
+        print(
+            f"decay of {decay:g} per hour: {world.table('grass').n} grass, {world.table('vole').n} voles; "
+            f"nitrogen: {where}; all of it {total[0]:.1f} mol at first, {total[-1]:.1f} at last"
+        )

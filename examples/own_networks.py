@@ -43,8 +43,12 @@ rabbit = {
 }
 
 if __name__ == "__main__":
-    meadow = {"format": 1, "name": "meadow", "space": {"size": [50.0, 50.0]},
-              "species": {"grass": grass, "rabbit": rabbit}}
+    meadow = {
+        "format": 1,
+        "name": "meadow",
+        "space": {"size": [50.0, 50.0]},
+        "species": {"grass": grass, "rabbit": rabbit},
+    }
     world = World.from_config(meadow).run(100)
     rabbits = world.table("rabbit")
     print(world)

@@ -25,8 +25,9 @@ goose = {
 }
 
 if __name__ == "__main__":
-    world = World.from_config({"format": 1, "name": "migration", "space": {"size": [100.0, 100.0]},
-                               "species": {"goose": goose}})
+    world = World.from_config(
+        {"format": 1, "name": "migration", "space": {"size": [100.0, 100.0]}, "species": {"goose": goose}}
+    )
     for _ in range(3):
         geese = world.table("goose")
         north = np.sin(geese[Position].heading[geese.rows()]).mean()

@@ -20,8 +20,14 @@ class Strike(System):
         self.cause = world.cause("struck by lightning")
 
     def update(self, table, world) -> None:
-        strike(table.alive[: table.high], table.uid, world.key, np.float32(self.chance * world.dt),
-               self.cause, table.cause)
+        strike(
+            table.alive[: table.high],
+            table.uid,
+            world.key,
+            np.float32(self.chance * world.dt),
+            self.cause,
+            table.cause,
+        )
 
 
 @njit

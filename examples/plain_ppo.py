@@ -1,5 +1,4 @@
-"""The learner without any ecosystem: PPO on a vector environment of Gymnasium (`pip install ecs-eco[gym]`).
-"""
+"""The learner without any ecosystem: PPO on a vector environment of Gymnasium (`pip install ecs-eco[gym]`)."""
 
 import gymnasium
 import numpy as np
@@ -11,5 +10,7 @@ if __name__ == "__main__":
     ppo = PPO(horizon=64, learning_rate=2.5e-3, minibatch=256, epochs=4)
     training = train(envs, ppo, total_steps=20_000, seed=1)
     first, last = np.mean(training.returns[:20]), np.mean(training.returns[-20:])
-    print(f"{len(training.returns)} episodes: mean return {first:.0f} in the first 20, "
-          f"{last:.0f} in the last 20")
+    print(
+        f"{len(training.returns)} episodes: mean return {first:.0f} in the first 20, "
+        f"{last:.0f} in the last 20"
+    )

@@ -37,8 +37,9 @@ def meals(world: World, ticks: int = 200) -> float:
 
 
 if __name__ == "__main__":
-    within = World.from_config(load(GRAZING, {"species.deer.policy": {"kind": "function", "function": act}}),
-                               seed=1)
+    within = World.from_config(
+        load(GRAZING, {"species.deer.policy": {"kind": "function", "function": act}}), seed=1
+    )
     random = World.from_config(GRAZING, seed=1, policies="random")
     beside = World.from_config(GRAZING, seed=1)
     door = beside.external("deer")
@@ -46,5 +47,7 @@ if __name__ == "__main__":
         seen = door.observe()
         door.act(act(seen.x, seen.uid))
     print(f"energy that a deer takes in: {meals(within):.2f} by hand, {meals(random):.2f} by chance")
-    print("within and beside the world: the same deer", (within.tables["deer"].by_uid().size,
-                                                         beside.tables["deer"].by_uid().size))
+    print(
+        "within and beside the world: the same deer",
+        (within.tables["deer"].by_uid().size, beside.tables["deer"].by_uid().size),
+    )

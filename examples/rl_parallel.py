@@ -58,8 +58,9 @@ def train(steps: int, seed: int, look=lambda *_: None) -> nn.Sequential:
     x, optimiser = env.reset(seed=seed)[0], torch.optim.Adam(agent.parameters(), RATE, eps=1e-5)
     while done < steps:
         x, batch = collect(env, agent, x)
-        seen, action, old, gain, target = (torch.stack([torch.as_tensor(value) for value in part])
-                                           for part in zip(*batch, strict=True))
+        seen, action, old, gain, target = (
+            torch.stack([torch.as_tensor(value) for value in part]) for part in zip(*batch, strict=True)
+        )
         done, gain = done + len(batch), (gain - gain.mean()) / (gain.std() + 1e-8)
         for part in [part for _ in range(EPOCHS) for part in torch.randperm(len(batch)).split(MINIBATCH)]:
             _, logs, entropy, value = agent(seen[part], action[part])

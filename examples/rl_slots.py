@@ -1,6 +1,6 @@
 """Stable-Baselines3's PPO trains deer in slots, and what it has learnt goes back into the world.
 
-    python examples/rl_slots.py 200000      # about a minute; needs ecs-eco[rl] and stable-baselines3
+python examples/rl_slots.py 200000      # about a minute; needs ecs-eco[rl] and stable-baselines3
 """
 
 import sys
@@ -38,8 +38,18 @@ def train(steps: int, seed: int, look: Callable[[int, nn.Module], Any] = lambda 
 
     torch.set_num_threads(1)
     envs = slots(GRAZING, "deer", 64, training=True, max_cycles=10**6)  # always 64 deer
-    model = PPO("MlpPolicy", vec_env(envs), n_steps=64, batch_size=1024, n_epochs=3, learning_rate=1e-3,
-                gamma=0.95, ent_coef=0.003, seed=seed, device="cpu")
+    model = PPO(
+        "MlpPolicy",
+        vec_env(envs),
+        n_steps=64,
+        batch_size=1024,
+        n_epochs=3,
+        learning_rate=1e-3,
+        gamma=0.95,
+        ent_coef=0.003,
+        seed=seed,
+        device="cpu",
+    )
     model.learn(steps, callback=Look())
     look(model.num_timesteps, sequential(model))
     return sequential(model)

@@ -16,9 +16,12 @@ class Eye(nn.Module):
     def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
         super().__init__()
         self.retina = nn.Sequential(
-            nn.Conv1d(len(KINDS), 8, kernel_size=3, padding=1), nn.ReLU(),
-            nn.Conv1d(8, 4, kernel_size=3, padding=1), nn.ReLU(), nn.Flatten(),
-        )  # fmt: skip
+            nn.Conv1d(len(KINDS), 8, kernel_size=3, padding=1),
+            nn.ReLU(),
+            nn.Conv1d(8, 4, kernel_size=3, padding=1),
+            nn.ReLU(),
+            nn.Flatten(),
+        )
         self.policy, self.value = nn.Linear(4 * RAYS + 1, sum(groups)), nn.Linear(4 * RAYS + 1, 1)
 
     def forward(self, observations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
@@ -27,23 +30,35 @@ class Eye(nn.Module):
         return self.policy(seen), self.value(seen)[:, 0]
 
 
-plant = {"body": {"radius": 0.4}, "metabolism": {"energy": 0.3},
-         "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": 0.01, "spacing": 1.5}}  # fmt: skip
+plant = {
+    "body": {"radius": 0.4},
+    "metabolism": {"energy": 0.3},
+    "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": 0.01, "spacing": 1.5},
+}
 hare = {
     "count": 100,
     "body": {"radius": 0.3},
     "metabolism": {"energy": 0.5, "energy_max": 100.0, "basal": 0.01},
     "locomotion": {"speed": {"hop": 1.0}, "turn": 0.5},
     "diet": [{"eats": "grass", "reach": 0.3, "gain": 0.2}, {"eats": "thistle", "reach": 0.3, "gain": 0.0}],
-    "sensors": [{"kind": "own", "property": "energy", "scale": 100.0},
-                {"kind": "rays", "name": "eye", "count": RAYS, "fov": 2.4, "radius": 8.0, "targets": KINDS,
-                 "report": "per_ray"}],
+    "sensors": [
+        {"kind": "own", "property": "energy", "scale": 100.0},
+        {
+            "kind": "rays",
+            "name": "eye",
+            "count": RAYS,
+            "fov": 2.4,
+            "radius": 8.0,
+            "targets": KINDS,
+            "report": "per_ray",
+        },
+    ],
     "actions": {"speed": ["hop"], "turn": ["left", "none", "right"], "eat": ["eat"]},
     "automatic": ["hop"],
     "happiness": {"formula": "energy", "minimum": 0.0},
     "policy": {"kind": "shared", "learn": True, "network": Eye},
     "ppo": {"learning_rate": 0.003, "discount": 0.9, "horizon": 16, "minibatch": 800, "epochs": 6},
-}  # fmt: skip
+}
 
 if __name__ == "__main__":
     species = {"grass": plant | {"count": 150}, "thistle": plant | {"count": 150}, "hare": hare}

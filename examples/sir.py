@@ -75,5 +75,7 @@ if __name__ == "__main__":
         world = World.from_config(Path(__file__).with_name("epidemic.toml"), trust=True)
         world.intervene({"kind": "set", "set": {"systems.Disease.beta": beta}})
         ill = world.run(200).series()["prevalence"].to_numpy()
-        print(f"beta {beta}: at most {ill.max():.0%} ill, at tick {ill.argmax()}; "
-              f"in the end {world.report('immune'):.0%} immune")
+        print(
+            f"beta {beta}: at most {ill.max():.0%} ill, at tick {ill.argmax()}; "
+            f"in the end {world.report('immune'):.0%} immune"
+        )

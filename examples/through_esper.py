@@ -32,5 +32,7 @@ if __name__ == "__main__":
         esper.delete_entity(world.entity(2))  # a death: as world.kill(2, cause="deleted")
         esper.create_entity(Position(x=70.0), Metabolism(energy=0.4))  # a spawn
         esper.process()  # a tick: as world.run(1)
-        print("esper knows mice with energies of "
-              f"{[round(m.energy, 2) for _, m in esper.get_component(Metabolism)]}")
+        print(
+            "esper knows mice with energies of "
+            f"{[round(m.energy, 2) for _, m in esper.get_component(Metabolism)]}"
+        )

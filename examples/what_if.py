@@ -21,5 +21,7 @@ def numbers(world: World, name: str) -> np.ndarray:
 if __name__ == "__main__":
     for arm, changes in ARMS.items():
         world = World.from_config(load("predator-prey", changes), seed=1, policies="random").run(60)
-        print(f"{arm:18} deer {numbers(world, 'deer')[-1]:5}, wolves {numbers(world, 'wolf')[-1]:4}, "
-              f"hash {world.digest()[:8]}")
+        print(
+            f"{arm:18} deer {numbers(world, 'deer')[-1]:5}, wolves {numbers(world, 'wolf')[-1]:4}, "
+            f"hash {world.digest()[:8]}"
+        )

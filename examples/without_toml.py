@@ -58,5 +58,7 @@ if __name__ == "__main__":
     for _ in range(5):
         world.run(50)
         state = people[Health].state[people.rows()]
-        print(f"tick {world.tick:3}: {(state == WELL).sum()} well, {(state == ILL).sum()} ill, "
-              f"{(state == IMMUNE).sum()} immune")
+        print(
+            f"tick {world.tick:3}: {(state == WELL).sum()} well, {(state == ILL).sum()} ill, "
+            f"{(state == IMMUNE).sum()} immune"
+        )

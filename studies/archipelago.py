@@ -27,11 +27,18 @@ from typing import Any
 
 from studies.common.study import Study, verdict
 
-WAYS = ("plain", "workers", "worker killed", "all killed",
-        *(("Ray",) if importlib.util.find_spec("ray") else ()))
+WAYS = (
+    "plain",
+    "workers",
+    "worker killed",
+    "all killed",
+    *(("Ray",) if importlib.util.find_spec("ray") else ()),
+)
 ISLANDS: dict[str, Any] = {f"island_{i}": {} for i in range(1, 8)} | {"steep": {"species.goat.count": 8}}
-CODE = ("import sys; from ecs_eco.archipelago import Archipelago; "
-        "Archipelago(sys.argv[1]).run(workers=2, report=False)")
+CODE = (
+    "import sys; from ecs_eco.archipelago import Archipelago; "
+    "Archipelago(sys.argv[1]).run(workers=2, report=False)"
+)
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -41,16 +48,31 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
     world = load(config["world"], config["changes"] | {"archipelago": config["archipelago"]})
     with tempfile.TemporaryDirectory(prefix="ecs-eco-islands-") as place:
-        made = Archipelago.from_config(world, seed=case["seed"], ticks=config["ticks"],
-                                       out=Path(place) / "run", policies="untrained", learn=True)
+        made = Archipelago.from_config(
+            world,
+            seed=case["seed"],
+            ticks=config["ticks"],
+            out=Path(place) / "run",
+            policies="untrained",
+            learn=True,
+        )
         start = time.perf_counter()
         kills = WAY[case["way"]](made, config, case)
         made = Archipelago(made.folder)
-        moved = sum(n for state in made.manifest["islands"].values() for to in state["sent"].values()
-                    for n in to.values())
-        return {"digest": made.digest, "tick": made.tick, "kills": kills, "run seconds":
-                round(time.perf_counter() - start, 1), "emigrants at the end": moved,
-                "islands": {name: state["n"] for name, state in made.manifest["islands"].items()}}
+        moved = sum(
+            n
+            for state in made.manifest["islands"].values()
+            for to in state["sent"].values()
+            for n in to.values()
+        )
+        return {
+            "digest": made.digest,
+            "tick": made.tick,
+            "kills": kills,
+            "run seconds": round(time.perf_counter() - start, 1),
+            "emigrants at the end": moved,
+            "islands": {name: state["n"] for name, state in made.manifest["islands"].items()},
+        }
 
 
 def plain(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
@@ -112,8 +134,13 @@ def all_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
             kills += 1
 
 
-WAY = dict(zip(("plain", "workers", "worker killed", "all killed", "Ray"),
-               (plain, workers, worker_killed, all_killed, on_ray), strict=True))
+WAY = dict(
+    zip(
+        ("plain", "workers", "worker killed", "all killed", "Ray"),
+        (plain, workers, worker_killed, all_killed, on_ray),
+        strict=True,
+    )
+)
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -121,27 +148,52 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     digests = {e["case"]["way"]: e["result"]["digest"] for e in cases}
     kills = sum(e["result"]["kills"] for e in cases)
     moved = min(e["result"]["emigrants at the end"] for e in cases)
-    rows = [[e["case"]["way"], e["result"]["kills"], e["result"]["run seconds"], e["result"]["digest"][:16]]
-            for e in cases]
-    return {"verdicts": [verdict("digests of the archipelago", len(set(digests.values())), "1 of all ways",
-                                 len(set(digests.values())) == 1),
-                         verdict("workers and runs killed", kills, "20", kills >= 20),
-                         verdict("emigrants at the last barrier", moved, "1 or more", moved > 0)],
-            "table": {"head": ["way", "kills", "seconds", "digest"], "rows": rows}}
+    rows = [
+        [e["case"]["way"], e["result"]["kills"], e["result"]["run seconds"], e["result"]["digest"][:16]]
+        for e in cases
+    ]
+    return {
+        "verdicts": [
+            verdict(
+                "digests of the archipelago",
+                len(set(digests.values())),
+                "1 of all ways",
+                len(set(digests.values())) == 1,
+            ),
+            verdict("workers and runs killed", kills, "20", kills >= 20),
+            verdict("emigrants at the last barrier", moved, "1 or more", moved > 0),
+        ],
+        "table": {"head": ["way", "kills", "seconds", "digest"], "rows": rows},
+    }
 
 
 STUDY = Study(
     name="archipelago",
     claim="An archipelago ends the same for any number of workers, on any engine, and after any kill.",
-    config={"world": "reflexes", "ticks": 5000, "kills": 10, "pause": 3.0,
-            "changes": {"species.goat.policy.kind": "individual", "species.goat.policy.learn": True},
-            "archipelago": {"islands": ISLANDS, "every": 250, "graph": "grid", "emigration": {"goat": 0.05}}},
-    cases=[{"way": way, "seed": 1} for way in WAYS], run=run, summarise=summarise,
+    config={
+        "world": "reflexes",
+        "ticks": 5000,
+        "kills": 10,
+        "pause": 3.0,
+        "changes": {"species.goat.policy.kind": "individual", "species.goat.policy.learn": True},
+        "archipelago": {"islands": ISLANDS, "every": 250, "graph": "grid", "emigration": {"goat": 0.05}},
+    },
+    cases=[{"way": way, "seed": 1} for way in WAYS],
+    run=run,
+    summarise=summarise,
     short_cases=[{"way": way, "seed": 1} for way in ("plain", "worker killed")],
-    short_config={"ticks": 30, "kills": 1, "pause": 4.0, "archipelago": {
-        "islands": {"one": {}, "other": {"species.goat.count": 40}}, "every": 10, "graph": "full",
-        "emigration": {"goat": 0.2}}},
-)  # fmt: skip
+    short_config={
+        "ticks": 30,
+        "kills": 1,
+        "pause": 4.0,
+        "archipelago": {
+            "islands": {"one": {}, "other": {"species.goat.count": 40}},
+            "every": 10,
+            "graph": "full",
+            "emigration": {"goat": 0.2},
+        },
+    },
+)
 
 if __name__ == "__main__":
     STUDY.main()

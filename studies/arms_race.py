@@ -38,8 +38,17 @@ SIGHT = {"deer": ("wolf", 3), "wolf": ("deer", 1)}  # whom each looks out for: n
 def genome(ranges: Mapping[str, Any], species: str) -> dict[str, Any]:
     """Return the section of a genome with both genes."""
     traits = {"pace": "locomotion.pace", "sight": f"sensors.{SIGHT[species][0]}.radius"}
-    genes = [{"name": name, "trait": traits[name], "letters": 4, "code": "gray",
-              "low": ranges[species][name][0], "high": ranges[species][name][1]} for name in GENES]
+    genes = [
+        {
+            "name": name,
+            "trait": traits[name],
+            "letters": 4,
+            "code": "gray",
+            "low": ranges[species][name][0],
+            "high": ranges[species][name][1],
+        }
+        for name in GENES
+    ]
     return {"mutate": {"operator": "mutUniformInt", "indpb": ranges["mutation"]}, "genes": genes}
 
 
@@ -74,8 +83,13 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     living = world(config, arm).resolved()
     for name, rate in config["rates"].items():
         living["species"][name]["ppo"]["learning_rate"] = rate
-    made = World.from_config(load(living), seed=case["seed"], policies=str(learnt),
-                             learn=bool(arm.get("learn")), controls=arm.get("controls", ()))
+    made = World.from_config(
+        load(living),
+        seed=case["seed"],
+        policies=str(learnt),
+        learn=bool(arm.get("learn")),
+        controls=arm.get("controls", ()),
+    )
     began, times = Policies(made), []
     mortal = [name for name in SIGHT if made.tables[name].n]
     with tempfile.TemporaryDirectory() as folder:
@@ -88,9 +102,14 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
                 break
         lived = made.tick >= config["ticks"] and all(made.tables[name].n for name in mortal)
         tests = meetings(config, case, times) if lived and arm.get("tests") else None
-    return {"persisted": lived, "lived": made.tick, "genes": [t["genes"] for t in times], "tests": tests,
-            "numbers": dict(zip(SPECIES, numbers(made).mean(0), strict=True)),
-            "moved": began.moved() if arm.get("learn") and lived else None}
+    return {
+        "persisted": lived,
+        "lived": made.tick,
+        "genes": [t["genes"] for t in times],
+        "tests": tests,
+        "numbers": dict(zip(SPECIES, numbers(made).mean(0), strict=True)),
+        "moved": began.moved() if arm.get("learn") and lived else None,
+    }
 
 
 def kept(made: Any, folder: Path) -> dict[str, Any]:
@@ -112,13 +131,16 @@ def kept(made: Any, folder: Path) -> dict[str, Any]:
     return {"genes": out, "folder": str(folder)}
 
 
-def meetings(config: Mapping[str, Any], case: Mapping[str, Any], times: list[dict[str, Any]]
-             ) -> list[list[float]]:
+def meetings(
+    config: Mapping[str, Any], case: Mapping[str, Any], times: list[dict[str, Any]]
+) -> list[list[float]]:
     """Return K by time of the hunters and time of the prey."""
     from ecs_eco import World
 
-    shift, middle = config["shift"], {
-        name: {gene: float(np.mean(config["genes"][name][gene])) for gene in GENES} for name in SIGHT}
+    shift, middle = (
+        config["shift"],
+        {name: {gene: float(np.mean(config["genes"][name][gene])) for gene in GENES} for name in SIGHT},
+    )
     chosen = [times[i * (len(times) - 1) // (shift["times"] - 1)] for i in range(shift["times"])]
 
     def like(time: Mapping[str, Any], name: str) -> dict[str, float]:
@@ -133,9 +155,13 @@ def meetings(config: Mapping[str, Any], case: Mapping[str, Any], times: list[dic
             made = World.from_config(pair, seed=case["seed"], policies=policies, learn=False, training=True)
             made.run(shift["ticks"])
             series = made.series().to_pydict()
-            killed = sum(k for k, who, tick in zip(series["died: eaten by wolf"], series["species"],
-                                                   series["tick"], strict=True)
-                         if who == "deer" and tick >= shift["after"])
+            killed = sum(
+                k
+                for k, who, tick in zip(
+                    series["died: eaten by wolf"], series["species"], series["tick"], strict=True
+                )
+                if who == "deer" and tick >= shift["after"]
+            )
             wolves = made.tables["wolf"].species.config.count
             out[-1].append(float(np.log((killed + 0.5) / wolves / (shift["ticks"] - shift["after"]))))
     return out
@@ -159,20 +185,27 @@ def contemporary(tests: list[list[float]], ticks: float = 0.0) -> float:
 
 def shifts(entries: Entries, arm: str, of: str, ticks: float) -> list[float]:
     """Return by training seed the mean over its runs with tests of a slope, or of `contemporary`."""
+
     def value(tests: list[list[float]]) -> float:
         return contemporary(tests) if of == "contemporary" else slope(tests, of, ticks)
 
     by = by_training(entries, arm)
-    return [float(np.mean(own)) for results in by.values()
-            if (own := [value(r["tests"]) for r in results if r["tests"]])]
+    return [
+        float(np.mean(own))
+        for results in by.values()
+        if (own := [value(r["tests"]) for r in results if r["tests"]])
+    ]
 
 
 def changed(entries: Entries, arm: str, species: str, gene: str) -> dict[int, float]:
     """Return by training seed the mean over its runs that persist of how a gene's mean changed."""
     out = {}
     for seed, results in by_training(entries, arm).items():
-        own = [r["genes"][-1][species][gene][0] - r["genes"][0][species][gene][0]
-               for r in results if r["persisted"]]
+        own = [
+            r["genes"][-1][species][gene][0] - r["genes"][0][species][gene][0]
+            for r in results
+            if r["persisted"]
+        ]
         if own:
             out[seed] = float(np.mean(own))
     return out
@@ -204,8 +237,13 @@ def summarise(entries: Entries) -> dict[str, Any]:
             if name not in REGISTERED.hypotheses:
                 continue
             margin = REGISTERED.hypotheses[name].get("margin")
-            met = (max(-value[1], value[2]) < margin if margin
-                   else value[2] < 0 if of == "prey" else value[1] > 0)
+            met = (
+                max(-value[1], value[2]) < margin
+                if margin
+                else value[2] < 0
+                if of == "prey"
+                else value[1] > 0
+            )
             lines.append(REGISTERED.verdict(name, value, bool(met)))
     for species, gene, sign in (("deer", "pace", -1), ("deer", "sight", 1), ("wolf", "sight", 1)):
         gap = difference(changed(entries, "both", species, gene), changed(entries, "drift", species, gene))
@@ -215,14 +253,26 @@ def summarise(entries: Entries) -> dict[str, Any]:
         gap = difference(*(changed(entries, arm, "deer", gene) for arm in ("genes", "no hunters")))
         lines.append(REGISTERED.verdict(f"hunted-{gene}", gap, bool(gap[1] > 0)))
     lines += moved(entries)
-    head = ["arm", "runs", "persist", *(f"{s}: {g}, first → last" for s in SIGHT for g in GENES),
-            "kills per wolf and 1,000 s: hunters (rows) and prey of each time"]
+    head = [
+        "arm",
+        "runs",
+        "persist",
+        *(f"{s}: {g}, first → last" for s in SIGHT for g in GENES),
+        "kills per wolf and 1,000 s: hunters (rows) and prey of each time",
+    ]
     rows = []
     for arm in REGISTERED.arms:
         results = [r for of in by_training(entries, arm).values() for r in of]
         lived, tests = [r for r in results if r["persisted"]], [r["tests"] for r in results if r["tests"]]
-        rows.append([arm, len(results), len(lived), *(course(lived, s, g) for s in SIGHT for g in GENES),
-                     kills(tests) if tests else "–"])
+        rows.append(
+            [
+                arm,
+                len(results),
+                len(lived),
+                *(course(lived, s, g) for s in SIGHT for g in GENES),
+                kills(tests) if tests else "–",
+            ]
+        )
     return {"verdicts": lines, "table": {"head": head, "rows": rows}}
 
 
@@ -231,16 +281,26 @@ def moved(entries: Entries) -> list[dict[str, Any]]:
     out = []
     for arm in ("both", "learning"):
         nats = [r["moved"] for of in by_training(entries, arm).values() for r in of if r["moved"]]
-        out += [verdict(f"{arm}: nats that the policy of the {name} moved (KL of the first from the last)",
-                        float(np.mean([n[name] for n in nats if n[name] is not None])), "reported", True)
-                for name in SIGHT if nats]
+        out += [
+            verdict(
+                f"{arm}: nats that the policy of the {name} moved (KL of the first from the last)",
+                float(np.mean([n[name] for n in nats if n[name] is not None])),
+                "reported",
+                True,
+            )
+            for name in SIGHT
+            if nats
+        ]
     return out
 
 
 def course(results: list[dict[str, Any]], species: str, gene: str) -> str:
     """Return the mean of a gene at first and at last, over runs."""
-    own = [[t[species][gene][0] for t in (r["genes"][0], r["genes"][-1])] for r in results
-           if r["genes"][-1][species]]
+    own = [
+        [t[species][gene][0] for t in (r["genes"][0], r["genes"][-1])]
+        for r in results
+        if r["genes"][-1][species]
+    ]
     return "{:.2f} → {:.2f}".format(*np.mean(own, 0)) if own else "–"
 
 
@@ -252,21 +312,45 @@ def kills(tests: list[list[list[float]]]) -> str:
 
 CONTENT = REGISTERED.content
 SEEDS = CONTENT["seeds"]
-SMALL = {"space.size": [60.0, 60.0], "species.grass.count": 200, "species.deer.count": 40,
-         "species.wolf.count": 10}
+SMALL = {
+    "space.size": [60.0, 60.0],
+    "species.grass.count": 200,
+    "species.deer.count": 40,
+    "species.wolf.count": 10,
+}
 STUDY = Study(
-    name="arms_race", claim=CONTENT["claim"], registered=REGISTERED,
-    config={"world": CONTENT["world"], "small training": CONTENT["training"], "genes": CONTENT["genes"],
-            "rates": CONTENT["rates"], "shift": CONTENT["shift"], "ticks": CONTENT["ticks"],
-            "every": CONTENT["every"], "training ticks": None},
-    cases=[{"arm": arm, "training": training, "seed": seed} for i, seed in enumerate(SEEDS["world"])
-           for training in SEEDS["training"] for arm, of in REGISTERED.arms.items() if i < of["worlds"]],
-    run=run, summarise=summarise,
+    name="arms_race",
+    claim=CONTENT["claim"],
+    registered=REGISTERED,
+    config={
+        "world": CONTENT["world"],
+        "small training": CONTENT["training"],
+        "genes": CONTENT["genes"],
+        "rates": CONTENT["rates"],
+        "shift": CONTENT["shift"],
+        "ticks": CONTENT["ticks"],
+        "every": CONTENT["every"],
+        "training ticks": None,
+    },
+    cases=[
+        {"arm": arm, "training": training, "seed": seed}
+        for i, seed in enumerate(SEEDS["world"])
+        for training in SEEDS["training"]
+        for arm, of in REGISTERED.arms.items()
+        if i < of["worlds"]
+    ],
+    run=run,
+    summarise=summarise,
     short_cases=[{"arm": "both", "training": 1, "seed": 1}, {"arm": "no hunters", "training": 1, "seed": 1}],
-    short_config={"world": CONTENT["world"] | SMALL | {"species.wolf.count": 12}, "small training": SMALL,
-                  "ticks": 40, "every": 20, "training ticks": 8,
-                  "shift": {"times": 2, "ticks": 20, "after": 5}},
-)  # fmt: skip
+    short_config={
+        "world": CONTENT["world"] | SMALL | {"species.wolf.count": 12},
+        "small training": SMALL,
+        "ticks": 40,
+        "every": 20,
+        "training ticks": 8,
+        "shift": {"times": 2, "ticks": 20, "after": 5},
+    },
+)
 
 if __name__ == "__main__":
     STUDY.main()

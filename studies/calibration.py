@@ -22,10 +22,15 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     for name, key in (("chance", CHANCE), ("rate", RATE)):
         hits = sum(within(of, truth["values"], key) for of, truth in zip(found, truths, strict=True))
         lines.append(REGISTERED.verdict(name, hits, hits >= 32))
-    both = sum(all(within(of, truth["values"], key) for key in (CHANCE, RATE))
-               for of, truth in zip(found, truths, strict=True))
-    lines.append(verdict("tries in which both lie within their intervals", f"{both} of {len(truths)}",
-                         "reported", True))
+    both = sum(
+        all(within(of, truth["values"], key) for key in (CHANCE, RATE))
+        for of, truth in zip(found, truths, strict=True)
+    )
+    lines.append(
+        verdict(
+            "tries in which both lie within their intervals", f"{both} of {len(truths)}", "reported", True
+        )
+    )
     for number, (of, truth) in enumerate(zip(found, truths, strict=True), 1):
         row: list[Any] = [number]
         for key in (CHANCE, RATE):
@@ -39,13 +44,22 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 SEEDS = REGISTERED.content["seeds"]
 CONFIG = recovery.CONFIG | {"ticks": REGISTERED.content["ticks"]}
 STUDY = Study(
-    name="calibration", claim=REGISTERED.content["claim"], config=CONFIG, registered=REGISTERED,
-    cases=[*({"arm": "prior", "block": b} for b in range(SEEDS["prior"]["candidates"] // CONFIG["block"])),
-           *({"arm": "truth", "seed": seed}
-             for seed in range(SEEDS["truth"]["first"], SEEDS["truth"]["last"] + 1))],
-    run=run, summarise=summarise, short_config=recovery.STUDY.short_config,
+    name="calibration",
+    claim=REGISTERED.content["claim"],
+    config=CONFIG,
+    registered=REGISTERED,
+    cases=[
+        *({"arm": "prior", "block": b} for b in range(SEEDS["prior"]["candidates"] // CONFIG["block"])),
+        *(
+            {"arm": "truth", "seed": seed}
+            for seed in range(SEEDS["truth"]["first"], SEEDS["truth"]["last"] + 1)
+        ),
+    ],
+    run=run,
+    summarise=summarise,
+    short_config=recovery.STUDY.short_config,
     short_cases=[{"arm": "prior", "block": 0}, {"arm": "truth", "seed": 2301}],
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -42,8 +42,16 @@ islands = { north = {}, south = {} }
 PLAN = 'world = "world.toml"\nticks = 6\nworld_seeds = {seeds}\n[grid]\nspecies.moss.count = [10, 20]\n'
 KINDS = ("sweep", "search", "archipelago", "comparison")
 WORDS = [".json", ".jsonl", ".parquet", ".safetensors", "--out", "/case-", "is a link that leads out"]
-KEPT = ("manifest.json", "done.json", "training.json", "journal.jsonl", ".parquet", "sweep.json", "plan.json",
-        "archipelago.json")
+KEPT = (
+    "manifest.json",
+    "done.json",
+    "training.json",
+    "journal.jsonl",
+    ".parquet",
+    "sweep.json",
+    "plan.json",
+    "archipelago.json",
+)
 SEALED = ("manifest.json", "sweep.json", "plan.json", "archipelago.json", "done.json", "submitted.json")
 DRAWN = (".html", ".svg")
 COUNT = "species.moss.count"
@@ -54,11 +62,33 @@ def words_of(kind: str, folder: Path, more: int = 0) -> list[Any]:
     world, quiet = folder.parent / "world.toml", ["-q", "--workers", "1", "--out", folder]
     return {
         "sweep": ["sweep", folder.parent / "plan.toml", *quiet],
-        "search": ["search", world, "--trials", 1 + more, "--ticks", "3", "--world-seeds", "1",
-                   "--confirm-world-seeds", 1 + more, "--range", f"{COUNT}=5:30", *quiet],
+        "search": [
+            "search",
+            world,
+            "--trials",
+            1 + more,
+            "--ticks",
+            "3",
+            "--world-seeds",
+            "1",
+            "--confirm-world-seeds",
+            1 + more,
+            "--range",
+            f"{COUNT}=5:30",
+            *quiet,
+        ],
         "archipelago": ["run", world, "--ticks", "8", "--no-report", *quiet],
-        "comparison": ["compare", world, "--control", f"{COUNT}=5", "--ticks", "4", "--seeds", 1 + more,
-                       *quiet],
+        "comparison": [
+            "compare",
+            world,
+            "--control",
+            f"{COUNT}=5",
+            "--ticks",
+            "4",
+            "--seeds",
+            1 + more,
+            *quiet,
+        ],
     }[kind]
 
 
@@ -87,7 +117,8 @@ def attacks(place: Any, kind: str, seed: int, folders: int) -> Iterator[tuple[st
         if kind == "sweep" and i % 2:
             (folder / "jobs" / "0001" / "done.json").unlink()  # there is something left to do
         label = chance.choice([_damaged, _typed, _typed, _typed, _foreign, _linked, *lines])(
-            place, kind, folder, chance)
+            place, kind, folder, chance
+        )
         yield f"{kind} {seed}.{i}: {label}", folder, _commands(place, kind, folder, chance)
 
 
@@ -105,9 +136,30 @@ def _damaged(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
 
 def _odd(place: Any, chance: random.Random) -> Any:
     victim = str(place.home / "victim")
-    return chance.choice([
-        None, True, -1, 0, 2**70, 1e300, "", "x", "../../victim", victim, [], {}, [[]], {"a": 1}, "nan", "\0",
-        f"a\ntouch {place.marks}/line\n#", f"$(touch {place.marks}/word)", "evil:Wait", *place.texts[:3]])
+    return chance.choice(
+        [
+            None,
+            True,
+            -1,
+            0,
+            2**70,
+            1e300,
+            "",
+            "x",
+            "../../victim",
+            victim,
+            [],
+            {},
+            [[]],
+            {"a": 1},
+            "nan",
+            "\0",
+            f"a\ntouch {place.marks}/line\n#",
+            f"$(touch {place.marks}/word)",
+            "evil:Wait",
+            *place.texts[:3],
+        ]
+    )
 
 
 def _typed(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
@@ -186,15 +238,28 @@ def _commands(place: Any, kind: str, folder: Path, chance: random.Random) -> lis
 
     runs = [p.parent for p in _files(folder, ("manifest.json",))]
     run, out = chance.choice(runs) if runs else folder, place.new()
-    single = [["report", run, "--out", out], ["why", run, "--out", out], ["repeat", run, "-q"],
-              ["resume", run, "--until", "12", "-q", "--no-report"],
-              ["tracks", run, out.with_suffix(".gpkg")],
-              ["picture", run, out.with_suffix(".png"), "-q", "--size", "320x320"], ["lineage", run]]
-    whole = {"sweep": [["sweep", "status", folder], ["sweep", "collect", folder],
-                       ["sweep", "resume", folder, "--on", "slurm"], ["sweep", "job", folder, "0"]],
-             "archipelago": [["report", folder, "--out", out], ["lineage", folder]]}.get(kind, [])
-    first = {"sweep": ["sweep", "resume", folder, "-q", "--workers", "1"],
-             "archipelago": ["resume", folder, "--until", "10", "-q", "--no-report", "--workers", "1"]}
+    single = [
+        ["report", run, "--out", out],
+        ["why", run, "--out", out],
+        ["repeat", run, "-q"],
+        ["resume", run, "--until", "12", "-q", "--no-report"],
+        ["tracks", run, out.with_suffix(".gpkg")],
+        ["picture", run, out.with_suffix(".png"), "-q", "--size", "320x320"],
+        ["lineage", run],
+    ]
+    whole = {
+        "sweep": [
+            ["sweep", "status", folder],
+            ["sweep", "collect", folder],
+            ["sweep", "resume", folder, "--on", "slurm"],
+            ["sweep", "job", folder, "0"],
+        ],
+        "archipelago": [["report", folder, "--out", out], ["lineage", folder]],
+    }.get(kind, [])
+    first = {
+        "sweep": ["sweep", "resume", folder, "-q", "--workers", "1"],
+        "archipelago": ["resume", folder, "--until", "10", "-q", "--no-report", "--workers", "1"],
+    }
     chosen = [first.get(kind, words_of(kind, folder, 1))]
     if kind != "search":  # it keeps no runs
         chosen.append(chance.choice(chance.choice([whole, single]) or single))
@@ -205,8 +270,11 @@ def _slurm(place: Any) -> Path:
     """Return a folder with commands of SLURM that do all that a script says but its job."""
     tools = place.home / "tools"
     tools.mkdir()
-    for name, text in (("sbatch", 'grep -v sys.executable "$2" | grep -v "import sys" | bash >&2; echo 1'),
-                       ("squeue", ""), ("scontrol", "")):
+    for name, text in (
+        ("sbatch", 'grep -v sys.executable "$2" | grep -v "import sys" | bash >&2; echo 1'),
+        ("squeue", ""),
+        ("scontrol", ""),
+    ):
         (tools / name).write_text(f"#!/bin/sh\n{text}\n", encoding="utf-8")
         (tools / name).chmod(0o755)
     return tools
@@ -231,18 +299,22 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
                 lost = sorted(str(p) for p in there - _finished(folder))
                 outside = [p.name for p in (place.home / "victim").rglob("*")]
                 mine = (place.home / "victim" / "thesis.txt").is_file() and (
-                    place.home / "victim" / "thesis.txt").read_text(encoding="utf-8") == "mine"
+                    place.home / "victim" / "thesis.txt"
+                ).read_text(encoding="utf-8") == "mine"
                 done.append(one | {"lost": lost, "outside": outside != ["thesis.txt"] or not mine})
         finally:
             os.environ["PATH"] = before
     return {
-        "folders": len(done), "attempts": sum(sum(d["counts"].values()) for d in done),
+        "folders": len(done),
+        "attempts": sum(sum(d["counts"].values()) for d in done),
         "kinds": {kind: sum(d["counts"][kind] for d in done) for kind in ENDS},
         "marks": sum(len(d["marks"]) + len(d["imported"]) for d in done),
-        "outside": sum(d["outside"] for d in done), "lost": sum(bool(d["lost"]) for d in done),
-        "failures": [d for d in done
-                     if d["marks"] or d["imported"] or d["lost"] or d["outside"] or d["said"]],
-    }  # fmt: skip
+        "outside": sum(d["outside"] for d in done),
+        "lost": sum(bool(d["lost"]) for d in done),
+        "failures": [
+            d for d in done if d["marks"] or d["imported"] or d["lost"] or d["outside"] or d["said"]
+        ],
+    }
 
 
 def _finished(folder: Path) -> set[Path]:
@@ -256,14 +328,20 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     from studies.common.malicious.ground import REFUSED, TRACEBACK, UNNAMED
 
     def of(key: str, kind: str = "") -> int:
-        return sum(c["result"].get(key, c["result"]["kinds"].get(key, 0)) for c in cases
-                   if kind in ("", c["case"]["what"]))
+        return sum(
+            c["result"].get(key, c["result"]["kinds"].get(key, 0))
+            for c in cases
+            if kind in ("", c["case"]["what"])
+        )
 
     least = 300 if len(cases) > len(KINDS) else 1
-    none = {"marks of a payload": "marks",
-            "folders whose commands changed something outside of them": "outside",
-            "folders that lost something finished": "lost", "attempts that ended in a traceback": TRACEBACK,
-            "attempts that were refused without the name of a file": UNNAMED}
+    none = {
+        "marks of a payload": "marks",
+        "folders whose commands changed something outside of them": "outside",
+        "folders that lost something finished": "lost",
+        "attempts that ended in a traceback": TRACEBACK,
+        "attempts that were refused without the name of a file": UNNAMED,
+    }
     rows = [[word, *(of(word, kind) for kind in KINDS), of(word)] for word in ("folders", "attempts", *ENDS)]
     return {
         "verdicts": [
@@ -272,19 +350,20 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             verdict("attempts that were refused by name", of(REFUSED), "≥ 1", of(REFUSED) > 0),
         ],
         "table": {"head": ["attempts by what became of them", *KINDS, "all"], "rows": rows},
-    }  # fmt: skip
+    }
 
 
 STUDY = Study(
     name="containers",
     claim="A folder of runs that was damaged, changed or put together runs no code, touches nothing outside "
-          "of it, loses nothing finished, and is refused by name.",
+    "of it, loses nothing finished, and is refused by name.",
     config={"folders": 25},
     cases=[{"what": kind, "seed": seed} for seed in (1, 2, 3) for kind in KINDS],
-    run=run, summarise=summarise,
+    run=run,
+    summarise=summarise,
     short_cases=[{"what": kind, "seed": 1} for kind in KINDS],
     short_config={"folders": 3},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

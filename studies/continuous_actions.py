@@ -24,8 +24,9 @@ from studies.common.stable_baselines import learn, settings
 from studies.common.study import Study, verdict
 
 STEPS, N_ENVS, LEARNT, NEVER, DIVISOR = 100_000, 4, -250.0, 10**9, 10.0
-SETTINGS = PPO(horizon=1024, learning_rate=1e-3, discount=0.9, gae_lambda=0.95, epochs=10, minibatch=256,
-               entropy=0.0)
+SETTINGS = PPO(
+    horizon=1024, learning_rate=1e-3, discount=0.9, gae_lambda=0.95, epochs=10, minibatch=256, entropy=0.0
+)
 
 
 def environments(seed: int | None = None) -> Any:
@@ -45,10 +46,17 @@ def environments(seed: int | None = None) -> Any:
 def ours(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
     """Train until it is learnt or `steps` are over."""
     start = time.process_time()
-    training = train(environments(), ppo, steps, seed, trunk="separate",
-                     stop=lambda so_far: so_far.steps_to(LEARNT / DIVISOR) is not None)
-    return _report(training, len(training.reports) * ppo.horizon * N_ENVS, DIVISOR,
-                   time.process_time() - start)
+    training = train(
+        environments(),
+        ppo,
+        steps,
+        seed,
+        trunk="separate",
+        stop=lambda so_far: so_far.steps_to(LEARNT / DIVISOR) is not None,
+    )
+    return _report(
+        training, len(training.reports) * ppo.horizon * N_ENVS, DIVISOR, time.process_time() - start
+    )
 
 
 def stable_baselines(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
@@ -56,16 +64,20 @@ def stable_baselines(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
     from stable_baselines3 import PPO as StableBaselinesPPO
 
     start = time.process_time()
-    model = StableBaselinesPPO("MlpPolicy", environments(seed), seed=seed, device="cpu",
-                               **settings(ppo, anneal=False))
+    model = StableBaselinesPPO(
+        "MlpPolicy", environments(seed), seed=seed, device="cpu", **settings(ppo, anneal=False)
+    )
     return _report(learn(model, steps, LEARNT), model.num_timesteps, 1.0, time.process_time() - start)
 
 
 def _report(training: Training, n_steps: int, unit: float, seconds: float) -> dict[str, Any]:
     last = training.returns[-100:]
-    return {"steps_to_learn": training.steps_to(LEARNT / unit), "steps": n_steps,
-            "mean_return": round(statistics.fmean(last) * unit, 1) if last else None,
-            "steps_per_s": round(n_steps / seconds, 1)}  # fmt: skip
+    return {
+        "steps_to_learn": training.steps_to(LEARNT / unit),
+        "steps": n_steps,
+        "mean_return": round(statistics.fmean(last) * unit, 1) if last else None,
+        "steps_per_s": round(n_steps / seconds, 1),
+    }
 
 
 ARMS = {"ecs-eco": ours, "stable-baselines3": stable_baselines}
@@ -85,29 +97,60 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             continue
         took = [r["steps_to_learn"] or NEVER for r in runs]
         medians[arm], within = statistics.median(took), sum(t <= STEPS for t in took)
-        rows.append([arm, f"{within} of {len(runs)}",
-                     medians[arm] if medians[arm] < NEVER else "never",
-                     statistics.median(r["mean_return"] for r in runs if r["mean_return"] is not None),
-                     statistics.median(r["steps_per_s"] for r in runs)])  # fmt: skip
+        rows.append(
+            [
+                arm,
+                f"{within} of {len(runs)}",
+                medians[arm] if medians[arm] < NEVER else "never",
+                statistics.median(r["mean_return"] for r in runs if r["mean_return"] is not None),
+                statistics.median(r["steps_per_s"] for r in runs),
+            ]
+        )
         if arm == "ecs-eco":
-            verdicts.append(verdict("a mean return of -250 or more within 100,000 steps",
-                                    f"{within} of {len(runs)}", ">= 9 of 10", within >= 0.9 * len(runs)))
+            verdicts.append(
+                verdict(
+                    "a mean return of -250 or more within 100,000 steps",
+                    f"{within} of {len(runs)}",
+                    ">= 9 of 10",
+                    within >= 0.9 * len(runs),
+                )
+            )
     if len(medians) == len(ARMS):
         ratio = medians["ecs-eco"] / medians["stable-baselines3"]
-        verdicts.append(verdict("median of steps, times that of Stable-Baselines3", round(ratio, 3), "<= 1",
-                                ratio <= 1))
-    return {"verdicts": verdicts,
-            "table": {"head": ["arm", "learnt within 100,000", "median steps", "median mean return at last",
-                               "steps per second"], "rows": rows}}  # fmt: skip
+        verdicts.append(
+            verdict("median of steps, times that of Stable-Baselines3", round(ratio, 3), "<= 1", ratio <= 1)
+        )
+    return {
+        "verdicts": verdicts,
+        "table": {
+            "head": [
+                "arm",
+                "learnt within 100,000",
+                "median steps",
+                "median mean return at last",
+                "steps per second",
+            ],
+            "rows": rows,
+        },
+    }
 
 
 STUDY = Study(
-    name="continuous_actions", claim=str(__doc__).split("\n")[0], run=run, summarise=summarise,
-    config={"settings": asdict(SETTINGS), "steps": STEPS, "environments": N_ENVS, "learnt": LEARNT,
-            "divisor": DIVISOR},
+    name="continuous_actions",
+    claim=str(__doc__).split("\n")[0],
+    run=run,
+    summarise=summarise,
+    config={
+        "settings": asdict(SETTINGS),
+        "steps": STEPS,
+        "environments": N_ENVS,
+        "learnt": LEARNT,
+        "divisor": DIVISOR,
+    },
     cases=[{"seed": seed, "arm": arm} for seed in range(10) for arm in ARMS],
-    short_cases=[{"seed": 0, "arm": "ecs-eco"}], short_config={"steps": 12_000},
-)  # fmt: skip
+    short_cases=[{"seed": 0, "arm": "ecs-eco"}],
+    short_config={"steps": 12_000},
+)
 
 if __name__ == "__main__":
     STUDY.main()

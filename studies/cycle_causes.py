@@ -25,8 +25,12 @@ from studies.common.study import Study, canonical, verdict
 
 REGISTERED = registration("cycle_causes")
 GRAZERS = "studies.common.grazers"
-HALF = {"space.size": [170.0, 170.0], "species.grass.count": 2150, "species.deer.count": 350,
-        "species.wolf.count": 125}
+HALF = {
+    "space.size": [170.0, 170.0],
+    "species.grass.count": 2150,
+    "species.deer.count": 350,
+    "species.wolf.count": 125,
+}
 MAPPED = ("species.deer.reproduction.rate", "species.wolf.reproduction.rate")
 FACTORS = (0.5, 0.71, 1.0, 1.41, 2.0)
 
@@ -38,8 +42,9 @@ def world(of: Mapping[str, Any], small: Mapping[str, Any]) -> dict[str, Any]:
     content = without_policies(load("predator-prey", dict(small)))
     deer = content["species"]["deer"]
     if of.get("blind"):
-        deer["sensors"] = [s for s in deer["sensors"]
-                           if s.get("target") != "wolf" and s.get("field") != "wolf_smell"]
+        deer["sensors"] = [
+            s for s in deer["sensors"] if s.get("target") != "wolf" and s.get("field") != "wolf_smell"
+        ]
         deer["happiness"] = {"formula": "energy", "minimum": -1.0}
     if of.get("slow"):
         for what in ("speed", "cost"):
@@ -56,51 +61,90 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     of = REGISTERED.arms[case["arm"]]
     content = world(of, config["small"])
     best = searched(config, case["arm"], content, of)
-    lives = [cell(config, content, of, best["values"], training, seed, config["ticks"])
-             | {"training": training, "seed": seed}
-             for training in config["training seeds"] for seed in config["world seeds"]]
+    lives = [
+        cell(config, content, of, best["values"], training, seed, config["ticks"])
+        | {"training": training, "seed": seed}
+        for training in config["training seeds"]
+        for seed in config["world seeds"]
+    ]
     return {"best": best, "lives": lives, "map": mapped(config, content, of, best["values"])}
 
 
-def searched(config: dict[str, Any], arm: str, content: dict[str, Any], of: Mapping[str, Any]
-             ) -> dict[str, Any]:
+def searched(
+    config: dict[str, Any], arm: str, content: dict[str, Any], of: Mapping[str, Any]
+) -> dict[str, Any]:
     """Search the numbers of an arm's world; return the best with its score and the candidates that lived."""
     from ecs_eco.config import load
     from ecs_eco.search import search
 
     plan, random = config["search"], of["deer"] == "random"
-    settings = {"objective": plan["objective"], "ticks": plan["ticks"], "stages": 2, "finalists": 4,
-                "policies": "random" if random else "train-once", "training_seeds": 1 if random else 2,
-                "world_seeds": 4 if random else 2, "training_ticks": config["training ticks"],
-                "ranges": plan["ranges"],
-                "confirm": {"world_seeds": 1, "training_seeds": 1, "ticks": plan["ticks"]}}
+    settings = {
+        "objective": plan["objective"],
+        "ticks": plan["ticks"],
+        "stages": 2,
+        "finalists": 4,
+        "policies": "random" if random else "train-once",
+        "training_seeds": 1 if random else 2,
+        "world_seeds": 4 if random else 2,
+        "training_ticks": config["training ticks"],
+        "ranges": plan["ranges"],
+        "confirm": {"world_seeds": 1, "training_seeds": 1, "ticks": plan["ticks"]},
+    }
     asked = canonical([config, arm]) + load(content, trust=True).config_hash
     name = hashlib.sha256(asked.encode()).hexdigest()[:16]
     folder = Path(tempfile.gettempdir()) / "ecs-eco-cycle-causes" / name
-    found = search({**content, "search": settings}, folder, trials=plan["candidates"], workers=1,
-                   optimiser=plan["optimiser"], report=False, trust=True)
+    found = search(
+        {**content, "search": settings},
+        folder,
+        trials=plan["candidates"],
+        workers=1,
+        optimiser=plan["optimiser"],
+        report=False,
+        trust=True,
+    )
     best = found["best"][0]
-    return {"values": best["values"], "score": best["score"], "candidates": found["candidates"],
-            "by stage": found["by_stage"], "cpu": found["cpu_of_candidates"]}
+    return {
+        "values": best["values"],
+        "score": best["score"],
+        "candidates": found["candidates"],
+        "by stage": found["by_stage"],
+        "cpu": found["cpu_of_candidates"],
+    }
 
 
-def cell(config: dict[str, Any], content: dict[str, Any], of: Mapping[str, Any], values: Mapping[str, Any],
-         training: int, seed: int, ticks: int) -> dict[str, Any]:
+def cell(
+    config: dict[str, Any],
+    content: dict[str, Any],
+    of: Mapping[str, Any],
+    values: Mapping[str, Any],
+    training: int,
+    seed: int,
+    ticks: int,
+) -> dict[str, Any]:
     """Let policies of a training seed live in a world with these values; return what became of it."""
     from ecs_eco.config import load
 
-    policies = ("random" if of["deer"] == "random"
-                else str(trained(load(content, trust=True), training, config["training ticks"])))
+    policies = (
+        "random"
+        if of["deer"] == "random"
+        else str(trained(load(content, trust=True), training, config["training ticks"]))
+    )
     living = load(content, dict(values), trust=True)
     kept = record(live(living, seed, policies, ticks, False), living)
-    return {"persisted": kept["persisted"], "lived": kept["lived"], "extinct": kept["extinct"],
-            "cycled": bool(kept["persisted"] and both_peaks(kept)), "period": kept["cycles"]["period"],
-            "lags": {pair: lag["share"] for pair, lag in kept["cycles"]["lags"].items()},
-            "numbers": {name: round(float(n["mean"]), 1) for name, n in kept["numbers"].items()}}
+    return {
+        "persisted": kept["persisted"],
+        "lived": kept["lived"],
+        "extinct": kept["extinct"],
+        "cycled": bool(kept["persisted"] and both_peaks(kept)),
+        "period": kept["cycles"]["period"],
+        "lags": {pair: lag["share"] for pair, lag in kept["cycles"]["lags"].items()},
+        "numbers": {name: round(float(n["mean"]), 1) for name, n in kept["numbers"].items()},
+    }
 
 
-def mapped(config: dict[str, Any], content: dict[str, Any], of: Mapping[str, Any], values: Mapping[str, Any]
-           ) -> list[str]:
+def mapped(
+    config: dict[str, Any], content: dict[str, Any], of: Mapping[str, Any], values: Mapping[str, Any]
+) -> list[str]:
     """Return a line for each number of the first of MAPPED, a letter for each of the second: c for persists
     and cycles, p for persists, or the first letter of who died out first."""
     training, seed = config["training seeds"][0], config["world seeds"][0]
@@ -108,8 +152,10 @@ def mapped(config: dict[str, Any], content: dict[str, Any], of: Mapping[str, Any
     for one in config["factors"]:
         row = ""
         for other in config["factors"]:
-            near = {**values, **{name: values[name] * by
-                                 for name, by in zip(MAPPED, (one, other), strict=True)}}
+            near = {
+                **values,
+                **{name: values[name] * by for name, by in zip(MAPPED, (one, other), strict=True)},
+            }
             of_it = cell(config, content, of, near, training, seed, config["search"]["ticks"])
             row += "c" if of_it["cycled"] else "p" if of_it["persisted"] else (of_it["extinct"] or "?")[0]
         rows.append(row)
@@ -144,31 +190,65 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         of, mine = entry["result"], entry["result"]["lives"]
         periods = [life["period"] for life in mine if life["cycled"] and life["period"]]
         gone = [life["extinct"] for life in mine if life["extinct"]]
-        rows.append([entry["case"]["arm"], of["best"]["score"], sum(life["persisted"] for life in mine),
-                     sum(life["cycled"] for life in mine), len(mine),
-                     float(np.median(periods)) if periods else None,
-                     ", ".join(f"{name} {gone.count(name)}" for name in dict.fromkeys(gone)) or "–",
-                     sum(row.count("c") for row in of["map"]), sum(map(len, of["map"]))])
-    head = ["arm", "score of the best in its search", "runs that persist", "that also cycle", "of",
-            "median period [ticks]", "first to die out", "worlds around the best that persist and cycle",
-            "of"]
+        rows.append(
+            [
+                entry["case"]["arm"],
+                of["best"]["score"],
+                sum(life["persisted"] for life in mine),
+                sum(life["cycled"] for life in mine),
+                len(mine),
+                float(np.median(periods)) if periods else None,
+                ", ".join(f"{name} {gone.count(name)}" for name in dict.fromkeys(gone)) or "–",
+                sum(row.count("c") for row in of["map"]),
+                sum(map(len, of["map"])),
+            ]
+        )
+    head = [
+        "arm",
+        "score of the best in its search",
+        "runs that persist",
+        "that also cycle",
+        "of",
+        "median period [ticks]",
+        "first to die out",
+        "worlds around the best that persist and cycle",
+        "of",
+    ]
     return {"verdicts": lines, "table": {"head": head, "rows": rows}}
 
 
 STUDY = Study(
-    name="cycle_causes", claim=REGISTERED.content["claim"], registered=REGISTERED,
-    config={"small": HALF, "ticks": REGISTERED.content["ticks"], "search": REGISTERED.content["search"],
-            "training seeds": REGISTERED.content["seeds"]["training"],
-            "world seeds": REGISTERED.content["seeds"]["world"], "training ticks": None,
-            "factors": list(FACTORS)},
-    cases=[{"arm": arm} for arm in REGISTERED.arms], run=run, summarise=summarise,
+    name="cycle_causes",
+    claim=REGISTERED.content["claim"],
+    registered=REGISTERED,
+    config={
+        "small": HALF,
+        "ticks": REGISTERED.content["ticks"],
+        "search": REGISTERED.content["search"],
+        "training seeds": REGISTERED.content["seeds"]["training"],
+        "world seeds": REGISTERED.content["seeds"]["world"],
+        "training ticks": None,
+        "factors": list(FACTORS),
+    },
+    cases=[{"arm": arm} for arm in REGISTERED.arms],
+    run=run,
+    summarise=summarise,
     short_cases=[{"arm": "runner"}, {"arm": "random"}],
-    short_config={"ticks": 60, "training ticks": 8, "training seeds": [1], "world seeds": [1],
-                  "factors": [1.0],
-                  "small": {"space.size": [60.0, 60.0], "species.grass.count": 270, "species.deer.count": 44,
-                            "species.wolf.count": 12},
-                  "search": REGISTERED.content["search"] | {"candidates": 1, "ticks": 60}},
-)  # fmt: skip
+    short_config={
+        "ticks": 60,
+        "training ticks": 8,
+        "training seeds": [1],
+        "world seeds": [1],
+        "factors": [1.0],
+        "small": {
+            "space.size": [60.0, 60.0],
+            "species.grass.count": 270,
+            "species.deer.count": 44,
+            "species.wolf.count": 12,
+        },
+        "search": REGISTERED.content["search"] | {"candidates": 1, "ticks": 60},
+    },
+)
 
 if __name__ == "__main__":
     STUDY.main()

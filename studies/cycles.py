@@ -25,9 +25,15 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     lived = live(load(config["world"]), case["seed"], "trained", config["ticks"], learn=False)
     n = numbers(lived)
     when, who = first_extinction(n)
-    return {"lived": when, "extinct": who, "mean": n.mean(0).round(), "least": n.min(0), "most": n.max(0),
-            "cycles": cycle_statistics(lived.series(), period_of=config["period of"]).as_dict(),
-            "numbers": packed(n, BLOCK)}  # fmt: skip
+    return {
+        "lived": when,
+        "extinct": who,
+        "mean": n.mean(0).round(),
+        "least": n.min(0),
+        "most": n.max(0),
+        "cycles": cycle_statistics(lived.series(), period_of=config["period of"]).as_dict(),
+        "numbers": packed(n, BLOCK),
+    }
 
 
 def periods(result: dict[str, Any]) -> float:
@@ -38,6 +44,7 @@ def periods(result: dict[str, Any]) -> float:
 
 def count(results: list[dict[str, Any]], species: str, null: str) -> int:
     """Runs with a peak beyond a null at p < .05."""
+
     def p(r: dict[str, Any]) -> float | None:
         c = r["cycles"]
         return c["p_ar1"].get(species) if null == "ar1" else (c["peaks"].get(species) or {}).get("p")
@@ -61,14 +68,21 @@ def row(name: str, results: list[dict[str, Any]]) -> list[Any]:
     """One line of the table."""
     from ecs_eco.analysis.cycles import median_lag_interval
 
-    lags = {pair: median_lag_interval([r["cycles"]["lags"][pair]["share"]
-                                       for r in results if pair in r["cycles"]["lags"]])
-            for pair in LAGS}
+    lags = {
+        pair: median_lag_interval(
+            [r["cycles"]["lags"][pair]["share"] for r in results if pair in r["cycles"]["lags"]]
+        )
+        for pair in LAGS
+    }
     periods = [r["cycles"]["period"] for r in results if r["cycles"]["period"]]
-    return [name, len(results), sum(r["extinct"] is None for r in results),
-            float(np.median(periods)) if periods else None,
-            *(count(results, s, null) for null in ("ar1", "relaxation") for s in ("deer", "wolf")),
-            *([v["median"], v["low"], v["high"]] if v["n"] else None for v in lags.values())]  # fmt: skip
+    return [
+        name,
+        len(results),
+        sum(r["extinct"] is None for r in results),
+        float(np.median(periods)) if periods else None,
+        *(count(results, s, null) for null in ("ar1", "relaxation") for s in ("deer", "wolf")),
+        *([v["median"], v["low"], v["high"]] if v["n"] else None for v in lags.values()),
+    ]
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -78,43 +92,93 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     main = [entry["result"] for entry in cases]
     n, kept = len(main), sum(r["extinct"] is None for r in main)
     least = min(periods(r) for r in main)
-    out = [verdict("bundled policies, fresh world seeds: runs in which grass, deer and wolves persist",
-                   f"{kept} of {n}", "all", kept == n),
-           verdict("fewest periods in a run", least, "at least 10", least >= 10)]  # fmt: skip
+    out = [
+        verdict(
+            "bundled policies, fresh world seeds: runs in which grass, deer and wolves persist",
+            f"{kept} of {n}",
+            "all",
+            kept == n,
+        ),
+        verdict("fewest periods in a run", least, "at least 10", least >= 10),
+    ]
     for species in ("deer", "wolf"):
         peaks = count(main, species, "ar1")
-        out.append(verdict(f"runs with a spectral peak of the {species} beyond AR(1), p < .05",
-                           f"{peaks} of {n}", "at least 9 of 10", peaks >= 0.9 * n))
+        out.append(
+            verdict(
+                f"runs with a spectral peak of the {species} beyond AR(1), p < .05",
+                f"{peaks} of {n}",
+                "at least 9 of 10",
+                peaks >= 0.9 * n,
+            )
+        )
     for species in ("deer", "wolf"):
         peaks = count(main, species, "relaxation")
-        out.append(verdict(f"the same for the {species} beyond red noise that relaxes at two rates",
-                           f"{peaks} of {n}", "at least 9 of 10 (stricter)", peaks >= 0.9 * n))  # fmt: skip
+        out.append(
+            verdict(
+                f"the same for the {species} beyond red noise that relaxes at two rates",
+                f"{peaks} of {n}",
+                "at least 9 of 10 (stricter)",
+                peaks >= 0.9 * n,
+            )
+        )
     for pair, (low, high) in LAGS.items():
-        lag = median_lag_interval([r["cycles"]["lags"][pair]["share"]
-                                   for r in main if pair in r["cycles"]["lags"]])
-        out.append(verdict(f"median lag {pair}, share of the period",
-                           [lag["median"], lag["low"], lag["high"]], f"{low} to {high}",
-                           low <= lag["median"] <= high))  # fmt: skip
+        lag = median_lag_interval(
+            [r["cycles"]["lags"][pair]["share"] for r in main if pair in r["cycles"]["lags"]]
+        )
+        out.append(
+            verdict(
+                f"median lag {pair}, share of the period",
+                [lag["median"], lag["low"], lag["high"]],
+                f"{low} to {high}",
+                low <= lag["median"] <= high,
+            )
+        )
         surrogate = coupling(main, pair)
         if surrogate is not None:
-            out.append(verdict(f"{pair} of the same run against pairs of different runs: "
-                               f"coherency {surrogate.coherency:.2f}, p", surrogate.p,
-                               "< .05", surrogate.p < 0.05))  # fmt: skip
-    head = ["arm", "runs", "all persist", "median period [ticks]", "deer > AR(1)", "wolf > AR(1)",
-            "deer, strict", "wolf, strict", *LAGS]
+            out.append(
+                verdict(
+                    f"{pair} of the same run against pairs of different runs: "
+                    f"coherency {surrogate.coherency:.2f}, p",
+                    surrogate.p,
+                    "< .05",
+                    surrogate.p < 0.05,
+                )
+            )
+    head = [
+        "arm",
+        "runs",
+        "all persist",
+        "median period [ticks]",
+        "deer > AR(1)",
+        "wolf > AR(1)",
+        "deer, strict",
+        "wolf, strict",
+        *LAGS,
+    ]
     return {"verdicts": out, "table": {"head": head, "rows": [row("bundled", main)]}}
 
 
 STUDY = Study(
     name="cycles",
     claim="Grass, deer and wolves with learned policies cycle: deer follow grass, wolves follow deer.",
-    config={"world": "predator-prey", "identity": identity(), "ticks": 20_000, "block": BLOCK,
-            "period of": ["deer", "wolf"], "seeds": {
-                "parameters chosen on": "policies of training seeds 1–4 on world seeds 100–103",
-                "bundled": "training seed 1, not selected", "fresh": list(FRESH)}},
-    cases=[{"seed": s} for s in FRESH], run=run, summarise=summarise, short_cases=[{"seed": FRESH[0]}],
+    config={
+        "world": "predator-prey",
+        "identity": identity(),
+        "ticks": 20_000,
+        "block": BLOCK,
+        "period of": ["deer", "wolf"],
+        "seeds": {
+            "parameters chosen on": "policies of training seeds 1–4 on world seeds 100–103",
+            "bundled": "training seed 1, not selected",
+            "fresh": list(FRESH),
+        },
+    },
+    cases=[{"seed": s} for s in FRESH],
+    run=run,
+    summarise=summarise,
+    short_cases=[{"seed": FRESH[0]}],
     short_config={"ticks": 2500},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -39,13 +39,27 @@ def scripted(config: dict[str, Any], seed: int) -> dict[str, Any]:
     of = config["approaches"]
 
     def both(changes: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-        return {way: approaches(changes, f"{way}_away", seed, of["side"], of["ticks"])
-                for way in ("walk", "run")}
+        return {
+            way: approaches(changes, f"{way}_away", seed, of["side"], of["ticks"]) for way in ("walk", "run")
+        }
 
-    grid = [{"cost": cost, "sight": sight, "speed": speed,
-             **both({f"{DEER}locomotion.cost.run": cost, f"{DEER}sensors.3.radius": sight,
-                     f"{WOLF}locomotion.speed.run": speed})}
-            for cost in of["cost"] for sight in of["sight"] for speed in of["speed"]]
+    grid = [
+        {
+            "cost": cost,
+            "sight": sight,
+            "speed": speed,
+            **both(
+                {
+                    f"{DEER}locomotion.cost.run": cost,
+                    f"{DEER}sensors.3.radius": sight,
+                    f"{WOLF}locomotion.speed.run": speed,
+                }
+            ),
+        }
+        for cost in of["cost"]
+        for sight in of["sight"]
+        for speed in of["speed"]
+    ]
     return {"grid": grid, "worlds": {name: both(config["worlds"][name]) for name in config["worlds"]}}
 
 
@@ -63,8 +77,10 @@ def lived(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     from ecs_eco import World
 
     arm = REGISTERED.arms[case["arm"]]
-    learnt = {of: str(trained(world(config, arm[of]), case["training"], config["training ticks"]))
-              for of in ("deer", "wolf")}
+    learnt = {
+        of: str(trained(world(config, arm[of]), case["training"], config["training ticks"]))
+        for of in ("deer", "wolf")
+    }
     living = world(config, arm["world"])
     made = World.from_config(living, seed=case["seed"], policies=learnt, learn=False)
     pursuit, (first, last, every) = Pursuit(made), config["looks"]
@@ -76,12 +92,19 @@ def lived(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     kept = record(made, living)
     n = np.array([[float(v) for v in kept["series"][name].split()] for name in ("deer", "wolf")])
     swing = np.log10(n[:, n.shape[1] // 10 :] + 1).std(1)
-    return {"persisted": kept["persisted"], "lived": kept["lived"], "extinct": kept["extinct"],
-            "cycled": bool(kept["persisted"] and both_peaks(kept)), "period": kept["cycles"]["period"],
-            "lag": kept["cycles"]["lags"].get("deer→wolf", {}).get("share"),
-            "swing": dict(zip(("deer", "wolf"), swing, strict=True)),
-            "numbers": {k: v["mean"] for k, v in kept["numbers"].items()}, "deaths": kept["deaths"],
-            "pursuit": pursuit.as_lists(), "series": kept["series"]}
+    return {
+        "persisted": kept["persisted"],
+        "lived": kept["lived"],
+        "extinct": kept["extinct"],
+        "cycled": bool(kept["persisted"] and both_peaks(kept)),
+        "period": kept["cycles"]["period"],
+        "lag": kept["cycles"]["lags"].get("deer→wolf", {}).get("share"),
+        "swing": dict(zip(("deer", "wolf"), swing, strict=True)),
+        "numbers": {k: v["mean"] for k, v in kept["numbers"].items()},
+        "deaths": kept["deaths"],
+        "pursuit": pursuit.as_lists(),
+        "series": kept["series"],
+    }
 
 
 # --- statistics -------------------------------------------------------------------------------------------
@@ -92,8 +115,9 @@ def gain(place: Mapping[str, Any], what: str = "happiness") -> float:
     return float(place["run"][what] - place["walk"][what])
 
 
-def running(entries: Entries, arm: str, who: str, low: float, high: float, column: str = "run"
-            ) -> dict[int, float]:
+def running(
+    entries: Entries, arm: str, who: str, low: float, high: float, column: str = "run"
+) -> dict[int, float]:
     """Return by training seed the share that runs at distances from `low` to `high` [m], of all world
     seeds; or the mean of another column of studies.common.pursuit."""
     out = {}
@@ -108,8 +132,11 @@ def mean_of(entries: Entries, arm: str, what: str) -> dict[int, float]:
     also cycle of log2 of the period; training seeds without are left out."""
     out = {}
     for seed, results in by_training(entries, arm).items():
-        values = ([np.log2(r["period"]) for r in results if r["cycled"]] if what == "period"
-                  else [r["swing"][what] for r in results if r["persisted"]])
+        values = (
+            [np.log2(r["period"]) for r in results if r["cycled"]]
+            if what == "period"
+            else [r["swing"][what] for r in results if r["persisted"]]
+        )
         if values:
             out[seed] = float(np.mean(values))
     return out
@@ -117,8 +144,10 @@ def mean_of(entries: Entries, arm: str, what: str) -> dict[int, float]:
 
 def persisting(entries: Entries, arm: str, what: str = "persisted") -> dict[int, float]:
     """Return by training seed the share of runs that persist, or that persist and cycle."""
-    return {seed: float(np.mean([r[what] for r in results]))
-            for seed, results in by_training(entries, arm).items()}
+    return {
+        seed: float(np.mean([r[what] for r in results]))
+        for seed, results in by_training(entries, arm).items()
+    }
 
 
 def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[float]:
@@ -136,14 +165,26 @@ def summarise(entries: Entries) -> dict[str, Any]:
     if {e["case"]["arm"] for e in entries} < {"approaches", *REGISTERED.arms}:  # the short form
         return {"verdicts": [verdict("cases that ran", len(entries), "reported", True)]}
     lines = [*of_approaches(made), *of_learning(entries), *of_cycles(entries), *looked_at(entries)]
-    head = ["cost of running [1/s]", "sight of deer [m]", "speed of wolves [m/s]", "lives: walks", "runs",
-            "happiness: what running gains"]
+    head = [
+        "cost of running [1/s]",
+        "sight of deer [m]",
+        "speed of wolves [m/s]",
+        "lives: walks",
+        "runs",
+        "happiness: what running gains",
+    ]
     rows = []
     for places in zip(*(m["grid"] for m in made), strict=True):
         first = places[0]
-        rows.append([first["cost"], first["sight"], first["speed"],
-                     *(float(np.mean([p[way]["survival"] for p in places])) for way in ("walk", "run")),
-                     float(np.mean([gain(p) for p in places]))])
+        rows.append(
+            [
+                first["cost"],
+                first["sight"],
+                first["speed"],
+                *(float(np.mean([p[way]["survival"] for p in places])) for way in ("walk", "run")),
+                float(np.mean([gain(p) for p in places])),
+            ]
+        )
     return {"verdicts": lines, "table": {"head": head, "rows": rows}, "notes": notes(entries)}
 
 
@@ -154,12 +195,22 @@ def of_approaches(made: list[dict[str, Any]]) -> list[dict[str, Any]]:
     more = mean_interval([a - b for a, b in zip(fleeing, shipped, strict=True)])
     close = [p for m in made for p in m["grid"] if p["sight"] == 3.0 and p["speed"] == 1.3]
     most = max(map(gain, close))
-    lives = [float(np.mean([m["worlds"][name][way]["survival"] for m in made]))
-             for name in ("shipped", "fleeing") for way in ("walk", "run")]
-    return [REGISTERED.verdict("pays", pays, pays[1] > 0), REGISTERED.verdict("more", more, more[1] > 0),
-            REGISTERED.verdict("too late", most, most < 0),
-            verdict("share that lives through an approach: shipped, walks and runs; fleeing, walks and runs",
-                    ", ".join(f"{x:.2f}" for x in lives), "reported", True)]
+    lives = [
+        float(np.mean([m["worlds"][name][way]["survival"] for m in made]))
+        for name in ("shipped", "fleeing")
+        for way in ("walk", "run")
+    ]
+    return [
+        REGISTERED.verdict("pays", pays, pays[1] > 0),
+        REGISTERED.verdict("more", more, more[1] > 0),
+        REGISTERED.verdict("too late", most, most < 0),
+        verdict(
+            "share that lives through an approach: shipped, walks and runs; fleeing, walks and runs",
+            ", ".join(f"{x:.2f}" for x in lives),
+            "reported",
+            True,
+        ),
+    ]
 
 
 def of_learning(entries: Entries) -> list[dict[str, Any]]:
@@ -169,17 +220,28 @@ def of_learning(entries: Entries) -> list[dict[str, Any]]:
     toward = running(entries, "fleeing", "deer", 0, 3, "toward, running")
     away = mean_interval([-v for v in toward.values()])
     hunt = difference(running(entries, "fleeing", "wolf", 0, 3), running(entries, "shipped", "wolf", 0, 3))
-    return [REGISTERED.verdict(name, value, bool(value[1] > margin)) for name, value, margin in
-            (("learnt", learnt, 0.1), ("cue", cue, 0.1), ("away", away, 0.3), ("pursuit", hunt, 0.0))]
+    return [
+        REGISTERED.verdict(name, value, bool(value[1] > margin))
+        for name, value, margin in (
+            ("learnt", learnt, 0.1),
+            ("cue", cue, 0.1),
+            ("away", away, 0.3),
+            ("pursuit", hunt, 0.0),
+        )
+    ]
 
 
 def of_cycles(entries: Entries) -> list[dict[str, Any]]:
     """Lines on persistence, periods and swings."""
     kept = float(np.mean(list(persisting(entries, "fleeing").values())))
     lines = [REGISTERED.verdict("persists", kept, kept >= 0.8)]
-    for name, arm, what in (("period", "shipped", "period"), ("swing-deer", "shipped", "deer"),
-                            ("swing-wolf", "shipped", "wolf"), ("flight-period", "walkers", "period"),
-                            ("flight-swing", "walkers", "deer")):
+    for name, arm, what in (
+        ("period", "shipped", "period"),
+        ("swing-deer", "shipped", "deer"),
+        ("swing-wolf", "shipped", "wolf"),
+        ("flight-period", "walkers", "period"),
+        ("flight-swing", "walkers", "deer"),
+    ):
         gap = difference(mean_of(entries, "fleeing", what), mean_of(entries, arm, what))
         met = gap[2] < 0 or (gap[1] > 0 and name != "flight-swing")
         lines.append(REGISTERED.verdict(name, gap, bool(met)))
@@ -190,13 +252,26 @@ def of_cycles(entries: Entries) -> list[dict[str, Any]]:
 def looked_at(entries: Entries) -> list[dict[str, Any]]:
     """Lines that were added after a look, since worlds of walkers die out."""
     by = {arm: by_training(entries, arm) for arm in REGISTERED.arms}
-    lasted, swings = ({arm: {seed: float(np.mean(list(map(value, results))))
-                             for seed, results in of.items()} for arm, of in by.items()}
-                      for value in (lambda r: np.log10(r["lived"]), lambda r: r["swing"]["deer"]))
-    lines = [("log10 of ticks until somebody dies out or the run ends: fleeing less walkers",
-              difference(lasted["fleeing"], lasted["walkers"]))]
-    lines += [(f"swing of deer as long as all live, whatever becomes of them: fleeing less {arm}",
-               difference(swings["fleeing"], swings[arm])) for arm in ("walkers", "shipped")]
+    lasted, swings = (
+        {
+            arm: {seed: float(np.mean(list(map(value, results)))) for seed, results in of.items()}
+            for arm, of in by.items()
+        }
+        for value in (lambda r: np.log10(r["lived"]), lambda r: r["swing"]["deer"])
+    )
+    lines = [
+        (
+            "log10 of ticks until somebody dies out or the run ends: fleeing less walkers",
+            difference(lasted["fleeing"], lasted["walkers"]),
+        )
+    ]
+    lines += [
+        (
+            f"swing of deer as long as all live, whatever becomes of them: fleeing less {arm}",
+            difference(swings["fleeing"], swings[arm]),
+        )
+        for arm in ("walkers", "shipped")
+    ]
     return [verdict(f"explored: {words}", value, "reported", True) for words, value in lines]
 
 
@@ -208,38 +283,73 @@ def notes(entries: Entries) -> str:
         kept = [r for r in results if r["persisted"]]
         periods = [r["period"] for r in kept if r["period"]]
         gone = [r["extinct"] for r in results if r["extinct"]]
-        deer, far, wolves = (np.nanmean(list(running(entries, arm, *of).values()))
-                             for of in (("deer", 0, 3), ("deer", 8, 12), ("wolf", 0, 3)))
-        out.append(f"{arm}: {len(kept)} of {len(results)} runs persist, {sum(r['cycled'] for r in results)} "
-                   f"with peaks of deer and wolves; median period "
-                   f"{np.median(periods) if periods else float('nan'):.0f} ticks; first to die out: "
-                   f"{', '.join(f'{s} {gone.count(s)}' for s in dict.fromkeys(gone)) or 'nobody'}; deer that "
-                   f"run within 3 m of a wolf {deer:.0%}, 8 to 12 m away {far:.0%}; wolves that run within "
-                   f"3 m of a deer {wolves:.0%}.")
+        deer, far, wolves = (
+            np.nanmean(list(running(entries, arm, *of).values()))
+            for of in (("deer", 0, 3), ("deer", 8, 12), ("wolf", 0, 3))
+        )
+        out.append(
+            f"{arm}: {len(kept)} of {len(results)} runs persist, {sum(r['cycled'] for r in results)} "
+            f"with peaks of deer and wolves; median period "
+            f"{np.median(periods) if periods else float('nan'):.0f} ticks; first to die out: "
+            f"{', '.join(f'{s} {gone.count(s)}' for s in dict.fromkeys(gone)) or 'nobody'}; deer that "
+            f"run within 3 m of a wolf {deer:.0%}, 8 to 12 m away {far:.0%}; wolves that run within "
+            f"3 m of a deer {wolves:.0%}."
+        )
     return "\n\n".join(out)
 
 
 CONTENT = REGISTERED.content
-HALF = {"space.size": [170.0, 170.0], "species.grass.count": 2150, "species.deer.count": 350,
-        "species.wolf.count": 125}
+HALF = {
+    "space.size": [170.0, 170.0],
+    "species.grass.count": 2150,
+    "species.deer.count": 350,
+    "species.wolf.count": 125,
+}
 SEEDS = CONTENT["seeds"]
 STUDY = Study(
-    name="deer_that_flee", claim=CONTENT["claim"], registered=REGISTERED,
-    config={"small": HALF, "small training": CONTENT["training"], "worlds": CONTENT["worlds"],
-            "ticks": CONTENT["ticks"], "training ticks": None, "looks": CONTENT["looks"],
-            "approaches": CONTENT["approaches"]},
-    cases=[*({"arm": "approaches", "seed": seed} for seed in SEEDS["approaches"]),
-           *({"arm": arm, "training": training, "seed": seed} for seed in SEEDS["world"]
-             for training in SEEDS["training"] for arm in REGISTERED.arms)],
-    run=run, summarise=summarise,
+    name="deer_that_flee",
+    claim=CONTENT["claim"],
+    registered=REGISTERED,
+    config={
+        "small": HALF,
+        "small training": CONTENT["training"],
+        "worlds": CONTENT["worlds"],
+        "ticks": CONTENT["ticks"],
+        "training ticks": None,
+        "looks": CONTENT["looks"],
+        "approaches": CONTENT["approaches"],
+    },
+    cases=[
+        *({"arm": "approaches", "seed": seed} for seed in SEEDS["approaches"]),
+        *(
+            {"arm": arm, "training": training, "seed": seed}
+            for seed in SEEDS["world"]
+            for training in SEEDS["training"]
+            for arm in REGISTERED.arms
+        ),
+    ],
+    run=run,
+    summarise=summarise,
     short_cases=[{"arm": "approaches", "seed": 1}, {"arm": "walkers", "training": 1, "seed": 1}],
-    short_config={"ticks": 60, "training ticks": 8, "looks": [20, 60, 20],
-                  "small": {"space.size": [100.0, 100.0], "species.grass.count": 740,
-                            "species.deer.count": 120, "species.wolf.count": 40},
-                  "small training": {"space.size": [60.0, 60.0], "species.grass.count": 200,
-                                     "species.deer.count": 40, "species.wolf.count": 12},
-                  "approaches": {"side": 4, "ticks": 20, "cost": [0.008], "sight": [6.0], "speed": [1.2]}},
-)  # fmt: skip
+    short_config={
+        "ticks": 60,
+        "training ticks": 8,
+        "looks": [20, 60, 20],
+        "small": {
+            "space.size": [100.0, 100.0],
+            "species.grass.count": 740,
+            "species.deer.count": 120,
+            "species.wolf.count": 40,
+        },
+        "small training": {
+            "space.size": [60.0, 60.0],
+            "species.grass.count": 200,
+            "species.deer.count": 40,
+            "species.wolf.count": 12,
+        },
+        "approaches": {"side": 4, "ticks": 20, "cost": [0.008], "sight": [6.0], "speed": [1.2]},
+    },
+)
 
 if __name__ == "__main__":
     STUDY.main()

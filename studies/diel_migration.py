@@ -37,9 +37,13 @@ NO_NOSE = {"species.copepod.sensors.4.scale": 1e30, "species.copepod.sensors.5.s
 NO_FLOW = {"species.copepod.sensors.3.radius": 1e-6}
 LIT = {"species.copepod.happiness.formula": "energy - 0.3 * light"}
 MORE_LIT = {"species.copepod.happiness.formula": "energy - 0.6 * light"}
-TRAINED: dict[str, dict[str, Any]] = {"shipped": {}, "light": LIT, "light without krill": LIT | NO_KRILL,
-                                      "energy without krill": NO_KRILL,
-                                      "twice the light without krill": MORE_LIT | NO_KRILL}  # fmt: skip
+TRAINED: dict[str, dict[str, Any]] = {
+    "shipped": {},
+    "light": LIT,
+    "light without krill": LIT | NO_KRILL,
+    "energy without krill": NO_KRILL,
+    "twice the light without krill": MORE_LIT | NO_KRILL,
+}
 ARMS: dict[str, dict[str, Any]] = {  # what is measured, with which policies, in what world
     "shipped": {"what": "life"},
     "constant light": {"what": "life", "set": CONSTANT},
@@ -48,8 +52,11 @@ ARMS: dict[str, dict[str, Any]] = {  # what is measured, with which policies, in
     "no smell": {"what": "life", "set": NO_NOSE},
     "retrained: light": {"what": "life", "policies": "light"},
     "retrained: light without krill": {"what": "life", "policies": "light without krill", "set": NO_KRILL},
-    "retrained: twice the light without krill": {"what": "life", "policies": "twice the light without krill",
-                                                 "set": NO_KRILL},
+    "retrained: twice the light without krill": {
+        "what": "life",
+        "policies": "twice the light without krill",
+        "set": NO_KRILL,
+    },
     "retrained: energy without krill": {"what": "life", "policies": "energy without krill", "set": NO_KRILL},
     "held: trained": {"what": "held", "set": AS_IN_LIFE},
     "held: untrained": {"what": "held", "set": AS_IN_LIFE, "policies": "untrained"},
@@ -57,17 +64,22 @@ ARMS: dict[str, dict[str, Any]] = {  # what is measured, with which policies, in
     "held: energy without krill": {"what": "held", "policies": "energy without krill", "set": NO_KRILL},
     "approach: krill": {"what": "approach", "kind": "swimming"},
     "approach: krill, no nose": {"what": "approach", "kind": "swimming", "set": NO_NOSE},
-    "approach: krill, neither nose nor flow": {"what": "approach", "kind": "swimming",
-                                               "set": NO_NOSE | NO_FLOW},
+    "approach: krill, neither nose nor flow": {
+        "what": "approach",
+        "kind": "swimming",
+        "set": NO_NOSE | NO_FLOW,
+    },
     "approach: krill that drift": {"what": "approach", "kind": "drifting"},
     "approach: object": {"what": "approach", "kind": "object"},
     "approach: krill, untrained": {"what": "approach", "kind": "swimming", "policies": "untrained"},
     "survival": {"what": "survival"},
-    "survival: bursts no faster than cruising": {"what": "survival",
-                                                 "set": {"species.copepod.locomotion.speed.burst": 0.7}},
+    "survival: bursts no faster than cruising": {
+        "what": "survival",
+        "set": {"species.copepod.locomotion.speed.burst": 0.7},
+    },
     "plume": {"what": "plume"},
     "plume: no nose": {"what": "plume", "set": NO_NOSE},
-}  # fmt: skip
+}
 # how often a measure was mended: its cases of before are run again
 MEASURED = {"approach": 2, "survival": 2, "plume": 2}
 TRAINING_SEEDS, SEEDS = tuple(range(1, 9)), (101, 102, 103, 104)
@@ -86,8 +98,13 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         policies, seed = "untrained", seed + 1000 * case["training"]
     else:
         says = {"set": config["set"] | TRAINED[name]}
-        policies = str(policies_of({"world": "diel-migration", "short training": config["training_ticks"]},
-                                   says, case["training"]))
+        policies = str(
+            policies_of(
+                {"world": "diel-migration", "short training": config["training_ticks"]},
+                says,
+                case["training"],
+            )
+        )
 
     def build(changes: dict[str, Any], training: bool = False) -> Any:
         here = load("diel-migration", config["set"] | arm.get("set", {}) | changes)
@@ -114,11 +131,15 @@ def depends(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
     arm = ARMS[case["arm"]]
     lengths = {"life": "days", "held": "days held", "survival": "days of encounters", "plume": "rounds"}
-    return {"arm": arm, "trained": TRAINED.get(arm.get("policies", "shipped")),
-            "world": load("diel-migration").config_hash, "set": config["set"],
-            "training_ticks": config["training_ticks"], "length": config.get(lengths.get(arm["what"], "")),
-            **({"measured": n} if (n := 2 if case["arm"] == "shipped" else MEASURED.get(arm["what"]))
-               else {})}  # fmt: skip
+    return {
+        "arm": arm,
+        "trained": TRAINED.get(arm.get("policies", "shipped")),
+        "world": load("diel-migration").config_hash,
+        "set": config["set"],
+        "training_ticks": config["training_ticks"],
+        "length": config.get(lengths.get(arm["what"], "")),
+        **({"measured": n} if (n := 2 if case["arm"] == "shipped" else MEASURED.get(arm["what"])) else {}),
+    }
 
 
 # --- what the cases say -------------------------------------------------------------------------------------
@@ -128,32 +149,53 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Verdicts on migration, its ablations, escape and chemotaxis, and a table of all arms."""
     there = {c["case"]["arm"] for c in cases}
     results = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in ARMS if arm in there}
-    out = [*_migration(cases, results), *_ablations(cases, results), *_escape(cases, results),
-           *_plume(cases, results)]
-    rows = [_row(cases, arm, lives)
-            for arm, lives in results.items() if ARMS[arm]["what"] in ("life", "held")]
-    head = ["arm", "policies", "runs", "with a cycle",
-            "amplitude along the day, by training seed: mean (95 %)", "amplitude, median of runs",
-            "r ≥ 0.6", "deeper by day", "copepods at the end, mean", "days lived, mean"]  # fmt: skip
+    out = [
+        *_migration(cases, results),
+        *_ablations(cases, results),
+        *_escape(cases, results),
+        *_plume(cases, results),
+    ]
+    rows = [
+        _row(cases, arm, lives) for arm, lives in results.items() if ARMS[arm]["what"] in ("life", "held")
+    ]
+    head = [
+        "arm",
+        "policies",
+        "runs",
+        "with a cycle",
+        "amplitude along the day, by training seed: mean (95 %)",
+        "amplitude, median of runs",
+        "r ≥ 0.6",
+        "deeper by day",
+        "copepods at the end, mean",
+        "days lived, mean",
+    ]
     return {"verdicts": out, "table": {"head": head, "rows": rows}, "notes": NOTES}
 
 
-NOTES = ("Amplitudes are shares of the depth of the water, half of the height of the wave. "
-         "Arms live with the policies of the shipped world, the same in all, but `retrained:`, "
-         "whose policies were trained in the world that they live in, and `untrained`.")  # fmt: skip
+NOTES = (
+    "Amplitudes are shares of the depth of the water, half of the height of the wave. "
+    "Arms live with the policies of the shipped world, the same in all, but `retrained:`, "
+    "whose policies were trained in the world that they live in, and `untrained`."
+)
 
 
 def _row(cases: list[dict[str, Any]], arm: str, lives: list[dict[str, Any]]) -> list[Any]:
     cycles = [r["cycle"] for r in lives if r["cycle"] is not None]
     swings = by_training(cases, arm, swing)
     steady = sum(c["r"] is not None and c["r"] >= 0.6 for c in cycles)
-    return [arm, ARMS[arm].get("policies", "shipped"), len(lives), len(cycles),
-            in_words(interval(swings), len(swings)) if swings else None,
-            round(float(np.median([c["amplitude"] for c in cycles])), 3) if cycles else None,
-            f"{steady} of {len(cycles)}",
-            f"{sum(c['vector'][0] > 0 for c in cycles)} of {len(cycles)}",
-            round(float(np.mean([r["copepods"] for r in lives])), 1),
-            round(float(np.mean([r["days lived"] for r in lives])), 1)]  # fmt: skip
+    return [
+        arm,
+        ARMS[arm].get("policies", "shipped"),
+        len(lives),
+        len(cycles),
+        in_words(interval(swings), len(swings)) if swings else None,
+        round(float(np.median([c["amplitude"] for c in cycles])), 3) if cycles else None,
+        f"{steady} of {len(cycles)}",
+        f"{sum(c['vector'][0] > 0 for c in cycles)} of {len(cycles)}",
+        round(float(np.mean([r["copepods"] for r in lives])), 1),
+        round(float(np.mean([r["days lived"] for r in lives])), 1),
+    ]
 
 
 def _migration(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
@@ -165,11 +207,26 @@ def _migration(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
         return []
     lived = [c for c in cycles if c is not None]
     n = len(cycles)
-    seeds = sorted({c["case"]["training"]
-                    for c in cases if c["case"]["arm"] == "shipped" and c["result"]["cycle"] is not None})
-    vectors = [np.mean([c["result"]["cycle"]["vector"] for c in cases if c["case"]["arm"] == "shipped"
-                        and c["case"]["training"] == k and c["result"]["cycle"] is not None], axis=0)
-               for k in seeds]  # fmt: skip
+    seeds = sorted(
+        {
+            c["case"]["training"]
+            for c in cases
+            if c["case"]["arm"] == "shipped" and c["result"]["cycle"] is not None
+        }
+    )
+    vectors = [
+        np.mean(
+            [
+                c["result"]["cycle"]["vector"]
+                for c in cases
+                if c["case"]["arm"] == "shipped"
+                and c["case"]["training"] == k
+                and c["result"]["cycle"] is not None
+            ],
+            axis=0,
+        )
+        for k in seeds
+    ]
     fits = [Cosinor(0.0, float(np.hypot(*v)), float(np.arctan2(v[1], v[0]) % (2 * np.pi))) for v in vectors]
     p = p_common_phase(fits) if fits else 1.0
     days = max(1.0 if c is None or c["p"] is None else c["p"] for c in cycles)
@@ -177,22 +234,37 @@ def _migration(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
     deeper = sum(c["vector"][0] > 0 for c in lived)
     amplitude = float(np.median([0.0 if c is None else c["amplitude"] for c in cycles]))
     return [
-        verdict("population-mean cosinor over training seeds: p by turning their phases", round(p, 4),
-                "below 0.01", p < 0.01),
-        verdict("cosinor of each run: largest p by turning whole days", round(days, 4), "below 0.01",
-                days < 0.01),
+        verdict(
+            "population-mean cosinor over training seeds: p by turning their phases",
+            round(p, 4),
+            "below 0.01",
+            p < 0.01,
+        ),
+        verdict(
+            "cosinor of each run: largest p by turning whole days", round(days, 4), "below 0.01", days < 0.01
+        ),
         verdict("runs in which copepods are deeper by day", f"{deeper} of {n}", "all", deeper == n),
-        verdict("amplitude as a share of the water, median of runs", round(amplitude, 3), "at least 0.25",
-                amplitude >= 0.25),
-        verdict("share of runs in which mean depth correlates with light by at least 0.6", round(steady, 3),
-                "at least 0.9", steady >= 0.9),
+        verdict(
+            "amplitude as a share of the water, median of runs",
+            round(amplitude, 3),
+            "at least 0.25",
+            amplitude >= 0.25,
+        ),
+        verdict(
+            "share of runs in which mean depth correlates with light by at least 0.6",
+            round(steady, 3),
+            "at least 0.9",
+            steady >= 0.9,
+        ),
     ]
 
 
 def _ablations(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
     of = {arm: by_training(cases, arm, swing) for arm in results if ARMS[arm]["what"] in ("life", "held")}
-    sizes = {arm: by_training(cases, arm, lambda r: None if r["cycle"] is None else r["cycle"]["amplitude"])
-             for arm in of}
+    sizes = {
+        arm: by_training(cases, arm, lambda r: None if r["cycle"] is None else r["cycle"]["amplitude"])
+        for arm in of
+    }
     out = [none(arm) for arm in of if not of[arm]]
 
     def have(*arms: str) -> bool:
@@ -201,31 +273,52 @@ def _ablations(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
     def alone(arm: str, words: str, goal: str, met: Any) -> None:
         if have(arm):
             amplitude = interval(of[arm])
-            out.append(verdict(f"{words}: amplitude along the day (95 %)", in_words(amplitude, len(of[arm])),
-                               goal, met(amplitude)))
+            out.append(
+                verdict(
+                    f"{words}: amplitude along the day (95 %)",
+                    in_words(amplitude, len(of[arm])),
+                    goal,
+                    met(amplitude),
+                )
+            )
 
     def less(words: str, one: str, other: str, below: float | None = None) -> None:
         if have(one, other):
             gap, p = contrast(of[one], of[other])
-            goal, interval_text = (("above 0", "95 %")
-                                   if below is None else (f"above 0, p < {below:g}", "95 %; p one-sided"))
-            out.append(verdict(f"{words} ({interval_text})",
-                               in_words(gap, min(len(of[one]), len(of[other])), p), goal,
-                               gap[1] > 0 and (below is None or p < below)))
+            goal, interval_text = (
+                ("above 0", "95 %") if below is None else (f"above 0, p < {below:g}", "95 %; p one-sided")
+            )
+            out.append(
+                verdict(
+                    f"{words} ({interval_text})",
+                    in_words(gap, min(len(of[one]), len(of[other])), p),
+                    goal,
+                    gap[1] > 0 and (below is None or p < below),
+                )
+            )
 
     for arm, base in (("constant light", "shipped"), ("held: constant light", "held: trained")):
         if have(arm, base):
             share = float(np.mean(sizes[arm]) / np.mean(sizes[base]))
             n = sum(r["cycle"] is not None for r in results[arm])
             words = f"{share:.3f}; {n} of {len(results[arm])} runs lived two days"
-            out.append(verdict(f"amplitude of `{arm}` over that of `{base}`", words, "below 0.2",
-                               share < 0.2))
+            out.append(
+                verdict(f"amplitude of `{arm}` over that of `{base}`", words, "below 0.2", share < 0.2)
+            )
     alone("inverted light", "inverted light", "below 0", lambda x: x[2] < 0)
     less("numbers held: amplitude along the day, trained less untrained", "held: trained", "held: untrained")
-    alone("retrained: light without krill", "the paper's confound: happiness is energy - 0.3 light, no krill",
-          "above 0", lambda x: x[1] > 0)
-    alone("retrained: twice the light without krill",
-          "the paper's confound: happiness is energy - 0.6 light, no krill", "above 0", lambda x: x[1] > 0)
+    alone(
+        "retrained: light without krill",
+        "the paper's confound: happiness is energy - 0.3 light, no krill",
+        "above 0",
+        lambda x: x[1] > 0,
+    )
+    alone(
+        "retrained: twice the light without krill",
+        "the paper's confound: happiness is energy - 0.6 light, no krill",
+        "above 0",
+        lambda x: x[1] > 0,
+    )
     alone("shipped", "energy-only with krill", "above 0", lambda x: x[1] > 0)
     words = "amplitude along the day, trained and living with krill less without"
     less(f"energy-only: {words}", "shipped", "retrained: energy without krill", 0.05)
@@ -245,24 +338,37 @@ def _escape(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[s
             out.append(none(arm))
             continue
         gain_interval, flees = interval(gain), arm in FLEEING
-        out.append(verdict(f"{arm}: fastest within 2 ticks over the speed before (95 %)",
-                           in_words(gain_interval, len(gain)),
-                           "at least 2, with its interval" if flees else "below 2, with its interval",
-                           gain_interval[1] >= 2 if flees else gain_interval[2] < 2))  # fmt: skip
+        out.append(
+            verdict(
+                f"{arm}: fastest within 2 ticks over the speed before (95 %)",
+                in_words(gain_interval, len(gain)),
+                "at least 2, with its interval" if flees else "below 2, with its interval",
+                gain_interval[1] >= 2 if flees else gain_interval[2] < 2,
+            )
+        )
         if flees:
             out.append(_latency(arm, results[arm]))
             out += _directed(cases, arm) if SENSELESS in results else []
     two = ("survival", "survival: bursts no faster than cruising")
-    for key, words, sign in (("survived", "encounters survived", 1),
-                             ("killed per copepod and day", "killed per copepod and day", -1)):
+    for key, words, sign in (
+        ("survived", "encounters survived", 1),
+        ("killed per copepod and day", "killed per copepod and day", -1),
+    ):
         with_, without = (by_training(cases, arm, lambda r, k=key: r[k]) for arm in two)
         if with_ and without:
             gap, _ = contrast(with_, without)
-            means = (f"{np.mean(with_):.3f} and {np.mean(without):.3f}: "
-                     f"{in_words(gap, min(len(with_), len(without)))}")
-            out.append(verdict(f"{words}, with fast bursts less with slow ones (95 %)", means,
-                               "above 0" if sign > 0 else "below 0",
-                               gap[1] > 0 if sign > 0 else gap[2] < 0))  # fmt: skip
+            means = (
+                f"{np.mean(with_):.3f} and {np.mean(without):.3f}: "
+                f"{in_words(gap, min(len(with_), len(without)))}"
+            )
+            out.append(
+                verdict(
+                    f"{words}, with fast bursts less with slow ones (95 %)",
+                    means,
+                    "above 0" if sign > 0 else "below 0",
+                    gap[1] > 0 if sign > 0 else gap[2] < 0,
+                )
+            )
     return out
 
 
@@ -287,20 +393,30 @@ def _directed(cases: list[dict[str, Any]], arm: str) -> list[dict[str, Any]]:
     beyond = here - control
     p = v_test(beyond[:, 0] / np.hypot(*beyond.T))[1] if len(beyond) > 1 else float("nan")
     difference = interval(beyond[:, 0].tolist())
-    means = (f"{here[:, 0].mean():.2f} against {control[:, 0].mean():.2f}: "
-             f"{in_words(difference, len(here), p)}")
-    words = (f"{arm}: part of the way that points away, in that tick and the next two, "
-             "beyond those who sense neither (95 %; p by V-test of training seeds)")
+    means = (
+        f"{here[:, 0].mean():.2f} against {control[:, 0].mean():.2f}: {in_words(difference, len(here), p)}"
+    )
+    words = (
+        f"{arm}: part of the way that points away, in that tick and the next two, "
+        "beyond those who sense neither (95 %; p by V-test of training seeds)"
+    )
     return [verdict(words, means, "above 0, p < 0.001", difference[1] > 0 and p < 0.001)]
 
 
 def _latency(arm: str, results: list[dict[str, Any]]) -> dict[str, Any]:
-    known = [(r["latency"], r["latency [s]"])
-             for r in results if r.get("latency") is not None and r["latency"] <= 2]
+    known = [
+        (r["latency"], r["latency [s]"])
+        for r in results
+        if r.get("latency") is not None and r["latency"] <= 2
+    ]
     ticks, seconds = np.median(known, axis=0) if known else (float("nan"),) * 2
     words = f"{ticks:g} ticks, {seconds:g} s; {len(known)} of {len(results)} runs"
-    return verdict(f"{arm}: ticks until twice the speed before, median of runs", words,
-                   "within 2, in all runs", len(known) == len(results))
+    return verdict(
+        f"{arm}: ticks until twice the speed before, median of runs",
+        words,
+        "within 2, in all runs",
+        len(known) == len(results),
+    )
 
 
 def _plume(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
@@ -309,35 +425,66 @@ def _plume(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[st
         smelt, unsmelt = (by_training(cases, arm, value) for arm in ("plume", "plume: no nose"))
         if smelt:
             here = interval(smelt)
-            out.append(verdict(f"chemotaxis index near smells without a krill, in the dark, {words} (95 %)",
-                               in_words(here, len(smelt)), "above 0", here[1] > 0))
+            out.append(
+                verdict(
+                    f"chemotaxis index near smells without a krill, in the dark, {words} (95 %)",
+                    in_words(here, len(smelt)),
+                    "above 0",
+                    here[1] > 0,
+                )
+            )
         if unsmelt:
             here = interval(unsmelt)
-            out.append(verdict(f"the same with the nose off, {words}", in_words(here, len(unsmelt)),
-                               "holds 0", here[1] <= 0 <= here[2]))
+            out.append(
+                verdict(
+                    f"the same with the nose off, {words}",
+                    in_words(here, len(unsmelt)),
+                    "holds 0",
+                    here[1] <= 0 <= here[2],
+                )
+            )
     for arm in (a for a in results if ARMS[a]["what"] == "plume"):
         fewest = min(r["n"] for r in results[arm])
-        out.append(verdict(f"{arm}: moves counted in the run with the fewest", fewest, "at least 200",
-                           fewest >= 200))
+        out.append(
+            verdict(f"{arm}: moves counted in the run with the fewest", fewest, "at least 200", fewest >= 200)
+        )
     return out
 
 
 STUDY = Study(
     name="diel_migration",
     claim="Copepods that feel energy alone migrate with the sun, "
-          "flee what comes near and avoid the smell of krill, in one world with one policy.",
-    config={"set": {}, "days": 20, "days held": 8, "days of encounters": 6, "rounds": 30,
-            "training_ticks": None},
+    "flee what comes near and avoid the smell of krill, in one world with one policy.",
+    config={
+        "set": {},
+        "days": 20,
+        "days held": 8,
+        "days of encounters": 6,
+        "rounds": 30,
+        "training_ticks": None,
+    },
     cases=[{"arm": arm, "training": t, "seed": s} for s in SEEDS for arm in ARMS for t in TRAINING_SEEDS],
     run=run,
     summarise=summarise,
     depends=depends,
-    short_cases=[{"arm": arm, "training": 1, "seed": 101}
-                 for arm in ("shipped", "held: untrained", FLEEING[0], SENSELESS, "survival", "plume")],
-    short_config={"days": 2, "days held": 2, "days of encounters": 1, "rounds": 1, "training_ticks": 20,
-                  "set": {"sun.day": 60.0, "species.copepod.count": 40, "species.phytoplankton.count": 200,
-                          "species.copepod.ppo.horizon": 10}},
-)  # fmt: skip
+    short_cases=[
+        {"arm": arm, "training": 1, "seed": 101}
+        for arm in ("shipped", "held: untrained", FLEEING[0], SENSELESS, "survival", "plume")
+    ],
+    short_config={
+        "days": 2,
+        "days held": 2,
+        "days of encounters": 1,
+        "rounds": 1,
+        "training_ticks": 20,
+        "set": {
+            "sun.day": 60.0,
+            "species.copepod.count": 40,
+            "species.phytoplankton.count": 200,
+            "species.copepod.ppo.horizon": 10,
+        },
+    },
+)
 
 if __name__ == "__main__":
     STUDY.main()

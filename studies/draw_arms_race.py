@@ -15,10 +15,18 @@ from studies.arms_race import REGISTERED
 from studies.common.figure import draw_result
 
 COLOURS = {"both": "#009e73", "genes": "#0072b2", "drift": "#999999", "no hunters": "#d55e00"}
-SAYS = {"both": "genes and learning", "genes": "genes alone", "learning": "learning alone",
-        "drift": "genes that say nothing", "no hunters": "genes, no wolves"}
-PANELS = {("deer", "pace"): "pace of deer", ("deer", "sight"): "deer see wolves at [m]",
-          ("wolf", "sight"): "wolves see deer at [m]"}
+SAYS = {
+    "both": "genes and learning",
+    "genes": "genes alone",
+    "learning": "learning alone",
+    "drift": "genes that say nothing",
+    "no hunters": "genes, no wolves",
+}
+PANELS = {
+    ("deer", "pace"): "pace of deer",
+    ("deer", "sight"): "deer see wolves at [m]",
+    ("wolf", "sight"): "wolves see deer at [m]",
+}
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
@@ -33,8 +41,12 @@ def draw(result: dict[str, Any], path: Path) -> Path:
         for arm, colour in COLOURS.items():
             if (arm, species) != ("no hunters", "wolf"):
                 courses(axis, result, arm, species, gene, colour)
-        axis.set(title=title, xlabel="tick [s]", ylim=result["config"]["genes"][species][gene],
-                 xlim=(0, result["config"]["ticks"]))
+        axis.set(
+            title=title,
+            xlabel="tick [s]",
+            ylim=result["config"]["genes"][species][gene],
+            xlim=(0, result["config"]["ticks"]),
+        )
         axis.title.set_fontsize(10)
         axis.spines[["top", "right"]].set_visible(False)
     axes[1].legend(frameon=False, fontsize=8, loc="lower left")
@@ -46,8 +58,11 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 def courses(axis: Any, result: dict[str, Any], arm: str, species: str, gene: str, colour: str) -> None:
     """Draw a gene's mean over time in the runs of an arm that persist, and the mean of these."""
-    lines = [[t[species][gene][0] for t in e["result"]["genes"]] for e in result["cases"]
-             if e["case"]["arm"] == arm and e["result"]["persisted"]]
+    lines = [
+        [t[species][gene][0] for t in e["result"]["genes"]]
+        for e in result["cases"]
+        if e["case"]["arm"] == arm and e["result"]["persisted"]
+    ]
     if lines:
         ticks = np.arange(len(lines[0])) * result["config"]["every"]
         axis.plot(ticks, np.transpose(lines), color=colour, lw=0.5, alpha=0.5)
@@ -57,8 +72,12 @@ def courses(axis: Any, result: dict[str, Any], arm: str, species: str, gene: str
 def meetings(figure: Any, result: dict[str, Any]) -> None:
     """Draw kills per wolf and 1,000 s, geometric means over runs, by time of hunters and of prey."""
     arms = [arm for arm, of in REGISTERED.arms.items() if of.get("tests")]
-    tables = {arm: [e["result"]["tests"] for e in result["cases"]
-                    if e["case"]["arm"] == arm and e["result"]["tests"]] for arm in arms}
+    tables = {
+        arm: [
+            e["result"]["tests"] for e in result["cases"] if e["case"]["arm"] == arm and e["result"]["tests"]
+        ]
+        for arm in arms
+    }
     means = {arm: 1000 * np.exp(np.mean(of, 0)) for arm, of in tables.items() if of}
     top = max(float(of.max()) for of in means.values())
     axes = figure.subplots(1, len(arms), sharey=True)
@@ -69,10 +88,21 @@ def meetings(figure: Any, result: dict[str, Any]) -> None:
         image = axis.imshow(means[arm], cmap="viridis", vmin=0, vmax=top, origin="lower", aspect="auto")
         for i, line in enumerate(means[arm]):
             for j, v in enumerate(line):
-                axis.text(j, i, f"{v:.1f}", ha="center", va="center", fontsize=9,
-                          color="white" if v < 0.6 * top else "black")
-        axis.set(title=f"{SAYS[arm]} ({len(tables[arm])} runs)", xlabel="prey of tick",
-                 xticks=range(len(times)), yticks=range(len(times)))
+                axis.text(
+                    j,
+                    i,
+                    f"{v:.1f}",
+                    ha="center",
+                    va="center",
+                    fontsize=9,
+                    color="white" if v < 0.6 * top else "black",
+                )
+        axis.set(
+            title=f"{SAYS[arm]} ({len(tables[arm])} runs)",
+            xlabel="prey of tick",
+            xticks=range(len(times)),
+            yticks=range(len(times)),
+        )
         axis.set_xticklabels([f"{t:,.0f}" for t in times])
         axis.set_yticklabels([f"{t:,.0f}" for t in times])
         axis.title.set_fontsize(10)

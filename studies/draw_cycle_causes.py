@@ -14,12 +14,22 @@ import numpy as np
 from studies.common.figure import draw_result
 from studies.cycle_causes import REGISTERED, shares
 
-SAYS = {"learned": "learned", "blind": "learned,\nblind to wolves", "slow": "learned,\nunable to run",
-        "grazer": "scripted,\nno flight", "runner": "scripted,\nflees", "random": "at random"}
+SAYS = {
+    "learned": "learned",
+    "blind": "learned,\nblind to wolves",
+    "slow": "learned,\nunable to run",
+    "grazer": "scripted,\nno flight",
+    "runner": "scripted,\nflees",
+    "random": "at random",
+}
 # persists and cycles, persists, or who died out first: Okabe and Ito (2008)
-OUTCOMES = {"c": ("persist and cycle", "#009e73"), "p": ("persist", "#56b4e9"),
-            "w": ("wolves die out first", "#999999"), "d": ("deer die out first", "#e69f00"),
-            "g": ("grass dies out first", "#d55e00")}
+OUTCOMES = {
+    "c": ("persist and cycle", "#009e73"),
+    "p": ("persist", "#56b4e9"),
+    "w": ("wolves die out first", "#999999"),
+    "d": ("deer die out first", "#e69f00"),
+    "g": ("grass dies out first", "#d55e00"),
+}
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
@@ -35,8 +45,11 @@ def draw(result: dict[str, Any], path: Path) -> Path:
     axes = rows[1].subplots(1, len(names), sharey=True, squeeze=False)[0]
     for axis, name in zip(axes, names, strict=True):
         around(axis, arms[name]["map"], result["config"]["factors"])
-    rows[1].suptitle("around the best world of each arm: rate of births of deer (up) and wolves (across), "
-                     "times that of the best", fontsize=10)
+    rows[1].suptitle(
+        "around the best world of each arm: rate of births of deer (up) and wolves (across), "
+        "times that of the best",
+        fontsize=10,
+    )
     marks = [mpl.patches.Patch(color=colour, label=label) for label, colour in OUTCOMES.values()]
     rows[1].legend(handles=marks, loc="outside lower center", ncols=len(marks), frameon=False, fontsize=9)
     with mpl.rc_context({"svg.hashsalt": "ecs-eco", "svg.fonttype": "none"}):
@@ -49,11 +62,22 @@ def bars(axis: Any, lives: dict[str, list[dict[str, Any]]]) -> None:
     for at, of in enumerate(lives.values()):
         for outcome, what in (("p", "persisted"), ("c", "cycled")):
             label, colour = OUTCOMES[outcome]
-            axis.bar(at, np.mean([life[what] for life in of]), width=0.6, color=colour,
-                     label=label if at == 0 else None)
+            axis.bar(
+                at,
+                np.mean([life[what] for life in of]),
+                width=0.6,
+                color=colour,
+                label=label if at == 0 else None,
+            )
         each = shares(of)
-        axis.plot(at + np.linspace(-0.2, 0.2, len(each)), each, "o", color="black", ms=4,
-                  label="of each training seed" if at == 0 else None)
+        axis.plot(
+            at + np.linspace(-0.2, 0.2, len(each)),
+            each,
+            "o",
+            color="black",
+            ms=4,
+            label="of each training seed" if at == 0 else None,
+        )
     axis.set(ylim=(0, 1.03), ylabel="share of runs")
     axis.set_xticks(range(len(lives)), [SAYS[name] for name in lives], fontsize=9)
     axis.spines[["top", "right"]].set_visible(False)
@@ -63,8 +87,16 @@ def bars(axis: Any, lives: dict[str, list[dict[str, Any]]]) -> None:
 def around(axis: Any, letters: list[str], factors: list[float]) -> None:
     """Draw what became of each world around the best one."""
     keys = list(OUTCOMES)
-    image = np.array([[tuple(int(OUTCOMES[c][1][i : i + 2], 16) for i in (1, 3, 5)) if c in keys
-                       else (255, 255, 255) for c in row] for row in letters], np.uint8)
+    image = np.array(
+        [
+            [
+                tuple(int(OUTCOMES[c][1][i : i + 2], 16) for i in (1, 3, 5)) if c in keys else (255, 255, 255)
+                for c in row
+            ]
+            for row in letters
+        ],
+        np.uint8,
+    )
     axis.imshow(image, origin="lower")
     axis.set_xticks(range(len(factors)), [f"{f:g}" for f in factors], fontsize=7)
     axis.set_yticks(range(len(factors)), [f"{f:g}" for f in factors], fontsize=7)

@@ -28,8 +28,9 @@ def draw(result: dict[str, Any], path: Path) -> Path:
     figure = Figure(figsize=(9.6, 8.2), layout="constrained")
     rows = figure.subfigures(3, 1, height_ratios=(1, 1, 1.1))
     places(rows[0], result)
-    for axis, who, other in zip(rows[1].subplots(1, 2, sharey=True), ("deer", "wolf"), ("wolf", "deer"),
-                                strict=True):
+    for axis, who, other in zip(
+        rows[1].subplots(1, 2, sharey=True), ("deer", "wolf"), ("wolf", "deer"), strict=True
+    ):
         curves(axis, result, who, other)
     axes = rows[2].subplots(1, 3, sharey=True)
     for axis, arm in zip(axes, REGISTERED.arms, strict=True):
@@ -42,20 +43,35 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 def places(figure: Any, result: dict[str, Any]) -> None:
     """Draw what running gains over walking by its cost and the range of sight, a panel for each speed."""
-    of, made = result["config"]["approaches"], [e["result"]["grid"] for e in result["cases"]
-                                                if e["case"]["arm"] == "approaches"]
-    values = {(p[0]["cost"], p[0]["sight"], p[0]["speed"]): np.mean([gain(q) for q in p])
-              for p in zip(*made, strict=True)}
+    of, made = (
+        result["config"]["approaches"],
+        [e["result"]["grid"] for e in result["cases"] if e["case"]["arm"] == "approaches"],
+    )
+    values = {
+        (p[0]["cost"], p[0]["sight"], p[0]["speed"]): np.mean([gain(q) for q in p])
+        for p in zip(*made, strict=True)
+    }
     axes = figure.subplots(1, len(of["speed"]), sharey=True)
     for axis, speed in zip(axes, of["speed"], strict=True):
         table = np.array([[values[cost, sight, speed] for cost in of["cost"]] for sight in of["sight"]])
         image = axis.imshow(table, cmap="RdBu_r", vmin=-1.5, vmax=1.5, origin="lower", aspect="auto")
         for i, line in enumerate(table):
             for j, v in enumerate(line):
-                axis.text(j, i, f"{v:+.2f}", ha="center", va="center", fontsize=8,
-                          color="white" if abs(v) > 0.9 else "black")
-        axis.set(title=f"wolves run {speed:g} m/s, deer 1", xlabel="cost of running [1/s]",
-                 xticks=range(len(of["cost"])), yticks=range(len(of["sight"])))
+                axis.text(
+                    j,
+                    i,
+                    f"{v:+.2f}",
+                    ha="center",
+                    va="center",
+                    fontsize=8,
+                    color="white" if abs(v) > 0.9 else "black",
+                )
+        axis.set(
+            title=f"wolves run {speed:g} m/s, deer 1",
+            xlabel="cost of running [1/s]",
+            xticks=range(len(of["cost"])),
+            yticks=range(len(of["sight"])),
+        )
         axis.set_xticklabels([f"{v:g}" for v in of["cost"]])
         axis.set_yticklabels([f"{v:g}" for v in of["sight"]])
         axis.title.set_fontsize(10)
@@ -77,8 +93,12 @@ def curves(axis: Any, result: dict[str, Any], who: str, other: str) -> None:
         axis.plot(middle, shares.T, color=colour, lw=0.6, alpha=0.5)
         axis.plot(middle, np.nanmean(shares, 0), color=colour, lw=2.2, label=SAYS[arm])
     names = {"deer": "deer", "wolf": "wolves"}
-    axis.set(title=f"{names[who]} that run", xlabel=f"distance of the nearest {other} [m]", ylim=(0, 1),
-             xlim=(0, EDGES[-1]))
+    axis.set(
+        title=f"{names[who]} that run",
+        xlabel=f"distance of the nearest {other} [m]",
+        ylim=(0, 1),
+        xlim=(0, EDGES[-1]),
+    )
     axis.title.set_fontsize(10)
     axis.spines[["top", "right"]].set_visible(False)
     if who == "deer":

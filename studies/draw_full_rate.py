@@ -20,8 +20,14 @@ from studies.common.seed_grid import BLOCK
 from studies.full_rate import CONFIG, LEARNERS, PAIRS, caught, pace
 
 LIVED, DIED = SAFE[6][0], SAFE[2][0]
-ARMS = {"neither": "nobody learns", "deer": "deer learn", "wolves": "wolves learn", "both": "both learn",
-        "individual": "both, a brain for each", "regime": "both, other wolves"}
+ARMS = {
+    "neither": "nobody learns",
+    "deer": "deer learn",
+    "wolves": "wolves learn",
+    "both": "both learn",
+    "individual": "both, a brain for each",
+    "regime": "both, other wolves",
+}
 
 
 def draw(record: dict[str, Any], path: Path) -> None:
@@ -58,25 +64,36 @@ def arena(ax: Any, results: list[dict[str, Any]]) -> None:
     values = np.array([[caught(name)(r) for name in names] for r in results])
     ax.plot(values.T, "o-", color=GREY, ms=3, lw=0.8)
     ax.plot(values.mean(0), "_", color="black", ms=26, mew=2)
-    ax.set_xticks(range(len(names)), [*(p.replace(", ", ",\n") for p in PAIRS),
-                                      "last deer,\nwolves learn on"], fontsize=8)
+    ax.set_xticks(
+        range(len(names)),
+        [*(p.replace(", ", ",\n") for p in PAIRS), "last deer,\nwolves learn on"],
+        fontsize=8,
+    )
     ax.set(ylim=(0, None), ylabel="deer caught by a wolf in 100 ticks")
-    ax.set_title("the arena: a line a training seed, bars their means", loc="left",
-                 fontsize=9)
+    ax.set_title("the arena: a line a training seed, bars their means", loc="left", fontsize=9)
 
 
 def moves(ax: Any, of: dict[str, list[dict[str, Any]]], drawn: list[dict[str, Any]]) -> None:
     """How far both policies moved in each run in which both learn."""
     ax.set(xscale="log", yscale="log")
     for marker, label, results in (
-        ("s", "shipped numbers", of["both"]), ("^", "a brain for each", of["individual"]),
-        ("o", "other wolves", of["regime"]), ("x", "drawn from the ranges", drawn),
-    ):  # fmt: skip
+        ("s", "shipped numbers", of["both"]),
+        ("^", "a brain for each", of["individual"]),
+        ("o", "other wolves", of["regime"]),
+        ("x", "drawn from the ranges", drawn),
+    ):
         for persisted, colour in ((True, LIVED), (False, DIED)):
             at = [[pace(r, s) for s in LEARNERS] for r in results if r["persisted"] == persisted]
             if at:
-                ax.plot(*np.array(at).T, marker, color=colour, ms=5, alpha=0.8, mfc="none",
-                        label=f"{label}, wolves {'live' if persisted else 'die out'}")
+                ax.plot(
+                    *np.array(at).T,
+                    marker,
+                    color=colour,
+                    ms=5,
+                    alpha=0.8,
+                    mfc="none",
+                    label=f"{label}, wolves {'live' if persisted else 'die out'}",
+                )
     for line in (ax.axhline, ax.axvline):
         line(CONFIG["nats"], color=GREY, lw=1)
     for axis in (ax.xaxis, ax.yaxis):

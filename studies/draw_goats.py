@@ -27,8 +27,9 @@ def draw(record: dict[str, Any], path: Path) -> None:
     figure, axes = plt.subplots(3, 1, figsize=(8.5, 7), layout="constrained")
     first = next(e for e in record["cases"] if e["case"]["arm"] == "goats")
     one(axes[0], first["result"]["series"])
-    axes[0].set_title(f"Goats that carry each gene, one run (seed {first['case']['seed']})", loc="left",
-                      fontsize=10)
+    axes[0].set_title(
+        f"Goats that carry each gene, one run (seed {first['case']['seed']})", loc="left", fontsize=10
+    )
     for ax, (arm, words) in zip(axes[1:], SHOWN.items(), strict=True):
         runs = [e["result"]["series"] for e in record["cases"] if e["case"]["arm"] == arm]
         for series in runs:
@@ -43,13 +44,25 @@ def draw(record: dict[str, Any], path: Path) -> None:
 def one(ax: Any, series: dict[str, str]) -> None:
     """Numbers of carriers over ticks."""
     for gene in GENES:
-        ax.plot(numbers(series["tick"]), numbers(series[gene]), color=CLEAR[gene][0], ls=DASHES[gene],
-                lw=1.5, label=gene)
+        ax.plot(
+            numbers(series["tick"]),
+            numbers(series[gene]),
+            color=CLEAR[gene][0],
+            ls=DASHES[gene],
+            lw=1.5,
+            label=gene,
+        )
     ax.plot(numbers(series["tick"]), numbers(series["n"]), color="#888888", lw=0.8, label="all goats")
     ax.set_xlabel("tick")
     there = numbers(series["green"]) > 0
-    ax.plot(numbers(series["tick"])[there], 0 * numbers(series["n"])[there] - 25, "|", ms=5,
-            color=CLEAR["green"][0], label="some green")
+    ax.plot(
+        numbers(series["tick"])[there],
+        0 * numbers(series["n"])[there] - 25,
+        "|",
+        ms=5,
+        color=CLEAR["green"][0],
+        label="some green",
+    )
     ax.set_ylim(-50)
     ax.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
@@ -58,8 +71,13 @@ def share(ax: Any, series: dict[str, str]) -> None:
     """Shares of carriers over generations, thin lines."""
     n = numbers(series["n"])
     for gene in GENES:
-        ax.plot(numbers(series["generation"])[n > 0], (numbers(series[gene])[n > 0] / n[n > 0]),
-                color=CLEAR[gene][0], ls=DASHES[gene], lw=0.8)
+        ax.plot(
+            numbers(series["generation"])[n > 0],
+            (numbers(series[gene])[n > 0] / n[n > 0]),
+            color=CLEAR[gene][0],
+            ls=DASHES[gene],
+            lw=0.8,
+        )
     ax.set_ylim(0, 1.02)
 
 

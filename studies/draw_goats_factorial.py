@@ -18,8 +18,12 @@ from studies.goats_factorial import REGISTERED
 COLOURS = {True: "#0072b2", False: "#d55e00"}  # learning, frozen (Okabe and Ito 2008)
 MARKERS = {True: "o", False: "s"}
 INHERIT = {"none": "nothing", "birth": "birth\nweights", "learned": "what was\nlearnt"}
-TITLES = {"red": "red (deadly: block eating)", "yellow": "yellow (costly: block eating)",
-          "green": "green (food: block eating)", "blue": "blue (says nothing)"}
+TITLES = {
+    "red": "red (deadly: block eating)",
+    "yellow": "yellow (costly: block eating)",
+    "green": "green (food: block eating)",
+    "blue": "blue (says nothing)",
+}
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
@@ -36,8 +40,9 @@ def draw(result: dict[str, Any], path: Path) -> Path:
     for axis, genes in zip(axes.flat[4:], (True, False), strict=True):
         panel(axis, result, genes, lambda r: r["eat yellow"])
         axis.set(ylim=(0, 1), ylabel="chance")
-        axis.set_title(f"newborn eat yellow, {'with' if genes else 'no'} reflex genes",
-                       loc="left", fontsize=10)
+        axis.set_title(
+            f"newborn eat yellow, {'with' if genes else 'no'} reflex genes", loc="left", fontsize=10
+        )
     for axis in axes[:, 0]:
         axis.set_ylabel("selection coefficient,\na generation")
     axes[0, 0].legend(frameon=False, fontsize=9)
@@ -51,18 +56,32 @@ def panel(axis: Any, result: dict[str, Any], genes: bool, value: Any) -> None:
     """Draw a number of each run by what is inherited, for those that learn and those that do not."""
     for learn, colour in COLOURS.items():
         for at, inherit in enumerate(INHERIT):
-            name = next(name for name, of in REGISTERED.arms.items()
-                        if (of["inherit"], of["learn"], of["genes"]) == (inherit, learn, genes))
-            values = [v for e in result["cases"] if e["case"]["arm"] == name
-                      if (v := value(e["result"])) is not None]
+            name = next(
+                name
+                for name, of in REGISTERED.arms.items()
+                if (of["inherit"], of["learn"], of["genes"]) == (inherit, learn, genes)
+            )
+            values = [
+                v
+                for e in result["cases"]
+                if e["case"]["arm"] == name
+                if (v := value(e["result"])) is not None
+            ]
             if not values:
                 continue
             x = at + (-0.16 if learn else 0.16)
             mean, low, high = mean_interval(values)
             axis.plot(x + np.linspace(-0.07, 0.07, len(values)), values, ".", color=colour, ms=3, alpha=0.5)
-            axis.errorbar(x, mean, [[mean - low], [high - mean]] if len(values) > 1 else None,
-                          fmt=MARKERS[learn], color=colour, capsize=4, ms=7,
-                          label=("learn" if learn else "do not learn") if at == 0 else None)
+            axis.errorbar(
+                x,
+                mean,
+                [[mean - low], [high - mean]] if len(values) > 1 else None,
+                fmt=MARKERS[learn],
+                color=colour,
+                capsize=4,
+                ms=7,
+                label=("learn" if learn else "do not learn") if at == 0 else None,
+            )
     axis.set_xticks(range(len(INHERIT)), list(INHERIT.values()), fontsize=9)
     axis.spines[["top", "right"]].set_visible(False)
 

@@ -15,9 +15,12 @@ from studies.common.figure import draw_result
 from studies.isolation import ARMS, numbers
 
 COLOURS = dict(zip(ARMS, ("#0072b2", "#009e73", "#d55e00", "#555555"), strict=True))  # Okabe and Ito 2008
-PANELS = {"H_S": "heterozygosity within an island, $H_S$", "H_T": "of all goats together, $H_T$",
-          "F_ST": "share of it between islands, $F_{ST}$",
-          "policies between": "share of the divergence of policies\nthat is between islands"}  # fmt: skip
+PANELS = {
+    "H_S": "heterozygosity within an island, $H_S$",
+    "H_T": "of all goats together, $H_T$",
+    "F_ST": "share of it between islands, $F_{ST}$",
+    "policies between": "share of the divergence of policies\nthat is between islands",
+}
 
 
 def curves(result: dict[str, Any], arm: str, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -1,6 +1,6 @@
 """Draw docs/img/outside.png from studies/results/outside.json: what deer take in as each learner learns.
 
-    python -m studies.draw_outside
+python -m studies.draw_outside
 """
 
 from __future__ import annotations
@@ -12,8 +12,13 @@ import numpy as np
 
 from studies.common.figure import draw_result
 
-COLOURS = {"built-in PPO": "#1b1b1b", "SB3 on slots": "#2a78b5", "PPO on PettingZoo": "#c4572a",
-           "function": "#4d9221", "chance": "#999999"}  # fmt: skip
+COLOURS = {
+    "built-in PPO": "#1b1b1b",
+    "SB3 on slots": "#2a78b5",
+    "PPO on PettingZoo": "#c4572a",
+    "function": "#4d9221",
+    "chance": "#999999",
+}
 
 
 def curves(result: dict[str, Any]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -38,11 +43,16 @@ def draw(result: dict[str, Any], path: Path) -> Path:
         if len(steps) == 1:
             ax.axhline(np.median(intake), color=COLOURS[arm], ls="--", lw=1.2, label=arm)
             continue
-        ax.fill_between(steps / 1000, intake.min(axis=0), intake.max(axis=0), color=COLOURS[arm], alpha=0.15,
-                        lw=0)
+        ax.fill_between(
+            steps / 1000, intake.min(axis=0), intake.max(axis=0), color=COLOURS[arm], alpha=0.15, lw=0
+        )
         ax.plot(steps / 1000, np.median(intake, axis=0), color=COLOURS[arm], lw=1.8, label=arm)
-    ax.set(xlim=(0, most), ylim=(0, None), xlabel="transitions of deer [thousands]",
-           ylabel="energy taken in,\nper deer and 100 ticks")
+    ax.set(
+        xlim=(0, most),
+        ylim=(0, None),
+        xlabel="transitions of deer [thousands]",
+        ylabel="energy taken in,\nper deer and 100 ticks",
+    )
     ax.legend(frameon=False, loc="center right")
     ax.spines[["top", "right"]].set_visible(False)
     figure.savefig(path, dpi=140)

@@ -21,9 +21,14 @@ from studies.common.goats import numbers
 from studies.real_series import BLOCK, DATA, MEASURES, SERIES, compare, measured
 
 PREY, PREDATOR = "#0072b2", "#d55e00"  # told apart by the colour-blind (Okabe and Ito 2008)
-NAMES = {"lynx-hare": "hare, lynx (pelts)", "isle-royale": "moose, wolf", "fir-moose": "fir rings, moose",
-         "huffaker-60": "mites, 60 weeks", "huffaker-24": "mites, 24 weeks",
-         "gause": "Paramecium, Didinium"}  # fmt: skip
+NAMES = {
+    "lynx-hare": "hare, lynx (pelts)",
+    "isle-royale": "moose, wolf",
+    "fir-moose": "fir rings, moose",
+    "huffaker-60": "mites, 60 weeks",
+    "huffaker-24": "mites, 24 weeks",
+    "gause": "Paramecium, Didinium",
+}
 WORLD = ("predator-prey", "deer→wolf")
 SHOWN = 3.0  # periods of a world's run
 SHIFT = 0.08
@@ -86,9 +91,15 @@ def against(ax: Any, compared: dict[tuple[str, str, str], dict[str, Any]], measu
         ax.plot(value, row - SHIFT, "o" if inside else "x", color="black", ms=5)
     ax.set_yticks(range(len(SERIES)), [NAMES[name] for name in SERIES] if measure == "lag" else [])
     ax.invert_yaxis()
-    ax.set_title({"lag": "lag [periods]", "prey swing": "swing of the prey [log10]",
-                  "predator swing": "swing of the predator [log10]"}.get(measure, measure),
-                 loc="left", fontsize=9)  # fmt: skip
+    ax.set_title(
+        {
+            "lag": "lag [periods]",
+            "prey swing": "swing of the prey [log10]",
+            "predator swing": "swing of the predator [log10]",
+        }.get(measure, measure),
+        loc="left",
+        fontsize=9,
+    )
     ax.tick_params(labelsize=7)
 
 

@@ -56,8 +56,14 @@ def intervals(ax: Any, found: list[dict[str, Any]], truths: list[dict[str, float
         ax.plot(truth[name], n["median"], "o", color=colour, ms=4)
     ends = found[0]["numbers"][name]["range"]
     ax.plot(ends, ends, color=GREY, lw=1)
-    ax.set(xscale="log", yscale="log", xlim=ends, ylim=ends, xlabel=f"true {NAMES[name]}",
-           ylabel="posterior, 90 %")
+    ax.set(
+        xscale="log",
+        yscale="log",
+        xlim=ends,
+        ylim=ends,
+        xlabel=f"true {NAMES[name]}",
+        ylabel="posterior, 90 %",
+    )
     for axis in (ax.xaxis, ax.yaxis):
         ticked(axis, name)
     ax.set_title("ten worlds whose numbers are known", loc="left", fontsize=9)
@@ -73,8 +79,14 @@ def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
     """All candidates: those of which both species lived, and the others."""
     for lived, colour, label in ((True, POSTERIOR, "both lived"), (False, MISSED, "not")):
         of = [c["values"] for c in candidates if (c["statistics"] is not None) == lived]
-        ax.plot([v[CHANCE] for v in of], [v[RATE] for v in of], "o" if lived else "x", color=colour, ms=3,
-                label=f"{label} ({len(of)})")
+        ax.plot(
+            [v[CHANCE] for v in of],
+            [v[RATE] for v in of],
+            "o" if lived else "x",
+            color=colour,
+            ms=3,
+            label=f"{label} ({len(of)})",
+        )
     ax.set(xscale="log", yscale="log", xlabel=NAMES[CHANCE], ylabel=NAMES[RATE])
     ticked(ax.xaxis, CHANCE)
     ticked(ax.yaxis, RATE)

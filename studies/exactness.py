@@ -26,8 +26,11 @@ def large(times: int) -> dict[str, Any]:
 
 def gap(world: Any) -> float:
     """Return the largest gap of the energy ledger in any tick, as a share of the stock."""
-    s = {name: np.asarray(column, float)
-         for name, column in world.series().to_pydict().items() if name not in ("species",)}
+    s = {
+        name: np.asarray(column, float)
+        for name, column in world.series().to_pydict().items()
+        if name not in ("species",)
+    }
     left = imbalance(s)
     return float((np.abs(left) / np.maximum(1.0, np.abs(s["stock_before"]))).max())
 
@@ -37,8 +40,9 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     from ecs_eco import World
 
     def world(threads: int, learn: bool) -> Any:
-        return World.from_config(large(config["times"]), seed=case["seed"], policies="untrained",
-                                 threads=threads, learn=learn)
+        return World.from_config(
+            large(config["times"]), seed=case["seed"], policies="untrained", threads=threads, learn=learn
+        )
 
     learning = [world(threads, True).run(config["ticks"]) for threads in (1, 2, 1)]
     frozen = [world(threads, False).run(config["ticks"]) for threads in (1, 2)]
@@ -51,38 +55,55 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     return {
         "learning, threads 1, 2, 1": [w.digest() for w in learning],
         "learning off, threads 1, 2": [w.digest() for w in frozen],
-        "learning off, rows shuffled": shuffled.digest(), "updates of the deer's policy": deer.updates,
+        "learning off, rows shuffled": shuffled.digest(),
+        "updates of the deer's policy": deer.updates,
         "animals at the end": int(learning[0].tables["deer"].n + learning[0].tables["wolf"].n),
         "ledger gap, share of the stock": max(gap(w) for w in (*learning, *frozen, shuffled)),
-    }  # fmt: skip
+    }
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """State what was the same."""
     results = [c["result"] for c in cases]
     n = len(results)
-    threads = sum(len(set(r["learning, threads 1, 2, 1"])) == 1 and r["updates of the deer's policy"] >= 2
-                  for r in results)
+    threads = sum(
+        len(set(r["learning, threads 1, 2, 1"])) == 1 and r["updates of the deer's policy"] >= 2
+        for r in results
+    )
     frozen = sum(len(set(r["learning off, threads 1, 2"])) == 1 for r in results)
     rows = sum(r["learning off, rows shuffled"] == r["learning off, threads 1, 2"][0] for r in results)
     worst = max(r["ledger gap, share of the stock"] for r in results)
     return [
-        verdict("learning on, same hash of columns, weights and optimiser state with 1, 2 and again 1 thread",
-                f"{threads} of {n}", "all", threads == n),
+        verdict(
+            "learning on, same hash of columns, weights and optimiser state with 1, 2 and again 1 thread",
+            f"{threads} of {n}",
+            "all",
+            threads == n,
+        ),
         verdict("learning off, same hash with 1 and 2 threads", f"{frozen} of {n}", "all", frozen == n),
-        verdict("learning off, rows shuffled at tick 0, same fate of every organism", f"{rows} of {n}",
-                "all", rows == n),
-        verdict("largest gap of the energy ledger in a tick, share of the stock", worst, "< 1e-6",
-                worst < 1e-6),
+        verdict(
+            "learning off, rows shuffled at tick 0, same fate of every organism",
+            f"{rows} of {n}",
+            "all",
+            rows == n,
+        ),
+        verdict(
+            "largest gap of the energy ledger in a tick, share of the stock", worst, "< 1e-6", worst < 1e-6
+        ),
     ]
 
 
 STUDY = Study(
-    name="exactness", claim="The same seed gives the same bytes: any number of threads, any order of rows, "
-                            "and energy is accounted for.",
-    config={"ticks": TICKS, "times": 4}, cases=[{"seed": s} for s in (101, 102, 103)], run=run,
-    summarise=summarise, short_cases=[{"seed": 101}], short_config={"ticks": 140},
-)  # fmt: skip
+    name="exactness",
+    claim="The same seed gives the same bytes: any number of threads, any order of rows, "
+    "and energy is accounted for.",
+    config={"ticks": TICKS, "times": 4},
+    cases=[{"seed": s} for s in (101, 102, 103)],
+    run=run,
+    summarise=summarise,
+    short_cases=[{"seed": 101}],
+    short_config={"ticks": 140},
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -32,8 +32,13 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     complaints = []
     for i in range(config["processes"]):
         with tempfile.TemporaryDirectory() as place:
-            done = subprocess.run([sys.executable, "-c", WORK, f"{place}/run", str(case["seed"] * 1000 + i)],
-                                  capture_output=True, text=True, timeout=600, check=False)  # fmt: skip
+            done = subprocess.run(
+                [sys.executable, "-c", WORK, f"{place}/run", str(case["seed"] * 1000 + i)],
+                capture_output=True,
+                text=True,
+                timeout=600,
+                check=False,
+            )
         codes[str(done.returncode)] = codes.get(str(done.returncode), 0) + 1
         if done.returncode:
             complaints.append(done.stderr[-300:])
@@ -44,8 +49,14 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Count the processes that did not end with 0."""
     codes = [case["result"]["exit codes"] for case in cases]
     processes, clean = sum(sum(c.values()) for c in codes), sum(c.get("0", 0) for c in codes)
-    return [verdict("processes that record and read and end with exit code 0", f"{clean} of {processes}",
-                    "all of 300", clean == processes)]  # fmt: skip
+    return [
+        verdict(
+            "processes that record and read and end with exit code 0",
+            f"{clean} of {processes}",
+            "all of 300",
+            clean == processes,
+        )
+    ]
 
 
 STUDY = Study(

@@ -19,8 +19,14 @@ from studies.common.study import Study, verdict
 
 SEEDS = (1, 2, 3, 4, 5, 6, 7)  # the first seven
 DEER = (700, 200, 60)  # prey on the whole ground
-MEASURES = {"deer intake": 1, "deer starved": -1, "deer killed": -1, "wolf intake": 1, "wolf starved": -1,
-            "kills per wolf": 1}
+MEASURES = {
+    "deer intake": 1,
+    "deer starved": -1,
+    "deer killed": -1,
+    "wolf intake": 1,
+    "wolf starved": -1,
+    "kills per wolf": 1,
+}
 
 
 def evaluate(config: Any, policies: dict[str, str], deer: int, ticks: int, seed: int) -> dict[str, float]:
@@ -39,10 +45,15 @@ def evaluate(config: Any, policies: dict[str, str], deer: int, ticks: int, seed:
     total = series[series.tick >= 100].groupby("species").sum()
     deer, wolf = total.loc["deer"], total.loc["wolf"]
     killed = deer["died: eaten by wolf"]
-    return {"deer intake": deer.taken_in / deer.n, "deer starved": deer["died: starved"] / deer.n,
-            "deer killed": killed / deer.n, "deer lifetime": deer.n / max(1.0, deer.deaths),
-            "wolf intake": wolf.taken_in / wolf.n, "wolf starved": wolf["died: starved"] / wolf.n,
-            "kills per wolf": killed / wolf.n}  # fmt: skip
+    return {
+        "deer intake": deer.taken_in / deer.n,
+        "deer starved": deer["died: starved"] / deer.n,
+        "deer killed": killed / deer.n,
+        "deer lifetime": deer.n / max(1.0, deer.deaths),
+        "wolf intake": wolf.taken_in / wolf.n,
+        "wolf starved": wolf["died: starved"] / wolf.n,
+        "kills per wolf": killed / wolf.n,
+    }
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -55,15 +66,21 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     curves = pretrain(world, seed=case["training"], ticks=config["training_ticks"])["curves"]
     wall, cpu = time.perf_counter() - start, time.process_time() - cpu
     folder = str(trained(world, case["training"], config["training_ticks"]))
-    out: dict[str, Any] = {"wall seconds": wall, "cpu seconds": cpu,
-                           "ticks": json.loads((Path(folder) / "training.json").read_text())["ticks"],
-                           "curves": {s: {k: np.round(v, 6) for k, v in c.items()}
-                                      for s, c in curves.items() if s != "grass"}}  # fmt: skip
-    for name, deer, wolf in (("trained/trained", folder, folder), ("trained/random", folder, "random"),
-                             ("random/trained", "random", folder)):
-        out[name] = {str(n): evaluate(world, {"deer": deer, "wolf": wolf}, n,
-                                      config["evaluation_ticks"], 4001)
-                     for n in config["deer"]}
+    out: dict[str, Any] = {
+        "wall seconds": wall,
+        "cpu seconds": cpu,
+        "ticks": json.loads((Path(folder) / "training.json").read_text())["ticks"],
+        "curves": {s: {k: np.round(v, 6) for k, v in c.items()} for s, c in curves.items() if s != "grass"},
+    }
+    for name, deer, wolf in (
+        ("trained/trained", folder, folder),
+        ("trained/random", folder, "random"),
+        ("random/trained", "random", folder),
+    ):
+        out[name] = {
+            str(n): evaluate(world, {"deer": deer, "wolf": wolf}, n, config["evaluation_ticks"], 4001)
+            for n in config["deer"]
+        }
     return out
 
 
@@ -81,41 +98,66 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     densities = [int(n) for n in results[0]["trained/trained"]]
     slowest = max(r["cpu seconds"] for r in results)
     out = [verdict("longest training from random weights [s of one core]", slowest, "< 60", slowest < 60)]
-    arms = (("deer", "trained/trained", "random/trained", ("deer lifetime",), densities[:1]),
-            ("wolf", "trained/trained", "trained/random", ("kills per wolf",), densities))  # fmt: skip
+    arms = (
+        ("deer", "trained/trained", "random/trained", ("deer lifetime",), densities[:1]),
+        ("wolf", "trained/trained", "trained/random", ("kills per wolf",), densities),
+    )
     for species, one, other, measures, at in arms:
         for measure in measures:
             for n in at:
                 d = gain(results, one, other, n, measure)
                 out.append(
-                    verdict(f"{measure} at {n} deer, trained minus random {species} (over training seeds)", d,
-                            "above 0", d[1] > 0)
+                    verdict(
+                        f"{measure} at {n} deer, trained minus random {species} (over training seeds)",
+                        d,
+                        "above 0",
+                        d[1] > 0,
+                    )
                 )
     rows = []
     for arm in ("trained/trained", "trained/random", "random/trained"):
         for n in densities:
-            rows.append([arm, n, *(float(np.mean([r[arm][str(n)][m] for r in results]))
-                                   for m in ("deer lifetime", *MEASURES))])
+            rows.append(
+                [
+                    arm,
+                    n,
+                    *(
+                        float(np.mean([r[arm][str(n)][m] for r in results]))
+                        for m in ("deer lifetime", *MEASURES)
+                    ),
+                ]
+            )
     curves = []
     for species in ("deer", "wolf"):
         for k in ("intake", "deaths", "happiness"):
-            first, last = ([float(np.mean(r["curves"][species][k][part])) for r in results]
-                           for part in (slice(0, 2), slice(-4, None)))
+            first, last = (
+                [float(np.mean(r["curves"][species][k][part])) for r in results]
+                for part in (slice(0, 2), slice(-4, None))
+            )
             curves.append([f"{species}, {k} while training", "", float(np.mean(first)), float(np.mean(last))])
-    return {"verdicts": out,
-            "table": {"head": ["deer/wolf", "deer", "deer lifetime", *MEASURES], "rows": rows},
-            "learning": {"head": ["curve", "", "start", "end"], "rows": curves}}  # fmt: skip
+    return {
+        "verdicts": out,
+        "table": {"head": ["deer/wolf", "deer", "deer lifetime", *MEASURES], "rows": rows},
+        "learning": {"head": ["curve", "", "start", "end"], "rows": curves},
+    }
 
 
 STUDY = Study(
     name="from_scratch",
     claim="Deer and wolves learn to live from random weights in under a minute on one core.",
-    config={"world": "predator-prey", "identity": identity(policies=False), "training_ticks": None,
-            "evaluation_ticks": 400, "deer": list(DEER)},
-    cases=[{"training": s} for s in SEEDS], run=run, summarise=summarise,
+    config={
+        "world": "predator-prey",
+        "identity": identity(policies=False),
+        "training_ticks": None,
+        "evaluation_ticks": 400,
+        "deer": list(DEER),
+    },
+    cases=[{"training": s} for s in SEEDS],
+    run=run,
+    summarise=summarise,
     short_cases=[{"training": 1}, {"training": 2}],
     short_config={"training_ticks": 640, "evaluation_ticks": 150, "deer": [700, 60]},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

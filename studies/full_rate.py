@@ -23,8 +23,12 @@ from studies.common.selection import pooled
 from studies.common.study import Study, verdict
 
 REGISTERED = registration("full_rate")
-QUARTER = {"space.size": [120.0, 120.0], "species.grass.count": 1075, "species.deer.count": 175,
-           "species.wolf.count": 62}
+QUARTER = {
+    "space.size": [120.0, 120.0],
+    "species.grass.count": 1075,
+    "species.deer.count": 175,
+    "species.wolf.count": 62,
+}
 LEARNERS = ("deer", "wolf")
 WINDOW = 1000  # [ticks] over which the move of a policy is told
 ENDS = ("first", "last")  # policies of the beginning of a life, and of its end
@@ -49,8 +53,9 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> Result:
     world, moved = life(living, folder, case["seed"], config["ticks"])
     out = brief(record(world, living)) | {"moved": moved}
     if case["arm"] == "both" and case["seed"] == config["swap seed"]:
-        out |= swapped(config, shipped, case, {"first": first_of(folder),
-                                               "last": {s: state(world, s) for s in LEARNERS}})
+        out |= swapped(
+            config, shipped, case, {"first": first_of(folder), "last": {s: state(world, s) for s in LEARNERS}}
+        )
     return out
 
 
@@ -108,8 +113,9 @@ def put(world: Any, policies: Mapping[str, Mapping[str, np.ndarray]]) -> Any:
     return world
 
 
-def swapped(config: dict[str, Any], shipped: Any, case: Mapping[str, Any],
-            of: Mapping[str, Mapping[str, Any]]) -> Result:
+def swapped(
+    config: dict[str, Any], shipped: Any, case: Mapping[str, Any], of: Mapping[str, Mapping[str, Any]]
+) -> Result:
     """Let frozen pairs of policies of the beginning and of the end live, and count them in the arena."""
     from ecs_eco import World
 
@@ -121,10 +127,14 @@ def swapped(config: dict[str, Any], shipped: Any, case: Mapping[str, Any],
             world.run(min(50, config["swap ticks"] - world.tick))
         lived[f"{deer} deer, {wolf} wolves"] = world.tick
         arenas[f"{deer} deer, {wolf} wolves"] = counted(
-            put(arena(case["seed"], False), pair), 0, config["arena ticks"])
+            put(arena(case["seed"], False), pair), 0, config["arena ticks"]
+        )
     answer = put(arena(case["seed"], True), {"deer": of["last"]["deer"], "wolf": of["last"]["wolf"]})
-    return {"swaps": lived, "arena": arenas,
-            "answer": counted(answer, config["answer ticks"], config["arena ticks"])}
+    return {
+        "swaps": lived,
+        "arena": arenas,
+        "answer": counted(answer, config["answer ticks"], config["arena ticks"]),
+    }
 
 
 def arena(seed: int, learn: bool) -> Any:
@@ -132,8 +142,11 @@ def arena(seed: int, learn: bool) -> Any:
     from ecs_eco import World
     from ecs_eco.config import for_training, load
 
-    changes = {"species.deer.policy.learn": False, "species.wolf.policy.learn": learn,
-               "species.wolf.ppo.anneal": 0}
+    changes = {
+        "species.deer.policy.learn": False,
+        "species.wolf.policy.learn": learn,
+        "species.wolf.ppo.anneal": 0,
+    }
     config = for_training(load("predator-prey", changes))
     return World.from_config(config, seed=seed, policies="untrained", training=True)
 
@@ -146,16 +159,25 @@ def counted(world: Any, before: int, ticks: int) -> dict[str, float]:
     table = world.series().select(["n", "taken_in", "died: eaten by wolf"]).to_pydict()
     n, taken, eaten = (np.asarray(v, float).reshape(-1, len(names))[-ticks:] for v in table.values())
     deer, wolf = names.index("deer"), names.index("wolf")
-    return {"caught": float(100 * eaten[:, deer].sum() / n[:, wolf].sum()),
-            "grazed": float(100 * taken[:, deer].sum() / n[:, deer].sum())}
+    return {
+        "caught": float(100 * eaten[:, deer].sum() / n[:, wolf].sum()),
+        "grazed": float(100 * taken[:, deer].sum() / n[:, deer].sum()),
+    }
 
 
 def brief(of: Result) -> Result:
     """What is kept of a life."""
-    return {"persisted": of["persisted"], "lived": of["lived"], "extinct": of["extinct"],
-            "cycled": bool(of["persisted"] and both_peaks(of)), "period": of["cycles"]["period"],
-            "numbers": {s: {k: round(float(n[k]), 1) for k in ("mean", "least", "most")}
-                        for s, n in of["numbers"].items()}, "series": of["series"]}
+    return {
+        "persisted": of["persisted"],
+        "lived": of["lived"],
+        "extinct": of["extinct"],
+        "cycled": bool(of["persisted"] and both_peaks(of)),
+        "period": of["cycles"]["period"],
+        "numbers": {
+            s: {k: round(float(n[k]), 1) for k in ("mean", "least", "most")} for s, n in of["numbers"].items()
+        },
+        "series": of["series"],
+    }
 
 
 # --- what the lives say -------------------------------------------------------------------------------------
@@ -213,12 +235,15 @@ def summarise(cases: list[Result]) -> dict[str, Any]:
     arms = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in REGISTERED.arms}
     if not all(arms.values()):  # the short form
         return {"verdicts": [verdict("arms that ran", sum(map(bool, arms.values())), "reported", True)]}
-    return {"verdicts": judged(cases, arms) + told(arms),
-            "table": {"head": HEAD, "rows": [row(arm, of) for arm, of in arms.items()]}}
+    return {
+        "verdicts": judged(cases, arms) + told(arms),
+        "table": {"head": HEAD, "rows": [row(arm, of) for arm, of in arms.items()]},
+    }
 
 
 def judged(cases: list[Result], arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
     """Decide what was registered."""
+
     def least(arm: str) -> list[float]:
         return by_training(cases, arm, fewest)
 
@@ -226,47 +251,96 @@ def judged(cases: list[Result], arms: Mapping[str, list[Result]]) -> list[dict[s
         return by_training([c for c in cases if "swaps" in c["result"]], "both", value)
 
     fresh = both(caught("first deer, first wolves"))
-    below = {"both": gap(least("both"), least("neither")), "deer": gap(least("deer"), least("neither")),
-             "evasion": gap(both(caught("last deer, first wolves")), fresh),
-             "forgetting": gap(both(caught("first deer, last wolves")), fresh),
-             "swap": gap(both(lived("last deer, first wolves")), both(lived("first deer, last wolves")))}
+    below = {
+        "both": gap(least("both"), least("neither")),
+        "deer": gap(least("deer"), least("neither")),
+        "evasion": gap(both(caught("last deer, first wolves")), fresh),
+        "forgetting": gap(both(caught("first deer, last wolves")), fresh),
+        "swap": gap(both(lived("last deer, first wolves")), both(lived("first deer, last wolves"))),
+    }
     lines = [REGISTERED.verdict(name, value, value[2] < 0) for name, value in below.items()]
     wolves, answer = persisted(arms["wolves"]), float(np.mean(both(caught("answer"))) / np.mean(fresh))
     regime, own = both_move(arms["regime"], CONFIG["nats"]), persisted(arms["individual"])
-    return lines + [REGISTERED.verdict("wolves", wolves, wolves >= 0.8),
-                    REGISTERED.verdict("answer", answer, answer >= 0.8),
-                    REGISTERED.verdict("individual", own, own >= 0.8),
-                    REGISTERED.verdict("regime", regime, regime >= 0.8)]
+    return lines + [
+        REGISTERED.verdict("wolves", wolves, wolves >= 0.8),
+        REGISTERED.verdict("answer", answer, answer >= 0.8),
+        REGISTERED.verdict("individual", own, own >= 0.8),
+        REGISTERED.verdict("regime", regime, regime >= 0.8),
+    ]
 
 
 def told(arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
     """What has no goal: the arena, the swaps, what was searched."""
     of = [r for r in arms["both"] if "swaps" in r]
-    lines = [verdict(f"deer that a wolf catches in 100 ticks of the arena: {pair}",
-                     float(np.mean([caught(pair)(r) for r in of])), "reported", True) for pair in PAIRS]
-    lines += [verdict("the same: wolves that went on learning against last deer",
-                      float(np.mean([caught("answer")(r) for r in of])), "reported", True)]
-    lines += [verdict(f"ticks that a frozen pair lives, of {CONFIG['swap ticks']:,}: {pair}",
-                      float(np.mean([lived(pair)(r) for r in of])), "reported", True) for pair in PAIRS]
+    lines = [
+        verdict(
+            f"deer that a wolf catches in 100 ticks of the arena: {pair}",
+            float(np.mean([caught(pair)(r) for r in of])),
+            "reported",
+            True,
+        )
+        for pair in PAIRS
+    ]
+    lines += [
+        verdict(
+            "the same: wolves that went on learning against last deer",
+            float(np.mean([caught("answer")(r) for r in of])),
+            "reported",
+            True,
+        )
+    ]
+    lines += [
+        verdict(
+            f"ticks that a frozen pair lives, of {CONFIG['swap ticks']:,}: {pair}",
+            float(np.mean([lived(pair)(r) for r in of])),
+            "reported",
+            True,
+        )
+        for pair in PAIRS
+    ]
     drawn = arms["search"]
     fit = sum(both_move([r], CONFIG["nats"]) for r in drawn)
-    return [*lines, verdict("candidates drawn from the ranges in which all persist and both policies move as "
-                            "asked, in one run each", f"{fit:.0f} of {len(drawn)}", "reported", True)]
+    return [
+        *lines,
+        verdict(
+            "candidates drawn from the ranges in which all persist and both policies move as "
+            "asked, in one run each",
+            f"{fit:.0f} of {len(drawn)}",
+            "reported",
+            True,
+        ),
+    ]
 
 
 def row(arm: str, results: Sequence[Result]) -> list[Any]:
     """One line of the table."""
     gone = [r["extinct"] for r in results if r["extinct"]]
     paces = [[pace(r, s) for r in results if np.isfinite(pace(r, s))] for s in LEARNERS]
-    return [arm, len(results), persisted(results), float(np.mean([r["cycled"] for r in results])),
-            ", ".join(f"{s} {gone.count(s)}" for s in dict.fromkeys(gone)) or "–",
-            float(np.median([r["lived"] for r in results])),
-            *(float(np.median(nats)) if nats else None for nats in paces),
-            *(float(np.mean([r["numbers"][s]["mean"] for r in results])) for s in ("grass", *LEARNERS))]
+    return [
+        arm,
+        len(results),
+        persisted(results),
+        float(np.mean([r["cycled"] for r in results])),
+        ", ".join(f"{s} {gone.count(s)}" for s in dict.fromkeys(gone)) or "–",
+        float(np.median([r["lived"] for r in results])),
+        *(float(np.median(nats)) if nats else None for nats in paces),
+        *(float(np.mean([r["numbers"][s]["mean"] for r in results])) for s in ("grass", *LEARNERS)),
+    ]
 
 
-HEAD = ["arm", "runs", "share that persists", "that also cycles", "first to die out", "median life [ticks]",
-        "deer: nats in 1,000 ticks, median", "wolves", "mean grass", "mean deer", "mean wolves"]
+HEAD = [
+    "arm",
+    "runs",
+    "share that persists",
+    "that also cycles",
+    "first to die out",
+    "median life [ticks]",
+    "deer: nats in 1,000 ticks, median",
+    "wolves",
+    "mean grass",
+    "mean deer",
+    "mean wolves",
+]
 PAIRS = [f"{deer} deer, {wolf} wolves" for deer, wolf in itertools.product(ENDS, ENDS)]
 
 
@@ -275,27 +349,53 @@ def all_cases() -> list[dict[str, Any]]:
     seeds, out = REGISTERED.content["seeds"], []
     for arm, says in REGISTERED.arms.items():
         if arm == "search":
-            out += [{"arm": arm, "training": seeds["training"][k % 5], "seed": seed}
-                    for k, seed in enumerate(seeds["search"])]
+            out += [
+                {"arm": arm, "training": seeds["training"][k % 5], "seed": seed}
+                for k, seed in enumerate(seeds["search"])
+            ]
         else:
-            out += [{"arm": arm, "training": t, "seed": w}
-                    for w in seeds["world"][: says["worlds"]] for t in seeds["training"]]
+            out += [
+                {"arm": arm, "training": t, "seed": w}
+                for w in seeds["world"][: says["worlds"]]
+                for t in seeds["training"]
+            ]
     return out
 
 
-CONFIG = {"small": QUARTER, "ticks": REGISTERED.content["ticks"], "nats": 0.05, "training ticks": None,
-          "arms": REGISTERED.arms,
-          "swap seed": REGISTERED.content["seeds"]["world"][0], "search": REGISTERED.content["search"],
-          **REGISTERED.content["after"]}
+CONFIG = {
+    "small": QUARTER,
+    "ticks": REGISTERED.content["ticks"],
+    "nats": 0.05,
+    "training ticks": None,
+    "arms": REGISTERED.arms,
+    "swap seed": REGISTERED.content["seeds"]["world"][0],
+    "search": REGISTERED.content["search"],
+    **REGISTERED.content["after"],
+}
 STUDY = Study(
-    name="full_rate", claim=REGISTERED.content["claim"], registered=REGISTERED, config=CONFIG,
-    cases=all_cases(), run=run, summarise=summarise,
+    name="full_rate",
+    claim=REGISTERED.content["claim"],
+    registered=REGISTERED,
+    config=CONFIG,
+    cases=all_cases(),
+    run=run,
+    summarise=summarise,
     short_cases=[{"arm": "both", "training": 1, "seed": 1}, {"arm": "search", "training": 1, "seed": 1}],
-    short_config={"swap seed": 1, "ticks": 100, "training ticks": 8, "swap ticks": 30, "arena ticks": 30,
-                  "answer ticks": 30, "small": {
-                      "space.size": [60.0, 60.0], "species.grass.count": 270, "species.deer.count": 44,
-                      "species.wolf.count": 12}},
-)  # fmt: skip
+    short_config={
+        "swap seed": 1,
+        "ticks": 100,
+        "training ticks": 8,
+        "swap ticks": 30,
+        "arena ticks": 30,
+        "answer ticks": 30,
+        "small": {
+            "space.size": [60.0, 60.0],
+            "species.grass.count": 270,
+            "species.deer.count": 44,
+            "species.wolf.count": 12,
+        },
+    },
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -12,8 +12,14 @@ from studies.common.study import Study, verdict
 
 WORLDS = ("predator-prey", "reflexes", "lamb", "happiness", "menagerie", "herd")
 RECORDED = ("herd", "menagerie", "lamb")
-CLEAR = ("refused", "refused when it was built", "ran 5 ticks", "the same content",
-         "too large for the memory", "no finite number, and said so")
+CLEAR = (
+    "refused",
+    "refused when it was built",
+    "ran 5 ticks",
+    "the same content",
+    "too large for the memory",
+    "no finite number, and said so",
+)
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -26,15 +32,18 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Count what came of the files, by kind."""
-    kinds = sorted({kind for case in cases for kind in case["result"]["kinds"]},
-                   key=lambda kind: (kind not in CLEAR, kind))
+    kinds = sorted(
+        {kind for case in cases for kind in case["result"]["kinds"]},
+        key=lambda kind: (kind not in CLEAR, kind),
+    )
     ways = ("text", "values", "checkpoint", "recording")
     total = {way: _summed(cases, way, "kinds") for way in ways}
     rows = [[kind, *(total[way].get(kind, 0) for way in ways)] for kind in kinds]
     rows.append(["all", *(sum(total[way].values()) for way in ways)])
-    rows += [["of the problems told: " + word,
-              *(_summed(cases, way, "problems").get(word, 0) for way in ways)]
-             for word in sorted({w for case in cases for w in case["result"]["problems"]})]  # fmt: skip
+    rows += [
+        ["of the problems told: " + word, *(_summed(cases, way, "problems").get(word, 0) for way in ways)]
+        for word in sorted({w for case in cases for w in case["result"]["problems"]})
+    ]
     n = dict(zip(ways, rows[len(kinds)][1:], strict=True))
     worlds, files = n["text"] + n["values"], n["checkpoint"] + n["recording"]
     bad = {way: sum(k for kind, k in total[way].items() if kind not in CLEAR) for way in ways}
@@ -44,19 +53,29 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "verdicts": [
             verdict("mutated world files", worlds, f"≥ {least:,}", worlds >= least),
             verdict("of these with changed values", n["values"], "at least half", 2 * n["values"] >= worlds),
-            verdict("accepted ones that ran 5 ticks",
-                    total["text"].get("ran 5 ticks", 0) + total["values"].get("ran 5 ticks", 0),
-                    "all that are accepted", bad["text"] + bad["values"] == 0),
-            verdict("world files that end in a traceback, a hang, a warning, or a number that is not finite",
-                    bad["text"] + bad["values"], "0", bad["text"] + bad["values"] == 0),
+            verdict(
+                "accepted ones that ran 5 ticks",
+                total["text"].get("ran 5 ticks", 0) + total["values"].get("ran 5 ticks", 0),
+                "all that are accepted",
+                bad["text"] + bad["values"] == 0,
+            ),
+            verdict(
+                "world files that end in a traceback, a hang, a warning, or a number that is not finite",
+                bad["text"] + bad["values"],
+                "0",
+                bad["text"] + bad["values"] == 0,
+            ),
             verdict("damaged checkpoints and recordings", files, f"≥ {least:,}", files >= least),
-            verdict("damaged files that end in a traceback, a hang, or an error without the file's name",
-                    bad["checkpoint"] + bad["recording"] - wrong, "0",
-                    bad["checkpoint"] + bad["recording"] == wrong),
+            verdict(
+                "damaged files that end in a traceback, a hang, or an error without the file's name",
+                bad["checkpoint"] + bad["recording"] - wrong,
+                "0",
+                bad["checkpoint"] + bad["recording"] == wrong,
+            ),
             verdict("damaged files that load as something else", wrong, "0", wrong == 0),
         ],
         "table": {"head": ["what became of it", *ways], "rows": rows},
-    }  # fmt: skip
+    }
 
 
 def _summed(cases: list[dict[str, Any]], way: str, what: str) -> dict[str, int]:
@@ -69,22 +88,30 @@ def _summed(cases: list[dict[str, Any]], way: str, what: str) -> dict[str, int]:
 
 
 STUDY = Study(
-    name="fuzz", claim="Bad input never ends in a traceback, a hang or a wrong load: "
-                       "it is refused with a clear error, or does no harm.",
+    name="fuzz",
+    claim="Bad input never ends in a traceback, a hang or a wrong load: "
+    "it is refused with a clear error, or does no harm.",
     config={"files": 250},
     cases=[
         *({"what": "text", "source": world, "seed": seed} for world in WORLDS for seed in range(1, 4)),
         *({"what": "values", "source": world, "seed": seed} for world in WORLDS for seed in range(11, 16)),
-        *({"what": what, "source": world, "seed": seed} for what in ("checkpoint", "recording")
-          for world in RECORDED for seed in range(21, 28)),
+        *(
+            {"what": what, "source": world, "seed": seed}
+            for what in ("checkpoint", "recording")
+            for world in RECORDED
+            for seed in range(21, 28)
+        ),
     ],
-    run=run, summarise=summarise,
-    short_cases=[{"what": "text", "source": "herd", "seed": 1},
-                 {"what": "values", "source": "menagerie", "seed": 11},
-                 {"what": "checkpoint", "source": "herd", "seed": 21},
-                 {"what": "recording", "source": "menagerie", "seed": 21}],
+    run=run,
+    summarise=summarise,
+    short_cases=[
+        {"what": "text", "source": "herd", "seed": 1},
+        {"what": "values", "source": "menagerie", "seed": 11},
+        {"what": "checkpoint", "source": "herd", "seed": 21},
+        {"what": "recording", "source": "menagerie", "seed": 21},
+    ],
     short_config={"files": 40},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

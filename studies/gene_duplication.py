@@ -45,43 +45,86 @@ KEEPS_OFF = [0, -1, -1, -1]
 
 def gene(name: str, promoter: str, copies: int, trait: bool) -> dict[str, Any]:
     """A gene of one letter behind a promoter of three."""
-    return {"name": name, "promoter": promoter, "copies": copies, "letters": 1, "values": KEEPS_OFF,
-            **({"trait": f"reflex.{name}.weight"} if trait else {})}
+    return {
+        "name": name,
+        "promoter": promoter,
+        "copies": copies,
+        "letters": 1,
+        "values": KEEPS_OFF,
+        **({"trait": f"reflex.{name}.weight"} if trait else {}),
+    }
 
 
 def grass(count: int, seed_rain: float, spacing: float) -> dict[str, Any]:
     """A species of grass on sites of its own, which grows back soon."""
-    return {"count": count, "body": {"radius": 0.2, "mass": 0.2, "opaque": False},
-            "metabolism": {"energy": 0.06, "energy_max": 0.06},
-            "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": seed_rain, "spacing": spacing}}
+    return {
+        "count": count,
+        "body": {"radius": 0.2, "mass": 0.2, "opaque": False},
+        "metabolism": {"energy": 0.06, "energy_max": 0.06},
+        "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": seed_rain, "spacing": spacing},
+    }
 
 
 GENOME = {
-    "longest": 48, "duplication": 0.02, "loss": 0.02, "mate": {"operator": "cxUnequal", "slip": 0.1},
+    "longest": 48,
+    "duplication": 0.02,
+    "loss": 0.02,
+    "mate": {"operator": "cxUnequal", "slip": 0.1},
     "mutate": {"operator": "mutUniformInt", "indpb": 0.01},
-    "genes": [gene("red", "TAC", 1, True), gene("yellow", "TAG", 0, True), gene("blue", "GAC", 1, False),
-              gene("white", "GAG", 0, False)],
-}  # fmt: skip
+    "genes": [
+        gene("red", "TAC", 1, True),
+        gene("yellow", "TAG", 0, True),
+        gene("blue", "GAC", 1, False),
+        gene("white", "GAG", 0, False),
+    ],
+}
 GOAT = {
-    "count": 400, "max_count": 500, "body": {"radius": 0.3, "mass": 50.0},
-    "metabolism": {"energy": 0.6, "energy_max": 1.0, "basal": 0.005}, "locomotion": {"speed": {"walk": 0.8}},
-    "diet": [{"eats": "red", "gain": 0.0, "deadly": True}, {"eats": "yellow", "gain": 0.0, "deadly": True},
-             {"eats": "green", "gain": 0.4}],
+    "count": 400,
+    "max_count": 500,
+    "body": {"radius": 0.3, "mass": 50.0},
+    "metabolism": {"energy": 0.6, "energy_max": 1.0, "basal": 0.005},
+    "locomotion": {"speed": {"walk": 0.8}},
+    "diet": [
+        {"eats": "red", "gain": 0.0, "deadly": True},
+        {"eats": "yellow", "gain": 0.0, "deadly": True},
+        {"eats": "green", "gain": 0.4},
+    ],
     "sensors": [{"kind": "nearest", "target": name, "radius": 2.0} for name in ("red", "yellow")],
-    "actions": {"speed": ["walk"], "eat": ["eat"]}, "automatic": ["walk", "eat"],
-    "reflex": {"connections": [{"name": name, "sensor": f"{name}_near", "above": 0.3, "action": "eat",
-                                "weight": 0} for name in ("red", "yellow")]},
-    "reproduction": {"kind": "sexual", "energy_min": 0.6, "energy_given": 0.3, "age_min": 20.0, "reach": 8.0,
-                     "consent": "none", "rest": 10.0},
-    "lethal": [{"property": "energy", "min": 0.0, "low": "starved"},
-               {"property": "age", "max": 150.0, "high": "too old"}],
+    "actions": {"speed": ["walk"], "eat": ["eat"]},
+    "automatic": ["walk", "eat"],
+    "reflex": {
+        "connections": [
+            {"name": name, "sensor": f"{name}_near", "above": 0.3, "action": "eat", "weight": 0}
+            for name in ("red", "yellow")
+        ]
+    },
+    "reproduction": {
+        "kind": "sexual",
+        "energy_min": 0.6,
+        "energy_given": 0.3,
+        "age_min": 20.0,
+        "reach": 8.0,
+        "consent": "none",
+        "rest": 10.0,
+    },
+    "lethal": [
+        {"property": "energy", "min": 0.0, "low": "starved"},
+        {"property": "age", "max": 150.0, "high": "too old"},
+    ],
     "genome": GENOME,
-}  # fmt: skip
+}
 WORLD = {
-    "format": 1, "name": "gene_duplication", "dt": 1.0, "space": {"size": [60.0, 60.0], "edges": "torus"},
-    "species": {"red": grass(16, 0.3, 15.0), "yellow": grass(16, 0.3, 15.0), "green": grass(400, 0.03, 2.5),
-                "goat": GOAT},
-}  # fmt: skip
+    "format": 1,
+    "name": "gene_duplication",
+    "dt": 1.0,
+    "space": {"size": [60.0, 60.0], "edges": "torus"},
+    "species": {
+        "red": grass(16, 0.3, 15.0),
+        "yellow": grass(16, 0.3, 15.0),
+        "green": grass(400, 0.03, 2.5),
+        "goat": GOAT,
+    },
+}
 
 
 class FirstYellow:
@@ -118,8 +161,9 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     world = copy.deepcopy(config["world"])
     if case["arm"] == "no use":
         world["species"]["goat"]["diet"].pop(1)
-    living = World.from_config(world, seed=case["seed"],
-                               controls=("neutral-drift",) if case["arm"] == "neutral drift" else ())
+    living = World.from_config(
+        world, seed=case["seed"], controls=("neutral-drift",) if case["arm"] == "neutral drift" else ()
+    )
     origins, samples = FirstYellow(living), [shares(living)]
     while living.tick < config["ticks"]:
         living.run(config["every"])
@@ -127,12 +171,15 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     series = living.series().to_pydict()
     goats = [i for i, name in enumerate(series["species"]) if name == "goat"]
     deaths = {c: sum(series[c][i] for i in goats) for c in series if c.startswith("died: ")}
-    return {"shares": {name: " ".join(f"{s[name]:.3f}" for s in samples) for name in samples[0]},
-            "goats": float(np.mean([series["n"][i] for i in goats])),
-            "births": sum(series["births"][i] for i in goats),
-            "deaths": {c.removeprefix("died: "): n for c, n in deaths.items() if n},
-            "first yellow": origins.n, "of doubled red": origins.of_doubled,
-            "at limit": origins.table.species.heredity.operators.at_limit.tolist()}  # fmt: skip
+    return {
+        "shares": {name: " ".join(f"{s[name]:.3f}" for s in samples) for name in samples[0]},
+        "goats": float(np.mean([series["n"][i] for i in goats])),
+        "births": sum(series["births"][i] for i in goats),
+        "deaths": {c.removeprefix("died: "): n for c, n in deaths.items() if n},
+        "first yellow": origins.n,
+        "of doubled red": origins.of_doubled,
+        "at limit": origins.table.species.heredity.operators.at_limit.tolist(),
+    }
 
 
 def shares(world: Any) -> dict[str, float]:
@@ -181,32 +228,66 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """The six hypotheses, and what is reported."""
     arms = [arm for arm in ARMS if any(e["case"]["arm"] == arm for e in cases)]
     of = {(arm, name): by_seed(cases, arm, name) for arm in arms for name in SHARES}
-    out = [above(f"share of goats with {name} genes, use less {control}",
-                 apart(of["use", name], of[control, name]))
-           for name, control in (("diverged", "no use"), ("diverged", "neutral drift"), ("doubled", "no use"))
-           if control in arms]
-    out += [above(f"use: {name} red and yellow less {name} blue and white",
-                  apart(of["use", name], of["use", f"{name} markers"])) for name in ("doubled", "diverged")]
+    out = [
+        above(
+            f"share of goats with {name} genes, use less {control}", apart(of["use", name], of[control, name])
+        )
+        for name, control in (("diverged", "no use"), ("diverged", "neutral drift"), ("doubled", "no use"))
+        if control in arms
+    ]
+    out += [
+        above(
+            f"use: {name} red and yellow less {name} blue and white",
+            apart(of["use", name], of["use", f"{name} markers"]),
+        )
+        for name in ("doubled", "diverged")
+    ]
     if "neutral drift" in arms:
         drift = apart(of["neutral drift", "doubled"], of["neutral drift", "doubled markers"])
-        out.append(verdict("neutral drift: doubled red and yellow less doubled blue and white", drift,
-                           "0 within the interval", drift[1] <= 0 <= drift[2]))
+        out.append(
+            verdict(
+                "neutral drift: doubled red and yellow less doubled blue and white",
+                drift,
+                "0 within the interval",
+                drift[1] <= 0 <= drift[2],
+            )
+        )
     ends = [float(e["result"]["shares"]["diverged"].split()[-1]) for e in cases if e["case"]["arm"] == "use"]
-    out.append(verdict("use: runs that end with diverged duplicates in more than half of the goats",
-                       f"{sum(end > 0.5 for end in ends)} of {len(ends)}", "most",
-                       2 * sum(end > 0.5 for end in ends) > len(ends)))
+    out.append(
+        verdict(
+            "use: runs that end with diverged duplicates in more than half of the goats",
+            f"{sum(end > 0.5 for end in ends)} of {len(ends)}",
+            "most",
+            2 * sum(end > 0.5 for end in ends) > len(ends),
+        )
+    )
     if "no use" in arms:
         spare = apart(of["no use", "doubled"], of["no use", "doubled markers"])
-        out.append(verdict("no use: doubled red and yellow less doubled blue and white", spare, "reported",
-                           True))
+        out.append(
+            verdict("no use: doubled red and yellow less doubled blue and white", spare, "reported", True)
+        )
     mine = [e["result"] for e in cases if e["case"]["arm"] == "use"]
-    out += [verdict("use: goats born with a yellow gene that their parents lack, and those of them with a "
-                    "parent that has two or more copies of red",
-                    [sum(r[k] for r in mine) for k in ("first yellow", "of doubled red")], "reported", True),
-            verdict("goats, mean of the smallest run", min(e["result"]["goats"] for e in cases),
-                    "300 or more", min(e["result"]["goats"] for e in cases) >= 300)]
-    rows = [[arm, name, len(of[arm, name]), float(np.mean(list(of[arm, name].values())))]
-            for arm in arms for name in SHARES if of[arm, name]]
+    out += [
+        verdict(
+            "use: goats born with a yellow gene that their parents lack, and those of them with a "
+            "parent that has two or more copies of red",
+            [sum(r[k] for r in mine) for k in ("first yellow", "of doubled red")],
+            "reported",
+            True,
+        ),
+        verdict(
+            "goats, mean of the smallest run",
+            min(e["result"]["goats"] for e in cases),
+            "300 or more",
+            min(e["result"]["goats"] for e in cases) >= 300,
+        ),
+    ]
+    rows = [
+        [arm, name, len(of[arm, name]), float(np.mean(list(of[arm, name].values())))]
+        for arm in arms
+        for name in SHARES
+        if of[arm, name]
+    ]
     return {"verdicts": out, "table": {"head": ["arm", "share of goats, late", "runs", "mean"], "rows": rows}}
 
 
@@ -214,10 +295,12 @@ STUDY = Study(
     name="gene_duplication",
     claim="A duplicated reflex gene diverges where a second reflex is of use, and not where it is of none.",
     config={"world": WORLD, "ticks": 5000, "every": 250},
-    cases=[{"arm": arm, "seed": seed} for seed in SEEDS for arm in ARMS], run=run, summarise=summarise,
+    cases=[{"arm": arm, "seed": seed} for seed in SEEDS for arm in ARMS],
+    run=run,
+    summarise=summarise,
     short_cases=[{"arm": arm, "seed": seed} for seed in (101, 102) for arm in ARMS],
     short_config={"ticks": 100, "every": 50},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -37,17 +37,28 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     for gene in GENES:
         k = counts[gene]
         lost = int(((k[:-1] > 0) & (k[1:] == 0)).sum())
-        genes[gene] = {"lost": lost, "back": reappearances(k),
-                       "end": float(k[tail:].sum() / max(1, n[tail:].sum()))}  # fmt: skip
-    adult = (family.lineage(since=config["settled"])
-             if family.world.tick > config["settled"] else family.lineage())
+        genes[gene] = {
+            "lost": lost,
+            "back": reappearances(k),
+            "end": float(k[tail:].sum() / max(1, n[tail:].sum())),
+        }
+    adult = (
+        family.lineage(since=config["settled"]) if family.world.tick > config["settled"] else family.lineage()
+    )
     red = deaths_by_age(adult, "poisoned by red", EDGES, "goat")
     causes = {c: int((adult.cause == c).sum()) for c in family.world.causes if (adult.cause == c).any()}
     kept = slice(0, None, max(1, config["kept"] // every))
-    return {"genes": genes, "n": float(n.mean()), "least": int(n.min()),
-            "generations": float(generation[n > 0][-1]), "extinct": bool(family.table.n == 0),
-            "red deaths": red.deaths.tolist(), "lived": red.lived.tolist(), "died": causes,
-            "series": {key: text(values[kept]) for key, values in counts.items()}}  # fmt: skip
+    return {
+        "genes": genes,
+        "n": float(n.mean()),
+        "least": int(n.min()),
+        "generations": float(generation[n > 0][-1]),
+        "extinct": bool(family.table.n == 0),
+        "red deaths": red.deaths.tolist(),
+        "lived": red.lived.tolist(),
+        "died": causes,
+        "series": {key: text(values[kept]) for key, values in counts.items()},
+    }
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -55,35 +66,57 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     arms = {arm: [e["result"] for e in cases if e["case"]["arm"] == arm] for arm in ARMS}
     arms = {arm: results for arm, results in arms.items() if results}
     rows = [row(arm, results) for arm, results in arms.items()]
-    head = ["arm", "runs", "died out", "goats", "generations", *(f"s of {g}" for g in GENES[:3]),
-            *(f"{g} at the end" for g in GENES), "green lost", "green back"]  # fmt: skip
+    head = [
+        "arm",
+        "runs",
+        "died out",
+        "goats",
+        "generations",
+        *(f"s of {g}" for g in GENES[:3]),
+        *(f"{g} at the end" for g in GENES),
+        "green lost",
+        "green back",
+    ]
     ages = {arm: by_age(results) for arm, results in arms.items()}
     lines = [line for arm, results in arms.items() for line in SAY[arm](results)]
-    return {"verdicts": lines, "table": {"head": head, "rows": rows},
-            "red deaths per 1000 ticks by age": ages, "notes": notes(ages, arms)}
+    return {
+        "verdicts": lines,
+        "table": {"head": head, "rows": rows},
+        "red deaths per 1000 ticks by age": ages,
+        "notes": notes(ages, arms),
+    }
 
 
 def row(arm: str, results: list[dict[str, Any]]) -> list[Any]:
     """One line of the table."""
+
     def median(path: str, gene: str) -> float:
         return float(np.median([r["genes"][gene][path] for r in results]))
 
-    return [arm, len(results), sum(r["extinct"] for r in results), np.mean([r["n"] for r in results]),
-            np.mean([r["generations"] for r in results]), *(interval(s_of(results, g)) for g in GENES[:3]),
-            *(median("end", g) for g in GENES), median("lost", "green"), median("back", "green")]  # fmt: skip
+    return [
+        arm,
+        len(results),
+        sum(r["extinct"] for r in results),
+        np.mean([r["n"] for r in results]),
+        np.mean([r["generations"] for r in results]),
+        *(interval(s_of(results, g)) for g in GENES[:3]),
+        *(median("end", g) for g in GENES),
+        median("lost", "green"),
+        median("back", "green"),
+    ]
 
 
 def s_of(results: list[dict[str, Any]], gene: str) -> list[float]:
-    """The coefficient of a gene in each run, over the ticks that all arms have; NaN where nobody can have it.
-    """
+    """The coefficient of a gene in each run, over the ticks that all arms have; NaN where nobody can have it."""
     from studies.common.selection import path_coefficient
 
     out = []
     for result in results:
         x = {key: numbers(line) for key, line in result["series"].items()}
         early = x["tick"] <= CONFIG["compared"]
-        out.append(path_coefficient(x[gene][early], x["n"][early], x["generation"][early],
-                                    CONFIG["mutation"]))
+        out.append(
+            path_coefficient(x[gene][early], x["n"][early], x["generation"][early], CONFIG["mutation"])
+        )
     return out
 
 
@@ -104,60 +137,100 @@ def say_goats(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
     n, size, depth = len(results), [r["n"] for r in results], [r["generations"] for r in results]
     end = {g: [r["genes"][g]["end"] for r in results] for g in GENES}
-    above, red = (sum(a > b for a, b in zip(end["red"], end["blue"], strict=True)),
-                  interval(s_of(results, "red")))
+    above, red = (
+        sum(a > b for a, b in zip(end["red"], end["blue"], strict=True)),
+        interval(s_of(results, "red")),
+    )
     same, green = equivalence(s_of(results, "yellow"), MARGIN), interval(s_of(results, "green"))
     back, lost = ([r["genes"]["green"][what] for r in results] for what in ("back", "lost"))
     return [
-        verdict("goats alive at a time, mean of the smallest run", min(size), "at least 300",
-                min(size) >= 300),
-        verdict("generations, mean depth of those alive at the end of the shortest run", min(depth),
-                "at least 40", min(depth) >= 40),
+        verdict(
+            "goats alive at a time, mean of the smallest run", min(size), "at least 300", min(size) >= 300
+        ),
+        verdict(
+            "generations, mean depth of those alive at the end of the shortest run",
+            min(depth),
+            "at least 40",
+            min(depth) >= 40,
+        ),
         verdict("runs in which red ends above blue", f"{above} of {n}", "all", above == n),
-        verdict("carriers of red at the end, median over runs", float(np.median(end["red"])),
-                f"at least {ALLOWED}", np.median(end["red"]) >= ALLOWED),
+        verdict(
+            "carriers of red at the end, median over runs",
+            float(np.median(end["red"])),
+            f"at least {ALLOWED}",
+            np.median(end["red"]) >= ALLOWED,
+        ),
         verdict("red: selection coefficient per generation", red, "above 0", red[1] > 0),
-        verdict("yellow: selection coefficient per generation, "
-                f"90 % interval (two one-sided tests p {same.p:.2g})", [same.mean, *same.interval],
-                f"within ±{MARGIN}", same.equivalent),
-        verdict("yellow: the most that it may gain, upper end of that interval", same.interval[1],
-                f"below {MARGIN}", same.interval[1] < MARGIN),
+        verdict(
+            "yellow: selection coefficient per generation, "
+            f"90 % interval (two one-sided tests p {same.p:.2g})",
+            [same.mean, *same.interval],
+            f"within ±{MARGIN}",
+            same.equivalent,
+        ),
+        verdict(
+            "yellow: the most that it may gain, upper end of that interval",
+            same.interval[1],
+            f"below {MARGIN}",
+            same.interval[1] < MARGIN,
+        ),
         verdict("green: selection coefficient per generation", green, "below 0", green[2] < 0),
-        verdict("runs in which green dies out and comes back", f"{sum(b > 0 for b in back)} of {n}", "most",
-                2 * sum(b > 0 for b in back) > n),
-        verdict("times that green dies out and comes back in a run, medians",
-                f"{np.median(lost):.0f} and {np.median(back):.0f}", "reported", True),
-    ]  # fmt: skip
+        verdict(
+            "runs in which green dies out and comes back",
+            f"{sum(b > 0 for b in back)} of {n}",
+            "most",
+            2 * sum(b > 0 for b in back) > n,
+        ),
+        verdict(
+            "times that green dies out and comes back in a run, medians",
+            f"{np.median(lost):.0f} and {np.median(back):.0f}",
+            "reported",
+            True,
+        ),
+    ]
 
 
 def say_frozen(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Where nobody learns, yellow is worth having."""
     s, n = interval(s_of(results, "yellow")), len(results)
     above = sum(r["genes"]["yellow"]["end"] > r["genes"]["blue"]["end"] for r in results)
-    return [verdict("frozen learning: selection coefficient of yellow per generation", s,
-                    "above 0", s[1] > 0),
-            verdict("frozen learning: runs in which yellow ends above blue", f"{above} of {n}", "most",
-                    2 * above > n)]  # fmt: skip
+    return [
+        verdict("frozen learning: selection coefficient of yellow per generation", s, "above 0", s[1] > 0),
+        verdict(
+            "frozen learning: runs in which yellow ends above blue", f"{above} of {n}", "most", 2 * above > n
+        ),
+    ]
 
 
 def say_no_mutation(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Without mutation what is lost stays lost."""
     lost, back = (sum(r["genes"]["green"][what] > 0 for r in results) for what in ("lost", "back"))
-    return [verdict(f"no mutation: runs in which green comes back, of the {lost} in which it is lost", back,
-                    "none", back == 0 and lost > 0)]
+    return [
+        verdict(
+            f"no mutation: runs in which green comes back, of the {lost} in which it is lost",
+            back,
+            "none",
+            back == 0 and lost > 0,
+        )
+    ]
 
 
 def say_neutral(arm: str, results: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """A gene that says nothing is not selected; one drawn from the living still is, by death, if not by
     breeding: that is reported."""
     intervals = {g: interval(s_of(results, g)) for g in GENES[:3]}
-    ends = {g: np.mean([r["genes"][g]["end"] > r["genes"]["blue"]["end"] for r in results])
-            for g in GENES[:3]}
+    ends = {
+        g: np.mean([r["genes"][g]["end"] > r["genes"]["blue"]["end"] for r in results]) for g in GENES[:3]
+    }
     return [
-        verdict(f"{arm}: selection coefficient of {g} per generation ({ends[g]:.0%} of runs end above blue)",
-                s, "0 within the interval" if arm == "neutral drift" else "reported: death still selects",
-                arm != "neutral drift" or s[1] <= 0 <= s[2]) for g, s in intervals.items()
-    ]  # fmt: skip
+        verdict(
+            f"{arm}: selection coefficient of {g} per generation ({ends[g]:.0%} of runs end above blue)",
+            s,
+            "0 within the interval" if arm == "neutral drift" else "reported: death still selects",
+            arm != "neutral drift" or s[1] <= 0 <= s[2],
+        )
+        for g, s in intervals.items()
+    ]
 
 
 def say_no_red(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -165,29 +238,48 @@ def say_no_red(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
     from studies.common.selection import pooled
 
     old = by_age(results)[-1][1:]
-    halves = [[1000 * sum(r["red deaths"][a:b]) / max(1, sum(r["lived"][a:b])) for r in results]
-              for a, b in ((0, HALF), (HALF, None))]
+    halves = [
+        [1000 * sum(r["red deaths"][a:b]) / max(1, sum(r["lived"][a:b])) for r in results]
+        for a, b in ((0, HALF), (HALF, None))
+    ]
     change = pooled(np.subtract(halves[1], halves[0]))
-    return [verdict("no red gene: deaths by red per goat and 1,000 ticks at the oldest ages", old,
-                    "above 0", old[1] > 0),
-            verdict(f"no red gene: the same, above the age of {EDGES[HALF]} less below it, "
-                    f"where it is {np.mean(halves[0]):.2f} (the paper: no change)",
-                    [change.mean, *change.interval95], "reported", True)]  # fmt: skip
+    return [
+        verdict(
+            "no red gene: deaths by red per goat and 1,000 ticks at the oldest ages",
+            old,
+            "above 0",
+            old[1] > 0,
+        ),
+        verdict(
+            f"no red gene: the same, above the age of {EDGES[HALF]} less below it, "
+            f"where it is {np.mean(halves[0]):.2f} (the paper: no change)",
+            [change.mean, *change.interval95],
+            "reported",
+            True,
+        ),
+    ]
 
 
 def by_age(results: list[dict[str, Any]]) -> list[list[Any]]:
     """Deaths by red per goat and 1,000 ticks in each class of age, with the interval over runs."""
     rates = [1000 * np.array(r["red deaths"]) / np.maximum(1, r["lived"]) for r in results]
-    return [[f"{a} to {b}", *interval([r[i] for r in rates])]
-            for i, (a, b) in enumerate(zip(EDGES, EDGES[1:], strict=False))]
+    return [
+        [f"{a} to {b}", *interval([r[i] for r in rates])]
+        for i, (a, b) in enumerate(zip(EDGES, EDGES[1:], strict=False))
+    ]
 
 
 def notes(ages: dict[str, Any], arms: dict[str, Any]) -> str:
     """Deaths by red at every age, of those born after the first generations."""
-    words = [f"{arm}: " + ", ".join(f"{age} {m:.2f}" for age, m, *_ in rows)
-             for arm, rows in ages.items() if arm in ("goats", "no red gene")]
-    by_age_ = ("Deaths by red grass per goat and 1,000 ticks by age, "
-               f"of those born from tick {CONFIG['settled']} on. " + "; ".join(words) + ".")
+    words = [
+        f"{arm}: " + ", ".join(f"{age} {m:.2f}" for age, m, *_ in rows)
+        for arm, rows in ages.items()
+        if arm in ("goats", "no red gene")
+    ]
+    by_age_ = (
+        "Deaths by red grass per goat and 1,000 ticks by age, "
+        f"of those born from tick {CONFIG['settled']} on. " + "; ".join(words) + "."
+    )
     return f"{by_age_} {HISTORY}"
 
 
@@ -200,26 +292,43 @@ HISTORY = (
     "shuffled, genes come from those alive: death still selects, breeding does not."
 )
 SAY = {
-    "goats": say_goats, "frozen learning": say_frozen, "no mutation": say_no_mutation,
-    "no red gene": say_no_red, "neutral drift": lambda results: say_neutral("neutral drift", results),
+    "goats": say_goats,
+    "frozen learning": say_frozen,
+    "no mutation": say_no_mutation,
+    "no red gene": say_no_red,
+    "neutral drift": lambda results: say_neutral("neutral drift", results),
     "shuffled genome": lambda results: say_neutral("shuffled genome", results),
-}  # fmt: skip
+}
 SHORTER = dict.fromkeys(("no mutation", "neutral drift", "no red gene", "shuffled genome"), 6000)
-CONFIG = {"world": "reflexes", "identity": identity(), "ticks": 10_400, "ticks of arm": SHORTER, "every": 20,
-          "kept": 100, "last": 1000, "settled": 2000, "compared": 6000,
-          "mutation": 0.01, "arms": ARMS}  # fmt: skip
+CONFIG = {
+    "world": "reflexes",
+    "identity": identity(),
+    "ticks": 10_400,
+    "ticks of arm": SHORTER,
+    "every": 20,
+    "kept": 100,
+    "last": 1000,
+    "settled": 2000,
+    "compared": 6000,
+    "mutation": 0.01,
+    "arms": ARMS,
+}
 STUDY = Study(
     name="goats",
     claim="Goats that learn need a reflex against red grass, which kills at once, "
-          "and none against yellow grass, which they learn to leave alone and tell their young, who "
-          "inherit what they have learnt.",
+    "and none against yellow grass, which they learn to leave alone and tell their young, who "
+    "inherit what they have learnt.",
     config=CONFIG,
-    cases=[{"arm": arm, "seed": seed} for arm in ARMS
-           for seed in {"goats": SEEDS, "neutral drift": DRIFTING}.get(arm, SEEDS[:8])],
-    run=run, summarise=summarise,
+    cases=[
+        {"arm": arm, "seed": seed}
+        for arm in ARMS
+        for seed in {"goats": SEEDS, "neutral drift": DRIFTING}.get(arm, SEEDS[:8])
+    ],
+    run=run,
+    summarise=summarise,
     short_cases=[{"arm": arm, "seed": seed} for arm in ("goats", "no red gene") for seed in SEEDS[:2]],
     short_config={"ticks": 500, "ticks of arm": {}, "last": 100, "settled": 100},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

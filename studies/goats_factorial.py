@@ -32,18 +32,25 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     if not of["genes"]:
         changes |= silenced(changes)
     asked: list[float] = []
-    family = live(case["seed"], config["ticks"], also=changes,
-                  look=lambda world: asked.extend(eating(world, config["last"], config["ticks"])))
+    family = live(
+        case["seed"],
+        config["ticks"],
+        also=changes,
+        look=lambda world: asked.extend(eating(world, config["last"], config["ticks"])),
+    )
     counts = carriers(family.lineage(), config["every"])
     n, generation, tail = counts["n"], counts["generation"], -max(1, config["last"] // config["every"])
     causes = {c: int((family.lineage().cause == c).sum()) for c in family.world.causes}
     return {
         "s": {g: path_coefficient(counts[g], n, generation, config["mutation"]) for g in GENES},
         "end": {g: float(counts[g][tail:].sum() / max(1, n[tail:].sum())) for g in GENES},
-        "n": float(n.mean()), "generations": float(generation[n > 0][-1]), "extinct": not family.table.n,
-        "newborn": len(asked), "eat yellow": float(np.mean(asked)) if asked else None,
+        "n": float(n.mean()),
+        "generations": float(generation[n > 0][-1]),
+        "extinct": not family.table.n,
+        "newborn": len(asked),
+        "eat yellow": float(np.mean(asked)) if asked else None,
         "died": {c: k for c, k in causes.items() if k},
-    }  # fmt: skip
+    }
 
 
 def silenced(changes: dict[str, Any]) -> dict[str, Any]:
@@ -51,14 +58,14 @@ def silenced(changes: dict[str, Any]) -> dict[str, Any]:
     from ecs_eco.config import load
 
     genes = changes.get("species.goat.genome.genes") or [
-        dict(gene) for gene in load("reflexes").species["goat"].genome.model_dump(exclude_none=True)["genes"]]
+        dict(gene) for gene in load("reflexes").species["goat"].genome.model_dump(exclude_none=True)["genes"]
+    ]
     mute = [gene | {"values": [0, 0, 0, 0]} if i < TRAITS else gene for i, gene in enumerate(genes)]
     return {"species.goat.genome.genes": mute}
 
 
 def eating(world: Any, last: int, ticks: int) -> list[float]:
-    """Return, for each newborn of the last ticks of a run, its policy's chance to eat yellow that it touches.
-    """
+    """Return, for each newborn of the last ticks of a run, its policy's chance to eat yellow that it touches."""
     from ecs_eco.components import Policy
 
     goat = world.tables["goat"]
@@ -93,16 +100,33 @@ def gap(of: dict[int, float], than: dict[int, float]) -> list[float]:
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Decide what was registered; a table of all arms."""
-    arms = {name: {e["case"]["seed"]: e["result"] for e in cases if e["case"]["arm"] == name}
-            for name in REGISTERED.arms}
+    arms = {
+        name: {e["case"]["seed"]: e["result"] for e in cases if e["case"]["arm"] == name}
+        for name in REGISTERED.arms
+    }
     arms = {name: runs for name, runs in arms.items() if runs}
-    rows = [[name, len(runs), sum(r["extinct"] for r in runs.values()),
-             np.mean([r["n"] for r in runs.values()]), np.mean([r["generations"] for r in runs.values()]),
-             *(coefficient(list(runs.values()), g) for g in GENES),
-             np.nanmean([r["eat yellow"] or np.nan for r in runs.values()])]
-            for name, runs in arms.items() if len(runs) > 1]  # fmt: skip
-    head = ["arm", "runs", "died out", "goats", "generations", *(f"s of {g}" for g in GENES),
-            "newborn eat yellow"]
+    rows = [
+        [
+            name,
+            len(runs),
+            sum(r["extinct"] for r in runs.values()),
+            np.mean([r["n"] for r in runs.values()]),
+            np.mean([r["generations"] for r in runs.values()]),
+            *(coefficient(list(runs.values()), g) for g in GENES),
+            np.nanmean([r["eat yellow"] or np.nan for r in runs.values()]),
+        ]
+        for name, runs in arms.items()
+        if len(runs) > 1
+    ]
+    head = [
+        "arm",
+        "runs",
+        "died out",
+        "goats",
+        "generations",
+        *(f"s of {g}" for g in GENES),
+        "newborn eat yellow",
+    ]
     whole = len(arms) == len(REGISTERED.arms) and all(len(runs) > 1 for runs in arms.values())
     lines = decided(arms) if whole else []
     lines.append(verdict("arms of which two or more runs are done", len(rows), "reported", True))
@@ -111,6 +135,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 def decided(arms: dict[str, dict[int, dict[str, Any]]]) -> list[dict[str, Any]]:
     """The lines of all hypotheses."""
+
     def of(name: str, gene: str) -> dict[int, float]:
         return {seed: r["s"][gene] for seed, r in arms[name].items() if r["s"][gene] is not None}
 
@@ -118,8 +143,9 @@ def decided(arms: dict[str, dict[int, dict[str, Any]]]) -> list[dict[str, Any]]:
         return {seed: r["eat yellow"] for seed, r in arms[name].items() if r["eat yellow"] is not None}
 
     s = {(name, g): coefficient(list(arms[name].values()), g) for name in WITH for g in GENES}
-    learned, none, frozen = (f"{how}, genes" for how in (
-        "learned, learning", "none, learning", "none, frozen"))
+    learned, none, frozen = (
+        f"{how}, genes" for how in ("learned, learning", "none, learning", "none, frozen")
+    )
     low, high = min(s[name, "red"][1] for name in WITH), max(s[name, "green"][2] for name in WITH)
     alone = gap(of(none, "yellow"), of(learned, "yellow"))
     slows = gap(of(frozen, "red"), of(none, "red"))
@@ -136,14 +162,25 @@ def decided(arms: dict[str, dict[int, dict[str, Any]]]) -> list[dict[str, Any]]:
 
 
 STUDY = Study(
-    name="goats_factorial", claim=REGISTERED.content["claim"], registered=REGISTERED,
-    config={"world": "reflexes", "identity": identity(), "ticks": REGISTERED.content["ticks"], "every": 20,
-            "last": 1000, "mutation": 0.01},
-    cases=[{"arm": arm, "seed": seed} for seed in REGISTERED.content["seeds"]["world"]
-           for arm in REGISTERED.arms],
-    run=run, summarise=summarise, short_config={"ticks": 300, "last": 200},
+    name="goats_factorial",
+    claim=REGISTERED.content["claim"],
+    registered=REGISTERED,
+    config={
+        "world": "reflexes",
+        "identity": identity(),
+        "ticks": REGISTERED.content["ticks"],
+        "every": 20,
+        "last": 1000,
+        "mutation": 0.01,
+    },
+    cases=[
+        {"arm": arm, "seed": seed} for seed in REGISTERED.content["seeds"]["world"] for arm in REGISTERED.arms
+    ],
+    run=run,
+    summarise=summarise,
+    short_config={"ticks": 300, "last": 200},
     short_cases=[{"arm": arm, "seed": 11001} for arm in ("birth, learning, no genes", "none, frozen, genes")],
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

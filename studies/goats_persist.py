@@ -21,8 +21,12 @@ RANGES = {
     "species.goat.reproduction.energy_given": [0.2, 0.5],
     "species.goat.reproduction.rest": [20.0, 150.0],
 }
-SEARCH = {"objective": "persistence", "ticks": 5000, "world_seeds": 2,
-          "confirm": {"world_seeds": 4, "training_seeds": 1, "ticks": 50_000}}
+SEARCH = {
+    "objective": "persistence",
+    "ticks": 5000,
+    "world_seeds": 2,
+    "confirm": {"world_seeds": 4, "training_seeds": 1, "ticks": 50_000},
+}
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -33,9 +37,12 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     asked = canonical(config) + load("reflexes").config_hash  # a search goes on in the same world only
     name = hashlib.sha256(asked.encode()).hexdigest()[:12]
     out = Path(tempfile.gettempdir()) / f"ecs-eco-goats-{name}"
-    wanted = {**config["start"], **{f"search.{k}": v for k, v in config["search"].items()},
-              "search.seed": case["seed"],
-              **{f'search.ranges."{k}"': v for k, v in config["ranges"].items()}}  # fmt: skip
+    wanted = {
+        **config["start"],
+        **{f"search.{k}": v for k, v in config["search"].items()},
+        "search.seed": case["seed"],
+        **{f'search.ranges."{k}"': v for k, v in config["ranges"].items()},
+    }
     result = search("reflexes", out, wanted, trials=config["trials"], workers=2, report=config["report"])
     return {k: result[k] for k in ("candidates", "by_stage", "seconds", "start", "best", "confirmation")}
 
@@ -45,25 +52,49 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     result = cases[0]["result"]
     best, start = result["confirmation"]["best"], result["confirmation"]["start"]
     ticks = f"{SEARCH['confirm']['ticks']:,}"
-    out = [verdict("as written: share of runs on fresh seeds in which all persist",
-                   f"{start['persisted']} of {start['runs']}", "none", start["persisted"] == 0),
-           verdict(f"the winner: runs of {ticks} ticks on fresh seeds in which all persist",
-                   f"{best['persisted']} of {best['runs']}", "all",
-                   best["persisted"] == best["runs"])]  # fmt: skip
+    out = [
+        verdict(
+            "as written: share of runs on fresh seeds in which all persist",
+            f"{start['persisted']} of {start['runs']}",
+            "none",
+            start["persisted"] == 0,
+        ),
+        verdict(
+            f"the winner: runs of {ticks} ticks on fresh seeds in which all persist",
+            f"{best['persisted']} of {best['runs']}",
+            "all",
+            best["persisted"] == best["runs"],
+        ),
+    ]
     numbers = result["best"][0]["values"]
-    return {"verdicts": out, "table": {"head": ["number", "as written", "found"],
-                                       "rows": [[k, result["start"].get(k), v] for k, v in numbers.items()]}}
+    return {
+        "verdicts": out,
+        "table": {
+            "head": ["number", "as written", "found"],
+            "rows": [[k, result["start"].get(k), v] for k, v in numbers.items()],
+        },
+    }
 
 
 STUDY = Study(
     name="goats_persist",
     claim="A search makes of a meadow in which goats die out one in which they persist.",
     config={"start": POOR, "ranges": RANGES, "search": SEARCH, "trials": 20, "report": True},
-    cases=[{"seed": 1}], run=run, summarise=summarise, short_cases=[{"seed": 1}],
-    short_config={"trials": 1, "report": False,
-                  "search": {**SEARCH, "ticks": 40, "world_seeds": 1,
-                             "confirm": {"world_seeds": 1, "training_seeds": 1, "ticks": 40}}},
-)  # fmt: skip
+    cases=[{"seed": 1}],
+    run=run,
+    summarise=summarise,
+    short_cases=[{"seed": 1}],
+    short_config={
+        "trials": 1,
+        "report": False,
+        "search": {
+            **SEARCH,
+            "ticks": 40,
+            "world_seeds": 1,
+            "confirm": {"world_seeds": 1, "training_seeds": 1, "ticks": 40},
+        },
+    },
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -68,8 +68,12 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         world.run(config["every"])
         means.append(genes(world))
     lived = {n: world.tables[n].n for n in ("vole", "berry", "nightshade")}
-    return {"genes": {k: " ".join(f"{s[k]:.3f}" for s in means) for k in means[0]},
-            "generations": depth.mean(), "end": lived, **lives(world)}
+    return {
+        "genes": {k: " ".join(f"{s[k]:.3f}" for s in means) for k in means[0]},
+        "generations": depth.mean(),
+        "end": lived,
+        **lives(world),
+    }
 
 
 def genes(world: Any) -> dict[str, float]:
@@ -81,8 +85,9 @@ def genes(world: Any) -> dict[str, float]:
         table = world.tables[species]
         rows = table.rows()
         values = table.species.heredity.layout.decode(table[Genome].loci[rows])
-        out |= {f"{species}.{n}": float(values[n].mean(dtype=np.float64)) if rows.size else np.nan
-                for n in names}
+        out |= {
+            f"{species}.{n}": float(values[n].mean(dtype=np.float64)) if rows.size else np.nan for n in names
+        }
     return out
 
 
@@ -90,14 +95,22 @@ def lives(world: Any) -> dict[str, Any]:
     """Mean numbers, causes of death, and poisonings per vole, nightshade and 10⁶ ticks,
     all of the last quarter of a run."""
     series = world.series().to_pydict()
-    rows = {n: [i for i, (s, t) in enumerate(zip(series["species"], series["tick"], strict=True))
-                if s == n and t >= 0.75 * world.tick]
-            for n in ("vole", "berry", "nightshade")}  # fmt: skip
+    rows = {
+        n: [
+            i
+            for i, (s, t) in enumerate(zip(series["species"], series["tick"], strict=True))
+            if s == n and t >= 0.75 * world.tick
+        ]
+        for n in ("vole", "berry", "nightshade")
+    }
     n = {name: np.array([series["n"][i] for i in at], float) for name, at in rows.items()}
     died = {c: sum(series[c][i] for i in rows["vole"]) for c in series if c.startswith("died: ")}
     met = float((n["vole"] * n["nightshade"]).sum())
-    return {"numbers": {k: v.mean() for k, v in n.items()}, "deaths": {k: v for k, v in died.items() if v},
-            "risk": died["died: poisoned by nightshade"] / met * 1e6 if met else None}  # fmt: skip
+    return {
+        "numbers": {k: v.mean() for k, v in n.items()},
+        "deaths": {k: v for k, v in died.items() if v},
+        "risk": died["died: poisoned by nightshade"] / met * 1e6 if met else None,
+    }
 
 
 def changed(cases: list[dict[str, Any]], arm: str, gene: str) -> dict[int, float]:
@@ -143,8 +156,12 @@ def beyond(interval_: list[float] | None, sign: int) -> bool:
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Every gene's change by arm, and the arms against each other."""
     arms = [a for a in ARMS if any(e["case"]["arm"] == a for e in cases)]
-    moved = {(a, f"{s}.{g}"): changed(cases, a, f"{s}.{g}") for a in arms for s, names in GENES.items()
-             for g in names}
+    moved = {
+        (a, f"{s}.{g}"): changed(cases, a, f"{s}.{g}")
+        for a in arms
+        for s, names in GENES.items()
+        for g in names
+    }
     out = [*weights_against_controls(moved, arms), *genes_at_rest(moved, arms)]
     if "no learning" in arms:
         out.append(risk_of_nightshade(cases))
@@ -153,9 +170,17 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     if "shuffled genome" in arms:
         out.append(breeding_against_survival(moved))
     out += sizes_of_runs(cases)
-    rows = [[a, g, len(v), np.mean([numbers(e, g)[0] for e in cases if e["case"]["arm"] == a]),
-             interval(list(v.values()))]
-            for (a, g), v in moved.items() if v]  # fmt: skip
+    rows = [
+        [
+            a,
+            g,
+            len(v),
+            np.mean([numbers(e, g)[0] for e in cases if e["case"]["arm"] == a]),
+            interval(list(v.values())),
+        ]
+        for (a, g), v in moved.items()
+        if v
+    ]
     return {"verdicts": out, "table": {"head": ["arm", "gene", "runs", "start", "change"], "rows": rows}}
 
 
@@ -166,9 +191,14 @@ def weights_against_controls(moved: Changes, arms: list[str]) -> list[dict[str, 
         for control in ("neutral drift", "no learning"):
             if control in arms:
                 difference = apart(moved["evolving", f"vole.{name}"], moved[control, f"vole.{name}"])
-                out.append(verdict(f"change of the weight of {name} in happiness, evolving less {control}",
-                                   difference, "above 0" if sign > 0 else "below 0",
-                                   beyond(difference, sign)))  # fmt: skip
+                out.append(
+                    verdict(
+                        f"change of the weight of {name} in happiness, evolving less {control}",
+                        difference,
+                        "above 0" if sign > 0 else "below 0",
+                        beyond(difference, sign),
+                    )
+                )
     return out
 
 
@@ -178,47 +208,81 @@ def genes_at_rest(moved: Changes, arms: list[str]) -> list[dict[str, Any]]:
     for control in [a for a in ("neutral drift", "no learning") if a in arms]:
         each = {g: interval(list(moved[control, f"vole.{g}"].values())) for g in (*WEIGHTS, "vole", "marker")}
         n = sum(beyond(v, 1) or beyond(v, -1) for v in each.values())
-        out.append(verdict(f"{control}: of 5 genes of voles those that changed (95 % interval without 0)", n,
-                           "at most 1, by chance", n <= 1))
+        out.append(
+            verdict(
+                f"{control}: of 5 genes of voles those that changed (95 % interval without 0)",
+                n,
+                "at most 1, by chance",
+                n <= 1,
+            )
+        )
     return out
 
 
 def risk_of_nightshade(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Those that learn in life die less of nightshade."""
-    risk = {a: {e["case"]["seed"]: e["result"]["risk"]
-                for e in cases if e["case"]["arm"] == a and e["result"]["risk"]}
-            for a in ("evolving", "no learning")}
-    difference = apart({s: np.log(v) for s, v in risk["evolving"].items()},
-                       {s: np.log(v) for s, v in risk["no learning"].items()})
+    risk = {
+        a: {
+            e["case"]["seed"]: e["result"]["risk"]
+            for e in cases
+            if e["case"]["arm"] == a and e["result"]["risk"]
+        }
+        for a in ("evolving", "no learning")
+    }
+    difference = apart(
+        {s: np.log(v) for s, v in risk["evolving"].items()},
+        {s: np.log(v) for s, v in risk["no learning"].items()},
+    )
     ratio = None if difference is None else [float(np.exp(v)) for v in difference]
-    return verdict("risk of a vole to die of nightshade, evolving over no learning", ratio, "below 1",
-                   beyond(difference, -1))
+    return verdict(
+        "risk of a vole to die of nightshade, evolving over no learning",
+        ratio,
+        "below 1",
+        beyond(difference, -1),
+    )
 
 
 def defence_of_berries(moved: Changes) -> list[dict[str, Any]]:
     """Grazers make berries tough, but not poisonous."""
-    tough, poison = (apart(moved["evolving", f"berry.{g}"], moved["no grazers", f"berry.{g}"])
-                     for g in ("tough", "poison"))
+    tough, poison = (
+        apart(moved["evolving", f"berry.{g}"], moved["no grazers", f"berry.{g}"]) for g in ("tough", "poison")
+    )
     alone = interval(list(moved["no grazers", "berry.tough"].values()))
     return [
-        verdict("change of toughness in berries, with grazers less without", tough, "above 0",
-                beyond(tough, 1)),
-        verdict("change of poison in berries, with grazers less without", poison,
-                "not above 0: it protects only the others", not beyond(poison, 1)),
-        verdict("change of toughness in berries without grazers", alone, "below 0: it costs seeds",
-                beyond(alone, -1)),
-    ]  # fmt: skip
+        verdict(
+            "change of toughness in berries, with grazers less without", tough, "above 0", beyond(tough, 1)
+        ),
+        verdict(
+            "change of poison in berries, with grazers less without",
+            poison,
+            "not above 0: it protects only the others",
+            not beyond(poison, 1),
+        ),
+        verdict(
+            "change of toughness in berries without grazers",
+            alone,
+            "below 0: it costs seeds",
+            beyond(alone, -1),
+        ),
+    ]
 
 
 def breeding_against_survival(moved: Changes) -> dict[str, Any]:
     """Genes of the living that are shuffled among newborn change less than those that parents pass on."""
-    sums = [{s: sum(sign * moved[a, f"vole.{g}"][s] for g, sign in WEIGHTS.items())
-             for s in moved[a, "vole.energy"]}
-            for a in ("evolving", "shuffled genome")]  # fmt: skip
+    sums = [
+        {
+            s: sum(sign * moved[a, f"vole.{g}"][s] for g, sign in WEIGHTS.items())
+            for s in moved[a, "vole.energy"]
+        }
+        for a in ("evolving", "shuffled genome")
+    ]
     difference = apart(sums[0], sums[1])
-    return verdict("changes of energy and berry less that of nightshade, evolving less shuffled genome",
-                   difference,
-                   "above 0: breeding counts, not only staying alive", beyond(difference, 1))  # fmt: skip
+    return verdict(
+        "changes of energy and berry less that of nightshade, evolving less shuffled genome",
+        difference,
+        "above 0: breeding counts, not only staying alive",
+        beyond(difference, 1),
+    )
 
 
 def sizes_of_runs(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -227,10 +291,18 @@ def sizes_of_runs(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     generations = min(r["generations"] or 0 for r in mine)
     voles = min(r["numbers"]["vole"] for r in mine)
     return [
-        verdict("generations of voles, the fewest of all evolving runs", generations, "30 or more",
-                generations >= 30),
-        verdict("voles, mean of the last quarter, the fewest of all evolving runs", voles, "300 or more",
-                voles >= 300),
+        verdict(
+            "generations of voles, the fewest of all evolving runs",
+            generations,
+            "30 or more",
+            generations >= 30,
+        ),
+        verdict(
+            "voles, mean of the last quarter, the fewest of all evolving runs",
+            voles,
+            "300 or more",
+            voles >= 300,
+        ),
     ]
 
 
@@ -242,15 +314,21 @@ def draw(record: dict[str, Any], path: Path) -> None:
 
     from ecs_eco.analysis.figures import PALETTE
 
-    panels = {"vole.energy": "own energy", "vole.berry": "nearness of a berry",
-              "vole.nightshade": "nearness of nightshade", "vole.vole": "nearness of a vole",
-              "vole.marker": "neutral marker", "berry.tough": "berries: toughness"}  # fmt: skip
+    panels = {
+        "vole.energy": "own energy",
+        "vole.berry": "nearness of a berry",
+        "vole.nightshade": "nearness of nightshade",
+        "vole.vole": "nearness of a vole",
+        "vole.marker": "neutral marker",
+        "berry.tough": "berries: toughness",
+    }
     figure = Figure(figsize=(9.6, 5.2), layout="constrained")
     FigureCanvasAgg(figure)
     every = record["config"]["every"]
     for axes, (gene, title) in zip(figure.subplots(2, 3, sharex=True).flat, panels.items(), strict=True):
-        shown = [a for a in ARMS
-                 if a != "shuffled genome" and (gene.startswith("berry") or a != "no grazers")]
+        shown = [
+            a for a in ARMS if a != "shuffled genome" and (gene.startswith("berry") or a != "no grazers")
+        ]
         for arm in shown:
             lines = np.array([numbers(e, gene) for e in record["cases"] if e["case"]["arm"] == arm])
             if not lines.size:
@@ -258,8 +336,11 @@ def draw(record: dict[str, Any], path: Path) -> None:
             t, color = np.arange(lines.shape[1]) * every, PALETTE[list(ARMS).index(arm)]
             axes.plot(t, lines.T, color=color, alpha=0.25, lw=0.6)
             axes.plot(t, lines.mean(0), color=color, lw=2, label=arm)
-        axes.set_title(title if gene.startswith(("berry", "vole.marker")) else f"weight of {title}",
-                       fontsize=10, loc="left")
+        axes.set_title(
+            title if gene.startswith(("berry", "vole.marker")) else f"weight of {title}",
+            fontsize=10,
+            loc="left",
+        )
         axes.spines[["top", "right"]].set_visible(False)
         axes.set_ylim(*((0, 1) if gene.startswith("berry") else (-1, 1)))
         if gene.startswith("vole"):
@@ -267,8 +348,9 @@ def draw(record: dict[str, Any], path: Path) -> None:
         if axes.get_subplotspec().is_last_row():
             axes.set_xlabel("tick")
         if gene in ("vole.energy", "berry.tough"):
-            axes.legend(frameon=False, fontsize=8,
-                        loc="upper right" if gene.startswith("berry") else "lower right")
+            axes.legend(
+                frameon=False, fontsize=8, loc="upper right" if gene.startswith("berry") else "lower right"
+            )
     figure.savefig(path, dpi=100)
     Image.open(path).convert("RGB").quantize(96).save(path, optimize=True)  # a third of the bytes
 
@@ -281,14 +363,18 @@ def identity() -> str:
 
 
 STUDY = Study(
-    name="happiness", claim="Weights of happiness that make their owners live and breed evolve; "
-                            "nobody says what a vole should want.",
+    name="happiness",
+    claim="Weights of happiness that make their owners live and breed evolve; "
+    "nobody says what a vole should want.",
     config={"world": "happiness", "identity": identity(), "ticks": 4000, "every": 200},
-    cases=[{"arm": arm, "seed": s} for s in SEEDS for arm in ARMS], run=run, summarise=summarise,
-    short_cases=[{"arm": arm, "seed": s} for s in (1, 2)
-                 for arm in ("evolving", "neutral drift", "no grazers")],
+    cases=[{"arm": arm, "seed": s} for s in SEEDS for arm in ARMS],
+    run=run,
+    summarise=summarise,
+    short_cases=[
+        {"arm": arm, "seed": s} for s in (1, 2) for arm in ("evolving", "neutral drift", "no grazers")
+    ],
     short_config={"ticks": 400},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     if "--draw" in sys.argv:

@@ -15,8 +15,15 @@ from studies.common.goats import identity, live
 from studies.common.study import Study, verdict
 
 SEEDS = tuple(range(2001, 2009))
-BRAIN = {"name": "brain", "trait": "policy.weights", "letters": 3, "low": -0.5, "high": 0.5, "form": "direct",
-         "mutation": 0.002}
+BRAIN = {
+    "name": "brain",
+    "trait": "policy.weights",
+    "letters": 3,
+    "low": -0.5,
+    "high": 0.5,
+    "form": "direct",
+    "mutation": 0.002,
+}
 WAYS = ("none", "birth", "learned")
 SPAN = 500  # ticks: the longest life of a goat
 ADULT = 100  # ticks: the age at which it can breed
@@ -38,8 +45,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Run one world; return how many were born, lived to breeding age and bred, and what they died of."""
     family = live(case["seed"], config["ticks"], also=change(case["inherit"]))
     lineage = family.lineage()
-    counted = (lineage.parent > 0) & (lineage.born >= config["from"]) & (
-        lineage.born < config["ticks"] - SPAN
+    counted = (
+        (lineage.parent > 0) & (lineage.born >= config["from"]) & (lineage.born < config["ticks"] - SPAN)
     )
     age = np.where(lineage.died >= 0, lineage.died, lineage.end) - lineage.born
     adult = counted & (age >= ADULT)
@@ -48,20 +55,31 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     for line in (lineage.mother, lineage.father):
         np.minimum.at(first, line[line >= 0], lineage.born[line >= 0])
     n = lineage.living_sums(lineage.samples(20))
-    causes = {c: int((lineage.cause[counted] == c).sum())
-              for c in family.world.causes if (lineage.cause[counted] == c).any()}
+    causes = {
+        c: int((lineage.cause[counted] == c).sum())
+        for c in family.world.causes
+        if (lineage.cause[counted] == c).any()
+    }
     waited = float((first - lineage.born)[bred].mean()) if bred.any() else None
-    return {"born": int(counted.sum()), "first child": waited, "adult": int(adult.sum()),
-            "bred": int(bred.sum()), "age": float(age[counted].mean()) if counted.any() else 0.0,
-            "died": causes, "extinct": None if family.table.n else int(lineage.died.max()),
-            "n": float(n.mean()), "least": int(n.min())}  # fmt: skip
+    return {
+        "born": int(counted.sum()),
+        "first child": waited,
+        "adult": int(adult.sum()),
+        "bred": int(bred.sum()),
+        "age": float(age[counted].mean()) if counted.any() else 0.0,
+        "died": causes,
+        "extinct": None if family.table.n else int(lineage.died.max()),
+        "n": float(n.mean()),
+        "least": int(n.min()),
+    }
 
 
 def shares(result: dict[str, Any]) -> dict[str, float]:
     """Share of the newborn that lived to breeding age, that bred, and of the grown ones that bred."""
     born, adult = max(1, result["born"]), max(1, result["adult"])
-    return dict(zip(SHARES, (result["adult"] / born, result["bred"] / born, result["bred"] / adult),
-                    strict=True))
+    return dict(
+        zip(SHARES, (result["adult"] / born, result["bred"] / born, result["bred"] / adult), strict=True)
+    )
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -76,32 +94,68 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         return [over.mean, *over.interval95]
 
     young = {way: [r["first child"] for r in results if r["first child"]] for way, results in by_way.items()}
-    share = {way: {s: [shares(r)[s] for r in results if r["born"]] for s in SHARES}
-             for way, results in by_way.items()}
-    rows = [[way, len(results), sum(r["extinct"] is not None for r in results),
-             np.mean([r["n"] for r in results]), np.mean([r["born"] for r in results]),
-             *(interval(share[way][s]) if share[way][s] else None for s in SHARES),
-             interval(young[way]) if young[way] else None, causes(results)]
-            for way, results in by_way.items()]  # fmt: skip
+    share = {
+        way: {s: [shares(r)[s] for r in results if r["born"]] for s in SHARES}
+        for way, results in by_way.items()
+    }
+    rows = [
+        [
+            way,
+            len(results),
+            sum(r["extinct"] is not None for r in results),
+            np.mean([r["n"] for r in results]),
+            np.mean([r["born"] for r in results]),
+            *(interval(share[way][s]) if share[way][s] else None for s in SHARES),
+            interval(young[way]) if young[way] else None,
+            causes(results),
+        ]
+        for way, results in by_way.items()
+    ]
     lines = []
     for way in ("none", "birth") if "learned" in share else ():
-        for what, of, sign in ((f"share of newborn that {SHARES[1]}",
-                                {w: share[w][SHARES[1]] for w in share}, 1),
-                               ("age at the first child", young, -1)):
+        for what, of, sign in (
+            (f"share of newborn that {SHARES[1]}", {w: share[w][SHARES[1]] for w in share}, 1),
+            ("age at the first child", young, -1),
+        ):
             gap = interval([b - a for a, b in zip(of[way], of["learned"], strict=False)] or [0.0])
             met = gap[1] > 0 if sign > 0 else gap[2] < 0
-            lines.append(verdict(f"{what}: learned less {way}, by pairs of seeds", gap,
-                                 "above 0" if sign > 0 else "below 0", met))
+            lines.append(
+                verdict(
+                    f"{what}: learned less {way}, by pairs of seeds",
+                    gap,
+                    "above 0" if sign > 0 else "below 0",
+                    met,
+                )
+            )
         gap = interval(
             [b - a for a, b in zip(share[way][SHARES[0]], share["learned"][SHARES[0]], strict=False)] or [0.0]
         )
-        lines.append(verdict(f"share of newborn that {SHARES[0]}: learned less {way}, by pairs of seeds", gap,
-                             "reported", True))
-    lines.append(verdict("worlds that die out: " + ", ".join(by_way),
-                         [sum(r["extinct"] is not None for r in results) for results in by_way.values()],
-                         "reported", True))  # fmt: skip
-    head = ["inherited", "runs", "died out", "goats", "newborn counted", *SHARES,
-            "age at the first child", "died of"]
+        lines.append(
+            verdict(
+                f"share of newborn that {SHARES[0]}: learned less {way}, by pairs of seeds",
+                gap,
+                "reported",
+                True,
+            )
+        )
+    lines.append(
+        verdict(
+            "worlds that die out: " + ", ".join(by_way),
+            [sum(r["extinct"] is not None for r in results) for results in by_way.values()],
+            "reported",
+            True,
+        )
+    )
+    head = [
+        "inherited",
+        "runs",
+        "died out",
+        "goats",
+        "newborn counted",
+        *SHARES,
+        "age at the first child",
+        "died of",
+    ]
     return {"verdicts": lines, "table": {"head": head, "rows": rows}}
 
 
@@ -111,20 +165,22 @@ def causes(results: list[dict[str, Any]]) -> str:
     for r in results:
         for cause, n in r["died"].items():
             total[cause] = total.get(cause, 0) + n
-    return ", ".join(f"{c} {n / sum(total.values()):.0%}"
-                     for c, n in sorted(total.items(), key=lambda x: -x[1]))
+    return ", ".join(
+        f"{c} {n / sum(total.values()):.0%}" for c, n in sorted(total.items(), key=lambda x: -x[1])
+    )
 
 
 STUDY = Study(
     name="inheritance",
     claim="Goats born with a parent's learnt weights breed more often than those born with random or with "
-          "birth weights.",
+    "birth weights.",
     config={"world": "reflexes", "identity": identity(), "ticks": 2500, "from": SPAN, "brain": BRAIN},
     cases=[{"inherit": way, "seed": seed} for way in WAYS for seed in SEEDS],
-    run=run, summarise=summarise,
+    run=run,
+    summarise=summarise,
     short_cases=[{"inherit": way, "seed": seed} for way in WAYS for seed in SEEDS[:1]],
     short_config={"ticks": 650, "from": 100},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

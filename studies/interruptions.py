@@ -15,8 +15,13 @@ import numpy as np
 from studies.common.runs import small
 from studies.common.study import Study, verdict
 
-KINDS = ("Ctrl-C", "two Ctrl-C", "exception in a signal handler", "exception in a system",
-         "exception in a sensor")
+KINDS = (
+    "Ctrl-C",
+    "two Ctrl-C",
+    "exception in a signal handler",
+    "exception in a system",
+    "exception in a sensor",
+)
 
 
 class Interrupted(Exception):
@@ -43,16 +48,20 @@ def trip(world: Any, rng: np.random.Generator, ticks: int) -> None:
 
 def blind(world: Any, rng: np.random.Generator, ticks: int) -> None:
     """Let a sensor fail, at whichever time it is asked from a tick drawn at random on."""
-    able = [t.species.nerves
-            for t in world.tables.values() if t.species.nerves is not None and t.species.nerves.senses]
+    able = [
+        t.species.nerves
+        for t in world.tables.values()
+        if t.species.nerves is not None and t.species.nerves.senses
+    ]
     nerves, at = able[rng.integers(len(able))], int(rng.integers(world.tick, ticks))
     i = int(rng.integers(len(nerves.senses)))
     sense, column = nerves.senses[i]
     nerves.senses[i] = (lambda world, *rest: fail() if world.tick >= at else sense(world, *rest)), column
 
 
-def interrupt(kind: str, world: Any, rng: np.random.Generator, ticks: int,
-              lasting: float) -> Callable[[], None]:
+def interrupt(
+    kind: str, world: Any, rng: np.random.Generator, ticks: int, lasting: float
+) -> Callable[[], None]:
     """Have a world interrupted while it runs for about `lasting` seconds; return what calls it off."""
     if kind == "exception in a system":
         trip(world, rng, ticks)
@@ -61,16 +70,20 @@ def interrupt(kind: str, world: Any, rng: np.random.Generator, ticks: int,
     elif kind == "exception in a signal handler":
         before = signal.signal(signal.SIGALRM, fail)
         signal.setitimer(signal.ITIMER_REAL, float(rng.uniform(1e-4, lasting)))
-        return lambda: (signal.setitimer(signal.ITIMER_REAL, 0),  # type: ignore[func-returns-value]
-                        signal.signal(signal.SIGALRM, before))
+        return lambda: (
+            signal.setitimer(signal.ITIMER_REAL, 0),  # type: ignore[func-returns-value]
+            signal.signal(signal.SIGALRM, before),
+        )
     else:
         timers = [threading.Timer(float(rng.uniform(0, lasting)), press)]
         if kind == "two Ctrl-C":
             timers.append(threading.Timer(timers[0].interval + float(rng.uniform(0, 0.002)), press))
         for timer in timers:
             timer.start()
-        return lambda: [(timer.cancel(), timer.join())  # type: ignore[func-returns-value]
-                        for timer in timers]
+        return lambda: [
+            (timer.cancel(), timer.join())  # type: ignore[func-returns-value]
+            for timer in timers
+        ]
     return lambda: None
 
 
@@ -99,8 +112,13 @@ def refuses(world: Any, folder: Path) -> bool:
     from ecs_eco.engine.errors import UnfinishedTick
     from ecs_eco.record import Recorder
 
-    asked = (lambda: world.run(1), lambda: world.save(folder / "w.safetensors"), lambda: Recorder(world),
-             world.copy, world.digest)
+    asked = (
+        lambda: world.run(1),
+        lambda: world.save(folder / "w.safetensors"),
+        lambda: Recorder(world),
+        world.copy,
+        world.digest,
+    )
     for ask in asked:
         try:
             ask()
@@ -115,8 +133,14 @@ def end_of(world: Any, ticks: int) -> str:
     return world.run(ticks - world.tick).digest()
 
 
-def once(kind: str, config: dict[str, Any], case: dict[str, Any], rng: np.random.Generator, peace: list[str],
-         lasting: float) -> str:
+def once(
+    kind: str,
+    config: dict[str, Any],
+    case: dict[str, Any],
+    rng: np.random.Generator,
+    peace: list[str],
+    lasting: float,
+) -> str:
     """Interrupt one world; return what became of it: "whole", "refusing",
     "early" where it had ended before, or what was wrong."""
     from ecs_eco.engine.phases import PHASES
@@ -140,8 +164,9 @@ def once(kind: str, config: dict[str, Any], case: dict[str, Any], rng: np.random
             return "refusing" if refuses(world, Path(place)) else "half a tick, and goes on"
         if world.digest() != peace[world.tick]:
             return "half a tick, and does not say so"
-        again = type(world).restore(world.save(Path(place) / "w.safetensors"),
-                                    prepare=lambda w: idle(w, PHASES))
+        again = type(world).restore(
+            world.save(Path(place) / "w.safetensors"), prepare=lambda w: idle(w, PHASES)
+        )
         return "whole" if end_of(again, ticks) == peace[ticks] else "saved otherwise"
 
 
@@ -164,8 +189,10 @@ def became(config: dict[str, Any], case: dict[str, Any]) -> dict[str, int]:
     start = time.perf_counter()
     calm.run(ticks)
     lasting, outcomes = time.perf_counter() - start, []
-    while (sum(what != "early" for what in outcomes) < config["interruptions"]
-           and len(outcomes) < 10 * config["interruptions"]):
+    while (
+        sum(what != "early" for what in outcomes) < config["interruptions"]
+        and len(outcomes) < 10 * config["interruptions"]
+    ):
         try:
             outcomes.append(once(case["kind"], config, case, rng, peace, lasting))
         except (Interrupted, KeyboardInterrupt):  # after the run had ended
@@ -189,21 +216,28 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "verdicts": [
             verdict("interruptions of a world while it ran", every, "100 or more", every >= 100),
-            verdict("worlds that were neither whole (the bytes of a run in peace, "
-                    "also when saved and gone on with) nor refused to run, to be saved, "
-                    "recorded, copied and hashed; or whose copy made before ended otherwise", wrong,
-                    "0", wrong == 0),
+            verdict(
+                "worlds that were neither whole (the bytes of a run in peace, "
+                "also when saved and gone on with) nor refused to run, to be saved, "
+                "recorded, copied and hashed; or whose copy made before ended otherwise",
+                wrong,
+                "0",
+                wrong == 0,
+            ),
         ],
         "table": {"head": ["interrupted by", "times", "whole", "refusing", "neither"], "rows": rows},
-    }  # fmt: skip
+    }
 
 
 STUDY = Study(
     name="interruptions",
     claim="A world that is interrupted within a tick, in whatever way, is whole or refuses to go on.",
     config={"ticks": 40, "share": 0.1, "interruptions": 10},
-    cases=[{"kind": kind, "world": "predator-prey", "brains": brains, "seed": 5} for kind in KINDS
-           for brains in ("shared", "individual")],
+    cases=[
+        {"kind": kind, "world": "predator-prey", "brains": brains, "seed": 5}
+        for kind in KINDS
+        for brains in ("shared", "individual")
+    ],
     run=run,
     summarise=summarise,
     short_config={"ticks": 12, "interruptions": 2},

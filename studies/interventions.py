@@ -27,14 +27,30 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     from ecs_eco.config import load
     from ecs_eco.record import fork, run_to_folder
 
-    at, until, seed, done = (config["at"], config["until"], case["seed"],
-                             DONE[case["what"]] | {"at": config["at"]})
+    at, until, seed, done = (
+        config["at"],
+        config["until"],
+        case["seed"],
+        DONE[case["what"]] | {"at": config["at"]},
+    )
     with tempfile.TemporaryDirectory() as place:
         here = Path(place)
-        alone = run_to_folder(load("predator-prey"), seed=seed, ticks=until, out=here / "alone", report=False,
-                              checkpoint_every=at, keep=99)
-        planned = run_to_folder(load("predator-prey", {"interventions": [done]}), seed=seed, ticks=until,
-                                out=here / "planned", report=False)
+        alone = run_to_folder(
+            load("predator-prey"),
+            seed=seed,
+            ticks=until,
+            out=here / "alone",
+            report=False,
+            checkpoint_every=at,
+            keep=99,
+        )
+        planned = run_to_folder(
+            load("predator-prey", {"interventions": [done]}),
+            seed=seed,
+            ticks=until,
+            out=here / "planned",
+            report=False,
+        )
         changes = done["set"] if done["kind"] == "set" else {"interventions": [done]}
         forked = fork(here / "alone", here / "fork", from_tick=at, changes=changes, report=False)
         write_report(here / "planned")
@@ -42,23 +58,33 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         numbers = {name: load_series(here / name).n for name in ("alone", "planned", "fork")}
         same_rows = bool(np.array_equal(numbers["planned"][at:], numbers["fork"]))
         recorded = content(here / "planned") != content(here / "alone")
-    return {"alone": alone["digest"], "by the file": planned["digest"], "in a fork": forked["digest"],
-            "the same numbers from then on": same_rows,
-            "recorded otherwise": recorded, "in the report": "ntervention" in page,
-            "at the end, alone and with it": [numbers["alone"][-1].tolist(),
-                                              numbers["planned"][-1].tolist()]}  # fmt: skip
+    return {
+        "alone": alone["digest"],
+        "by the file": planned["digest"],
+        "in a fork": forked["digest"],
+        "the same numbers from then on": same_rows,
+        "recorded otherwise": recorded,
+        "in the report": "ntervention" in page,
+        "at the end, alone and with it": [numbers["alone"][-1].tolist(), numbers["planned"][-1].tolist()],
+    }
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Count what was the same."""
     results, n = [c["result"] for c in cases], len(cases)
     same = sum(r["by the file"] == r["in a fork"] and r["the same numbers from then on"] for r in results)
-    other, marked = (sum(r["by the file"] != r["alone"] for r in results),
-                     sum(r["in the report"] for r in results))
+    other, marked = (
+        sum(r["by the file"] != r["alone"] for r in results),
+        sum(r["in the report"] for r in results),
+    )
     what = ", ".join(sorted({c["case"]["what"] for c in cases}))
     return [
-        verdict(f"runs in which file and fork end with the same bytes ({what})", f"{same} of {n}",
-                f"{n}", same == n),
+        verdict(
+            f"runs in which file and fork end with the same bytes ({what})",
+            f"{same} of {n}",
+            f"{n}",
+            same == n,
+        ),
         verdict("runs that differ from the world left alone", f"{other} of {n}", f"{n}", other == n),
         verdict("reports that mark it", f"{marked} of {n}", f"{n}", marked == n),
     ]

@@ -70,18 +70,30 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     within = (columns["tick"] >= first) & (columns["tick"] < last)
     wolves = columns["n"][of["wolf"] & within].sum()
     return {
-        "training seconds": seconds, "lived": world.tick,
+        "training seconds": seconds,
+        "lived": world.tick,
         "persisted": world.tick >= ticks and all(world.tables[s].n for s in (*mortal, "tree", "grass")),
         "catch": None if seen is None else columns["died: eaten by wolf"][of["deer"] & within].sum() / wolves,
         "distance": None if seen is None else float(seen[:, 1].mean()),
         "locked": None if seen is None else float(seen[-1, 2]),
-        "numbers": {s: {"mean": columns["n"][rows].mean(), "least": columns["n"][rows].min(),
-                        "most": columns["n"][rows].max(), "end": columns["n"][rows][-1]}
-                    for s, rows in of.items()},
-        "deaths": {s: {c.removeprefix("died: "): int(k) for c in series
-                       if c.startswith("died: ") and (k := np.array(series[c], float)[rows].sum())}
-                   for s, rows in of.items()},
-    }  # fmt: skip
+        "numbers": {
+            s: {
+                "mean": columns["n"][rows].mean(),
+                "least": columns["n"][rows].min(),
+                "most": columns["n"][rows].max(),
+                "end": columns["n"][rows][-1],
+            }
+            for s, rows in of.items()
+        },
+        "deaths": {
+            s: {
+                c.removeprefix("died: "): int(k)
+                for c in series
+                if c.startswith("died: ") and (k := np.array(series[c], float)[rows].sum())
+            }
+            for s, rows in of.items()
+        },
+    }
 
 
 def distance(world: Any, lake: Any) -> float:
@@ -110,54 +122,104 @@ def summarise(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
     by = {(e["case"]["arm"], e["case"]["training"], e["case"]["seed"]): e["result"] for e in entries}
     training = sorted({t for _, t, _ in by})
-    whole = {t: [r["persisted"] for (arm, of, _), r in by.items() if arm == "island" and of == t]
-             for t in training}
+    whole = {
+        t: [r["persisted"] for (arm, of, _), r in by.items() if arm == "island" and of == t] for t in training
+    }
     slowest = max(r["training seconds"] for r in by.values())
     good = sum(np.mean(kept) >= 0.8 for kept in whole.values())
-    out = [verdict("longest training [s of processor time]", slowest, "at most 300", slowest <= 300),
-           verdict("training seeds for which at least 8 of 10 worlds persist",
-                   f"{good} of {len(training)} ({', '.join(f'{sum(k)}/{len(k)}' for k in whole.values())})",
-                   "at least 3 of 4", good >= 0.75 * len(training))]  # fmt: skip
-    for arm, measure, what in (("no hills", "catch", "deer eaten per wolf and second"),
-                               ("no scavengers", "locked", "share of living nitrogen in carcasses"),
-                               ("no thirst", "distance", "distance of deer from the shore [m]")):
-        pairs = {(t, s): (by["island", t, s][measure], r[measure])
-                 for (of, t, s), r in by.items() if of == arm and ("island", t, s) in by}
+    out = [
+        verdict("longest training [s of processor time]", slowest, "at most 300", slowest <= 300),
+        verdict(
+            "training seeds for which at least 8 of 10 worlds persist",
+            f"{good} of {len(training)} ({', '.join(f'{sum(k)}/{len(k)}' for k in whole.values())})",
+            "at least 3 of 4",
+            good >= 0.75 * len(training),
+        ),
+    ]
+    for arm, measure, what in (
+        ("no hills", "catch", "deer eaten per wolf and second"),
+        ("no scavengers", "locked", "share of living nitrogen in carcasses"),
+        ("no thirst", "distance", "distance of deer from the shore [m]"),
+    ):
+        pairs = {
+            (t, s): (by["island", t, s][measure], r[measure])
+            for (of, t, s), r in by.items()
+            if of == arm and ("island", t, s) in by
+        }
         whole_pairs = {k: v for k, v in pairs.items() if None not in v}
         out.append(_difference(arm, what, pairs, whole_pairs, mean_interval))
-    head = ["arm", "training seed", "world seed", "lived [ticks]", "deer", "wolves", "ravens", "catch",
-            "distance [m]", "locked"]  # fmt: skip
-    rows = [[*key, r["lived"], *(f"{r['numbers'][s]['least']:.0f} … {r['numbers'][s]['most']:.0f}"
-                                 for s in MORTAL), r["catch"], r["distance"], r["locked"]]
-            for key, r in by.items()]  # fmt: skip
+    head = [
+        "arm",
+        "training seed",
+        "world seed",
+        "lived [ticks]",
+        "deer",
+        "wolves",
+        "ravens",
+        "catch",
+        "distance [m]",
+        "locked",
+    ]
+    rows = [
+        [
+            *key,
+            r["lived"],
+            *(f"{r['numbers'][s]['least']:.0f} … {r['numbers'][s]['most']:.0f}" for s in MORTAL),
+            r["catch"],
+            r["distance"],
+            r["locked"],
+        ]
+        for key, r in by.items()
+    ]
     return {"verdicts": out, "table": {"head": head, "rows": rows}}
 
 
-def _difference(arm: str, what: str, pairs: Mapping[Any, Any], whole: Mapping[Any, Any],
-                mean_interval: Any) -> dict[str, Any]:
+def _difference(
+    arm: str, what: str, pairs: Mapping[Any, Any], whole: Mapping[Any, Any], mean_interval: Any
+) -> dict[str, Any]:
     """The verdict on one arm: its difference from the island, over the training seeds all of whose pairs
     lived through the window."""
     seeds = sorted({t for t, _ in pairs})
     kept = [t for t in seeds if all(k in whole for k in pairs if k[0] == t)]
     if not kept:
-        return verdict(f"{arm}: {what}", "no training seed all of whose worlds lived long enough",
-                       "more than on the island", False)
+        return verdict(
+            f"{arm}: {what}",
+            "no training seed all of whose worlds lived long enough",
+            "more than on the island",
+            False,
+        )
     worlds = sorted({s for _, s in pairs})
     table = np.array([[whole[t, s][1] - whole[t, s][0] for s in worlds] for t in kept])
     mean = mean_interval(table)
     island = np.mean([whole[t, s][0] for t in kept for s in worlds])
-    return verdict(f"{arm}: {what}, difference from {island:.4g} on the island ({len(kept)} of {len(seeds)} "
-                   "training seeds)", list(mean), "above 0, and its interval", mean[1] > 0)
+    return verdict(
+        f"{arm}: {what}, difference from {island:.4g} on the island ({len(kept)} of {len(seeds)} "
+        "training seeds)",
+        list(mean),
+        "above 0, and its interval",
+        mean[1] > 0,
+    )
 
 
-CASES = [{"arm": arm, "training": t, "seed": s, **({"ticks": 20_000} if arm == "island" else {})}
-         for s in WORLDS for arm in ARMS for t in TRAINING if arm == "island" or s in FEWER]  # fmt: skip
+CASES = [
+    {"arm": arm, "training": t, "seed": s, **({"ticks": 20_000} if arm == "island" else {})}
+    for s in WORLDS
+    for arm in ARMS
+    for t in TRAINING
+    if arm == "island" or s in FEWER
+]
 CONFIG = {"identity": config_hash(without_policies(world_of({}))), "arms": ARMS, "window": [1000, 4000]}
-STUDY = Study(name="island", claim="An island where animals thirst, freeze and tire lives on; hills, "
-              "scavengers and thirst each do what they should, hills do not.",
-              config=CONFIG, cases=CASES, run=run,
-              summarise=summarise, short_config={"training ticks": 100, "window": [40, 120]},
-              short_cases=[{"arm": arm, "training": 81, "seed": 8101} for arm in ARMS])
+STUDY = Study(
+    name="island",
+    claim="An island where animals thirst, freeze and tire lives on; hills, "
+    "scavengers and thirst each do what they should, hills do not.",
+    config=CONFIG,
+    cases=CASES,
+    run=run,
+    summarise=summarise,
+    short_config={"training ticks": 100, "window": [40, 120]},
+    short_cases=[{"arm": arm, "training": 81, "seed": 8101} for arm in ARMS],
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -53,34 +53,67 @@ def world(islands: int) -> dict[str, Any]:
     """The world of one island, or one of the area and numbers of so many."""
     markers = [{"name": f"m{i}", "letters": 1, "low": 0.0, "high": 15.0} for i in range(MARKERS)]
     goat = {
-        "count": NUMBER * islands, "max_count": NUMBER * islands, "body": {"radius": 0.3, "mass": 50.0},
+        "count": NUMBER * islands,
+        "max_count": NUMBER * islands,
+        "body": {"radius": 0.3, "mass": 50.0},
         "age": [0.0, 150.0],
         "metabolism": {"energy": 0.6, "energy_max": 1.0, "basal": 0.003},
         "locomotion": {"speed": {"walk": 0.8, "stay": 0.0}, "turn": 0.6},
         "diet": [{"eats": "green", "gain": 0.3}],
-        "sensors": [{"kind": "own", "property": "energy"},
-                    {"kind": "nearest", "target": "green", "radius": 4.0}],
+        "sensors": [
+            {"kind": "own", "property": "energy"},
+            {"kind": "nearest", "target": "green", "radius": 4.0},
+        ],
         "actions": {"speed": ["walk", "stay"], "turn": ["left", "none", "right"], "eat": ["eat"]},
-        "neutral": {"speed": "walk", "turn": "none"}, "automatic": ["eat"],
+        "neutral": {"speed": "walk", "turn": "none"},
+        "automatic": ["eat"],
         "happiness": {"weights": {"energy": 1.0}, "minimum": -1.0},
-        "policy": {"kind": "individual", "hidden": [8], "learn": True, "inherit": "learned",
-                   "mutation": 0.02},
+        "policy": {
+            "kind": "individual",
+            "hidden": [8],
+            "learn": True,
+            "inherit": "learned",
+            "mutation": 0.02,
+        },
         "ppo": {"horizon": 32, "epochs": 4, "learning_rate": 0.01, "discount": 0.5, "gae_lambda": 0.5},
-        "reproduction": {"kind": "sexual", "energy_min": 0.5, "energy_given": 0.25, "age_min": 20.0,
-                         "reach": 12.0, "consent": "none", "choice": "random", "rest": 5.0,
-                         "place": "anywhere"},
-        "lethal": [{"property": "energy", "min": 0.0, "low": "starved"},
-                   {"property": "age", "max": 150.0, "high": "too old"}],
-        "genome": {"alphabet": "ABCDEFGHIJKLMNOP", "ploidy": 2, "founders": "random",
-                   "mate": {"operator": "cxUniform", "indpb": 0.5},
-                   "mutate": {"operator": "mutUniformInt", "indpb": 0.0}, "genes": markers},
-    }  # fmt: skip
-    green = {"count": GRASS * islands, "body": {"radius": 0.2, "opaque": False},
-             "metabolism": {"energy": 0.06, "energy_max": 0.06},
-             "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": 0.03, "spacing": 2.0}}
+        "reproduction": {
+            "kind": "sexual",
+            "energy_min": 0.5,
+            "energy_given": 0.25,
+            "age_min": 20.0,
+            "reach": 12.0,
+            "consent": "none",
+            "choice": "random",
+            "rest": 5.0,
+            "place": "anywhere",
+        },
+        "lethal": [
+            {"property": "energy", "min": 0.0, "low": "starved"},
+            {"property": "age", "max": 150.0, "high": "too old"},
+        ],
+        "genome": {
+            "alphabet": "ABCDEFGHIJKLMNOP",
+            "ploidy": 2,
+            "founders": "random",
+            "mate": {"operator": "cxUniform", "indpb": 0.5},
+            "mutate": {"operator": "mutUniformInt", "indpb": 0.0},
+            "genes": markers,
+        },
+    }
+    green = {
+        "count": GRASS * islands,
+        "body": {"radius": 0.2, "opaque": False},
+        "metabolism": {"energy": 0.06, "energy_max": 0.06},
+        "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": 0.03, "spacing": 2.0},
+    }
     side = SIDE * islands**0.5
-    return {"format": 1, "name": "isolation", "dt": 1.0, "space": {"size": [side, side], "edges": "torus"},
-            "species": {"green": green, "goat": goat}}
+    return {
+        "format": 1,
+        "name": "isolation",
+        "dt": 1.0,
+        "space": {"size": [side, side], "edges": "torus"},
+        "species": {"green": green, "goat": goat},
+    }
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -96,15 +129,23 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         return {**lines(samples), "generation": None, "goats": living.tables["goat"].n}
     plan = {"islands": ISLANDS, "every": config["every"], "graph": "full", "emigration": {"goat": LEAVE[arm]}}
     with tempfile.TemporaryDirectory(prefix="ecs-eco-isolation-") as place:
-        made = Archipelago.from_config(world(1) | {"archipelago": plan}, seed=case["seed"],
-                                       policies="untrained", ticks=config["ticks"], out=Path(place) / "run")
+        made = Archipelago.from_config(
+            world(1) | {"archipelago": plan},
+            seed=case["seed"],
+            policies="untrained",
+            ticks=config["ticks"],
+            out=Path(place) / "run",
+        )
         samples = []
         for tick in ticks[1:]:
             made.run(until=tick, report=False)
             samples.append(measured([made.world(name) for name in made.islands]))
         goats = sum(state["n"]["goat"] for state in made.manifest["islands"].values())
-        return {**lines(samples), "generation": Lineage.read(made.folder).generation_time("goat"),
-                "goats": goats}
+        return {
+            **lines(samples),
+            "generation": Lineage.read(made.folder).generation_time("goat"),
+            "goats": goats,
+        }
 
 
 def lines(samples: list[dict[str, float]]) -> dict[str, str]:
@@ -142,8 +183,12 @@ def heterozygosity(groups: list[np.ndarray]) -> dict[str, float]:
     within = np.mean((n / (n - 1))[:, None] * (1 - (shares**2).sum(2)))
     size = len(n) / np.sum(1 / n)  # the harmonic mean
     total = np.mean(1 - (shares.mean(0) ** 2).sum(1)) + within / (size * len(n))
-    return {"H_S": float(within), "H_T": float(total), "F_ST": float((total - within) / max(total, 1e-9)),
-            "alleles": float((counts.sum(0) > 0).sum(1).mean())}
+    return {
+        "H_S": float(within),
+        "H_T": float(total),
+        "F_ST": float((total - within) / max(total, 1e-9)),
+        "alleles": float((counts.sum(0) > 0).sum(1).mean()),
+    }
 
 
 def decisions(living: Any, goat: Any, rows: np.ndarray) -> np.ndarray:
@@ -169,8 +214,10 @@ def divergence(groups: list[np.ndarray]) -> dict[str, float]:
     group = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
     same, other = group[:, None] == group, ~np.eye(len(p), dtype=bool)
     within, between = kl[same & other].mean(), kl[~same].mean()
-    return {"policies": float(kl[other].mean()),
-            "policies between": float((between - within) / max(between, 1e-12))}
+    return {
+        "policies": float(kl[other].mean()),
+        "policies between": float((between - within) / max(between, 1e-12)),
+    }
 
 
 def numbers(entry: dict[str, Any], name: str) -> np.ndarray:
@@ -218,21 +265,39 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         ("H_S, isolated less panmictic", "H_S", "isolated", "panmictic", -1),
         ("F_ST, isolated less few", "F_ST", "isolated", "few", 1),
         ("F_ST, few less many", "F_ST", "few", "many", 1),
-        ("share of policy divergence between islands, isolated less panmictic", "policies between",
-         "isolated", "panmictic", 1),
-        ("policy divergence of all pairs [nats], isolated less panmictic", "policies", "isolated",
-         "panmictic", 1),
-    ):  # fmt: skip
+        (
+            "share of policy divergence between islands, isolated less panmictic",
+            "policies between",
+            "isolated",
+            "panmictic",
+            1,
+        ),
+        (
+            "policy divergence of all pairs [nats], isolated less panmictic",
+            "policies",
+            "isolated",
+            "panmictic",
+            1,
+        ),
+    ):
         d = apart(cases, name, one, other)
-        out.append(verdict(statement, d, "above 0" if sign > 0 else "below 0",
-                           d[1] > 0 if sign > 0 else d[2] < 0))
+        out.append(
+            verdict(statement, d, "above 0" if sign > 0 else "below 0", d[1] > 0 if sign > 0 else d[2] < 0)
+        )
     for arm in ("few", "many"):
         moved = LEAVE[arm] * generation / config["every"]
         seen, wright = np.mean(list(by_seed(cases, arm, "F_ST").values())), expected(number, moved)
-        out.append(verdict(f"F_ST of {arm} over Wright's {wright:.3f} (N = {number:.1f}, m = {moved:.3f})",
-                           float(seen / wright), "0.5 to 2", bool(0.5 <= seen / wright <= 2)))
-    rows = [[arm, *(float(np.mean(list(by_seed(cases, arm, name).values()))) for name in WHAT)]
-            for arm in ARMS]
+        out.append(
+            verdict(
+                f"F_ST of {arm} over Wright's {wright:.3f} (N = {number:.1f}, m = {moved:.3f})",
+                float(seen / wright),
+                "0.5 to 2",
+                bool(0.5 <= seen / wright <= 2),
+            )
+        )
+    rows = [
+        [arm, *(float(np.mean(list(by_seed(cases, arm, name).values()))) for name in WHAT)] for arm in ARMS
+    ]
     return {"verdicts": out, "table": {"head": ["arm, at the end", *WHAT], "rows": rows}}
 
 
@@ -241,9 +306,13 @@ SHORT = {"ticks": 60, "sample": 30, "every": 30}
 STUDY = Study(
     name="isolation",
     claim="Isolation keeps diversity of genes and policies that one panmictic world of the same size loses.",
-    config=CONFIG, cases=[{"arm": arm, "seed": seed} for seed in SEEDS for arm in ARMS], run=run,
-    summarise=summarise, short_cases=[{"arm": arm, "seed": 101} for arm in ARMS], short_config=SHORT,
-)  # fmt: skip
+    config=CONFIG,
+    cases=[{"arm": arm, "seed": seed} for seed in SEEDS for arm in ARMS],
+    run=run,
+    summarise=summarise,
+    short_cases=[{"arm": arm, "seed": 101} for arm in ARMS],
+    short_config=SHORT,
+)
 
 if __name__ == "__main__":
     STUDY.main()

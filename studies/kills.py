@@ -21,8 +21,18 @@ def live(world: dict[str, Any], seed: int, ticks: int, every: int, out: Path) ->
     if (out / "manifest.json").is_file():
         resume(out, report=False, complain=lambda text: None, trust=True)
     else:
-        run_to_folder(world, seed=seed, ticks=ticks, out=out, policies="untrained", learn=True,
-                      snapshot_every=5, checkpoint_every=every, report=False, trust=True)
+        run_to_folder(
+            world,
+            seed=seed,
+            ticks=ticks,
+            out=out,
+            policies="untrained",
+            learn=True,
+            snapshot_every=5,
+            checkpoint_every=every,
+            report=False,
+            trust=True,
+        )
 
 
 def kill_once(work: Any, wait: float) -> bool:
@@ -60,8 +70,10 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         whole, out = summary(Path(place) / "peace"), Path(place) / "killed"
         kills = writing = early = 0
         while kills < config["kills"]:
-            if kill_once(lambda out=out: live(world, case["seed"], ticks, every, out),
-                         float(rng.uniform(0.0, config["longest"]))):
+            if kill_once(
+                lambda out=out: live(world, case["seed"], ticks, every, out),
+                float(rng.uniform(0.0, config["longest"])),
+            ):
                 early += 1  # it had reached its end: begin another one
                 if early > 50:
                     break
@@ -72,8 +84,13 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
             kills += 1
             writing += bool(list(out.rglob("*.tmp")))
         live(world, case["seed"], ticks, every, out)
-        return {"kills": kills, "inside a write": writing, "runs": early + 1, "same": summary(out) == whole,
-                "left behind": len(list(out.rglob("*.tmp")))}  # fmt: skip
+        return {
+            "kills": kills,
+            "inside a write": writing,
+            "runs": early + 1,
+            "same": summary(out) == whole,
+            "left behind": len(list(out.rglob("*.tmp"))),
+        }
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -83,10 +100,15 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     wrong, left = sum(not r["same"] for r in results), sum(r["left behind"] for r in results)
     return [
         verdict("kills (SIGKILL) after which the run went on", kills, "200 or more", kills >= 200),
-        verdict("of them inside a write: a half-written file lay there", writing, "60 or more",
-                writing >= 60),
-        verdict("runs whose world or recording differs from that of the run left in peace",
-                f"{wrong} of {len(results)}", "0", wrong == 0),
+        verdict(
+            "of them inside a write: a half-written file lay there", writing, "60 or more", writing >= 60
+        ),
+        verdict(
+            "runs whose world or recording differs from that of the run left in peace",
+            f"{wrong} of {len(results)}",
+            "0",
+            wrong == 0,
+        ),
         verdict("half-written files left behind at the end", left, "0", left == 0),
     ]
 
@@ -98,8 +120,13 @@ STUDY = Study(
     cases=[
         {"world": world, "brains": brains, "seed": 21 + i}
         for i, (world, brains) in enumerate(
-            [("predator-prey", "shared"), ("predator-prey", "individual"), ("reflexes", "individual"),
-             ("lamb", "individual"), ("happiness", "individual")]
+            [
+                ("predator-prey", "shared"),
+                ("predator-prey", "individual"),
+                ("reflexes", "individual"),
+                ("lamb", "individual"),
+                ("happiness", "individual"),
+            ]
         )
     ],
     run=run,

@@ -17,8 +17,10 @@ from studies.common.study import Study, verdict
 
 # weights of udder → suck, water → inhale
 REFLEXES = {"both": (1, -1), "sucking": (1, 0), "diving": (0, -1), "none": (0, 0)}
-ARMS = [*((reflexes, how) for reflexes in REFLEXES for how in ("learning", "fixed")),
-        ("both", "learning, no sheep")]
+ARMS = [
+    *((reflexes, how) for reflexes in REFLEXES for how in ("learning", "fixed")),
+    ("both", "learning, no sheep"),
+]
 SEEDS = tuple(range(1, 6))
 PARTS = 3  # of the run, in which behaviour is averaged
 FEWEST = 10  # ticks in a state, for a lamb to count in a contrast of states
@@ -48,13 +50,27 @@ class Watch(System):
         dry, oxygen = x["touch_water"] == 0, x["oxygen"]
         side = x["milk_smell_left"] - x["milk_smell_right"]
         every = np.ones(rows.size, bool)
-        value = (does["inhale"], does["inhale"], x["touch_udder"], distance, approach,
-                 (side > 0) == does["left"])
+        value = (
+            does["inhale"],
+            does["inhale"],
+            x["touch_udder"],
+            distance,
+            approach,
+            (side > 0) == does["left"],
+        )
         # 0.9 m is contact
-        counts = (dry & (oxygen < 0.9), dry & (oxygen > 1.05), every, every, distance > 1.1,
-                  (does["left"] | does["right"]) & (np.abs(side) > 0.01))  # fmt: skip
-        part, who = (min(world.tick * PARTS // self.ticks, PARTS - 1),
-                     (table.uid[rows] - np.uint64(self.first)).astype(int))
+        counts = (
+            dry & (oxygen < 0.9),
+            dry & (oxygen > 1.05),
+            every,
+            every,
+            distance > 1.1,
+            (does["left"] | does["right"]) & (np.abs(side) > 0.01),
+        )
+        part, who = (
+            min(world.tick * PARTS // self.ticks, PARTS - 1),
+            (table.uid[rows] - np.uint64(self.first)).astype(int),
+        )
         self.sums[part][:, 0, who] += np.array(value, float) * counts
         self.sums[part][:, 1, who] += counts
 
@@ -66,13 +82,16 @@ class Watch(System):
         among all cases of approach those that stray would count most.
         """
         with np.errstate(invalid="ignore"):
-            total, own = self.sums.sum(axis=-1), self.sums[:, :, 0] / np.where(
-                self.sums[:, :, 1] < FEWEST, np.nan, self.sums[:, :, 1]
+            total, own = (
+                self.sums.sum(axis=-1),
+                self.sums[:, :, 0] / np.where(self.sums[:, :, 1] < FEWEST, np.nan, self.sums[:, :, 1]),
             )
             of_all = total[..., 0] / total[..., 1]
         by_lamb = {"contrast": own[:, 0] - own[:, 1], "nearing": own[:, self.measures.index("approach")]}
-        means = {name: [v[np.isfinite(v)].mean() if np.isfinite(v).any() else np.nan for v in values]
-                 for name, values in by_lamb.items()}
+        means = {
+            name: [v[np.isfinite(v)].mean() if np.isfinite(v).any() else np.nan for v in values]
+            for name, values in by_lamb.items()
+        }
         return {name: of_all[:, i] for i, name in enumerate(self.measures)} | means
 
 
@@ -81,10 +100,17 @@ def nearest_ewe(table: Any, world: Any, rows: np.ndarray) -> tuple[np.ndarray, n
     and the speed at which the step approached it [m/s]."""
     ewes, size, at = world.table("ewe"), world.space.size, table[Position]
     speed, heading, living = table[Velocity].speed[rows], at.heading[rows], ewes.rows()
-    ways = zip((at.x, at.y), (ewes[Position].x, ewes[Position].y), (np.cos(heading), np.sin(heading)), size,
-               strict=False)
-    dx, dy = ((there[living] - (here[rows] - speed * world.dt * way)[:, None] + s / 2) % s - s / 2
-              for here, there, way, s in ways)
+    ways = zip(
+        (at.x, at.y),
+        (ewes[Position].x, ewes[Position].y),
+        (np.cos(heading), np.sin(heading)),
+        size,
+        strict=False,
+    )
+    dx, dy = (
+        (there[living] - (here[rows] - speed * world.dt * way)[:, None] + s / 2) % s - s / 2
+        for here, there, way, s in ways
+    )
     near = np.hypot(dx, dy).argmin(axis=1)
     dx, dy = (d[np.arange(rows.size), near] for d in (dx, dy))
     distance = np.hypot(dx, dy)
@@ -97,14 +123,17 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     from ecs_eco.config import load
 
     sucking, diving = REFLEXES[case["reflexes"]]
-    connections = [{"sensor": "touch_udder", "above": 0.5, "action": "suck", "weight": sucking},
-                   {"sensor": "touch_water", "above": 0.5, "action": "inhale", "weight": diving}]  # fmt: skip
+    connections = [
+        {"sensor": "touch_udder", "above": 0.5, "action": "suck", "weight": sucking},
+        {"sensor": "touch_water", "above": 0.5, "action": "inhale", "weight": diving},
+    ]
     changed = {"species.lamb.reflex.connections": connections, "species.lamb.count": config["lambs"]}
     if "no sheep" in case["how"]:
         changed["species.lamb.happiness.formula"] = config["without_sheep"]
     watch = Watch(config["ticks"], config["lambs"])
-    world = World.from_config(load("lamb", changed), seed=case["seed"], learn=case["how"] != "fixed",
-                              systems=[watch], record=False)
+    world = World.from_config(
+        load("lamb", changed), seed=case["seed"], learn=case["how"] != "fixed", systems=[watch], record=False
+    )
     lambs, deaths = world.table("lamb"), []
 
     def died(table: Any, rows: np.ndarray) -> None:
@@ -114,13 +143,17 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     while world.tick < config["ticks"] and lambs.n:
         world.run(100)
     count = {cause: sum(c == cause for c, _ in deaths) for cause in ("drowned", "suffocated", "starved")}
-    return {"lambs": config["lambs"], "alive": lambs.n, **count, "died_at": [tick for _, tick in deaths],
-            **watch.means()}
+    return {
+        "lambs": config["lambs"],
+        "alive": lambs.n,
+        **count,
+        "died_at": [tick for _, tick in deaths],
+        **watch.means(),
+    }
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Shares of survivors and causes of death by arm, and what the arms differ in; intervals are over worlds.
-    """
+    """Shares of survivors and causes of death by arm, and what the arms differ in; intervals are over worlds."""
     from ecs_eco.analysis.survival import bootstrap_difference
 
     def values(arm: tuple[str, str], of: Any) -> list[float]:
@@ -141,39 +174,92 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     out: list[dict[str, Any]] = []
     whole, fixed, lonely = ("both", "learning"), ("both", "fixed"), ("both", "learning, no sheep")
     zero = [0.0] * len(SEEDS)
-    line("share that lives to the end, both reflexes − no sucking reflex", "above 0",
-         values(whole, share("alive")), values(("diving", "learning"), share("alive")))  # fmt: skip
-    line("share that starves without the sucking reflex, learning − one half", "above 0",
-         [v - 0.5 for v in values(("diving", "learning"), share("starved"))], zero)  # fmt: skip
-    line("share that drowns, no diving reflex − both reflexes", "above 0",
-         values(("sucking", "learning"), share("drowned")), values(whole, share("drowned")))  # fmt: skip
-    line("share that lives to the end, both reflexes − no diving reflex", "above 0",
-         values(whole, share("alive")), values(("sucking", "learning"), share("alive")))  # fmt: skip
-    line("share that lives to the end, learning − not", "above 0", values(whole, share("alive")),
-         values(fixed, share("alive")))
-    line("chance to inhale when short of oxygen − when not, last third, learning − not", "above 0",
-         values(whole, late), values(fixed, late))
-    line("the same of learners, last third − first", "above 0", values(whole, late),
-         values(whole, lambda r: r["contrast"][0]))
-    line("share of turns to the stronger smell of milk, last third, learning − not", "above 0",
-         values(whole, lambda r: r["turns_right_way"][-1]),
-         values(fixed, lambda r: r["turns_right_way"][-1]))  # fmt: skip
-    line("speed of approach to the nearest ewe [m/s], mean over lambs, last third, learning − not", "above 0",
-         values(whole, lambda r: r["nearing"][-1]), values(fixed, lambda r: r["nearing"][-1]))  # fmt: skip
-    line("the same of learners, last third − first", "above 0", values(whole, lambda r: r["nearing"][-1]),
-         values(whole, lambda r: r["nearing"][0]))  # fmt: skip
-    line("distance to the nearest ewe [m], last third, without − with the smell of sheep in happiness",
-         "above 0",
-         values(lonely, lambda r: r["distance"][-1]), values(whole, lambda r: r["distance"][-1]))  # fmt: skip
-    return {"verdicts": out, "table": {
-        "head": HEAD, "rows": [_row(arm, values) for arm in ARMS if values(arm, share("alive"))]
-    }}
+    line(
+        "share that lives to the end, both reflexes − no sucking reflex",
+        "above 0",
+        values(whole, share("alive")),
+        values(("diving", "learning"), share("alive")),
+    )
+    line(
+        "share that starves without the sucking reflex, learning − one half",
+        "above 0",
+        [v - 0.5 for v in values(("diving", "learning"), share("starved"))],
+        zero,
+    )
+    line(
+        "share that drowns, no diving reflex − both reflexes",
+        "above 0",
+        values(("sucking", "learning"), share("drowned")),
+        values(whole, share("drowned")),
+    )
+    line(
+        "share that lives to the end, both reflexes − no diving reflex",
+        "above 0",
+        values(whole, share("alive")),
+        values(("sucking", "learning"), share("alive")),
+    )
+    line(
+        "share that lives to the end, learning − not",
+        "above 0",
+        values(whole, share("alive")),
+        values(fixed, share("alive")),
+    )
+    line(
+        "chance to inhale when short of oxygen − when not, last third, learning − not",
+        "above 0",
+        values(whole, late),
+        values(fixed, late),
+    )
+    line(
+        "the same of learners, last third − first",
+        "above 0",
+        values(whole, late),
+        values(whole, lambda r: r["contrast"][0]),
+    )
+    line(
+        "share of turns to the stronger smell of milk, last third, learning − not",
+        "above 0",
+        values(whole, lambda r: r["turns_right_way"][-1]),
+        values(fixed, lambda r: r["turns_right_way"][-1]),
+    )
+    line(
+        "speed of approach to the nearest ewe [m/s], mean over lambs, last third, learning − not",
+        "above 0",
+        values(whole, lambda r: r["nearing"][-1]),
+        values(fixed, lambda r: r["nearing"][-1]),
+    )
+    line(
+        "the same of learners, last third − first",
+        "above 0",
+        values(whole, lambda r: r["nearing"][-1]),
+        values(whole, lambda r: r["nearing"][0]),
+    )
+    line(
+        "distance to the nearest ewe [m], last third, without − with the smell of sheep in happiness",
+        "above 0",
+        values(lonely, lambda r: r["distance"][-1]),
+        values(whole, lambda r: r["distance"][-1]),
+    )
+    return {
+        "verdicts": out,
+        "table": {"head": HEAD, "rows": [_row(arm, values) for arm in ARMS if values(arm, share("alive"))]},
+    }
 
 
-HEAD = ["reflexes", "", "lambs", "live to the end", "drowned", "suffocated", "starved",
-        "at the udder, thirds", "inhale short of oxygen − not, thirds",
-        "turns to the stronger milk, thirds", "approach [mm/s], thirds",
-        "distance to a ewe [m], thirds"]  # fmt: skip
+HEAD = [
+    "reflexes",
+    "",
+    "lambs",
+    "live to the end",
+    "drowned",
+    "suffocated",
+    "starved",
+    "at the udder, thirds",
+    "inhale short of oxygen − not, thirds",
+    "turns to the stronger milk, thirds",
+    "approach [mm/s], thirds",
+    "distance to a ewe [m], thirds",
+]
 
 
 def _row(arm: tuple[str, str], values: Any) -> list[Any]:
@@ -182,17 +268,25 @@ def _row(arm: tuple[str, str], values: Any) -> list[Any]:
         return sum(numbers) / len(numbers) if numbers else None
 
     def thirds(of: Any, places: int) -> str:
-        return " ".join("–" if (m := mean(lambda r, p=p: of(r, p))) is None else f"{m:.{places}f}"
-                        for p in range(PARTS))
+        return " ".join(
+            "–" if (m := mean(lambda r, p=p: of(r, p))) is None else f"{m:.{places}f}" for p in range(PARTS)
+        )
 
     def scaled(name: str, factor: float = 1.0) -> Any:
         return lambda r, p: None if r[name][p] is None else r[name][p] * factor
 
     n = int(sum(values(arm, lambda r: r["lambs"])))
     shares = [mean(lambda r, k=k: r[k] / r["lambs"]) for k in ("alive", "drowned", "suffocated", "starved")]
-    return [*arm, n, *shares, thirds(scaled("at_udder"), 2), thirds(scaled("contrast"), 2),
-            thirds(scaled("turns_right_way"), 2),
-            thirds(scaled("nearing", 1000), 1), thirds(scaled("distance"), 2)]  # fmt: skip
+    return [
+        *arm,
+        n,
+        *shares,
+        thirds(scaled("at_udder"), 2),
+        thirds(scaled("contrast"), 2),
+        thirds(scaled("turns_right_way"), 2),
+        thirds(scaled("nearing", 1000), 1),
+        thirds(scaled("distance"), 2),
+    ]
 
 
 def identity() -> dict[str, str]:
@@ -202,20 +296,28 @@ def identity() -> dict[str, str]:
     from ecs_eco.config import load
     from ecs_eco.worlds.lamb import systems
 
-    return {"world": load("lamb").config_hash[:16],
-            "systems": hashlib.sha256(Path(systems.__file__).read_bytes()).hexdigest()[:16]}
+    return {
+        "world": load("lamb").config_hash[:16],
+        "systems": hashlib.sha256(Path(systems.__file__).read_bytes()).hexdigest()[:16],
+    }
 
 
 STUDY = Study(
     name="lamb",
     claim="Two reflexes keep newborn lambs alive while each learns for itself to breathe and to find milk.",
-    config={"world": "lamb", "identity": identity(), "ticks": 3000, "lambs": 24,
-            "without_sheep": "-4 * (1 - oxygen)**2 - 3 * (1 - glucose)**2"},
-    cases=[{"reflexes": r, "how": h, "seed": s} for r, h in ARMS for s in SEEDS], run=run,
+    config={
+        "world": "lamb",
+        "identity": identity(),
+        "ticks": 3000,
+        "lambs": 24,
+        "without_sheep": "-4 * (1 - oxygen)**2 - 3 * (1 - glucose)**2",
+    },
+    cases=[{"reflexes": r, "how": h, "seed": s} for r, h in ARMS for s in SEEDS],
+    run=run,
     summarise=summarise,
     short_cases=[{"reflexes": "both", "how": h, "seed": s} for h in ("learning", "fixed") for s in (1, 2)],
     short_config={"ticks": 300, "lambs": 8},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -16,16 +16,21 @@ WORLDS = range(7201, 7206)
 
 def in_life(deer: float, wolf: float) -> dict[str, Any]:
     """An arm in which both go on learning at these rates."""
-    return {"learn": True, "life": {"species.deer.ppo.learning_rate": deer,
-                                    "species.wolf.ppo.learning_rate": wolf}}
+    return {
+        "learn": True,
+        "life": {"species.deer.ppo.learning_rate": deer, "species.wolf.ppo.learning_rate": wolf},
+    }
 
 
-STUDY = crossed_study("learning_in_life", "Grass, deer and wolves persist while deer and wolves go on "
-                                          "learning, whatever the training seed.",
-                      {"learning as in training": {"learn": True},
-                       "learning slowly, wolves less so": in_life(3e-6, 1e-4)},
-                      TRAINING, WORLDS, ticks=20_000,
-                      judged=["learning as in training", "learning slowly, wolves less so"])  # fmt: skip
+STUDY = crossed_study(
+    "learning_in_life",
+    "Grass, deer and wolves persist while deer and wolves go on learning, whatever the training seed.",
+    {"learning as in training": {"learn": True}, "learning slowly, wolves less so": in_life(3e-6, 1e-4)},
+    TRAINING,
+    WORLDS,
+    ticks=20_000,
+    judged=["learning as in training", "learning slowly, wolves less so"],
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -44,18 +44,30 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         name, held = "diel-migration", {k: v for k, v in HELD.items() if "max" not in k}
     else:
         held = HELD
-        folder = str(policies_of({"world": WORLD, "short training": config["training_ticks"]},
-                                 {"set": config["set"]}, case["training"]))
-        policies = (folder if "learn" in arm
-                    else policies | {"krill": folder if arm["krill"] == "learned" else "untrained"})
+        folder = str(
+            policies_of(
+                {"world": WORLD, "short training": config["training_ticks"]},
+                {"set": config["set"]},
+                case["training"],
+            )
+        )
+        policies = (
+            folder
+            if "learn" in arm
+            else policies | {"krill": folder if arm["krill"] == "learned" else "untrained"}
+        )
     if "learn" in arm:
-        return life(World.from_config(load(name, config["set"]), seed=seed,
-                                      policies=policies, learn=arm["learn"]),
-                    config["days"])
+        return life(
+            World.from_config(load(name, config["set"]), seed=seed, policies=policies, learn=arm["learn"]),
+            config["days"],
+        )
     seed += 1000 * case["training"]  # untrained networks are drawn by the seed of the world
-    return hunts(World.from_config(load(name, config["set"] | held), seed=seed, policies=policies,
-                                   learn=False, training=True),
-                 config["days of hunting"])
+    return hunts(
+        World.from_config(
+            load(name, config["set"] | held), seed=seed, policies=policies, learn=False, training=True
+        ),
+        config["days of hunting"],
+    )
 
 
 def hunts(world: Any, days: int) -> dict[str, Any]:
@@ -80,23 +92,33 @@ def hunts(world: Any, days: int) -> dict[str, Any]:
     series = load_series(world.series())
     caught, per = float(series.of("copepod", "died: eaten by krill").sum()), float(krill.n * days)
     share = chases / np.maximum(ticks, 1)
-    return {"caught": caught / per, "burnt": float(series.of("krill", "burnt").sum()) / per,
-            "chase, sees none": share[0], "chase, sees one": share[1]}
+    return {
+        "caught": caught / per,
+        "burnt": float(series.of("krill", "burnt").sum()) / per,
+        "chase, sees none": share[0],
+        "chase, sees one": share[1],
+    }
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Verdicts on hunting and migration, and a table of what krill do."""
     there = {c["case"]["arm"] for c in cases}
     out = []
-    words = {"caught": "catches a krill and day", "per energy": "catches a unit of energy burnt",
-             "choice": "share of ticks in chase, seeing a copepod less seeing none"}
-    of = {"caught": lambda r: r["caught"],
-          "per energy": lambda r: r["caught"] / r["burnt"] if r["burnt"] else None,
-          "choice": lambda r: r["chase, sees one"] - r["chase, sees none"]}  # fmt: skip
+    words = {
+        "caught": "catches a krill and day",
+        "per energy": "catches a unit of energy burnt",
+        "choice": "share of ticks in chase, seeing a copepod less seeing none",
+    }
+    of = {
+        "caught": lambda r: r["caught"],
+        "per energy": lambda r: r["caught"] / r["burnt"] if r["burnt"] else None,
+        "choice": lambda r: r["chase, sees one"] - r["chase, sees none"],
+    }
     if {"hunt: learned", "hunt: untrained"} <= there:
         for key, value in of.items():
-            learned, untrained = (by_training(cases, arm, value)
-                                  for arm in ("hunt: learned", "hunt: untrained"))
+            learned, untrained = (
+                by_training(cases, arm, value) for arm in ("hunt: learned", "hunt: untrained")
+            )
             gap, _ = contrast(learned, untrained)
             means = f"{np.mean(learned):.3f} and {np.mean(untrained):.3f}: {in_words(gap, len(learned))}"
             out.append(verdict(f"{words[key]}, learned less untrained (95 %)", means, "above 0", gap[1] > 0))
@@ -109,20 +131,52 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             deeper = sum(c is not None and c["vector"][0] > 0 for c in cycles)
             each = by_training(cases, arm, swing)
             along = interval(each) if each else [float("nan")] * 3
-            out += [verdict(f"{arm}: amplitude of copepods along the day (95 %)", in_words(along, len(each)),
-                            "above 0", along[1] > 0) if each else none(arm),
-                    verdict(f"{arm}: amplitude, median of runs", round(amplitude, 3), "at least 0.25",
-                            amplitude >= 0.25),
-                    verdict(f"{arm}: runs in which copepods are deeper by day", f"{deeper} of {n}", "all",
-                            deeper == n),
-                    verdict(f"{arm}: runs in which mean depth correlates with light by at least 0.6",
-                            f"{steady} of {n}", "at least 90 %", steady >= 0.9 * n)]  # fmt: skip
-    rows = [[arm, *(in_words(interval(v), len(v)) for v in (by_training(cases, arm, lambda r, k=k: r[k])
-                                                        for k in ("caught", "burnt", "chase, sees one",
-                                                                  "chase, sees none")))]
-            for arm in ARMS if arm in there and "krill" in ARMS[arm]]  # fmt: skip
-    head = ["arm", "catches a krill and day (95 %)", "energy burnt",
-            "share of ticks in chase, seeing a copepod", "seeing none"]
+            out += [
+                verdict(
+                    f"{arm}: amplitude of copepods along the day (95 %)",
+                    in_words(along, len(each)),
+                    "above 0",
+                    along[1] > 0,
+                )
+                if each
+                else none(arm),
+                verdict(
+                    f"{arm}: amplitude, median of runs",
+                    round(amplitude, 3),
+                    "at least 0.25",
+                    amplitude >= 0.25,
+                ),
+                verdict(
+                    f"{arm}: runs in which copepods are deeper by day", f"{deeper} of {n}", "all", deeper == n
+                ),
+                verdict(
+                    f"{arm}: runs in which mean depth correlates with light by at least 0.6",
+                    f"{steady} of {n}",
+                    "at least 90 %",
+                    steady >= 0.9 * n,
+                ),
+            ]
+    rows = [
+        [
+            arm,
+            *(
+                in_words(interval(v), len(v))
+                for v in (
+                    by_training(cases, arm, lambda r, k=k: r[k])
+                    for k in ("caught", "burnt", "chase, sees one", "chase, sees none")
+                )
+            ),
+        ]
+        for arm in ARMS
+        if arm in there and "krill" in ARMS[arm]
+    ]
+    head = [
+        "arm",
+        "catches a krill and day (95 %)",
+        "energy burnt",
+        "share of ticks in chase, seeing a copepod",
+        "seeing none",
+    ]
     return {"verdicts": out, "table": {"head": head, "rows": rows}}
 
 
@@ -130,24 +184,35 @@ def depends(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """What of the configuration a case depends on: its arm and both worlds."""
     from ecs_eco.config import load
 
-    return {"arm": ARMS[case["arm"]], "worlds": [load(w).config_hash for w in (WORLD, "diel-migration")],
-            **config}
+    return {
+        "arm": ARMS[case["arm"]],
+        "worlds": [load(w).config_hash for w in (WORLD, "diel-migration")],
+        **config,
+    }
 
 
 STUDY = Study(
     name="learning_krill",
     claim="Krill learn to chase what they see while copepods learn to hide, and copepods migrate among them, "
-          "frozen and while both go on learning.",
+    "frozen and while both go on learning.",
     config={"set": {}, "days": 20, "days of hunting": 3, "training_ticks": None},
     cases=[{"arm": arm, "training": t, "seed": s} for s in SEEDS for arm in ARMS for t in TRAINING_SEEDS],
     run=run,
     summarise=summarise,
     depends=depends,
     short_cases=[{"arm": arm, "training": 1, "seed": 301} for arm in ARMS],
-    short_config={"days": 2, "days of hunting": 1, "training_ticks": 20,
-                  "set": {"sun.day": 60.0, "species.copepod.count": 40, "species.phytoplankton.count": 200,
-                          "species.copepod.ppo.horizon": 10}},
-)  # fmt: skip
+    short_config={
+        "days": 2,
+        "days of hunting": 1,
+        "training_ticks": 20,
+        "set": {
+            "sun.day": 60.0,
+            "species.copepod.count": 40,
+            "species.phytoplankton.count": 200,
+            "species.copepod.ppo.horizon": 10,
+        },
+    },
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -29,20 +29,32 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the worst of all worlds."""
     results = [case["result"] for case in cases]
-    rows = [[case["case"].get("world", "drawn"), case["result"]["worlds"],
-             *(f"{case['result'].get(name, 0):.1e}" for name in ("energy", "matter", "between"))]
-            for case in cases]
+    rows = [
+        [
+            case["case"].get("world", "drawn"),
+            case["result"]["worlds"],
+            *(f"{case['result'].get(name, 0):.1e}" for name in ("energy", "matter", "between")),
+        ]
+        for case in cases
+    ]
     worlds = sum(r["worlds"] for r in results)
-    words = {"energy": "energy: the largest imbalance of a tick, as a share of the stock",
-             "matter": "matter: the same, of every substance and holder",
-             "between": "matter that passes between holders and does not add up, as a share of the stock"}
-    verdicts = [verdict("worlds", worlds, f"≥ {200 if len(cases) > 3 else 1}",
-                        worlds >= (200 if len(cases) > 3 else 1))]
+    words = {
+        "energy": "energy: the largest imbalance of a tick, as a share of the stock",
+        "matter": "matter: the same, of every substance and holder",
+        "between": "matter that passes between holders and does not add up, as a share of the stock",
+    }
+    verdicts = [
+        verdict(
+            "worlds", worlds, f"≥ {200 if len(cases) > 3 else 1}", worlds >= (200 if len(cases) > 3 else 1)
+        )
+    ]
     for name, statement in words.items():
         worst = max(r.get(name, 0.0) for r in results)
         verdicts.append(verdict(statement, worst, "< 1e-6", worst < 1e-6))
-    return {"verdicts": verdicts,
-            "table": {"head": ["world", "worlds", "energy", "matter", "between"], "rows": rows}}
+    return {
+        "verdicts": verdicts,
+        "table": {"head": ["world", "worlds", "energy", "matter", "between"], "rows": rows},
+    }
 
 
 STUDY = Study(
@@ -50,10 +62,11 @@ STUDY = Study(
     claim="The ledgers of energy and of every substance close to 1e-6 of the stock in every tick.",
     config={"chunk": CHUNK, "ticks": 60, "shipped_ticks": 200},
     cases=[*({"first": first} for first in range(0, 200, CHUNK)), *({"world": name} for name in shipped())],
-    run=run, summarise=summarise,
+    run=run,
+    summarise=summarise,
     short_cases=[{"first": 0}, {"world": "lamb"}],
     short_config={"chunk": 3, "ticks": 20, "shipped_ticks": 10},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -30,8 +30,18 @@ def run_words(config: dict[str, Any], seed: int) -> list[str]:
     """A command that runs the world of this study."""
     changes = [word for key, value in LIVES.items() for word in ("--set", f"{key}={value}")]
     every = ["--checkpoint-every", str(config["checkpoint_every"])]
-    return ["run", "predator-prey", *changes, "--ticks", str(config["ticks"]), "--seed", str(seed), *every,
-            "--no-report", "--quiet"]
+    return [
+        "run",
+        "predator-prey",
+        *changes,
+        "--ticks",
+        str(config["ticks"]),
+        "--seed",
+        str(seed),
+        *every,
+        "--no-report",
+        "--quiet",
+    ]
 
 
 def resume_words(out: str, config: dict[str, Any]) -> list[str]:
@@ -39,8 +49,9 @@ def resume_words(out: str, config: dict[str, Any]) -> list[str]:
     return ["resume", out, "--until", str(config["ticks"]), "--no-report", "--quiet"]
 
 
-def together(place: Path, commands: list[list[str]],
-             kill: tuple[int, float] | None = None) -> list[tuple[int, str]]:
+def together(
+    place: Path, commands: list[list[str]], kill: tuple[int, float] | None = None
+) -> list[tuple[int, str]]:
     """Start commands at once, each in a process of its own, and wait for them;
     return their exit codes and what they said.
 
@@ -74,8 +85,7 @@ def apart(work: Callable[[], Any], place: Path) -> Any:
 
 
 def _start(words: list[str], gate: int, key: int, log: Path) -> int:
-    """Fork a process that waits at the gate and then is the command, in the folder of `said`; return its id.
-    """
+    """Fork a process that waits at the gate and then is the command, in the folder of `said`; return its id."""
     child = os.fork()
     if child:
         return child
@@ -105,8 +115,9 @@ def _start(words: list[str], gate: int, key: int, log: Path) -> int:
 Pair = Callable[[Path, dict[str, Any], np.random.Generator, dict[int, Any]], tuple[str, bool]]
 
 
-def same_out(place: Path, config: dict[str, Any], rng: np.random.Generator,
-             whole: dict[int, Any]) -> tuple[str, bool]:
+def same_out(
+    place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]
+) -> tuple[str, bool]:
     """Two seeds in one folder that both name."""
     ended = together(place, [[*run_words(config, seed), "--out", "out"] for seed in SEEDS])
     wrong = _refused_but_one(ended)
@@ -114,8 +125,9 @@ def same_out(place: Path, config: dict[str, Any], rng: np.random.Generator,
     return wrong or _differs(place / "out", whole, winner), _met(ended)
 
 
-def default_out(place: Path, config: dict[str, Any], rng: np.random.Generator,
-                whole: dict[int, Any]) -> tuple[str, bool]:
+def default_out(
+    place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]
+) -> tuple[str, bool]:
     """Two runs of one seed that name no folder."""
     seed = int(rng.choice(SEEDS))
     ended = together(place, [run_words(config, seed)] * 2)
@@ -125,28 +137,42 @@ def default_out(place: Path, config: dict[str, Any], rng: np.random.Generator,
     if [p.name for p in folders] != [f"predator-prey-{seed}", f"predator-prey-{seed}-2"]:
         return f"left {[p.name for p in folders]}", False
     named = all(sum(f"in runs/{p.name}\n" in text for _, text in ended) == 1 for p in folders)
-    return ("" if named and not any(_differs(p, whole, seed) for p in folders)
-            else "what they left is not what they said", True)
+    return (
+        ""
+        if named and not any(_differs(p, whole, seed) for p in folders)
+        else "what they left is not what they said",
+        True,
+    )
 
 
-def two_resumes(place: Path, config: dict[str, Any], rng: np.random.Generator,
-                whole: dict[int, Any]) -> tuple[str, bool]:
+def two_resumes(
+    place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]
+) -> tuple[str, bool]:
     """Two that go on with one run which was killed."""
     seed = int(rng.choice(SEEDS))
-    together(place, [[*run_words(config, seed), "--out", "out"]],
-             (0, float(rng.uniform(0.1, config["longest"]))))
+    together(
+        place, [[*run_words(config, seed), "--out", "out"]], (0, float(rng.uniform(0.1, config["longest"])))
+    )
     if not (place / "out" / "manifest.json").exists():
         again = together(place, [[*run_words(config, seed), "--out", "out"]])
-        return ("" if again[0][0] == 0
-                and not _differs(place / "out", whole, seed) else f"stranded: {again[0][1]}", False)
+        return (
+            ""
+            if again[0][0] == 0 and not _differs(place / "out", whole, seed)
+            else f"stranded: {again[0][1]}",
+            False,
+        )
     ended = together(place, [resume_words("out", config)] * 2)
-    wrong = ("" if {code for code, _ in ended} <= {0, REFUSED}
-             and 0 in {code for code, _ in ended} else f"ended with {ended}")
+    wrong = (
+        ""
+        if {code for code, _ in ended} <= {0, REFUSED} and 0 in {code for code, _ in ended}
+        else f"ended with {ended}"
+    )
     return wrong or _differs(place / "out", whole, seed), _met(ended)
 
 
-def killed(place: Path, config: dict[str, Any], rng: np.random.Generator,
-           whole: dict[int, Any]) -> tuple[str, bool]:
+def killed(
+    place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]
+) -> tuple[str, bool]:
     """Two seeds in one folder, one of which is killed; the same command, or resume, goes on."""
     when = (int(rng.integers(2)), float(rng.uniform(0.0, config["longest"])))
     ended = together(place, [[*run_words(config, seed), "--out", "out"] for seed in SEEDS], when)
@@ -163,8 +189,12 @@ def killed(place: Path, config: dict[str, Any], rng: np.random.Generator,
     return f"stranded: {again[0][1]}" if again[0][0] else _differs(place / "out", whole, seed), _met(ended)
 
 
-PAIRS: dict[str, Pair] = {"same folder": same_out, "no folder named": default_out, "two resumes": two_resumes,
-                          "one of them killed": killed}
+PAIRS: dict[str, Pair] = {
+    "same folder": same_out,
+    "no folder named": default_out,
+    "two resumes": two_resumes,
+    "one of them killed": killed,
+}
 
 
 def _refused_but_one(ended: list[tuple[int, str]]) -> str:
@@ -172,8 +202,11 @@ def _refused_but_one(ended: list[tuple[int, str]]) -> str:
     if codes != [0, REFUSED]:
         return f"ended with {codes}: {ended[0][1]} {ended[1][1]}"
     text = next(text for code, text in ended if code == REFUSED)
-    return ("" if "out" in text and ("is being written by" in text or "is not empty" in text)
-            else f"refused without a name: {text}")
+    return (
+        ""
+        if "out" in text and ("is being written by" in text or "is not empty" in text)
+        else f"refused without a name: {text}"
+    )
 
 
 def _met(ended: list[tuple[int, str]]) -> bool:
@@ -186,8 +219,11 @@ def _differs(out: Path, whole: dict[int, Any], seed: int | None) -> str:
         return "nothing is left"
     if left := [p.name for p in out.rglob("*") if p.name.endswith((".tmp", ".lock"))]:
         return f"left behind: {left[0]}"
-    return ("" if apart(lambda: summary(out), out.parent) == whole[seed]
-            else f"{out.name} is not the run of seed {seed}")
+    return (
+        ""
+        if apart(lambda: summary(out), out.parent) == whole[seed]
+        else f"{out.name} is not the run of seed {seed}"
+    )
 
 
 # --- the study
@@ -231,8 +267,9 @@ def _warm() -> None:
 def _foreign(place: Path, kinds: int) -> dict[str, Any]:
     make(place / "whole")
     names = list(KINDS)[:kinds]
-    wrong = {name: text for i, name in enumerate(names)
-             if (text := refused(name, place / "whole", place / str(i)))}
+    wrong = {
+        name: text for i, name in enumerate(names) if (text := refused(name, place / "whole", place / str(i)))
+    }
     return {"tried": len(names), "wrong": wrong}
 
 
@@ -246,16 +283,25 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     rows = []
     for name in PAIRS:
         of = [c["result"] for c in pairs if c["case"]["pairs"] == name]
-        rows.append([name, sum(r["tried"] for r in of), sum(r["met"] for r in of),
-                     sum(len(r["wrong"]) for r in of)])
+        rows.append(
+            [name, sum(r["tried"] for r in of), sum(r["met"] for r in of), sum(len(r["wrong"]) for r in of)]
+        )
     return {
         "verdicts": [
             verdict("pairs of processes on one folder", tried, "200 or more", tried >= 200),
             verdict("of them, one found the other at its work", met, "100 or more", met >= 100),
-            verdict("pairs after which a folder held another run, a mixture or half of one", wrong,
-                    "0", wrong == 0),
-            verdict("kinds of foreign files in runs, comparisons, trainings and searches", kinds,
-                    "30 or more", kinds >= 30),
+            verdict(
+                "pairs after which a folder held another run, a mixture or half of one",
+                wrong,
+                "0",
+                wrong == 0,
+            ),
+            verdict(
+                "kinds of foreign files in runs, comparisons, trainings and searches",
+                kinds,
+                "30 or more",
+                kinds >= 30,
+            ),
             verdict("of them taken, or refused without their name", taken, "0", taken == 0),
         ],
         "table": {"head": ["pairs", "tried", "met", "wrong"], "rows": rows},
@@ -267,7 +313,7 @@ STUDY = Study(
     claim="A folder holds one run, whoever else wants it, and a file of another one is refused by its name.",
     config={"ticks": 16, "checkpoint_every": 4, "pairs": 25, "longest": 0.8, "kinds": 1000},
     cases=[{"pairs": name, "seed": seed} for name in PAIRS for seed in (31, 32)]
-          + [{"pairs": "foreign files"}],
+    + [{"pairs": "foreign files"}],
     run=run,
     summarise=summarise,
     short_config={"ticks": 10, "pairs": 3, "kinds": 12, "longest": 0.5},

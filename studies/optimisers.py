@@ -49,8 +49,10 @@ def live(p, ticks, seed):
 def parameters() -> Any:
     from ecs_eco.search.plan import Parameter
 
-    return [Parameter(n, c / 30**0.5, c * 30**0.5, log=True, whole=False, start=c)
-            for n, c in zip(NAMES, CENTRE, strict=True)]
+    return [
+        Parameter(n, c / 30**0.5, c * 30**0.5, log=True, whole=False, start=c)
+        for n, c in zip(NAMES, CENTRE, strict=True)
+    ]
 
 
 def evaluate(values: dict[str, float], least: list[float]) -> dict[str, Any]:
@@ -72,15 +74,20 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
     from ecs_eco.search.optimise import Optimiser, merit
 
-    optimiser, entries, asking, out = (Optimiser(parameters(), case["optimiser"], case["seed"]), [], 0.0,
-                                       {"share": {}, "merit": {}})
+    optimiser, entries, asking, out = (
+        Optimiser(parameters(), case["optimiser"], case["seed"]),
+        [],
+        0.0,
+        {"share": {}, "merit": {}},
+    )
     for candidate in range(config["candidates"]):
         begin = time.perf_counter()
         values = optimiser.ask(candidate)
         asking += time.perf_counter() - begin
         before = [[e["scores"][s] for e in entries if e["stage"] >= s] for s in range(len(STAGES) - 1)]
-        entry = evaluate(values, [float(np.quantile(b, 1 - KEPT)) if len(b) >= 4 else -np.inf
-                                  for b in before]) | {"values": values}
+        entry = evaluate(
+            values, [float(np.quantile(b, 1 - KEPT)) if len(b) >= 4 else -np.inf for b in before]
+        ) | {"values": values}
         entries.append(entry)
         optimiser.tell(candidate, values, merit(entry))
         if candidate + 1 in config["judged"]:
@@ -90,8 +97,11 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
                 np.mean([live(p, 8000, 10_000 + s)[0] == 8000 for s in range(config["runs"])])
             )
             out["merit"][str(candidate + 1)] = merit(best)
-    return out | {"ticks": sum(e["ticks"] for e in entries), "asking": asking / config["candidates"],
-                  "whole": sum(e["stage"] == len(STAGES) - 1 for e in entries)}  # fmt: skip
+    return out | {
+        "ticks": sum(e["ticks"] for e in entries),
+        "asking": asking / config["candidates"],
+        "whole": sum(e["stage"] == len(STAGES) - 1 for e in entries),
+    }
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -99,26 +109,49 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     kinds = list(dict.fromkeys(c["case"]["optimiser"] for c in cases))
     of = {k: [c["result"] for c in cases if c["case"]["optimiser"] == k] for k in kinds}
     judged = list(of[kinds[0]][0]["share"])
-    mean = {k: [float(np.mean([r["share"][n] for r in results])) for n in judged]
-            for k, results in of.items()}
+    mean = {
+        k: [float(np.mean([r["share"][n] for r in results])) for n in judged] for k, results in of.items()
+    }
     rows = [
-        [k, len(of[k]), *(f"{m:.2f}" for m in mean[k]), f"{np.mean([r['ticks'] for r in of[k]]) / 1e3:,.0f}",
-         f"{np.mean([r['whole'] for r in of[k]]):.1f}", f"{1000 * np.mean([r['asking'] for r in of[k]]):.0f}"]
+        [
+            k,
+            len(of[k]),
+            *(f"{m:.2f}" for m in mean[k]),
+            f"{np.mean([r['ticks'] for r in of[k]]) / 1e3:,.0f}",
+            f"{np.mean([r['whole'] for r in of[k]]):.1f}",
+            f"{1000 * np.mean([r['asking'] for r in of[k]]):.0f}",
+        ]
         for k in kinds
-    ]  # fmt: skip
-    head = ["optimiser", "repeats", *(f"share that persists, best of {n}" for n in judged), "ticks [1,000]",
-            "met all runs", "ms to ask"]
+    ]
+    head = [
+        "optimiser",
+        "repeats",
+        *(f"share that persists, best of {n}" for n in judged),
+        "ticks [1,000]",
+        "met all runs",
+        "ms to ask",
+    ]
     lines = []
     for k in [k for k in kinds if k != "random"]:
-        pairs = [(a["share"][n], b["share"][n]) for a, b in zip(of[k], of["random"], strict=True)
-                 for n in judged[1:] or judged]
+        pairs = [
+            (a["share"][n], b["share"][n])
+            for a, b in zip(of[k], of["random"], strict=True)
+            for n in judged[1:] or judged
+        ]
         won, lost = sum(a > b for a, b in pairs), sum(a < b for a, b in pairs)
-        value = (f"{mean[k][-1]:.2f} against {mean['random'][-1]:.2f}; better in {won}, "
-                 f"worse in {lost} of {len(pairs)} pairs")
-        lines.append(verdict(f"share of chains that persist, best of {judged[-1]}: {k} against random", value,
-                             "better", mean[k][-1] > mean["random"][-1]))
-    return {"verdicts": lines,
-            "table": {"head": head, "rows": rows}}  # fmt: skip
+        value = (
+            f"{mean[k][-1]:.2f} against {mean['random'][-1]:.2f}; better in {won}, "
+            f"worse in {lost} of {len(pairs)} pairs"
+        )
+        lines.append(
+            verdict(
+                f"share of chains that persist, best of {judged[-1]}: {k} against random",
+                value,
+                "better",
+                mean[k][-1] > mean["random"][-1],
+            )
+        )
+    return {"verdicts": lines, "table": {"head": head, "rows": rows}}
 
 
 STUDY = Study(
@@ -126,9 +159,11 @@ STUDY = Study(
     claim="Every optimiser finds food chains that persist with fewer candidates than chance does.",
     config={"candidates": 80, "judged": [20, 40, 80], "runs": 200},
     cases=[{"optimiser": k, "seed": s} for s in range(1, 9) for k in ("tpe", "gp", "cmaes", "random")],
-    run=run, summarise=summarise, short_cases=[{"optimiser": k, "seed": 1} for k in ("tpe", "random")],
+    run=run,
+    summarise=summarise,
+    short_cases=[{"optimiser": k, "seed": 1} for k in ("tpe", "random")],
     short_config={"candidates": 12, "judged": [12], "runs": 20},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

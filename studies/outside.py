@@ -40,15 +40,22 @@ OTHERS = ("function", "chance")
 
 def intake(seed: int, ticks: int, policies: Any = "random", **changes: Any) -> float:
     """Return the energy that a deer takes in, in 100 ticks, with a policy."""
-    world = World.from_config(load(GRAZING, changes), seed=1000 + seed, policies=policies, training=True,
-                              learn=False)
+    world = World.from_config(
+        load(GRAZING, changes), seed=1000 + seed, policies=policies, training=True, learn=False
+    )
     return round(rl_function.meals(world.run(ticks // 3), ticks), 4)
 
 
 def built_in(config: dict[str, Any], seed: int, look: Any) -> Any:
     """Train as worlds train."""
-    world = World.from_config(load(GRAZING, {"species.deer.ppo": PPO}), seed=seed, policies="untrained",
-                              training=True, learn=True, record=False)
+    world = World.from_config(
+        load(GRAZING, {"species.deer.ppo": PPO}),
+        seed=seed,
+        policies="untrained",
+        training=True,
+        learn=True,
+        record=False,
+    )
     ticks = config["steps"] // 64
     for done in range(0, ticks, 64):
         look(done * 64, world.policy("deer"))
@@ -96,43 +103,81 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         train = import_module(f"examples.{LEARNERS[arm]}").train  # what it needs is not always installed
         same = same_choices(from_torch(train(config["steps"], seed, look)), seed)
     seconds = time.process_time() - start - watching
-    return {"curve": curve, "seconds": round(seconds, 1), "same_choices": same,
-            "steps_per_s": round(curve[-1][0] / seconds)}  # fmt: skip
+    return {
+        "curve": curve,
+        "seconds": round(seconds, 1),
+        "same_choices": same,
+        "steps_per_s": round(curve[-1][0] / seconds),
+    }
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Compare what each takes in at the end."""
-    ends = {arm: [c["result"]["curve"][-1][1] for c in cases if c["case"]["arm"] == arm]
-            for arm in (*LEARNERS, *OTHERS)}
+    ends = {
+        arm: [c["result"]["curve"][-1][1] for c in cases if c["case"]["arm"] == arm]
+        for arm in (*LEARNERS, *OTHERS)
+    }
     mean = {arm: statistics.fmean(values) for arm, values in ends.items() if values}
     rows, verdicts, reference = [], [], mean.get("built-in PPO")
     for arm, value in mean.items():
         runs = [c["result"] for c in cases if c["case"]["arm"] == arm]
         seconds = [r["seconds"] for r in runs if "seconds" in r]
-        rows.append([arm, len(runs), round(value, 3), f"{min(ends[arm]):.3f} to {max(ends[arm]):.3f}",
-                     statistics.median(seconds) if seconds else ""])
+        rows.append(
+            [
+                arm,
+                len(runs),
+                round(value, 3),
+                f"{min(ends[arm]):.3f} to {max(ends[arm]):.3f}",
+                statistics.median(seconds) if seconds else "",
+            ]
+        )
         if not LEARNERS.get(arm) or reference is None:
             continue
         ratio = round(value / reference, 3)
-        verdicts.append(verdict(f"{arm}: mean intake at the end, times that of the built-in PPO", ratio,
-                                ">= 0.9", ratio >= 0.9))
+        verdicts.append(
+            verdict(
+                f"{arm}: mean intake at the end, times that of the built-in PPO",
+                ratio,
+                ">= 0.9",
+                ratio >= 0.9,
+            )
+        )
         least = min(r["same_choices"] for r in runs)
-        verdicts.append(verdict(f"{arm}: of 1,000 observations, the same choices in the world (least)", least,
-                                "1000", least == 1000))
+        verdicts.append(
+            verdict(
+                f"{arm}: of 1,000 observations, the same choices in the world (least)",
+                least,
+                "1000",
+                least == 1000,
+            )
+        )
     gain = round(mean["function"] / mean["chance"], 2)
     verdicts.append(verdict("the function: mean intake, times that of chance", gain, "reported", True))
-    return {"verdicts": verdicts, "table": {"head": ["policy", "seeds", "intake per deer and 100 ticks",
-                                                     "range over seeds", "s of training (median)"],
-                                            "rows": rows}}  # fmt: skip
+    return {
+        "verdicts": verdicts,
+        "table": {
+            "head": [
+                "policy",
+                "seeds",
+                "intake per deer and 100 ticks",
+                "range over seeds",
+                "s of training (median)",
+            ],
+            "rows": rows,
+        },
+    }
 
 
 STUDY = Study(
-    name="outside", claim=str(__doc__).split("\n")[0], run=run, summarise=summarise,
+    name="outside",
+    claim=str(__doc__).split("\n")[0],
+    run=run,
+    summarise=summarise,
     config={"steps": STEPS, "looks": LOOKS, "ticks": 300, "ppo": PPO},
     cases=[{"seed": seed, "arm": arm} for seed in range(5) for arm in (*LEARNERS, *OTHERS)],
     short_cases=[{"seed": 0, "arm": arm} for arm in ("built-in PPO", "function", "chance")],
     short_config={"steps": 4096, "looks": 1, "ticks": 30},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -15,26 +15,43 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     left = sum(r["left behind"] for r in results)
     return [
         verdict("kills (SIGKILL) after which the run went on", n, "20 or more", n >= 20),
-        verdict("runs whose world or recording differs from that of the run left in peace",
-                f"{wrong} of {len(results)}", "0", wrong == 0),
+        verdict(
+            "runs whose world or recording differs from that of the run left in peace",
+            f"{wrong} of {len(results)}",
+            "0",
+            wrong == 0,
+        ),
         verdict("half-written files left behind at the end", left, "0", left == 0),
-    ]  # fmt: skip
+    ]
 
 
 STUDY = Study(
     name="own_networks_kills",
     claim="A run with torch modules, shared and individual, with a memory and without, "
-          "is killed at any moment and ends with the same bytes.",
+    "is killed at any moment and ends with the same bytes.",
     config={"ticks": 60, "checkpoint_every": 1, "share": 0.02, "kills": 6, "longest": 4.0},
-    cases=[{"world": "predator-prey", "brains": brains, "network": f"studies.common.networks:{network}",
-            "seed": 31 + 2 * i + j}
-           for i, brains in enumerate(("shared", "individual")) for j, network in enumerate(NETWORKS)],
+    cases=[
+        {
+            "world": "predator-prey",
+            "brains": brains,
+            "network": f"studies.common.networks:{network}",
+            "seed": 31 + 2 * i + j,
+        }
+        for i, brains in enumerate(("shared", "individual"))
+        for j, network in enumerate(NETWORKS)
+    ],
     run=kills.run,
     summarise=summarise,
     short_config={"ticks": 20, "kills": 1, "longest": 1.0},
-    short_cases=[{"world": "predator-prey", "brains": "shared",
-                  "network": "studies.common.networks:Remembering", "seed": 31}],
-)  # fmt: skip
+    short_cases=[
+        {
+            "world": "predator-prey",
+            "brains": "shared",
+            "network": "studies.common.networks:Remembering",
+            "seed": 31,
+        }
+    ],
+)
 
 if __name__ == "__main__":
     STUDY.main()

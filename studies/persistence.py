@@ -12,11 +12,16 @@ TRAINING, WORLDS = range(71, 77), range(7201, 7206)  # seen by nothing before
 
 
 ARMS: dict[str, dict[str, Any]] = {"frozen": {"learn": False}}
-STUDY = crossed_study("persistence",
-                      "Grass, deer and wolves persist and cycle for the recipe, whatever the training seed.",
-                      ARMS, TRAINING, WORLDS, ticks=20_000, judged=["frozen"], also=[
-                          {"arm": "frozen", "training": TRAINING[0], "seed": 7101, "ticks": 80_000}
-                      ])  # fmt: skip
+STUDY = crossed_study(
+    "persistence",
+    "Grass, deer and wolves persist and cycle for the recipe, whatever the training seed.",
+    ARMS,
+    TRAINING,
+    WORLDS,
+    ticks=20_000,
+    judged=["frozen"],
+    also=[{"arm": "frozen", "training": TRAINING[0], "seed": 7101, "ticks": 80_000}],
+)
 
 if __name__ == "__main__":
     STUDY.main()

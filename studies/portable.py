@@ -17,16 +17,30 @@ from pathlib import Path
 
 from studies.common.study import Study, verdict
 
-WORLDS = ("diel-migration", "happiness", "innate", "island", "lamb", "learning-krill", "predator-prey",
-          "reflexes")
+WORLDS = (
+    "diel-migration",
+    "happiness",
+    "innate",
+    "island",
+    "lamb",
+    "learning-krill",
+    "predator-prey",
+    "reflexes",
+)
 LESSER = {  # what takes this processor for less
-    "NUMBA_CPU_NAME": "nehalem", "NUMBA_CPU_FEATURES": "", "ATEN_CPU_CAPABILITY": "default",
-    "MKL_ENABLE_INSTRUCTIONS": "SSE4_2", "OPENBLAS_CORETYPE": "Prescott", "MKL_CBWR": "AUTO",
+    "NUMBA_CPU_NAME": "nehalem",
+    "NUMBA_CPU_FEATURES": "",
+    "ATEN_CPU_CAPABILITY": "default",
+    "MKL_ENABLE_INSTRUCTIONS": "SSE4_2",
+    "OPENBLAS_CORETYPE": "Prescott",
+    "MKL_CBWR": "AUTO",
     "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
     "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2_Usable,-FMA_Usable,-FMA4_Usable,-AVX2,-FMA,-FMA4",
-}  # fmt: skip
-QEMU = {"Nehalem": ["-cpu", "Nehalem"],
-        "Haswell": ["-cpu", "Haswell,-pcid,-x2apic,-tsc-deadline,-hle,-invpcid,-rtm"]}  # those it cannot do
+}
+QEMU = {
+    "Nehalem": ["-cpu", "Nehalem"],
+    "Haswell": ["-cpu", "Haswell,-pcid,-x2apic,-tsc-deadline,-hle,-invpcid,-rtm"],
+}  # those it cannot do
 CHILD = """
 import json, sys
 import ecs_eco
@@ -55,11 +69,18 @@ def run(config: dict, case: dict) -> dict:
     elif where == "variables":
         variables = dict(LESSER)
     own = "variables" if where == "variables" and config["compile_anew"] else "here"
-    variables |= {"ECS_ECO_PORTABLE": "1" if case["mode"] == "portable" else "0",
-                  "ECS_ECO_CACHE": str(CACHE / f"{case['mode']}-{own}")}
+    variables |= {
+        "ECS_ECO_PORTABLE": "1" if case["mode"] == "portable" else "0",
+        "ECS_ECO_CACHE": str(CACHE / f"{case['mode']}-{own}"),
+    }
     numbers = [str(config[key]) for key in ("seed", "horizon", "ticks")]
-    done = subprocess.run([*command, sys.executable, "-c", CHILD, case["world"], *numbers], check=False,
-                          env={**os.environ, **variables}, capture_output=True, text=True)
+    done = subprocess.run(
+        [*command, sys.executable, "-c", CHILD, case["world"], *numbers],
+        check=False,
+        env={**os.environ, **variables},
+        capture_output=True,
+        text=True,
+    )
     if done.returncode:
         raise RuntimeError(f"{case}: exit {done.returncode}\n{done.stderr[-2000:]}")
     return json.loads(done.stdout.splitlines()[-1])
@@ -70,8 +91,9 @@ def summarise(entries: list[dict]) -> dict:
     digests: dict = {}
     for entry in entries:
         case = entry["case"]
-        digests.setdefault(case["mode"], {}).setdefault(case["world"], {})[case["machine"]] = (
-            entry["result"]["digests"])
+        digests.setdefault(case["mode"], {}).setdefault(case["world"], {})[case["machine"]] = entry["result"][
+            "digests"
+        ]
     machines = sorted({entry["case"]["machine"] for entry in entries})
     rows, same, other, compared = [], 0, 0, 0
     for mode in ("portable", "native"):
@@ -80,31 +102,54 @@ def summarise(entries: list[dict]) -> dict:
             same += equal and mode == "portable"
             other += not equal and mode == "native"
             compared += mode == "portable"
-            rows.append([mode, world, *(on[m][-1][:12] if m in on else "" for m in machines),
-                         "same" if equal else "other"])
+            rows.append(
+                [
+                    mode,
+                    world,
+                    *(on[m][-1][:12] if m in on else "" for m in machines),
+                    "same" if equal else "other",
+                ]
+            )
     controls = len(digests.get("native", {}))  # none in the short form: kernels would be compiled twice more
     changing = [w for w, on in digests["portable"].items() if len(set(next(iter(on.values())))) < 3]
     verdicts = [
-        verdict(f"worlds with one digest on {len(machines)} machines in the portable mode", same,
-                f"all {compared}", same == compared),
-        verdict("worlds with other digests in the native mode (control)", other, f"all {controls}",
-                other == controls),
+        verdict(
+            f"worlds with one digest on {len(machines)} machines in the portable mode",
+            same,
+            f"all {compared}",
+            same == compared,
+        ),
+        verdict(
+            "worlds with other digests in the native mode (control)",
+            other,
+            f"all {controls}",
+            other == controls,
+        ),
         verdict("worlds that stood still, so that nothing was compared", len(changing), "0", not changing),
     ]
     return {"verdicts": verdicts, "table": {"head": ["mode", "world", *machines, "digests"], "rows": rows}}
 
 
 def _cases(worlds: tuple, machines: tuple) -> list[dict]:
-    return [{"mode": mode, "world": world, "machine": machine} for world in worlds
-            for mode, where in (("portable", machines), ("native", ("here", "variables")))
-            for machine in where]
+    return [
+        {"mode": mode, "world": world, "machine": machine}
+        for world in worlds
+        for mode, where in (("portable", machines), ("native", ("here", "variables")))
+        for machine in where
+    ]
 
 
 STUDY = Study(
     name="portable",
     claim="The portable mode gives the same bytes on every x86-64 machine.",
-    config={"seed": 1, "ticks": 24, "horizon": 8, "compile_anew": True, "variables": LESSER,
-            "qemu": {name: " ".join(words) for name, words in QEMU.items()}},
+    config={
+        "seed": 1,
+        "ticks": 24,
+        "horizon": 8,
+        "compile_anew": True,
+        "variables": LESSER,
+        "qemu": {name: " ".join(words) for name, words in QEMU.items()},
+    },
     cases=_cases(WORLDS, ("here", "variables", "Nehalem", "Haswell")),
     run=run,
     summarise=summarise,

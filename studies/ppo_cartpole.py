@@ -54,14 +54,22 @@ def stable_baselines(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
     from stable_baselines3.common.env_util import make_vec_env
 
     start = time.process_time()
-    model = StableBaselinesPPO("MlpPolicy", make_vec_env("CartPole-v1", N_ENVS, seed=seed), seed=seed,
-                               device="cpu", **settings(ppo, anneal=True))
+    model = StableBaselinesPPO(
+        "MlpPolicy",
+        make_vec_env("CartPole-v1", N_ENVS, seed=seed),
+        seed=seed,
+        device="cpu",
+        **settings(ppo, anneal=True),
+    )
     return _report(learn(model, steps, SOLVED), model.num_timesteps, time.process_time() - start)
 
 
 def _report(training: Training, n_steps: int, seconds: float) -> dict[str, Any]:
-    return {"steps_to_solve": training.steps_to(SOLVED), "steps": n_steps,
-            "steps_per_s": round(n_steps / seconds, 1)}
+    return {
+        "steps_to_solve": training.steps_to(SOLVED),
+        "steps": n_steps,
+        "steps_per_s": round(n_steps / seconds, 1),
+    }
 
 
 ARMS = {
@@ -91,35 +99,70 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             took[arm] = sorted(r["steps_to_solve"] or NEVER for r in runs.values())
             worst = took[arm][-1] if took[arm][-1] < NEVER else "never"
             within = f"{sum(t <= STEPS for t in took[arm])} of {len(runs)}"
-            rows.append([arm, statistics.median(took[arm]), worst, within,
-                         statistics.median(r["steps_per_s"] for r in runs.values())])
+            rows.append(
+                [
+                    arm,
+                    statistics.median(took[arm]),
+                    worst,
+                    within,
+                    statistics.median(r["steps_per_s"] for r in runs.values()),
+                ]
+            )
     mine = took["ecs-eco"]
     verdicts = [
-        verdict("median of steps to solve", statistics.median(mine), "<= 75,000",
-                statistics.median(mine) <= 75_000),
-        verdict("solved within 100,000 steps", f"{sum(t <= STEPS for t in mine)} of {len(mine)}", "9 of 10",
-                sum(t <= STEPS for t in mine) >= 0.9 * len(mine)),
+        verdict(
+            "median of steps to solve",
+            statistics.median(mine),
+            "<= 75,000",
+            statistics.median(mine) <= 75_000,
+        ),
+        verdict(
+            "solved within 100,000 steps",
+            f"{sum(t <= STEPS for t in mine)} of {len(mine)}",
+            "9 of 10",
+            sum(t <= STEPS for t in mine) >= 0.9 * len(mine),
+        ),
     ]
-    for arm, peer in (("ecs-eco", "stable-baselines3, our settings"),
-                      ("ecs-eco, their settings", "stable-baselines3")):
-        ratios = [arms[arm][seed]["steps_per_s"] / r["steps_per_s"]
-                  for seed, r in arms[peer].items() if seed in arms[arm]]
+    for arm, peer in (
+        ("ecs-eco", "stable-baselines3, our settings"),
+        ("ecs-eco, their settings", "stable-baselines3"),
+    ):
+        ratios = [
+            arms[arm][seed]["steps_per_s"] / r["steps_per_s"]
+            for seed, r in arms[peer].items()
+            if seed in arms[arm]
+        ]
         if ratios:
             ratio = round(statistics.median(ratios), 2)
-            verdicts.append(verdict(f"steps/s of {arm}, times those of {peer} (median of pairs)", ratio,
-                                    ">= 1", ratio >= 1))
-    return {"verdicts": verdicts,
-            "table": {"head": ["arm", "median steps to solve", "worst", "solved within 100,000",
-                               "steps per second"], "rows": rows}}
+            verdicts.append(
+                verdict(
+                    f"steps/s of {arm}, times those of {peer} (median of pairs)", ratio, ">= 1", ratio >= 1
+                )
+            )
+    return {
+        "verdicts": verdicts,
+        "table": {
+            "head": ["arm", "median steps to solve", "worst", "solved within 100,000", "steps per second"],
+            "rows": rows,
+        },
+    }
 
 
 STUDY = Study(
-    name="ppo_cartpole", claim=str(__doc__).split("\n")[0],
-    config={"ours": asdict(OURS), "theirs": asdict(THEIRS), "steps": STEPS, "environments": N_ENVS,
-            "solved": SOLVED},
-    cases=[{"seed": seed, "arm": arm} for seed in range(10) for arm in ARMS], run=run, summarise=summarise,
+    name="ppo_cartpole",
+    claim=str(__doc__).split("\n")[0],
+    config={
+        "ours": asdict(OURS),
+        "theirs": asdict(THEIRS),
+        "steps": STEPS,
+        "environments": N_ENVS,
+        "solved": SOLVED,
+    },
+    cases=[{"seed": seed, "arm": arm} for seed in range(10) for arm in ARMS],
+    run=run,
+    summarise=summarise,
     short_cases=[{"seed": 0, "arm": "ecs-eco"}],
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -15,15 +15,32 @@ from studies.common.seed_grid import crossed_study
 from studies.common.study import Study, verdict
 
 TRAINING, WORLDS, TICKS = range(41, 49), (6001,), 8000
-HALF = {"space.size": [170.0, 170.0], "species.grass.count": 2150, "species.deer.count": 350,
-        "species.wolf.count": 125}
-SMALL = {"space.size": [120.0, 120.0], "species.grass.count": 800, "species.deer.count": 155,
-         "species.wolf.count": 45,
-         "species.grass.reproduction.rate": 0.0, "species.grass.reproduction.seed_rain": 0.02}  # fmt: skip
-RANGES = {"species.deer.count": [40, 375], "species.wolf.count": [10, 90],
-          "species.grass.reproduction.seed_rain": [0.001, 0.04]}
-WIDE = {**SMALL, "space.size": [254.0, 254.0], "species.grass.count": 3600, "species.deer.count": 700,
-        "species.wolf.count": 200}
+HALF = {
+    "space.size": [170.0, 170.0],
+    "species.grass.count": 2150,
+    "species.deer.count": 350,
+    "species.wolf.count": 125,
+}
+SMALL = {
+    "space.size": [120.0, 120.0],
+    "species.grass.count": 800,
+    "species.deer.count": 155,
+    "species.wolf.count": 45,
+    "species.grass.reproduction.rate": 0.0,
+    "species.grass.reproduction.seed_rain": 0.02,
+}
+RANGES = {
+    "species.deer.count": [40, 375],
+    "species.wolf.count": [10, 90],
+    "species.grass.reproduction.seed_rain": [0.001, 0.04],
+}
+WIDE = {
+    **SMALL,
+    "space.size": [254.0, 254.0],
+    "species.grass.count": 3600,
+    "species.deer.count": 700,
+    "species.wolf.count": 200,
+}
 
 
 def plan(**of: Any) -> dict[str, Any]:
@@ -63,19 +80,42 @@ def summarise(entries: list[dict[str, Any]]) -> dict[str, Any]:
         least = np.array([r["numbers"]["wolf"]["least"] for r in results], float)
         most = np.array([r["numbers"]["deer"]["most"] for r in results], float)
         shares[name] = kept / len(results)
-        rows.append([name, len(results), kept, float(np.median(least)), spread(least), float(np.median(most)),
-                     spread(most)])
+        rows.append(
+            [
+                name,
+                len(results),
+                kept,
+                float(np.median(least)),
+                spread(least),
+                float(np.median(most)),
+                spread(most),
+            ]
+        )
     reference = shares.get("as shipped before", 0.0)
     for name, share in shares.items():
         if name != "as shipped before":
-            out.append(verdict(f"{name}: share of training seeds whose worlds persist, "
-                               f"against {reference:.2f} with the recipe before",
-                               share, "not less", share >= reference))
-    head = ["protocol", "training seeds", "all persist", "least wolves, median",
-            "between seeds, deviation of log", "most deer, median",
-            "between seeds, deviation of log"]  # fmt: skip
-    return {"verdicts": out or [verdict("protocols", len(rows), "reported", True)],
-            "table": {"head": head, "rows": rows}}
+            out.append(
+                verdict(
+                    f"{name}: share of training seeds whose worlds persist, "
+                    f"against {reference:.2f} with the recipe before",
+                    share,
+                    "not less",
+                    share >= reference,
+                )
+            )
+    head = [
+        "protocol",
+        "training seeds",
+        "all persist",
+        "least wolves, median",
+        "between seeds, deviation of log",
+        "most deer, median",
+        "between seeds, deviation of log",
+    ]
+    return {
+        "verdicts": out or [verdict("protocols", len(rows), "reported", True)],
+        "table": {"head": head, "rows": rows},
+    }
 
 
 def spread(values: Sequence[float] | np.ndarray) -> float:
@@ -83,13 +123,25 @@ def spread(values: Sequence[float] | np.ndarray) -> float:
     return float(np.std(np.log1p(values), ddof=1)) if len(values) > 1 else 0.0
 
 
-GRID: Study = crossed_study("protocols",
-                            "Ways of training that make outcomes depend less on the training seed.",
-                            {name: {"train": OLD | train, "life": HALF} for name, train in PROTOCOLS.items()},
-                            TRAINING, WORLDS, ticks=TICKS)  # fmt: skip
-STUDY = Study(name=GRID.name, claim=GRID.claim, config=GRID.config, cases=GRID.cases, run=GRID.run,
-              depends=GRID.depends, summarise=summarise,
-              short_cases=GRID.short_cases, short_config=GRID.short_config)  # fmt: skip
+GRID: Study = crossed_study(
+    "protocols",
+    "Ways of training that make outcomes depend less on the training seed.",
+    {name: {"train": OLD | train, "life": HALF} for name, train in PROTOCOLS.items()},
+    TRAINING,
+    WORLDS,
+    ticks=TICKS,
+)
+STUDY = Study(
+    name=GRID.name,
+    claim=GRID.claim,
+    config=GRID.config,
+    cases=GRID.cases,
+    run=GRID.run,
+    depends=GRID.depends,
+    summarise=summarise,
+    short_cases=GRID.short_cases,
+    short_config=GRID.short_config,
+)
 
 if __name__ == "__main__":
     STUDY.main()

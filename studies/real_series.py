@@ -37,8 +37,10 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     series = load_series(world.series())
     n = {name: series.n[:, series.index(name)] for name in names}
     length = len(series.n) // BLOCK * BLOCK
-    return {"lived": world.tick, "numbers": {
-        name: text(x[:length].reshape(-1, BLOCK).mean(1)) for name, x in n.items()}}
+    return {
+        "lived": world.tick,
+        "numbers": {name: text(x[:length].reshape(-1, BLOCK).mean(1)) for name, x in n.items()},
+    }
 
 
 def measured(name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -48,8 +50,10 @@ def measured(name: str) -> tuple[np.ndarray, np.ndarray]:
         rows = list(csv.DictReader(file))
     if "treatment" in of:
         mine = [row for row in rows if row["Treatment"] == of["treatment"]]
-        both = [[float(row["Individuals"] or "nan") for row in mine if row["Species"].startswith(kind)]
-                for kind in ("Prey", "Predator")]  # fmt: skip
+        both = [
+            [float(row["Individuals"] or "nan") for row in mine if row["Species"].startswith(kind)]
+            for kind in ("Prey", "Predator")
+        ]
     else:
         both = [[float(row[of[kind]] or "nan") for row in rows] for kind in ("prey", "predator")]
     prey, predator = longest(np.array(both).T).T
@@ -61,7 +65,7 @@ def longest(rows: np.ndarray) -> np.ndarray:
     whole = np.concatenate([[0], np.isfinite(rows).all(1), [0]]).astype(int)
     starts, ends = np.flatnonzero(np.diff(whole) == 1), np.flatnonzero(np.diff(whole) == -1)
     best = (ends - starts).argmax()
-    return rows[starts[best]:ends[best]]
+    return rows[starts[best] : ends[best]]
 
 
 def inside(values: list[float], value: float, measure: str) -> tuple[float, float, bool]:
@@ -84,24 +88,35 @@ def compare(cases: list[dict[str, Any]]) -> dict[tuple[str, str, str], dict[str,
 
     out = {}
     for world, pairs in PAIRS.items():
-        runs = [{k: numbers(v) for k, v in e["result"]["numbers"].items()}
-                for e in cases if e["case"]["arm"] == world]
+        runs = [
+            {k: numbers(v) for k, v in e["result"]["numbers"].items()}
+            for e in cases
+            if e["case"]["arm"] == world
+        ]
         for pair in pairs if runs else ():
             for name in SERIES:
                 real, samples = signature(*measured(name)), len(measured(name)[0])
-                found = [w.as_dict() for run in runs for w in windows(
-                    *(run[of][len(run[of]) // 10:] for of in pair), samples, real.period)]  # fmt: skip
+                found = [
+                    w.as_dict()
+                    for run in runs
+                    for w in windows(*(run[of][len(run[of]) // 10 :] for of in pair), samples, real.period)
+                ]
                 if found:
-                    out[world, "→".join(pair), name] = {"real": real.as_dict(), "windows": len(found), **{
-                        m: inside([w[m] for w in found], real.as_dict()[m], m) for m in MEASURES}}
+                    out[world, "→".join(pair), name] = {
+                        "real": real.as_dict(),
+                        "windows": len(found),
+                        **{m: inside([w[m] for w in found], real.as_dict()[m], m) for m in MEASURES},
+                    }
     return out
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Decide what was registered; a table of all pairs."""
     compared = compare(cases)
-    lynx, isle, gause = (compared.get(("predator-prey", "deer→wolf", name), {})
-                         for name in ("lynx-hare", "isle-royale", "gause"))
+    lynx, isle, gause = (
+        compared.get(("predator-prey", "deer→wolf", name), {})
+        for name in ("lynx-hare", "isle-royale", "gause")
+    )
 
     def said(of: dict[str, Any], *names: str) -> str:
         return "; ".join(f"{of['real'][m]:.2f} in {of[m][0]:.2f} … {of[m][1]:.2f}" for m in names)
@@ -114,17 +129,39 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         lines = [
             REGISTERED.verdict("lynx-lag", said(lynx, "lag"), lynx["lag"][2]),
             REGISTERED.verdict("lynx-regularity", said(lynx, "regularity"), lynx["regularity"][2]),
-            REGISTERED.verdict("lynx-swing", said(lynx, *MEASURES[2:]),
-                               all(lynx[m][2] for m in MEASURES[2:])),
+            REGISTERED.verdict(
+                "lynx-swing", said(lynx, *MEASURES[2:]), all(lynx[m][2] for m in MEASURES[2:])
+            ),
             REGISTERED.verdict("isle-royale", unlike(isle), unlike(isle) >= 1),
             REGISTERED.verdict("gause", unlike(gause), unlike(gause) >= 1),
-        ]  # fmt: skip
-    lines.append(verdict("runs in which all lived to the end", sum(
-        e["result"]["lived"] >= CONFIG["ticks"] for e in cases), "reported", True))
-    head = ["world", "pair", "measured", "period of it [samples]", "windows",
-            *(f"{m}: measured, windows" for m in MEASURES), "like in"]
-    rows = [[*key, of["real"]["period"], of["windows"], *(said(of, m) for m in MEASURES),
-             f"{4 - unlike(of)} of 4"] for key, of in compared.items()]  # fmt: skip
+        ]
+    lines.append(
+        verdict(
+            "runs in which all lived to the end",
+            sum(e["result"]["lived"] >= CONFIG["ticks"] for e in cases),
+            "reported",
+            True,
+        )
+    )
+    head = [
+        "world",
+        "pair",
+        "measured",
+        "period of it [samples]",
+        "windows",
+        *(f"{m}: measured, windows" for m in MEASURES),
+        "like in",
+    ]
+    rows = [
+        [
+            *key,
+            of["real"]["period"],
+            of["windows"],
+            *(said(of, m) for m in MEASURES),
+            f"{4 - unlike(of)} of 4",
+        ]
+        for key, of in compared.items()
+    ]
     return {"verdicts": lines, "table": {"head": head, "rows": rows}, "notes": NOTES}
 
 
@@ -136,11 +173,16 @@ NOTES = (
 WORLD_SEEDS: dict[str, list[int]] = REGISTERED.content["seeds"]["world"]
 CONFIG = {"ticks": REGISTERED.content["ticks"], "block": BLOCK}
 STUDY = Study(
-    name="real_series", claim=REGISTERED.content["claim"], config=CONFIG, registered=REGISTERED,
+    name="real_series",
+    claim=REGISTERED.content["claim"],
+    config=CONFIG,
+    registered=REGISTERED,
     cases=[{"arm": world, "seed": seed} for world, seeds in WORLD_SEEDS.items() for seed in seeds],
-    run=run, summarise=summarise, short_config={"ticks": 1500},
+    run=run,
+    summarise=summarise,
+    short_config={"ticks": 1500},
     short_cases=[{"arm": "predator-prey", "seed": 9101}],
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

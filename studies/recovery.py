@@ -30,16 +30,30 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
     plan = plan_of(config)
     with tempfile.TemporaryDirectory() as folder:
+
         def lived(number: int, values: dict[str, float], seed: int) -> dict[str, Any]:
-            job = Job(f"candidate-{number}", plan.config, values, [(1, seed)], plan.stages, [], 1.0,
-                      Path(folder), plan.fit)
+            job = Job(
+                f"candidate-{number}",
+                plan.config,
+                values,
+                [(1, seed)],
+                plan.stages,
+                [],
+                1.0,
+                Path(folder),
+                plan.fit,
+            )
             return {"candidate": number, "values": values, "statistics": statistics_of(evaluate(job))}
 
         sampler = sampler_of(plan, [], folder)
         if case["arm"] == "prior":
             first = case["block"] * config["block"]
-            return {"candidates": [lived(n, sampler.ask(n), sampler.cell(n)[1])
-                                   for n in range(first + 1, first + 1 + config["block"])]}
+            return {
+                "candidates": [
+                    lived(n, sampler.ask(n), sampler.cell(n)[1])
+                    for n in range(first + 1, first + 1 + config["block"])
+                ]
+            }
         sampler.seed = case["seed"]
         for n in range(1, MOST):
             truth = lived(n, sampler.ask(n), 1000 * case["seed"] + n)
@@ -63,13 +77,21 @@ def sampler_of(plan: Any, candidates: list[dict[str, Any]], folder: str) -> Any:
     from ecs_eco.search.sampler import Sampler
 
     journal = Journal(Path(folder), {})
-    journal.entries += [{"kind": "candidate", "candidate": c["candidate"], "values": c["values"],
-                         "stages": [{"runs": [{"statistics": c["statistics"]}]}]} for c in candidates]
+    journal.entries += [
+        {
+            "kind": "candidate",
+            "candidate": c["candidate"],
+            "values": c["values"],
+            "stages": [{"runs": [{"statistics": c["statistics"]}]}],
+        }
+        for c in candidates
+    ]
     return Sampler(plan, "abc", journal)
 
 
-def posterior(config: dict[str, Any], candidates: list[dict[str, Any]],
-              observed: dict[str, float] | None = None) -> tuple[dict[str, Any], Any]:
+def posterior(
+    config: dict[str, Any], candidates: list[dict[str, Any]], observed: dict[str, float] | None = None
+) -> tuple[dict[str, Any], Any]:
     """What search.json says of the posterior of observed statistics, or of those of the pelts, and the
     posterior itself."""
     from ecs_eco.search.posterior import summary
@@ -91,8 +113,10 @@ def within(of: dict[str, Any], truth: dict[str, float], name: str) -> bool:
 
 def widths(found: list[dict[str, Any]], name: str) -> float:
     """The median over tries of the width of an interval over that of the range, of log numbers."""
-    parts = [np.log(n["high"] / n["low"]) / np.log(n["range"][1] / n["range"][0])
-             for n in (of["numbers"][name] for of in found)]
+    parts = [
+        np.log(n["high"] / n["low"]) / np.log(n["range"][1] / n["range"][0])
+        for n in (of["numbers"][name] for of in found)
+    ]
     return float(np.median(parts))
 
 
@@ -105,8 +129,10 @@ def inside(of: dict[str, Any]) -> int:
 def split(cases: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """The candidates, and the truths."""
     results = [(e["case"]["arm"], e["result"]) for e in cases]
-    return ([c for arm, of in results if arm == "prior" for c in of["candidates"]],
-            [of for arm, of in results if arm == "truth"])
+    return (
+        [c for arm, of in results if arm == "prior" for c in of["candidates"]],
+        [of for arm, of in results if arm == "truth"],
+    )
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -114,8 +140,10 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     candidates, truths = split(cases)
     found = [posterior(CONFIG, candidates, truth["statistics"])[0] for truth in truths]
     pelts = posterior(CONFIG, candidates)[0]
-    hits = {name: sum(within(of, truth["values"], name) for of, truth in zip(found, truths, strict=True))
-            for name in (CHANCE, RATE)}  # fmt: skip
+    hits = {
+        name: sum(within(of, truth["values"], name) for of, truth in zip(found, truths, strict=True))
+        for name in (CHANCE, RATE)
+    }
     width = {name: widths(found, name) for name in (CHANCE, RATE)}
     lived = sum(c["statistics"] is not None for c in candidates)
     lines = [
@@ -123,26 +151,43 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         REGISTERED.verdict("rate", hits[RATE], hits[RATE] >= 8),
         REGISTERED.verdict("narrower", min(width.values()), min(width.values()) < 0.7),
         REGISTERED.verdict("pelts", inside(pelts), inside(pelts) == 4),
-        verdict("candidates in which both lived to the end", f"{lived} of {len(candidates)}", "reported",
-                True),
-        verdict("width of the interval of the chance, of the rate, over that of the range",
-                f"{width[CHANCE]:.2f}, {width[RATE]:.2f}", "reported", True),
+        verdict(
+            "candidates in which both lived to the end", f"{lived} of {len(candidates)}", "reported", True
+        ),
+        verdict(
+            "width of the interval of the chance, of the rate, over that of the range",
+            f"{width[CHANCE]:.2f}, {width[RATE]:.2f}",
+            "reported",
+            True,
+        ),
     ]
-    head = ["series", "chance: true", "90 % interval", "rate: true", "90 % interval",
-            *(f"{name}: measured, runs" for name in pelts["observed"])]  # fmt: skip
+    head = [
+        "series",
+        "chance: true",
+        "90 % interval",
+        "rate: true",
+        "90 % interval",
+        *(f"{name}: measured, runs" for name in pelts["observed"]),
+    ]
 
     def row(name: str, of: dict[str, Any], truth: dict[str, float] | None) -> list[Any]:
         cells = [name]
         for key in (CHANCE, RATE):
             low, high = (of["numbers"][key][end] for end in ("low", "high"))
             cells += ["–" if truth is None else truth[key], f"{low:.3g} … {high:.3g}"]
-        return cells + [f"{s['observed']:.2f} in {s['low']:.2f} … {s['high']:.2f}"
-                        for s in of["statistics"].values()]
+        return cells + [
+            f"{s['observed']:.2f} in {s['low']:.2f} … {s['high']:.2f}" for s in of["statistics"].values()
+        ]
 
-    rows = [row(f"try {i}", of, truth["values"])
-            for i, (of, truth) in enumerate(zip(found, truths, strict=True), 1)]
-    return {"verdicts": lines, "table": {"head": head, "rows": [*rows, row("pelts", pelts, None)]},
-            "notes": NOTES}
+    rows = [
+        row(f"try {i}", of, truth["values"])
+        for i, (of, truth) in enumerate(zip(found, truths, strict=True), 1)
+    ]
+    return {
+        "verdicts": lines,
+        "table": {"head": head, "rows": [*rows, row("pelts", pelts, None)]},
+        "notes": NOTES,
+    }
 
 
 NOTES = (
@@ -153,12 +198,19 @@ NOTES = (
 SEEDS = REGISTERED.content["seeds"]
 CONFIG = {"ticks": REGISTERED.content["ticks"], "year": 30.0, "block": 20}
 STUDY = Study(
-    name="recovery", claim=REGISTERED.content["claim"], config=CONFIG, registered=REGISTERED,
-    cases=[*({"arm": "prior", "block": b} for b in range(SEEDS["prior"]["candidates"] // CONFIG["block"])),
-           *({"arm": "truth", "seed": seed} for seed in SEEDS["truth"])],
-    run=run, summarise=summarise, short_config={"ticks": 250, "year": 10.0, "block": 5},
+    name="recovery",
+    claim=REGISTERED.content["claim"],
+    config=CONFIG,
+    registered=REGISTERED,
+    cases=[
+        *({"arm": "prior", "block": b} for b in range(SEEDS["prior"]["candidates"] // CONFIG["block"])),
+        *({"arm": "truth", "seed": seed} for seed in SEEDS["truth"]),
+    ],
+    run=run,
+    summarise=summarise,
+    short_config={"ticks": 250, "year": 10.0, "block": 5},
     short_cases=[{"arm": "prior", "block": 0}, {"arm": "truth", "seed": 2201}],
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

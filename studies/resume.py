@@ -13,10 +13,15 @@ import numpy as np
 from studies.common.runs import small, summary
 from studies.common.study import Study, verdict
 
-AGAIN = ("import sys\nfrom ecs_eco.record import resume\n"
-         "resume(sys.argv[1], int(sys.argv[2]), threads=int(sys.argv[3]), report=False)\n")
-WORLDS = [(world, brains) for world in ("predator-prey", "reflexes", "lamb", "happiness")
-          for brains in ("shared", "individual")]
+AGAIN = (
+    "import sys\nfrom ecs_eco.record import resume\n"
+    "resume(sys.argv[1], int(sys.argv[2]), threads=int(sys.argv[3]), report=False)\n"
+)
+WORLDS = [
+    (world, brains)
+    for world in ("predator-prey", "reflexes", "lamb", "happiness")
+    for brains in ("shared", "individual")
+]
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -29,8 +34,17 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     splits = np.random.default_rng(case["seed"]).integers(1, ticks, config["splits"]).tolist()
 
     def go(out: Path, until: int, threads: int) -> None:
-        run_to_folder(world, seed=case["seed"], ticks=until, out=out, policies="untrained", learn=True,
-                      threads=threads, snapshot_every=10, report=False)  # fmt: skip
+        run_to_folder(
+            world,
+            seed=case["seed"],
+            ticks=until,
+            out=out,
+            policies="untrained",
+            learn=True,
+            threads=threads,
+            snapshot_every=10,
+            report=False,
+        )
 
     with tempfile.TemporaryDirectory() as place:
         go(Path(place) / "whole", ticks, 1)
@@ -52,24 +66,34 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     fewest = min(len(c["result"]["splits"]) for c in cases)
     names = ", ".join(f"{c['case']['world']} ({c['case']['brains']})" for c in cases)
     return [
-        verdict(f"split points that change a bit of columns, weights, optimisers or recording: {names}",
-                f"{wrong} of {tried}", "0", wrong == 0),
-        verdict("split points tried for each world, in a new process, with 1 and 2 threads", fewest,
-                "20 or more", fewest >= 20),
+        verdict(
+            f"split points that change a bit of columns, weights, optimisers or recording: {names}",
+            f"{wrong} of {tried}",
+            "0",
+            wrong == 0,
+        ),
+        verdict(
+            "split points tried for each world, in a new process, with 1 and 2 threads",
+            fewest,
+            "20 or more",
+            fewest >= 20,
+        ),
     ]
 
 
 STUDY = Study(
     name="resume",
     claim="A run that is stopped, saved and gone on with in a new process gives the same bytes as one that "
-          "is not stopped.",
+    "is not stopped.",
     config={"ticks": 120, "splits": 20, "share": 0.2},
     cases=[{"world": world, "brains": brains, "seed": 11 + i} for i, (world, brains) in enumerate(WORLDS)],
     run=run,
     summarise=summarise,
     short_config={"ticks": 40, "splits": 1, "share": 0.1},
-    short_cases=[{"world": "predator-prey", "brains": "shared", "seed": 11},
-                 {"world": "reflexes", "brains": "individual", "seed": 12}],
+    short_cases=[
+        {"world": "predator-prey", "brains": "shared", "seed": 11},
+        {"world": "reflexes", "brains": "individual", "seed": 12},
+    ],
 )
 
 if __name__ == "__main__":

@@ -37,9 +37,14 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     while world.tick < config["ticks"] and (not counts or counts[-1]):
         counts.append(world.run(EVERY).table("deer").n)
     speed, turn = deer[Motor].command[deer.rows()].T if deer.n else np.zeros((2, 1))
-    return {"fewest": min(counts), "mean": round(float(np.mean(counts)), 1), "most": max(counts),
-            "gone at": world.tick if not counts[-1] else None, "speed": round(float(speed.mean()), 3),
-            "turn": round(float(np.abs(turn).mean()), 3)}  # fmt: skip
+    return {
+        "fewest": min(counts),
+        "mean": round(float(np.mean(counts)), 1),
+        "most": max(counts),
+        "gone at": world.tick if not counts[-1] else None,
+        "speed": round(float(speed.mean()), 3),
+        "turn": round(float(np.abs(turn).mean()), 3),
+    }
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -47,28 +52,55 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     arms = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in ("trained", "random")}
     trained, drawn = arms["trained"], arms["random"]
     persist, gone = sum(r["fewest"] >= 10 for r in trained), sum(r["gone at"] is not None for r in drawn)
-    rows = [[c["case"]["arm"], c["case"]["seed"],
-             *(c["result"][k] for k in ("fewest", "mean", "most", "gone at", "speed", "turn"))]
-            for c in cases]
+    rows = [
+        [
+            c["case"]["arm"],
+            c["case"]["seed"],
+            *(c["result"][k] for k in ("fewest", "mean", "most", "gone at", "speed", "turn")),
+        ]
+        for c in cases
+    ]
     return {
         "verdicts": [
-            verdict("trained deer, ten or more at all times", f"{persist} of {len(trained)}", ">= 9 of 10",
-                    persist >= 0.9 * len(trained)),
-            verdict("deer that draw their numbers with equal chance die out", f"{gone} of {len(drawn)}",
-                    ">= 9 of 10", gone >= 0.9 * len(drawn)),
+            verdict(
+                "trained deer, ten or more at all times",
+                f"{persist} of {len(trained)}",
+                ">= 9 of 10",
+                persist >= 0.9 * len(trained),
+            ),
+            verdict(
+                "deer that draw their numbers with equal chance die out",
+                f"{gone} of {len(drawn)}",
+                ">= 9 of 10",
+                gone >= 0.9 * len(drawn),
+            ),
         ],
-        "table": {"head": ["policy", "seed", "fewest deer", "mean", "most", "died out at tick",
-                           "mean speed [m/s]", "mean |turn| [rad/s]"], "rows": rows},
-    }  # fmt: skip
+        "table": {
+            "head": [
+                "policy",
+                "seed",
+                "fewest deer",
+                "mean",
+                "most",
+                "died out at tick",
+                "mean speed [m/s]",
+                "mean |turn| [rad/s]",
+            ],
+            "rows": rows,
+        },
+    }
 
 
 STUDY = Study(
-    name="roaming", claim=str(__doc__).split("\n")[0], run=run, summarise=summarise,
+    name="roaming",
+    claim=str(__doc__).split("\n")[0],
+    run=run,
+    summarise=summarise,
     config={"ticks": 6000, "training": 2000},
     cases=[{"seed": seed, "arm": arm} for arm in ("trained", "random") for seed in range(1, 11)],
     short_cases=[{"seed": 1, "arm": arm} for arm in ("trained", "random")],
     short_config={"ticks": 200, "training": 100},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

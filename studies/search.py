@@ -35,11 +35,28 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     from ecs_eco.search import search
 
     before = os.getloadavg()[0]
-    result = search(WORLD, folder(config, case), {**config["changes"], "search.seed": case["seed"]},
-                   cpu=config["cpu"], trials=config["trials"], workers=config["workers"],
-                   optimiser=case["optimiser"], report=config["trials"] is None)  # fmt: skip
-    kept = ("candidates", "by_stage", "seconds", "seconds_of_candidates", "cpu_of_candidates", "start",
-            "best", "best_so_far", "confirmation", "importance")
+    result = search(
+        WORLD,
+        folder(config, case),
+        {**config["changes"], "search.seed": case["seed"]},
+        cpu=config["cpu"],
+        trials=config["trials"],
+        workers=config["workers"],
+        optimiser=case["optimiser"],
+        report=config["trials"] is None,
+    )
+    kept = (
+        "candidates",
+        "by_stage",
+        "seconds",
+        "seconds_of_candidates",
+        "cpu_of_candidates",
+        "start",
+        "best",
+        "best_so_far",
+        "confirmation",
+        "importance",
+    )
     return {k: result[k] for k in kept} | {"load": [before, os.getloadavg()[0]]}
 
 
@@ -51,50 +68,105 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     of = {k: [c["result"] for c in cases if c["case"]["optimiser"] == k] for k in kinds}
 
     def share(results: list[dict[str, Any]], who: str) -> tuple[int, int]:
-        return (sum(r["confirmation"][who]["persisted"] for r in results),
-                sum(r["confirmation"][who]["runs"] for r in results))
+        return (
+            sum(r["confirmation"][who]["persisted"] for r in results),
+            sum(r["confirmation"][who]["runs"] for r in results),
+        )
 
     rows = []
     for k, results in of.items():
-        for r, seed in zip(results, [c["case"]["seed"] for c in cases if c["case"]["optimiser"] == k],
-                           strict=True):
+        for r, seed in zip(
+            results, [c["case"]["seed"] for c in cases if c["case"]["optimiser"] == k], strict=True
+        ):
             c, s = r["confirmation"]["best"], r["confirmation"]["start"]
-            rows.append([k, seed, r["candidates"], *r["by_stage"][1:], f"{r['cpu_of_candidates']:,.0f}",
-                         f"{r['seconds'] / 60:.1f}",
-                         f"{r['best'][0]['score']:.2f}", f"{s['persisted']} of {s['runs']}",
-                         f"{c['persisted']} of {c['runs']}",
-                         f"{c['low']:.2f} … {c['high']:.2f}",
-                         f"{r['load'][0]:.0f}–{r['load'][1]:.0f}"])  # fmt: skip
-    head = ["optimiser", "seed", "candidates", "at stage 2", "met all runs",
-            "processor seconds of candidates", "minutes in all", "score of the best",
-            "as written: all persist", "best: all persist", "95 %", "load"]  # fmt: skip
+            rows.append(
+                [
+                    k,
+                    seed,
+                    r["candidates"],
+                    *r["by_stage"][1:],
+                    f"{r['cpu_of_candidates']:,.0f}",
+                    f"{r['seconds'] / 60:.1f}",
+                    f"{r['best'][0]['score']:.2f}",
+                    f"{s['persisted']} of {s['runs']}",
+                    f"{c['persisted']} of {c['runs']}",
+                    f"{c['low']:.2f} … {c['high']:.2f}",
+                    f"{r['load'][0]:.0f}–{r['load'][1]:.0f}",
+                ]
+            )
+    head = [
+        "optimiser",
+        "seed",
+        "candidates",
+        "at stage 2",
+        "met all runs",
+        "processor seconds of candidates",
+        "minutes in all",
+        "score of the best",
+        "as written: all persist",
+        "best: all persist",
+        "95 %",
+        "load",
+    ]
     k, n = share(of["gp"], "best")
     k0, n0 = share([c["result"] for c in cases], "start")
     low, high = wilson(k, n)[1:]
     longest = max(r["seconds"] for r in of["gp"]) / 60
-    lines = [verdict("as written: share of runs in which all persist", f"{k0} of {n0}", "below 0.1",
-                     k0 < 0.1 * n0),
-             verdict("the search: share of runs on fresh seeds in which all persist",
-                     f"{k} of {n} ({low:.2f} … {high:.2f})", "at least 0.8", k >= 0.8 * n),
-             verdict("the search: minutes from the first candidate to the end of the confirmation",
-                     f"{longest:.1f}", "under 30", longest < 30)]
+    lines = [
+        verdict(
+            "as written: share of runs in which all persist", f"{k0} of {n0}", "below 0.1", k0 < 0.1 * n0
+        ),
+        verdict(
+            "the search: share of runs on fresh seeds in which all persist",
+            f"{k} of {n} ({low:.2f} … {high:.2f})",
+            "at least 0.8",
+            k >= 0.8 * n,
+        ),
+        verdict(
+            "the search: minutes from the first candidate to the end of the confirmation",
+            f"{longest:.1f}",
+            "under 30",
+            longest < 30,
+        ),
+    ]
     if "random" in of:
         r, m = share(of["random"], "best")
-        lines.append(verdict("the same with candidates at random, in as much time", f"{r} of {m}",
-                             "less than the search", r / m < k / n))
+        lines.append(
+            verdict(
+                "the same with candidates at random, in as much time",
+                f"{r} of {m}",
+                "less than the search",
+                r / m < k / n,
+            )
+        )
     return {"verdicts": lines, "table": {"head": head, "rows": rows}}
 
 
 STUDY = Study(
-    name="search", claim="A search makes of a world that dies on nearly every seed one that lives.",
-    config={"world": hashlib.sha256(WORLD.read_bytes()).hexdigest()[:16], "cpu": 600.0, "workers": 2,
-            "trials": None, "changes": {}},
-    cases=[{"optimiser": k, "seed": s} for s in (1, 2) for k in ("gp", "random")], run=run,
-    summarise=summarise, short_cases=[{"optimiser": k, "seed": 1} for k in ("gp", "random")],
-    short_config={"cpu": None, "trials": 2,
-                  "changes": {"search.ticks": 50, "search.training_ticks": 8, "search.training_seeds": 1,
-                  "search.confirm": {"world_seeds": 1, "training_seeds": 1, "ticks": 50}}},
-)  # fmt: skip
+    name="search",
+    claim="A search makes of a world that dies on nearly every seed one that lives.",
+    config={
+        "world": hashlib.sha256(WORLD.read_bytes()).hexdigest()[:16],
+        "cpu": 600.0,
+        "workers": 2,
+        "trials": None,
+        "changes": {},
+    },
+    cases=[{"optimiser": k, "seed": s} for s in (1, 2) for k in ("gp", "random")],
+    run=run,
+    summarise=summarise,
+    short_cases=[{"optimiser": k, "seed": 1} for k in ("gp", "random")],
+    short_config={
+        "cpu": None,
+        "trials": 2,
+        "changes": {
+            "search.ticks": 50,
+            "search.training_ticks": 8,
+            "search.training_seeds": 1,
+            "search.confirm": {"world_seeds": 1, "training_seeds": 1, "ticks": 50},
+        },
+    },
+)
 
 if __name__ == "__main__":
     STUDY.main()

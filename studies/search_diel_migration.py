@@ -15,26 +15,46 @@ import numpy as np
 from studies.common.study import Study, verdict
 
 SCRIPTS = {  # where it swims, whether it flees what comes near, whether it avoids the smell of krill
-    "isolume": ("isolume", True, True), "surface": ("surface", True, True), "middle": ("middle", True, True),
-    "deep": ("deep", True, True), "bold": ("surface", False, False), "no escape": ("isolume", False, True),
+    "isolume": ("isolume", True, True),
+    "surface": ("surface", True, True),
+    "middle": ("middle", True, True),
+    "deep": ("deep", True, True),
+    "bold": ("surface", False, False),
+    "no escape": ("isolume", False, True),
     "no smell": ("isolume", True, False),
-}  # fmt: skip
+}
 RANGES: dict[str, tuple[float, float]] = {
-    "krill.count": (25, 60), "krill.sensors.1.sight": (10, 40), "krill.sensors.1.blind": (0.8, 2.5),
-    "krill.locomotion.speed.wander": (0.25, 0.6), "krill.diet.0.chance": (0.3, 1.0),
-    "krill.locomotion.speed.chase": (0.8, 1.3), "krill.diet.0.reach": (0.2, 0.6),
-    "copepod.sensors.3.radius": (1.2, 2.5), "copepod.metabolism.basal": (0.0015, 0.003),
-}  # fmt: skip
+    "krill.count": (25, 60),
+    "krill.sensors.1.sight": (10, 40),
+    "krill.sensors.1.blind": (0.8, 2.5),
+    "krill.locomotion.speed.wander": (0.25, 0.6),
+    "krill.diet.0.chance": (0.3, 1.0),
+    "krill.locomotion.speed.chase": (0.8, 1.3),
+    "krill.diet.0.reach": (0.2, 0.6),
+    "copepod.sensors.3.radius": (1.2, 2.5),
+    "copepod.metabolism.basal": (0.0015, 0.003),
+}
 
 
 class Script:
     """A copepod's behaviour as a reflex: rows of senses to actions."""
 
-    def __init__(self, channels: list[str], actions: list[str], where: str, flees: bool, smells: bool,
-                 bright: float = 0.6) -> None:
+    def __init__(
+        self,
+        channels: list[str],
+        actions: list[str],
+        where: str,
+        flees: bool,
+        smells: bool,
+        bright: float = 0.6,
+    ) -> None:
         self.at, self.to = {c: i for i, c in enumerate(channels)}, {a: i for i, a in enumerate(actions)}
         self.n_actions, self.where, self.flees, self.smells, self.bright = (
-            len(actions), where, flees, smells, bright
+            len(actions),
+            where,
+            flees,
+            smells,
+            bright,
         )
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
@@ -42,8 +62,11 @@ class Script:
         get = {name: x[:, i] for name, i in self.at.items()}
         depth = (get["pressure"] - 101_325.0) / (1025.0 * 9.81)
         up = np.where(get["food_near"] > 0, np.sign(get["food_up"]) * (np.abs(get["food_up"]) > 0.2), 0.0)
-        left = np.where(get["food_near"] > 0, np.sign(get["food_left"]) * (np.abs(get["food_left"]) > 0.3),
-                        np.sign(get["whim_1"] - 0.5))
+        left = np.where(
+            get["food_near"] > 0,
+            np.sign(get["food_left"]) * (np.abs(get["food_left"]) > 0.3),
+            np.sign(get["whim_1"] - 0.5),
+        )
         left = np.where(np.abs(get["whim_1"] - 0.5) < 0.35, np.where(get["food_near"] > 0, left, 0), left)
         if self.where == "isolume":
             up = np.where(get["light"] > self.bright, -1, np.where(get["light"] < 0.7 * self.bright, 1, up))
@@ -56,8 +79,11 @@ class Script:
         if self.smells:
             smelt = get["krill_smell"] > 0.2
             up = np.where(smelt, -np.sign(get["krill_smell_gradient_up"]), up)
-            left = np.where(smelt & (get["krill_smell_gradient_forward"] > 0),
-                            np.where(get["krill_smell_gradient_left"] > 0, -1, 1), left)
+            left = np.where(
+                smelt & (get["krill_smell_gradient_forward"] > 0),
+                np.where(get["krill_smell_gradient_left"] > 0, -1, 1),
+                left,
+            )
         if self.flees:
             cue = get["krill_approach_closing"] > 0.2
             burst = cue.astype(float)
@@ -80,13 +106,20 @@ def live(numbers: dict[str, float], script: str, seed: int, days: int) -> dict[s
     data = load("diel-migration", {f"species.{k}": v for k, v in numbers.items()}).model_dump()
     data["training"]["set"], data["training"]["ramp"] = {}, []
     copepod = data["species"]["copepod"]
-    copepod["sensors"] += [{"kind": "pressure", "name": "pressure"},
-                           {"kind": "custom", "name": "whim",
-                            "function": "ecs_eco.worlds.diel_migration.senses:whim", "width": 2}]
+    copepod["sensors"] += [
+        {"kind": "pressure", "name": "pressure"},
+        {
+            "kind": "custom",
+            "name": "whim",
+            "function": "ecs_eco.worlds.diel_migration.senses:whim",
+            "width": 2,
+        },
+    ]
     copepod |= {"policy": {"kind": "none"}, "ppo": {}}
     names = load(data | {"training": {}}).species["copepod"]
-    copepod["reflex"] = {"function": Script(list(names.channels(3)), [a for _, a in names.action_list()],
-                                            *SCRIPTS[script])}
+    copepod["reflex"] = {
+        "function": Script(list(names.channels(3)), [a for _, a in names.action_list()], *SCRIPTS[script])
+    }
     world = World.from_config(data, seed=seed, training=True)
     day = round(data["sun"]["day"] / data["dt"])
     world.run(day)  # phytoplankton finds its depth
@@ -102,9 +135,12 @@ def live(numbers: dict[str, float], script: str, seed: int, days: int) -> dict[s
     shape = np.array(depths).reshape(days, 8).mean(0)  # the first is an eighth of a day after the start
     hour = (data["sun"]["start"] + (np.arange(8) + 1) / 8) % 1
     bright = abs(hour - 0.5) < 0.2
-    return out | {"deaths": sum(out.values()), "day": float(shape[bright].mean()),
-                  "night": float(shape[abs(hour - 0.5) > 0.3].mean()),
-                  "food": float(world.tables["phytoplankton"].n)}
+    return out | {
+        "deaths": sum(out.values()),
+        "day": float(shape[bright].mean()),
+        "night": float(shape[abs(hour - 0.5) > 0.3].mean()),
+        "food": float(world.tables["phytoplankton"].n),
+    }
 
 
 def drawn(candidate: int) -> dict[str, float]:
@@ -118,8 +154,12 @@ def drawn(candidate: int) -> dict[str, float]:
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Return what all scripts did in one sea."""
     numbers = drawn(case["candidate"])
-    return {"numbers": numbers, "found": {script: live(numbers, script, case["seed"], config["days"])
-                                          for script in config["scripts"]}}
+    return {
+        "numbers": numbers,
+        "found": {
+            script: live(numbers, script, case["seed"], config["days"]) for script in config["scripts"]
+        },
+    }
 
 
 def score(result: dict[str, Any]) -> float:
@@ -135,20 +175,33 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Rank the seas, the shipped one among them."""
     ranked = sorted(cases, key=lambda c: -score(c["result"]))
     scripts = list(cases[0]["result"]["found"])
-    rows = [[c["case"]["candidate"], *(round(c["result"]["found"][s]["deaths"], 2) for s in scripts),
-             *(c["result"]["numbers"].get(k, "as shipped") for k in RANGES)] for c in ranked[:20]]
+    rows = [
+        [
+            c["case"]["candidate"],
+            *(round(c["result"]["found"][s]["deaths"], 2) for s in scripts),
+            *(c["result"]["numbers"].get(k, "as shipped") for k in RANGES),
+        ]
+        for c in ranked[:20]
+    ]
     shipped = next(c["result"]["found"] for c in cases if c["case"]["candidate"] == 0)
     own = max(shipped["isolume"]["deaths"], 0.02)
-    verdicts = [verdict(f"deaths in the shipped sea: {script} over isolume",
-                        round(shipped[script]["deaths"] / own, 2), "above 1", shipped[script]["deaths"] > own)
-                for script in scripts if script != "isolume"]
+    verdicts = [
+        verdict(
+            f"deaths in the shipped sea: {script} over isolume",
+            round(shipped[script]["deaths"] / own, 2),
+            "above 1",
+            shipped[script]["deaths"] > own,
+        )
+        for script in scripts
+        if script != "isolume"
+    ]
     return {"verdicts": verdicts, "table": {"head": ["sea", *scripts, *RANGES], "rows": rows}}
 
 
 STUDY = Study(
     name="search_diel_migration",
     claim="In the shipped sea following an isolume, fleeing, "
-          "and minding the smell of krill each save copepods' lives.",
+    "and minding the smell of krill each save copepods' lives.",
     config={"days": 3, "scripts": list(SCRIPTS)},
     cases=[{"candidate": i, "seed": 1 + i} for i in range(48)],
     run=run,

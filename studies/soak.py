@@ -12,23 +12,36 @@ import numpy as np
 from ecs_eco.record.ledger import imbalance
 from studies.common.study import Study, verdict
 
-GRASS = {"count": 60, "body": {"radius": 0.4, "opaque": False}, "metabolism": {"energy": 0.3},
-         "reproduction": {"kind": "spread", "rate": 0.05, "seed_rain": 0.004, "spacing": 2.0}}  # fmt: skip
+GRASS = {
+    "count": 60,
+    "body": {"radius": 0.4, "opaque": False},
+    "metabolism": {"energy": 0.3},
+    "reproduction": {"kind": "spread", "rate": 0.05, "seed_rain": 0.004, "spacing": 2.0},
+}
 RABBIT = {
-    "count": 12, "body": {"radius": 0.3}, "metabolism": {"energy": 0.6, "basal": 0.004},
+    "count": 12,
+    "body": {"radius": 0.3},
+    "metabolism": {"energy": 0.6, "basal": 0.004},
     "locomotion": {"speed": {"hop": 0.7}, "cost": {"hop": 0.002}, "turn": 0.8},
     "diet": [{"eats": "grass", "reach": 0.2, "gain": 0.25}],
     "sensors": [{"kind": "own", "property": "energy"}, {"kind": "nearest", "target": "grass", "radius": 4.0}],
     "actions": {"speed": ["hop"], "turn": ["left", "none", "right"], "eat": ["eat"]},
-    "automatic": ["hop", "eat"], "happiness": {"weights": {"energy": 1.0}, "minimum": -1.0},
+    "automatic": ["hop", "eat"],
+    "happiness": {"weights": {"energy": 1.0}, "minimum": -1.0},
     "policy": {"kind": "individual", "hidden": [8], "learn": True, "inherit": "learned"},
     "ppo": {"horizon": 32, "epochs": 2, "learning_rate": 0.01},
     "reproduction": {"kind": "asexual", "rate": 0.01, "energy_min": 0.7, "energy_given": 0.3},
-    "lethal": [{"property": "energy", "min": 0.0, "low": "starved"},
-               {"property": "age", "max": 400.0, "high": "too old"}],
-}  # fmt: skip
-WORLD = {"format": 1, "name": "soak", "space": {"size": [24.0, 24.0]},
-         "species": {"grass": GRASS, "rabbit": RABBIT}}
+    "lethal": [
+        {"property": "energy", "min": 0.0, "low": "starved"},
+        {"property": "age", "max": 400.0, "high": "too old"},
+    ],
+}
+WORLD = {
+    "format": 1,
+    "name": "soak",
+    "space": {"size": [24.0, 24.0]},
+    "species": {"grass": GRASS, "rabbit": RABBIT},
+}
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -65,16 +78,21 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     half = len(memory) // 10 or 1
     slope = float(np.polyfit(np.arange(len(memory)) * block, memory, 1)[0]) if len(memory) > 2 else 0.0
     return {
-        "ticks": world.tick, "births": int(uids.size), "ids": int(np.unique(uids).size),
+        "ticks": world.tick,
+        "births": int(uids.size),
+        "ids": int(np.unique(uids).size),
         "next uid": int(world.next_uid),
         "rabbits, fewest at the end of a block": int(min(numbers, default=0)),
         "ledger gap, share of the stock": float((np.abs(left) / np.maximum(1, s["stock_before"])).max()),
         "memory slope [B/tick]": slope,
         "memory first, last [MB]": [round(memory[0] / 1e6, 1), round(memory[-1] / 1e6, 1)],
-        "ticks/s first tenth, last tenth": [block / float(np.median(seconds[:half])),
-                                            block / float(np.median(seconds[-half:]))],
-        "recording [MB]": round(part / 1e6, 1), "restored": bool(same),
-    }  # fmt: skip
+        "ticks/s first tenth, last tenth": [
+            block / float(np.median(seconds[:half])),
+            block / float(np.median(seconds[-half:])),
+        ],
+        "recording [MB]": round(part / 1e6, 1),
+        "restored": bool(same),
+    }
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -84,23 +102,43 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     growth = r["memory slope [B/tick]"] * r["ticks"] / 1e6 / r["memory first, last [MB]"][0]
     return [
         verdict("ticks", r["ticks"], "1,000,000 or more", r["ticks"] >= 1_000_000),
-        verdict("births, and different ids among them", f"{r['births']:,}, {r['ids']:,}",
-                "as many ids as births", r["births"] == r["ids"]),
-        verdict("memory slope [B/tick]; growth over the run as a share",
-                f"{r['memory slope [B/tick]']:.3g}; {growth:.3f}", "below .02", abs(growth) < 0.02),
-        verdict("largest gap of the energy ledger, share of the stock", r["ledger gap, share of the stock"],
-                "below 1e-5", r["ledger gap, share of the stock"] < 1e-5),
-        verdict("rate at the end as a share of that at the start", round(last / first, 3), "0.9 to 1.1",
-                0.9 <= last / first <= 1.1),
-        verdict("the world lived", r["rabbits, fewest at the end of a block"], "above 0",
-                r["rabbits, fewest at the end of a block"] > 0),
-    ]  # fmt: skip
+        verdict(
+            "births, and different ids among them",
+            f"{r['births']:,}, {r['ids']:,}",
+            "as many ids as births",
+            r["births"] == r["ids"],
+        ),
+        verdict(
+            "memory slope [B/tick]; growth over the run as a share",
+            f"{r['memory slope [B/tick]']:.3g}; {growth:.3f}",
+            "below .02",
+            abs(growth) < 0.02,
+        ),
+        verdict(
+            "largest gap of the energy ledger, share of the stock",
+            r["ledger gap, share of the stock"],
+            "below 1e-5",
+            r["ledger gap, share of the stock"] < 1e-5,
+        ),
+        verdict(
+            "rate at the end as a share of that at the start",
+            round(last / first, 3),
+            "0.9 to 1.1",
+            0.9 <= last / first <= 1.1,
+        ),
+        verdict(
+            "the world lived",
+            r["rabbits, fewest at the end of a block"],
+            "above 0",
+            r["rabbits, fewest at the end of a block"] > 0,
+        ),
+    ]
 
 
 STUDY = Study(
     name="soak",
     claim="A million ticks change nothing but the world: memory is flat, the books close, ids are unique, "
-          "speed stays.",
+    "speed stays.",
     config={"ticks": 1_000_000, "block": 5000, "checkpoint_every": 100_000},
     cases=[{"seed": 31}],
     run=run,

@@ -23,14 +23,26 @@ STEPS = (2.0, 1.0, 0.5, 0.25, 0.1)  # [s]
 EXACT = 0.02  # relative error, beside chance, up to which a process is called exact
 
 
-def world(dt: float, seed: int, species: dict[str, Any], size: float = 50.0, options: Any = None,
-          food: Any = None, **sections: Any) -> Any:
+def world(
+    dt: float,
+    seed: int,
+    species: dict[str, Any],
+    size: float = 50.0,
+    options: Any = None,
+    food: Any = None,
+    **sections: Any,
+) -> Any:
     """A world with one species, `one`, of small transparent bodies, and perhaps another that is food."""
     from ecs_eco import World
 
     one = {"count": 1, "body": {"radius": 0.1, "opaque": False}} | species
-    config = {"format": 1, "name": "steps", "dt": dt, "space": {"size": [size, size]},
-              "species": {"one": one} | (food or {})} | sections
+    config = {
+        "format": 1,
+        "name": "steps",
+        "dt": dt,
+        "space": {"size": [size, size]},
+        "species": {"one": one} | (food or {}),
+    } | sections
     return World.from_config(config, seed=seed, **(options or {}))
 
 
@@ -53,18 +65,23 @@ RICH = {"energy": 0.0, "energy_max": 1e4}
 def meals(dt: float, seed: int) -> float:
     """Meals per second of animals that go straight ahead."""
     diet = [{"eats": "food", "reach": 0.2, "gain": 1.0}]
-    made = lived(60, world(dt, seed, GO | {"count": 30, "metabolism": RICH, "diet": diet},
-                           objects={"food": FOOD}))
+    made = lived(
+        60, world(dt, seed, GO | {"count": 30, "metabolism": RICH, "diet": diet}, objects={"food": FOOD})
+    )
     return flow(made, "eaten: food", 20) / (30 * 40)
 
 
-def at_the_table(dt: float, seed: int, seconds: float, digestion: float, chance: float = 1.0,
-                 toughness: float = 0.0) -> float:
+def at_the_table(
+    dt: float, seed: int, seconds: float, digestion: float, chance: float = 1.0, toughness: float = 0.0
+) -> float:
     """Meals in a time of animals that food surrounds."""
     small = {"radius": 0.1, "opaque": False}
     grass = {"count": 20_000, "body": small, "defence": {"toughness": toughness}}
-    one = {"count": 300, "metabolism": RICH | {"digestion": digestion},
-           "diet": [{"eats": "grass", "reach": 3.0, "gain": 1.0, "chance": chance}]}
+    one = {
+        "count": 300,
+        "metabolism": RICH | {"digestion": digestion},
+        "diet": [{"eats": "grass", "reach": 3.0, "gain": 1.0, "chance": chance}],
+    }
     made = lived(seconds, world(dt, seed, one, food={"grass": grass}))
     return flow(made, "eaten: grass") / 300
 
@@ -72,8 +89,21 @@ def at_the_table(dt: float, seed: int, seconds: float, digestion: float, chance:
 def births(dt: float, seed: int, fertility: float = 1.0, age_min: float = 500.0) -> tuple[Any, float]:
     """A world of well-fed parents after 8 s, and births per founder and second."""
     way = {"kind": "asexual", "rate": 0.25, "energy_min": 0.01, "energy_given": 0.001, "age_min": age_min}
-    made = lived(8, world(dt, seed, {"count": 2000, "age": [1000.0, 1000.0], "fertility": fertility,
-                                     "metabolism": {"growth": 100.0}, "reproduction": way}, 400.0))
+    made = lived(
+        8,
+        world(
+            dt,
+            seed,
+            {
+                "count": 2000,
+                "age": [1000.0, 1000.0],
+                "fertility": fertility,
+                "metabolism": {"growth": 100.0},
+                "reproduction": way,
+            },
+            400.0,
+        ),
+    )
     return made, flow(made, "births") / 2000 / 8
 
 
@@ -82,8 +112,14 @@ def conceived(dt: float, seed: int) -> float:
     from ecs_eco.components import Gestation
     from ecs_eco.testing import arrange
 
-    way = {"kind": "sexual", "energy_min": 0.0, "energy_given": 0.0, "reach": 1.0, "chance": 0.6,
-           "gestation": 100.0}
+    way = {
+        "kind": "sexual",
+        "energy_min": 0.0,
+        "energy_given": 0.0,
+        "reach": 1.0,
+        "chance": 0.6,
+        "gestation": 100.0,
+    }
     made, n = world(dt, seed, {"count": 1800, "fertility": 0.5, "reproduction": way}, 150.0), np.arange(1800)
     arrange(made, "one", x=5 * (n // 2 % 30) + 1 + n % 2, y=5 * (n // 60) + 1)
     table = lived(2, made).table("one")
@@ -92,8 +128,16 @@ def conceived(dt: float, seed: int) -> float:
 
 def smell(dt: float, seed: int) -> float:
     """What is in a field that one source fills, in balance with its decay."""
-    made = lived(40, world(dt, seed, {"emits": {"scent": 1.0}}, 10.0,
-                           fields={"scent": {"cell": 1.0, "diffusion": 0.2, "decay": 0.5}}))
+    made = lived(
+        40,
+        world(
+            dt,
+            seed,
+            {"emits": {"scent": 1.0}},
+            10.0,
+            fields={"scent": {"cell": 1.0, "diffusion": 0.2, "decay": 0.5}},
+        ),
+    )
     return float(made.fields["scent"].value.sum())
 
 
@@ -116,8 +160,12 @@ def burnt_sugar(dt: float, seed: int) -> float:
     from ecs_eco.components import Chemistry
 
     reaction = {"from": {"sugar": 1.0}, "to": {}, "rate": 0.2, "half": {"sugar": 0.5}}
-    made = lived(8, world(dt, seed, {"substances": {"sugar": 1.0}, "reactions": [reaction]},
-                          substances={"sugar": "food"}))
+    made = lived(
+        8,
+        world(
+            dt, seed, {"substances": {"sugar": 1.0}, "reactions": [reaction]}, substances={"sugar": "food"}
+        ),
+    )
     return float(made.table("one")[Chemistry].molarity[0, 0])
 
 
@@ -125,10 +173,15 @@ def walk(dt: float, seed: int) -> float:
     """How far animals are after 32 s that decide at random on turns and go straight between [m]."""
     from ecs_eco.components import Position
 
-    one = {"count": 400, "locomotion": {"speed": {"go": 1.0}, "turn": 1.0},
-           "sensors": [{"kind": "own", "property": "energy"}],
-           "actions": {"speed": ["go"], "turn": ["left", "none", "right"]}, "automatic": ["go"],
-           "happiness": {"formula": "energy", "minimum": -1.0}, "policy": {"kind": "shared", "hidden": [4]}}
+    one = {
+        "count": 400,
+        "locomotion": {"speed": {"go": 1.0}, "turn": 1.0},
+        "sensors": [{"kind": "own", "property": "energy"}],
+        "actions": {"speed": ["go"], "turn": ["left", "none", "right"]},
+        "automatic": ["go"],
+        "happiness": {"formula": "energy", "minimum": -1.0},
+        "policy": {"kind": "shared", "hidden": [4]},
+    }
     made = world(dt, seed, one, 500.0, {"policies": "random"})
     p, rows = made.table("one")[Position], made.table("one").rows()
     x, y = p.x[rows].copy(), p.y[rows].copy()
@@ -141,14 +194,23 @@ def circle(dt: float, seed: int) -> float:
     """The diameter of the circle that an animal goes that turns all the time [m]."""
     from ecs_eco.components import Position
 
-    made = world(dt, seed, {"locomotion": {"speed": {"go": 1.0}, "turn": 0.5},
-                            "actions": {"speed": ["go"], "turn": ["left"]}, "automatic": ["go", "left"]})
+    made = world(
+        dt,
+        seed,
+        {
+            "locomotion": {"speed": {"go": 1.0}, "turn": 0.5},
+            "actions": {"speed": ["go"], "turn": ["left"]},
+            "automatic": ["go", "left"],
+        },
+    )
     places = []
     for _ in range(3):
         p = made.run(1).table("one")[Position]
         places.append(complex(p.x[0], p.y[0]))
-    one, two = (complex((d.real + 25) % 50 - 25, (d.imag + 25) % 50 - 25)
-                for d in (places[1] - places[0], places[2] - places[1]))
+    one, two = (
+        complex((d.real + 25) % 50 - 25, (d.imag + 25) % 50 - 25)
+        for d in (places[1] - places[0], places[2] - places[1])
+    )
     return float(abs(one) / math.sin(abs(np.angle(two / one)) / 2))
 
 
@@ -164,16 +226,22 @@ def dragged(dt: float, seed: int) -> float:
     made = world(dt, seed, GO | {"locomotion": {"speed": {"go": 1.0}, "drag": 1.0}})
     x, y = value(made, "Position", "x"), value(made, "Position", "y")
     lived(2, made)
-    return math.hypot((value(made, "Position", "x") - x + 25) % 50 - 25,
-                      (value(made, "Position", "y") - y + 25) % 50 - 25)
+    return math.hypot(
+        (value(made, "Position", "x") - x + 25) % 50 - 25, (value(made, "Position", "y") - y + 25) % 50 - 25
+    )
 
 
 def cooled(dt: float, seed: int) -> float:
     """The temperature of a body after 8 s, above its surroundings [K]."""
-    one = {"body": {"radius": 0.1, "mass": 1.0}, "properties": {"temperature": 310.0},
-           "heat": {"specific_heat": 10.0, "conductance": 10.0}}
-    return value(lived(8, world(dt, seed, one, ambient={"temperature": 285.0})), "Physical",
-                 "temperature") - 285.0
+    one = {
+        "body": {"radius": 0.1, "mass": 1.0},
+        "properties": {"temperature": 310.0},
+        "heat": {"specific_heat": 10.0, "conductance": 10.0},
+    }
+    return (
+        value(lived(8, world(dt, seed, one, ambient={"temperature": 285.0})), "Physical", "temperature")
+        - 285.0
+    )
 
 
 def grown(dt: float, seed: int) -> float:
@@ -190,8 +258,17 @@ def left_of(dt: float, seed: int, what: str) -> float:
     from ecs_eco.components import Metabolism
 
     if what == "carrion":
-        made = lived(4, world(dt, seed, {}, objects={"meat": {"count": 1, "body": {"radius": 0.1},
-                                                             "energy": {"initial": 1.0, "decay": 0.3}}}))
+        made = lived(
+            4,
+            world(
+                dt,
+                seed,
+                {},
+                objects={
+                    "meat": {"count": 1, "body": {"radius": 0.1}, "energy": {"initial": 1.0, "decay": 0.3}}
+                },
+            ),
+        )
         return float(made.table("meat")[Metabolism].energy[0])
     use = {"kind": "harvest", "species": "one", "rate": 0.1}
     return float(lived(4, world(dt, seed, {"count": 4000}, land_use=[use])).table("one").n) / 4000
@@ -229,29 +306,46 @@ Measure = Callable[[float, int], float]
 PROCESSES: dict[str, tuple[Measure, float | None, str]] = {
     "smell in balance": (smell, 2.0, "amount exact; distribution first order"),
     "substance renewed and decaying": (air, 1.0, "exact without diffusion, else first order"),
-    "share of sites taken (`spread`)": (spread, 0.1 * math.e**1.8 / (1 + 0.1 * (math.e**1.8 - 1)),
-                                "exact where seeds fall anywhere on even ground, else first order"),
-    "births per parent and second": (lambda dt, seed: births(dt, seed)[1], 0.25,
-                                     "exact (Poisson), while parents stay fed"),
+    "share of sites taken (`spread`)": (
+        spread,
+        0.1 * math.e**1.8 / (1 + 0.1 * (math.e**1.8 - 1)),
+        "exact where seeds fall anywhere on even ground, else first order",
+    ),
+    "births per parent and second": (
+        lambda dt, seed: births(dt, seed)[1],
+        0.25,
+        "exact (Poisson), while parents stay fed",
+    ),
     "births at a fertility of 0.5": (lambda dt, seed: births(dt, seed, 0.5)[1], 0.125, "exact (Poisson)"),
     "growth of a population that breeds from birth": (
-        lambda dt, seed: births(dt, seed, age_min=0.0)[0].table("one").n / 2000, math.e**2, "first order"),
+        lambda dt, seed: births(dt, seed, age_min=0.0)[0].table("one").n / 2000,
+        math.e**2,
+        "first order",
+    ),
     "couples that conceived, fertility 0.5": (conceived, 1 - 0.85**2, "exact"),
     "bites into tough food that succeeded": (
-        lambda dt, seed: at_the_table(dt, seed, 2.0, 1e3, 0.5, 0.6), 1 - 0.8**2, "exact in contact"),
+        lambda dt, seed: at_the_table(dt, seed, 2.0, 1e3, 0.5, 0.6),
+        1 - 0.8**2,
+        "exact in contact",
+    ),
     "meals per second while searching": (meals, 0.512, "contacts at the end of ticks: see below"),
-    "meals per second, digestion of 3 s": (lambda dt, seed: at_the_table(dt, seed, 60.0, 3.0) / 60, 1 / 3,
-                                           "whole ticks, rounded up"),
-    "meals per second, digestion of 0.5 s": (lambda dt, seed: at_the_table(dt, seed, 20.0, 0.5) / 20, 2.0,
-                                             "at most one meal per tick"),
+    "meals per second, digestion of 3 s": (
+        lambda dt, seed: at_the_table(dt, seed, 60.0, 3.0) / 60,
+        1 / 3,
+        "whole ticks, rounded up",
+    ),
+    "meals per second, digestion of 0.5 s": (
+        lambda dt, seed: at_the_table(dt, seed, 20.0, 0.5) / 20,
+        2.0,
+        "at most one meal per tick",
+    ),
     "age at death, greatest age 10.3 s": (died_at, 10.3, "whole ticks, rounded up"),
     "plants planted in ten seasons of 4 s": (planted, 40.0, "whole ticks, the same in each year"),
     "fish left after a harvest": (lambda dt, seed: left_of(dt, seed, "fish"), math.exp(-0.4), "exact"),
     "carrion left after rotting": (lambda dt, seed: left_of(dt, seed, "carrion"), math.exp(-1.2), "exact"),
     "energy after fasting": (fasted, 0.6, "exact"),
     "mass of a growing animal": (grown, (1 - (1 - 0.05 ** (1 / 3)) * math.exp(-0.8)) ** 3, "exact"),
-    "temperature of a cooling body": (
-        cooled, 25 * math.exp(-8 * 4 * math.pi * 0.01 * 10 / 10), "exact"),
+    "temperature of a cooling body": (cooled, 25 * math.exp(-8 * 4 * math.pi * 0.01 * 10 / 10), "exact"),
     "distance against drag": (dragged, 2 - (1 - math.exp(-2)), "exact"),
     "substance used up by a reaction": (burnt_sugar, sugar_left(), "first order"),
     "diameter of a circle": (circle, 4.0, "second order: turns, then goes straight"),
@@ -276,8 +370,9 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     if case["code"] == "now":
         return measured(*given)
     text = f"import json; from studies.steps import measured; print(json.dumps(measured(*{given!r})))"
-    done = subprocess.run([sys.executable, "-c", text], cwd=former(config["before"]), check=True,
-                          capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", text], cwd=former(config["before"]), check=True, capture_output=True, text=True
+    )
     out: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return out
 
@@ -300,16 +395,38 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         for code in ("before", "now"):
             if (name, code) in found:
                 here = [found[name, code].get(f"{dt:g}") for dt in STEPS]
-                rows.append([name, code, order if code == "now" else "",
-                             None if expected is None else round(expected, 4),
-                             *(None if r is None else float(f"{r['mean']:.4g}") for r in here)])
+                rows.append(
+                    [
+                        name,
+                        code,
+                        order if code == "now" else "",
+                        None if expected is None else round(expected, 4),
+                        *(None if r is None else float(f"{r['mean']:.4g}") for r in here),
+                    ]
+                )
                 if code == "now" and order.startswith(("exact", "amount exact")) and expected is not None:
                     off = [abs(r["mean"] - expected) - 3 * r["error"] for r in here if r is not None]
                     exact, met = exact + 1, met + (max(off) <= EXACT * expected)
-    return {"verdicts": [verdict("processes called exact that are as expected at every length of a tick",
-                                 f"{met} of {exact}", "all", met == exact)],
-            "table": {"head": ["process", "version", "how it depends on dt", "expected",
-                               *(f"dt {dt:g}" for dt in STEPS)], "rows": rows}}  # fmt: skip
+    return {
+        "verdicts": [
+            verdict(
+                "processes called exact that are as expected at every length of a tick",
+                f"{met} of {exact}",
+                "all",
+                met == exact,
+            )
+        ],
+        "table": {
+            "head": [
+                "process",
+                "version",
+                "how it depends on dt",
+                "expected",
+                *(f"dt {dt:g}" for dt in STEPS),
+            ],
+            "rows": rows,
+        },
+    }
 
 
 STUDY = Study(
@@ -317,10 +434,11 @@ STUDY = Study(
     claim="What is solved exactly does not depend on the length of a tick; how all else does is known.",
     config={"seeds": [1, 2, 3], "steps": list(STEPS), "before": BEFORE},
     cases=[{"process": name, "code": code} for code in ("before", "now") for name in PROCESSES],
-    run=run, summarise=summarise,
+    run=run,
+    summarise=summarise,
     short_config={"seeds": [1, 2, 3, 4], "steps": [2.0, 1.0]},
     short_cases=[{"process": name, "code": "now"} for name in SHORT],
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -21,8 +21,10 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Let the deer of one training seed live with the wolves of another."""
     from ecs_eco.config import load
 
-    of = {s: str(policies_of({**config, "world": "predator-prey"}, {"train": config["train"]}, case[s]))
-          for s in ("deer", "wolf")}
+    of = {
+        s: str(policies_of({**config, "world": "predator-prey"}, {"train": config["train"]}, case[s]))
+        for s in ("deer", "wolf")
+    }
     world = load("predator-prey", config["life"])
     ending = record(live(world, case["seed"], of, config["ticks"], False), world)
     return {k: ending[k] for k in ("persisted", "lived", "extinct", "numbers", "deaths")}
@@ -30,40 +32,85 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """How much of the time lived goes with the deer's seed, and how much with the wolves'."""
+
     def share(species: str, seeds: tuple[int, ...]) -> tuple[int, int]:
         mine = [c["result"]["persisted"] for c in cases if c["case"][species] in seeds]
         return sum(mine), len(mine)
 
-    out = [verdict(f"worlds that persist with the {species} of seeds whose worlds {word}",
-                   "{} of {}".format(*share(species, seeds)), "reported", True)
-           for species in ("deer", "wolf") for word, seeds in (("die", DIE), ("live", LIVE))]  # fmt: skip
-    lived = np.array([[next(
-        (c["result"]["lived"] for c in cases if (c["case"]["deer"], c["case"]["wolf"]) == (d, w)), np.nan
+    out = [
+        verdict(
+            f"worlds that persist with the {species} of seeds whose worlds {word}",
+            "{} of {}".format(*share(species, seeds)),
+            "reported",
+            True,
+        )
+        for species in ("deer", "wolf")
+        for word, seeds in (("die", DIE), ("live", LIVE))
+    ]
+    lived = np.array(
+        [
+            [
+                next(
+                    (c["result"]["lived"] for c in cases if (c["case"]["deer"], c["case"]["wolf"]) == (d, w)),
+                    np.nan,
+                )
+                for w in DIE + LIVE
+            ]
+            for d in DIE + LIVE
+        ]
     )
-                       for w in DIE + LIVE]
-                      for d in DIE + LIVE])  # fmt: skip
     if np.isfinite(lived).all():
         total = ((lived - lived.mean()) ** 2).sum()
-        by = {name: lived.shape[1 - i] * ((lived.mean(1 - i) - lived.mean()) ** 2).sum() / total
-              for i, name in enumerate(("deer", "wolf"))}
-        out.append(verdict("share of the variance of time lived that goes with the deer's seed, "
-                           "and with the wolves'",
-                           [float(by["deer"]), float(by["wolf"])], "the deer's is larger",
-                           by["deer"] > by["wolf"]))  # fmt: skip
-    rows = [[c["case"]["deer"], c["case"]["wolf"], c["result"]["lived"], c["result"]["extinct"] or "–",
-             *(c["result"]["numbers"][s]["least"] for s in ("grass", "deer", "wolf"))]
-            for c in cases]  # fmt: skip
-    return {"verdicts": out, "table": {"head": ["deer of seed", "wolves of seed", "lived [ticks]", "died out",
-                                                "least grass", "least deer", "least wolves"],
-                                       "rows": rows}}  # fmt: skip
+        by = {
+            name: lived.shape[1 - i] * ((lived.mean(1 - i) - lived.mean()) ** 2).sum() / total
+            for i, name in enumerate(("deer", "wolf"))
+        }
+        out.append(
+            verdict(
+                "share of the variance of time lived that goes with the deer's seed, and with the wolves'",
+                [float(by["deer"]), float(by["wolf"])],
+                "the deer's is larger",
+                by["deer"] > by["wolf"],
+            )
+        )
+    rows = [
+        [
+            c["case"]["deer"],
+            c["case"]["wolf"],
+            c["result"]["lived"],
+            c["result"]["extinct"] or "–",
+            *(c["result"]["numbers"][s]["least"] for s in ("grass", "deer", "wolf")),
+        ]
+        for c in cases
+    ]
+    return {
+        "verdicts": out,
+        "table": {
+            "head": [
+                "deer of seed",
+                "wolves of seed",
+                "lived [ticks]",
+                "died out",
+                "least grass",
+                "least deer",
+                "least wolves",
+            ],
+            "rows": rows,
+        },
+    }
 
 
-STUDY = Study(name="swapped", claim="Of four training seeds that were picked by the fate of their worlds, "
-                                    "those of the deer say more of that fate than those of the wolves.",
-              config={"train": OLD, "life": HALF, "ticks": 8000, "short training": None},
-              cases=[{"deer": d, "wolf": w, "seed": WORLD} for d in DIE + LIVE for w in DIE + LIVE], run=run,
-              summarise=summarise, short_cases=[{"deer": 3, "wolf": 21, "seed": WORLD}],
-              short_config={"ticks": 300, "short training": 100})  # fmt: skip
+STUDY = Study(
+    name="swapped",
+    claim="Of four training seeds that were picked by the fate of their worlds, "
+    "those of the deer say more of that fate than those of the wolves.",
+    config={"train": OLD, "life": HALF, "ticks": 8000, "short training": None},
+    cases=[{"deer": d, "wolf": w, "seed": WORLD} for d in DIE + LIVE for w in DIE + LIVE],
+    run=run,
+    summarise=summarise,
+    short_cases=[{"deer": 3, "wolf": 21, "seed": WORLD}],
+    short_config={"ticks": 300, "short training": 100},
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -23,8 +23,12 @@ from typing import Any
 
 from studies.common.study import Study, verdict
 
-SMALL = {"space.size": [60.0, 60.0], "species.grass.count": 270, "species.deer.count": 44,
-         "species.wolf.count": 5}  # fmt: skip
+SMALL = {
+    "space.size": [60.0, 60.0],
+    "species.grass.count": 270,
+    "species.deer.count": 44,
+    "species.wolf.count": 5,
+}
 SOON = {"health_check_initial_delay_ms": 1000, "health_check_period_ms": 1000}  # a lost node is found in 5 s
 ENGINES = ("bare", "local", "ray", "slurm")
 
@@ -32,11 +36,17 @@ ENGINES = ("bare", "local", "ray", "slurm")
 def plan_of(config: dict[str, Any]) -> dict[str, Any]:
     """Return the plan: a grid of two numbers, with seeds."""
     return {
-        "world": "predator-prey", "ticks": config["ticks"], "world_seeds": config["seeds"],
-        "policies": "random", "checkpoint_every": max(1, config["ticks"] // 8), "set": SMALL,
-        "grid": {"species.deer.reproduction.rate": config["rates"],
-                 "species.deer.metabolism.basal": config["basal"]},
-    }  # fmt: skip
+        "world": "predator-prey",
+        "ticks": config["ticks"],
+        "world_seeds": config["seeds"],
+        "policies": "random",
+        "checkpoint_every": max(1, config["ticks"] // 8),
+        "set": SMALL,
+        "grid": {
+            "species.deer.reproduction.rate": config["rates"],
+            "species.deer.metabolism.basal": config["basal"],
+        },
+    }
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -47,9 +57,10 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as place:
         begin = time.perf_counter()
         note = {"bare": bare, "local": local, "ray": on_ray, "slurm": on_slurm}[engine](
-            plan_of(config), Path(place) / "sweep", config)
+            plan_of(config), Path(place) / "sweep", config
+        )
         seconds = time.perf_counter() - begin
-        digests = (note.pop("digests") if engine == "bare" else collected(Path(place) / "sweep"))
+        digests = note.pop("digests") if engine == "bare" else collected(Path(place) / "sweep")
         return {**note, "digests": digests, "seconds": round(seconds, 2)}
 
 
@@ -62,8 +73,14 @@ def bare(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str
 
     design, digests = design_of(read_plan(plan)), []
     for job in design.jobs:
-        done = run_to_folder(load(design.base, job.values), seed=job.world_seed, ticks=config["ticks"],
-                             out=folder / str(job.number), policies="random", report=False)
+        done = run_to_folder(
+            load(design.base, job.values),
+            seed=job.world_seed,
+            ticks=config["ticks"],
+            out=folder / str(job.number),
+            policies="random",
+            report=False,
+        )
         digests.append(done["digest"])
     return {"digests": digests}
 
@@ -144,8 +161,11 @@ def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict
             now = json.loads((state / "state.json").read_text())["arrays"][array]["tasks"]
             return sum(task["log"].count(word) for task in now.values())
 
-        for share, command, word in ((1 / 4, "preempt", "preempt"), (1 / 2, "preempt", "preempt"),
-                                     (3 / 4, "notice", "signalled")):  # fmt: skip
+        for share, command, word in (
+            (1 / 4, "preempt", "preempt"),
+            (1 / 2, "preempt", "preempt"),
+            (3 / 4, "notice", "signalled"),
+        ):
             before = times(word)
             while times(word) == before:  # who has ended by then is past it
                 for index in wait_for(folder, config | {"at": share}, lambda: tasks("RUNNING")):
@@ -154,8 +174,11 @@ def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict
         wait_for(folder, config | {"at": 1.0}, lambda: not tasks("RUNNING", "PENDING"))
         content = json.loads((state / "state.json").read_text())["arrays"][array]["tasks"]
     words = [word for task in content.values() for word in task["log"]]
-    return {"preempted": words.count("preempt"), "told to stop": words.count("signalled"),
-            "restarts": sum(task["restarts"] for task in content.values())}
+    return {
+        "preempted": words.count("preempt"),
+        "told to stop": words.count("signalled"),
+        "restarts": sum(task["restarts"] for task in content.values()),
+    }
 
 
 @contextmanager
@@ -168,8 +191,11 @@ def stand_in(place: Path) -> Iterator[Path]:
         (place / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" "{program}" {name} "$@"\n')
         (place / name).chmod(0o755)
     paths = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])
-    own = {"PATH": f"{place}{os.pathsep}{os.environ['PATH']}", "SLURM_STAND_IN": str(place),
-           "PYTHONPATH": paths}  # fmt: skip
+    own = {
+        "PATH": f"{place}{os.pathsep}{os.environ['PATH']}",
+        "SLURM_STAND_IN": str(place),
+        "PYTHONPATH": paths,
+    }
     before = {name: os.environ.get(name) for name in own}
     os.environ.update(own)
     try:
@@ -212,31 +238,55 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
         if engine == "bare" or "note" in result:
             continue
         same = sum(a == b for a, b in zip(result["digests"], wanted, strict=False))
-        lines.append(verdict(f"{engine}: runs with the digest of the bare run, of {len(wanted)}", same,
-                             f"{len(wanted)}", same == len(wanted) == len(result["digests"])))
+        lines.append(
+            verdict(
+                f"{engine}: runs with the digest of the bare run, of {len(wanted)}",
+                same,
+                f"{len(wanted)}",
+                same == len(wanted) == len(result["digests"]),
+            )
+        )
     if "local" in results:
         killed = results["local"]["killed workers"]
         lines.append(verdict("local: workers killed", killed, "1 or more", killed >= 1))
     if "note" not in results.get("ray", {"note": ""}):
-        lines.append(verdict("ray: killed", ", ".join(results["ray"]["killed"]), "a worker, a node",
-                             results["ray"]["killed"] == ["a worker", "a node"]))
+        lines.append(
+            verdict(
+                "ray: killed",
+                ", ".join(results["ray"]["killed"]),
+                "a worker, a node",
+                results["ray"]["killed"] == ["a worker", "a node"],
+            )
+        )
     if "slurm" in results:
         counts = [results["slurm"][word] for word in ("preempted", "told to stop", "restarts")]
-        lines.append(verdict("slurm: jobs preempted, told to stop, queued again", counts, "1 or more of each",
-                             min(counts) >= 1))
+        lines.append(
+            verdict(
+                "slurm: jobs preempted, told to stop, queued again",
+                counts,
+                "1 or more of each",
+                min(counts) >= 1,
+            )
+        )
     return lines
 
 
 STUDY = Study(
     name="sweep",
     claim="a sweep ends with the same digests on local processes, on Ray and on SLURM, whoever is killed",
-    config={"ticks": 1000, "seeds": 5, "rates": [0.006, 0.01, 0.014, 0.018, 0.022],
-            "basal": [0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.009, 0.01], "patience": 3600},
+    config={
+        "ticks": 1000,
+        "seeds": 5,
+        "rates": [0.006, 0.01, 0.014, 0.018, 0.022],
+        "basal": [0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.009, 0.01],
+        "patience": 3600,
+    },
     cases=[{"engine": engine} for engine in ENGINES],
-    run=run, summarise=summarise,
+    run=run,
+    summarise=summarise,
     short_config={"ticks": 40, "seeds": 2, "rates": [0.006, 0.02], "basal": [0.004], "patience": 600},
     short_cases=[{"engine": engine} for engine in ("bare", "local")],
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

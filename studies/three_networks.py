@@ -41,8 +41,12 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     start = time.process_time()
     curves = pretrain(loaded, case["seed"], config["ticks"])["curves"]["deer"]
     decisions = config["ticks"] * for_training(loaded, {}).species["deer"].count
-    return {"tick": curves["tick"], "intake": curves["intake"], "deaths": curves["deaths"],
-            "steps_per_s": round(decisions / (time.process_time() - start), 1)}  # fmt: skip
+    return {
+        "tick": curves["tick"],
+        "intake": curves["intake"],
+        "deaths": curves["deaths"],
+        "steps_per_s": round(decisions / (time.process_time() - start), 1),
+    }
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -56,26 +60,51 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     built_in, sequential, gru = eaten.values()
     if len(built_in) == len(sequential) == len(gru) > 1:
         low, middle, high = _ratio(sequential / built_in)
-        lines.append(verdict("what deer eat with the Sequential, times that with the built-in network",
-                             f"{middle:.3f} [{low:.3f}, {high:.3f}]", "holds 1, within .9 and 1.1",
-                             0.9 <= low <= 1 <= high <= 1.1))
+        lines.append(
+            verdict(
+                "what deer eat with the Sequential, times that with the built-in network",
+                f"{middle:.3f} [{low:.3f}, {high:.3f}]",
+                "holds 1, within .9 and 1.1",
+                0.9 <= low <= 1 <= high <= 1.1,
+            )
+        )
         low, middle, high = _ratio(gru / built_in)
-        lines.append(verdict("what deer eat with the GRU, times that with the built-in network",
-                             f"{middle:.3f} [{low:.3f}, {high:.3f}]", ">= .8", middle >= 0.8))
+        lines.append(
+            verdict(
+                "what deer eat with the GRU, times that with the built-in network",
+                f"{middle:.3f} [{low:.3f}, {high:.3f}]",
+                ">= .8",
+                middle >= 0.8,
+            )
+        )
     gains = [_end(r["intake"]) / r["intake"][0] for runs in arms.values() for r in runs]
-    lines.append(verdict("intake at the end, times that at first: the least of all seeds",
-                         round(min(gains), 2), ">= 1.75", min(gains) >= 1.75))
+    lines.append(
+        verdict(
+            "intake at the end, times that at first: the least of all seeds",
+            round(min(gains), 2),
+            ">= 1.75",
+            min(gains) >= 1.75,
+        )
+    )
     if len(built_in) > 1:
         draw(arms)
-    return {"verdicts": lines,
-            "table": {"head": ["network of the deer", "intake at the end [energy/s]",
-                               "deaths at the end [1/s]", "deer-steps a second of training"],
-                      "rows": rows}}  # fmt: skip
+    return {
+        "verdicts": lines,
+        "table": {
+            "head": [
+                "network of the deer",
+                "intake at the end [energy/s]",
+                "deaths at the end [1/s]",
+                "deer-steps a second of training",
+            ],
+            "rows": rows,
+        },
+    }
 
 
 def _end(curve: list[float]) -> float:
     """Return the mean of the last third of a curve."""
-    return float(np.mean(curve[-(len(curve) // 3):]))
+    return float(np.mean(curve[-(len(curve) // 3) :]))
 
 
 def _ratio(ratios: np.ndarray) -> tuple[float, float, float]:
@@ -95,25 +124,35 @@ def draw(arms: dict[str, list[dict[str, Any]]]) -> None:
 
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
     FigureCanvasAgg(figure)
-    for axes, (key, unit) in zip(figure.subplots(1, 2), {"intake": "energy/s", "deaths": "1/s"}.items(),
-                                 strict=True):
+    for axes, (key, unit) in zip(
+        figure.subplots(1, 2), {"intake": "energy/s", "deaths": "1/s"}.items(), strict=True
+    ):
         for color, (arm, runs) in zip(PALETTE, arms.items(), strict=False):
             curves = np.array([r[key] for r in runs])
             axes.plot(runs[0]["tick"], curves.T, color=color, alpha=0.3, linewidth=0.7)
             rate = int(np.median([r["steps_per_s"] for r in runs]))
-            axes.plot(runs[0]["tick"], curves.mean(axis=0), color=color, linewidth=2,
-                      label=f"{arm} ({rate:,} deer-steps/s)")
+            axes.plot(
+                runs[0]["tick"],
+                curves.mean(axis=0),
+                color=color,
+                linewidth=2,
+                label=f"{arm} ({rate:,} deer-steps/s)",
+            )
         axes.set(xlabel="tick of pre-training", ylabel=f"{key} of a deer [{unit}]", ylim=(0, None))
     figure.axes[0].legend(frameon=False, fontsize=8)
     figure.savefig(FIGURE, dpi=100)
 
 
 STUDY = Study(
-    name="three_networks", claim=str(__doc__).split("\n")[0], run=run, summarise=summarise,
+    name="three_networks",
+    claim=str(__doc__).split("\n")[0],
+    run=run,
+    summarise=summarise,
     config={"ticks": 3000},
     cases=[{"seed": seed, "network": arm} for seed in range(1, 6) for arm in ARMS],
-    short_cases=[{"seed": 1, "network": arm} for arm in ARMS], short_config={"ticks": 60},
-)  # fmt: skip
+    short_cases=[{"seed": 1, "network": arm} for arm in ARMS],
+    short_config={"ticks": 60},
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -32,11 +32,13 @@ def staged(label: str, seed: int, ticks: int, out: Path) -> tuple[Any, dict[str,
         number = 100 * seed + draw
         config, drawn = web(number, label)
         folder = out / str(draw)
-        run_to_folder(load(config), number, ticks, folder, "random", report=False,
-                      snapshot_every=max(1, ticks // 50))
+        run_to_folder(
+            load(config), number, ticks, folder, "random", report=False, snapshot_every=max(1, ticks // 50)
+        )
         case = Case.read(folder)
-        least = {s: int(n.min())
-                 for s, n in zip(case.species, case.series.n.T, strict=True) if case.is_animal(s)}
+        least = {
+            s: int(n.min()) for s, n in zip(case.species, case.series.n.T, strict=True) if case.is_animal(s)
+        }
         if min(least.values()) >= 5 if label == "healthy" else least[drawn["who"]] == 0:
             return case, drawn | {"lost": [s for s, n in least.items() if n == 0]}, draw
     raise RuntimeError(f"{label} did not come to pass in {DRAWS} worlds of seed {seed}")
@@ -49,8 +51,14 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="ecs-eco-why-") as folder:
         recorded, drawn, draw = staged(case["label"], case["seed"], config["ticks"], Path(folder))
     diagnosis = diagnose(recorded)
-    return {"said": diagnosis["verdict"], "of": diagnosis["species"], "confidence": diagnosis["confidence"],
-            "runner_up": diagnosis["runner_up"], "drawn": drawn, "draws": draw + 1}  # fmt: skip
+    return {
+        "said": diagnosis["verdict"],
+        "of": diagnosis["species"],
+        "confidence": diagnosis["confidence"],
+        "runner_up": diagnosis["runner_up"],
+        "drawn": drawn,
+        "draws": draw + 1,
+    }
 
 
 def confusion(cases: list[dict[str, Any]], which: str) -> tuple[list[list[Any]], int, int]:
@@ -60,8 +68,14 @@ def confusion(cases: list[dict[str, Any]], which: str) -> tuple[list[list[Any]],
     rows = []
     for label in CLASSES:
         count = Counter(c["result"]["said"] for c in used if c["case"]["label"] == label)
-        rows.append([which, label, *(count.get(v, 0) for v in CLASSES),
-                     sum(count.get(v, 0) for v in heard[len(CLASSES) :])])
+        rows.append(
+            [
+                which,
+                label,
+                *(count.get(v, 0) for v in CLASSES),
+                sum(count.get(v, 0) for v in heard[len(CLASSES) :]),
+            ]
+        )
     return rows, sum(c["result"]["said"] == c["case"]["label"] for c in used), len(used)
 
 
@@ -75,27 +89,52 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         rows += lines
         share, low, high = wilson(right, total)
         share_in_words = f"{right} of {total} ({share:.0%}, {low:.0%} … {high:.0%})"
-        out.append(verdict(f"verdicts that name what was done, {which} variants", share_in_words,
-                           "≥ 80 %", share >= 0.8))
+        out.append(
+            verdict(
+                f"verdicts that name what was done, {which} variants", share_in_words, "≥ 80 %", share >= 0.8
+            )
+        )
         used = [c for c in cases if c["case"]["set"] == which]
-        named = sum(c["case"]["label"]
-                    in (c["result"]["said"], (c["result"]["runner_up"] or {}).get("verdict")) for c in used)
-        out.append(verdict(f"verdict or runner-up, {which} variants", f"{named} of {total}", "≥ 80 %",
-                           named >= 0.8 * total))
+        named = sum(
+            c["case"]["label"] in (c["result"]["said"], (c["result"]["runner_up"] or {}).get("verdict"))
+            for c in used
+        )
+        out.append(
+            verdict(
+                f"verdict or runner-up, {which} variants",
+                f"{named} of {total}",
+                "≥ 80 %",
+                named >= 0.8 * total,
+            )
+        )
     drawn = [c["result"]["draws"] for c in cases]
-    out.append(verdict("worlds drawn for a variant until it came to pass, mean",
-                       f"{sum(drawn) / len(drawn):.2f}", "reported", True))
-    return {"verdicts": out, "table": {
-        "head": ["variants", "staged", *(f"said {c}" for c in CLASSES), "said another"], "rows": rows
-    }}
+    out.append(
+        verdict(
+            "worlds drawn for a variant until it came to pass, mean",
+            f"{sum(drawn) / len(drawn):.2f}",
+            "reported",
+            True,
+        )
+    )
+    return {
+        "verdicts": out,
+        "table": {
+            "head": ["variants", "staged", *(f"said {c}" for c in CLASSES), "said another"],
+            "rows": rows,
+        },
+    }
 
 
 CASES = [{"set": "test", "label": label, "seed": TEST + i} for label in CLASSES for i in range(10)]
 STUDY = Study(
-    name="why", claim="`ecs-eco why` names what was done to a world", config={"ticks": 1000}, cases=CASES,
-    run=run, summarise=summarise,
+    name="why",
+    claim="`ecs-eco why` names what was done to a world",
+    config={"ticks": 1000},
+    cases=CASES,
+    run=run,
+    summarise=summarise,
     short_cases=[{"set": "test", "label": label, "seed": TEST + 10} for label in CLASSES],
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

@@ -16,8 +16,18 @@ if __name__ == "__main__":
 from studies.common import kernels, wild
 from studies.common.study import Study, verdict
 
-WORLDS = ("predator-prey", "reflexes", "lamb", "happiness", "learning-krill", "diel-migration", "menagerie",
-          "herd", "flock", "choosy-flock")
+WORLDS = (
+    "predator-prey",
+    "reflexes",
+    "lamb",
+    "happiness",
+    "learning-krill",
+    "diel-migration",
+    "menagerie",
+    "herd",
+    "flock",
+    "choosy-flock",
+)
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -36,8 +46,9 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         for way, kinds in case["result"]["kinds"].items():
             for kind, n in kinds.items():
                 total[way][kind] = total[way].get(kind, 0) + n
-    kinds = sorted({kind for counts in total.values() for kind in counts},
-                   key=lambda kind: (kind in wild.FAILURES, kind))
+    kinds = sorted(
+        {kind for counts in total.values() for kind in counts}, key=lambda kind: (kind in wild.FAILURES, kind)
+    )
     states = sum(case["result"]["states"] for case in cases)
 
     def of(*names: str, ways: tuple[str, ...] = wild.WAYS) -> int:
@@ -48,22 +59,36 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "verdicts": [
             verdict("wild states under bounds checks", states, f"≥ {least:,}", states >= least),
-            verdict("processes that died or did not answer", of("crash", "hang"), "0",
-                    of("crash", "hang") == 0),
-            verdict("kernels that would have left an array", of("out of bounds"), "0",
-                    of("out of bounds") == 0),
-            verdict(f"kernels of {len(kernels.kernels())} that did not run", missed, "none",
-                    not missed or len(cases) <= 10),
-            verdict("refused at the gate without organism or file, field and limits, "
-                    "or stopped by another error", of("refused without a place", "traceback", ways=gates),
-                    "0", of("refused without a place", "traceback", ways=gates) == 0),
-            verdict("errors of no kind known to the study, behind the gate",
-                    of("traceback", ways=("within a tick",)), "0",
-                    of("traceback", ways=("within a tick",)) == 0),
+            verdict(
+                "processes that died or did not answer", of("crash", "hang"), "0", of("crash", "hang") == 0
+            ),
+            verdict(
+                "kernels that would have left an array", of("out of bounds"), "0", of("out of bounds") == 0
+            ),
+            verdict(
+                f"kernels of {len(kernels.kernels())} that did not run",
+                missed,
+                "none",
+                not missed or len(cases) <= 10,
+            ),
+            verdict(
+                "refused at the gate without organism or file, field and limits, or stopped by another error",
+                of("refused without a place", "traceback", ways=gates),
+                "0",
+                of("refused without a place", "traceback", ways=gates) == 0,
+            ),
+            verdict(
+                "errors of no kind known to the study, behind the gate",
+                of("traceback", ways=("within a tick",)),
+                "0",
+                of("traceback", ways=("within a tick",)) == 0,
+            ),
         ],
-        "table": {"head": ["what became of it", *wild.WAYS],
-                  "rows": [[kind, *(total[way].get(kind, 0) for way in wild.WAYS)] for kind in kinds]},
-    }  # fmt: skip
+        "table": {
+            "head": ["what became of it", *wild.WAYS],
+            "rows": [[kind, *(total[way].get(kind, 0) for way in wild.WAYS)] for kind in kinds],
+        },
+    }
 
 
 STUDY = Study(
@@ -71,10 +96,11 @@ STUDY = Study(
     claim="Whatever numbers a world is given, it is refused or runs: no kernel leaves its arrays.",
     config={"states": 200},
     cases=[{"source": source, "seed": seed} for source in WORLDS for seed in range(1, 6)],
-    run=run, summarise=summarise,
+    run=run,
+    summarise=summarise,
     short_cases=[{"source": source, "seed": 1} for source in ("herd", "menagerie")],
     short_config={"states": 40},
-)  # fmt: skip
+)
 
 if __name__ == "__main__":
     STUDY.main()

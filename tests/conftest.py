@@ -32,16 +32,32 @@ MENAGERIE = {  # everything that a world file can say, in little
         "roads": [{"line": [[2.0, 2.0], [2.0, 28.0], [25.0, 28.0]], "width": 3.0, "pace": 1.5, "cost": 0.5}],
     },
     "land_use": [
-        {"kind": "harvest", "species": "moss", "rate": 0.05, "quota": 4, "period": 10.0, "season": [0.2, 0.9],
-         "region": [20.0, 15.0, 8.0], "cause": "cut"},
+        {
+            "kind": "harvest",
+            "species": "moss",
+            "rate": 0.05,
+            "quota": 4,
+            "period": 10.0,
+            "season": [0.2, 0.9],
+            "region": [20.0, 15.0, 8.0],
+            "cause": "cut",
+        },
         {"kind": "plant", "species": "moss", "rate": 0.5, "region": [0.0, 0.0, 10.0, 10.0], "up_to": 40},
     ],
     "ambient": {"temperature": 280.0, "light": 0.8},
     "substances": {"glucose": "blood sugar", "oxygen": "dissolved", "hydron": "acid"},
-    "fields": {"musk": {"cell": 2.0, "diffusion": 0.5, "decay": 0.1},
-               "air": {"cell": 5.0, "diffusion": 1.0, "decay": 0.001, "substance": "oxygen", "initial": 0.009,
-                       "renewal": 0.01},
-               "pond": {"cell": 2.0, "substance": "hydron", "initial": 1e-7, "depth": 0.5, "only": "lakes"}},
+    "fields": {
+        "musk": {"cell": 2.0, "diffusion": 0.5, "decay": 0.1},
+        "air": {
+            "cell": 5.0,
+            "diffusion": 1.0,
+            "decay": 0.001,
+            "substance": "oxygen",
+            "initial": 0.009,
+            "renewal": 0.01,
+        },
+        "pond": {"cell": 2.0, "substance": "hydron", "initial": 1e-7, "depth": 0.5, "only": "lakes"},
+    },
     "objects": {
         "boulder": {
             "at": [[20.0, 15.0], [33.0, 6.0]],
@@ -50,10 +66,17 @@ MENAGERIE = {  # everything that a world file can say, in little
             "heat": {"specific_heat": 800.0},
             "substances": {"hydron": 1e-7},
         },
-        "carcass": {"body": {"radius": 0.2, "mass": 1.0, "opaque": False}, "energy": {"decay": 0.05},
-                    "decomposition": {"rate": 0.02}},
-        "cone": {"count": 12, "body": {"radius": 0.1, "mass": 0.05, "opaque": False}, "renewal": 0.1,
-                 "motion": {"velocity": [0.25, 0.125]}},
+        "carcass": {
+            "body": {"radius": 0.2, "mass": 1.0, "opaque": False},
+            "energy": {"decay": 0.05},
+            "decomposition": {"rate": 0.02},
+        },
+        "cone": {
+            "count": 12,
+            "body": {"radius": 0.1, "mass": 0.05, "opaque": False},
+            "renewal": 0.1,
+            "motion": {"velocity": [0.25, 0.125]},
+        },
         "cairn": {"body": {"radius": 0.4, "solid": True}, "pushed": True},
     },
     "species": {
@@ -61,8 +84,14 @@ MENAGERIE = {  # everything that a world file can say, in little
             "count": 150,
             "body": {"radius": 0.3, "mass": 0.1, "opaque": False},
             "metabolism": {"energy": 0.1, "energy_max": 0.3, "growth": 0.02},
-            "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.01, "spacing": 2.0,
-                             "place": "near", "dispersal": 4.0},
+            "reproduction": {
+                "kind": "spread",
+                "rate": 0.1,
+                "seed_rain": 0.01,
+                "spacing": 2.0,
+                "place": "near",
+                "dispersal": 4.0,
+            },
         },
         "ram": {
             "count": 40,
@@ -72,14 +101,26 @@ MENAGERIE = {  # everything that a world file can say, in little
             "properties": PHYSICAL,
             "substances": {"glucose": 0.005, "oxygen": 0.008, "hydron": 4e-8},
             "metabolism": {"energy": 0.6, "energy_max": 1.0, "basal": 0.01},
-            "locomotion": {"speed": {"still": 0.0, "walk": 0.5, "run": 2.0},
-                           "cost": {"walk": 0.01, "run": 0.05}, "turn": 0.8},
-            "reactions": [{"from": {"glucose": 1.0, "oxygen": 6.0}, "to": {"hydron": 1e-6}, "energy": 0.01,
-                           "rate": 1e-5, "half": {"oxygen": 0.001}},
-                          {"from": {"hydron": 1.0}, "to": {}, "rate": 1e-9, "light": True}],
-            "exchange": [{"kind": "uptake", "field": "air", "rate": 0.001, "until": 0.008, "at": [1.0, 0.0]},
-                         {"kind": "equilibrate", "field": "pond", "rate": 0.001},
-                         {"kind": "release", "substance": "hydron", "rate": 0.01, "above": 3e-8}],
+            "locomotion": {
+                "speed": {"still": 0.0, "walk": 0.5, "run": 2.0},
+                "cost": {"walk": 0.01, "run": 0.05},
+                "turn": 0.8,
+            },
+            "reactions": [
+                {
+                    "from": {"glucose": 1.0, "oxygen": 6.0},
+                    "to": {"hydron": 1e-6},
+                    "energy": 0.01,
+                    "rate": 1e-5,
+                    "half": {"oxygen": 0.001},
+                },
+                {"from": {"hydron": 1.0}, "to": {}, "rate": 1e-9, "light": True},
+            ],
+            "exchange": [
+                {"kind": "uptake", "field": "air", "rate": 0.001, "until": 0.008, "at": [1.0, 0.0]},
+                {"kind": "equilibrate", "field": "pond", "rate": 0.001},
+                {"kind": "release", "substance": "hydron", "rate": 0.01, "above": 3e-8},
+            ],
             "born_with": "mother",
             "emits": {"musk": 1.0, "air": {"substance": "oxygen", "rate": 1e-4, "consume": True}},
             "diet": [{"eats": "moss", "reach": 0.3, "gain": 0.3}],
@@ -90,14 +131,40 @@ MENAGERIE = {  # everything that a world file can say, in little
                 {"kind": "own", "property": "temperature", "scale": 300.0},
                 {"kind": "nearest", "target": "moss", "radius": 6.0},
                 {"kind": "nearest", "target": "lynx", "radius": 8.0, "fov": 4.0, "occlusion": True},
-                {"kind": "rays", "name": "eye", "count": 5, "fov": 2.0, "radius": 8.0,
-                 "targets": ["lynx", "wall"], "at": [1.0, 0.0], "angle": 0.25},
-                {"kind": "property", "property": "luminous_intensity", "radius": 7.0,
-                 "decay": "inverse_square"},
-                {"kind": "property", "property": "mass", "of": ["moss", "lynx"], "radius": 5.0,
-                 "at": [1.0, -0.5], "decay": "linear", "scale": 20.0},
-                {"kind": "property", "property": "glucose", "of": "ram", "radius": 9.0, "report": "mean",
-                 "zero": 0.004, "scale": 0.001},
+                {
+                    "kind": "rays",
+                    "name": "eye",
+                    "count": 5,
+                    "fov": 2.0,
+                    "radius": 8.0,
+                    "targets": ["lynx", "wall"],
+                    "at": [1.0, 0.0],
+                    "angle": 0.25,
+                },
+                {
+                    "kind": "property",
+                    "property": "luminous_intensity",
+                    "radius": 7.0,
+                    "decay": "inverse_square",
+                },
+                {
+                    "kind": "property",
+                    "property": "mass",
+                    "of": ["moss", "lynx"],
+                    "radius": 5.0,
+                    "at": [1.0, -0.5],
+                    "decay": "linear",
+                    "scale": 20.0,
+                },
+                {
+                    "kind": "property",
+                    "property": "glucose",
+                    "of": "ram",
+                    "radius": 9.0,
+                    "report": "mean",
+                    "zero": 0.004,
+                    "scale": 0.001,
+                },
                 {"kind": "smell", "field": "musk", "at": [1.0, 0.5]},
                 {"kind": "smell", "field": "musk", "at": [1.0, -0.5]},
                 {"kind": "touch", "target": "any", "at": [-0.8, 0.8]},
@@ -111,8 +178,13 @@ MENAGERIE = {  # everything that a world file can say, in little
             "happiness": {"formula": "energy - 0.2 * musk", "minimum": -1.0},
             "policy": {"kind": "shared", "hidden": [8]},
             "ppo": {"horizon": 12, "minibatch": 256, "epochs": 2},
-            "reproduction": {"kind": "asexual", "rate": 0.05, "energy_min": 0.5, "energy_given": 0.25,
-                             "dispersal": 3.0},
+            "reproduction": {
+                "kind": "asexual",
+                "rate": 0.05,
+                "energy_min": 0.5,
+                "energy_given": 0.25,
+                "dispersal": 3.0,
+            },
             "lethal": [
                 {"property": "energy", "min": 0.0, "low": "starved"},
                 {"property": "age", "max": 60.0, "high": "too old"},
@@ -126,11 +198,17 @@ MENAGERIE = {  # everything that a world file can say, in little
             "count": 8,
             "body": {"radius": 0.6, "mass": 25.0, "solid": True, "compressible": True},
             "properties": {"temperature": 311.0, "pressure": 101_325.0},
-            "heat": {"insulation": 0.2, "metabolic_heat": 1e4,
-                     "regulate": {"set_point": 311.0, "warming": 400.0, "cooling": 50.0, "cost": 1e-6}},
+            "heat": {
+                "insulation": 0.2,
+                "metabolic_heat": 1e4,
+                "regulate": {"set_point": 311.0, "warming": 400.0, "cooling": 50.0, "cost": 1e-6},
+            },
             "metabolism": {"energy": 0.5, "basal": 0.01, "digestion": 3.0},
-            "locomotion": {"speed": {"still": 0.0, "walk": 1.0, "run": 2.5}, "cost": {"run": 0.02},
-                           "turn": 1.0},
+            "locomotion": {
+                "speed": {"still": 0.0, "walk": 1.0, "run": 2.5},
+                "cost": {"run": 0.02},
+                "turn": 1.0,
+            },
             "diet": [{"eats": "ram", "reach": 0.2, "chance": 0.6, "gain": 0.5}],
             "carries": [{"object": "cone", "reach": 0.5, "cost": 0.001}],
             "builds": [{"object": "cairn", "cost": 0.01, "spacing": 4.0, "most": 9}],
@@ -138,10 +216,16 @@ MENAGERIE = {  # everything that a world file can say, in little
             "actions": {"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "eat": ["eat"]},
             "neutral": {"speed": "walk", "turn": "none"},
             "automatic": ["eat"],
-            "reflex": {"formulas": {"run": "ram_near - 0.3", "left": "ram_left - 0.1",
-                                    "right": "-ram_left - 0.1"}},
-            "reproduction": {"kind": "simplified", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.3,
-                             "spacing": 2.0},
+            "reflex": {
+                "formulas": {"run": "ram_near - 0.3", "left": "ram_left - 0.1", "right": "-ram_left - 0.1"}
+            },
+            "reproduction": {
+                "kind": "simplified",
+                "rate": 0.02,
+                "energy_min": 0.6,
+                "energy_given": 0.3,
+                "spacing": 2.0,
+            },
             "lethal": [
                 {"property": "energy", "min": 0.0, "low": "starved"},
                 {"property": "temperature", "min": 305.0, "low": "frozen"},
@@ -161,8 +245,11 @@ MEADOW = {  # what a test of one thing starts from: grazers that walk and eat, a
             "count": 2,
             "body": {"radius": 0.5},
             "metabolism": {"energy": 0.5, "basal": 0.01},
-            "locomotion": {"speed": {"still": 0.0, "walk": 1.0, "run": 3.0},
-                           "cost": {"walk": 0.02, "run": 0.1}, "turn": 0.5},
+            "locomotion": {
+                "speed": {"still": 0.0, "walk": 1.0, "run": 3.0},
+                "cost": {"walk": 0.02, "run": 0.1},
+                "turn": 0.5,
+            },
             "diet": [{"eats": "grass", "reach": 0.25, "gain": 0.25}],
             "sensors": [{"kind": "own", "property": "energy"}],
             "actions": {"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "eat": ["eat"]},
@@ -182,8 +269,11 @@ def merge(base, changes):
         if value is None:
             out.pop(key, None)
         else:
-            out[key] = (merge(out[key], value) if isinstance(value, dict)
-                        and isinstance(out.get(key), dict) else value)
+            out[key] = (
+                merge(out[key], value)
+                if isinstance(value, dict) and isinstance(out.get(key), dict)
+                else value
+            )
     return out
 
 

@@ -143,20 +143,28 @@ def test_a_wrong_value_from_outside_is_refused(
         (["check", "predator-pray"], ["WORLD", "predator-prey"]),
         (["train", "predator-pray"], ["WORLD", "predator-prey"]),
         (["compare", "predator-pray"], ["WORLD", "predator-prey"]),
-        (["run", "predator-prey", "--policies", "trainde"],
-         ["--policies", '"trainde"', 'did you mean "trained"?']),
+        (
+            ["run", "predator-prey", "--policies", "trainde"],
+            ["--policies", '"trainde"', 'did you mean "trained"?'],
+        ),
         (["run", "predator-prey", "--policies", "."], ["--policies", "deer.safetensors is missing"]),
         (["run", "predator-prey", "--ticks", "0"], ["--ticks", "0"]),
         (["run", "predator-prey", "--ticks", "many"], ["--ticks", "many"]),
         (["run", "predator-prey", "--seed", "-1"], ["--seed", "-1"]),
         (["run", "predator-prey", "--threads", "0"], ["--threads", "0"]),
         (["run", "predator-prey", "--tick", "3"], ["--tick"]),
-        (["compare", "predator-prey", "--control", "random-polcy"],
-         ["--control", 'did you mean "random-policy"?']),
-        (["compare", "predator-prey", "--control", "species.dear.count=3"],
-         ["species.dear.count", 'mean "deer"?']),
-        (["compare", "predator-prey", "--control", "dt=2", "--control", "dt=2"],
-         ["--control", "named twice"]),
+        (
+            ["compare", "predator-prey", "--control", "random-polcy"],
+            ["--control", 'did you mean "random-policy"?'],
+        ),
+        (
+            ["compare", "predator-prey", "--control", "species.dear.count=3"],
+            ["species.dear.count", 'mean "deer"?'],
+        ),
+        (
+            ["compare", "predator-prey", "--control", "dt=2", "--control", "dt=2"],
+            ["--control", "named twice"],
+        ),
         (["report", "nowhere"], ["DIR", '"nowhere"', "ecs-eco run"]),
         (["report", "."], ["DIR", "manifest.json"]),
     ],
@@ -173,11 +181,16 @@ def test_wrong_arguments_are_refused(
 @pytest.mark.parametrize("command", ["run", "train", "compare"])
 @pytest.mark.parametrize(
     ("out", "what"),
-    [("full", "not empty"), ("file", "is a file"), ("file/out", "cannot be written"),
-     ("x" * 300, "cannot be written")],
+    [
+        ("full", "not empty"),
+        ("file", "is a file"),
+        ("file/out", "cannot be written"),
+        ("x" * 300, "cannot be written"),
+    ],
 )
-def test_a_folder_that_cannot_take_results_is_refused(command: str, out: str, what: str,
-                                                      tmp_path: Path) -> None:
+def test_a_folder_that_cannot_take_results_is_refused(
+    command: str, out: str, what: str, tmp_path: Path
+) -> None:
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "old").write_text("")
     (tmp_path / "file").write_text("")
@@ -189,8 +202,9 @@ def test_a_folder_that_cannot_take_results_is_refused(command: str, out: str, wh
 def process(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", "from ecs_eco.cli import main; main()", *arguments]
     environment = os.environ | {"PYTHONPATH": str(Path(ecs_eco.__path__[0]).parent)}
-    return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=60,
-                          check=False)
+    return subprocess.run(
+        command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=60, check=False
+    )
 
 
 def test_a_wrong_world_ends_the_process_with_2(folder: Path) -> None:

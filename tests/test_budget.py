@@ -47,24 +47,46 @@ def frozen(tmp_path_factory):
     the first compiles."""
     folder, root = tmp_path_factory.mktemp("frozen"), os.path.dirname(ecs_eco.__path__[0])
     for number in range(2):
-        done = subprocess.run([sys.executable, "-c", FROZEN, str(folder / str(number))], check=True,
-                              env=os.environ | {"PYTHONPATH": root}, capture_output=True, text=True,
-                              timeout=600)
+        done = subprocess.run(
+            [sys.executable, "-c", FROZEN, str(folder / str(number))],
+            check=True,
+            env=os.environ | {"PYTHONPATH": root},
+            capture_output=True,
+            text=True,
+            timeout=600,
+        )
     return json.loads(done.stdout.splitlines()[-1])
 
 
 def test_a_frozen_run_loads_no_library_that_it_does_not_need(frozen):
-    heavy = {"torch", "pandas", "matplotlib", "deap", "scipy.stats", "scipy.special", "scipy.linalg",
-             "starlette", "IPython", "ray", "numba.np.linalg", "numba.np.arraymath"}  # fmt: skip
+    heavy = {
+        "torch",
+        "pandas",
+        "matplotlib",
+        "deap",
+        "scipy.stats",
+        "scipy.special",
+        "scipy.linalg",
+        "starlette",
+        "IPython",
+        "ray",
+        "numba.np.linalg",
+        "numba.np.arraymath",
+    }
     assert heavy & set(frozen["modules"]) == set()
 
 
 def test_a_report_loads_no_library_that_it_does_not_need(frozen, tmp_path):
     code = FROZEN.replace('"--no-report", ', "").replace('"100"', '"20"')
     assert code != FROZEN
-    done = subprocess.run([sys.executable, "-c", code, str(tmp_path / "run")], check=True, text=True,
-                          env=os.environ | {"PYTHONPATH": os.path.dirname(ecs_eco.__path__[0])},
-                          capture_output=True, timeout=600)
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "run")],
+        check=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": os.path.dirname(ecs_eco.__path__[0])},
+        capture_output=True,
+        timeout=600,
+    )
     loaded = set(json.loads(done.stdout.splitlines()[-1])["modules"])
     assert "matplotlib" in loaded  # there is one
     assert {"torch", "pandas", "scipy.stats", "IPython", "starlette"} & loaded == set()

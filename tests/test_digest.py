@@ -85,8 +85,10 @@ def test_digests_tell_apart_what_kills_and_who(begun):
 
 def test_interventions_to_come_are_in_the_digest_and_those_done_are_not():
     cull = {"kind": "cull", "species": "deer", "count": 1, "region": [0.0, 0.0, 1e-3], "at": 1}
-    worlds = [World.from_config(load("predator-prey", {"interventions": what}), seed=3, policies="untrained")
-              for what in ([], [cull])]
+    worlds = [
+        World.from_config(load("predator-prey", {"interventions": what}), seed=3, policies="untrained")
+        for what in ([], [cull])
+    ]
     assert worlds[0].digest() != worlds[1].digest()
     assert worlds[0].run(1).digest() != worlds[1].run(1).digest()
     assert worlds[0].run(1).digest() == worlds[1].run(1).digest()

@@ -21,11 +21,14 @@ def world():
 
 def _events(world):
     events = []
-    world.on_birth.append(lambda t, rows, parents, _: events.append(
-        ("born", world.tick, t.uid[rows].tolist(), parents.tolist())
-    ))
-    world.on_death.append(lambda t, rows: events.append(("died", world.tick, t.uid[rows].tolist(),
-                                                         t.cause[rows].tolist())))
+    world.on_birth.append(
+        lambda t, rows, parents, _: events.append(
+            ("born", world.tick, t.uid[rows].tolist(), parents.tolist())
+        )
+    )
+    world.on_death.append(
+        lambda t, rows: events.append(("died", world.tick, t.uid[rows].tolist(), t.cause[rows].tolist()))
+    )
     return events
 
 
@@ -106,9 +109,9 @@ def test_deaths_are_told_in_the_order_of_uids_and_before_the_rows_are_free(world
     world.kill(3)
     world.kill(1)
     collected = []
-    world.on_death.append(lambda t, rows: collected.append(
-        (t.uid[rows].tolist(), t[Metabolism].energy[rows].tolist())
-    ))
+    world.on_death.append(
+        lambda t, rows: collected.append((t.uid[rows].tolist(), t[Metabolism].energy[rows].tolist()))
+    )
     world.flush()
     assert collected == [([1, 3], [2, 1])]
 
@@ -179,11 +182,17 @@ def test_the_digest_tells_worlds_apart_by_what_decides_their_future_and_not_by_r
 @pytest.mark.parametrize(
     ("call", "error", "message"),
     [
-        (lambda w: World((10,)), ValueError,
-         r"space.size is \[10\]; it must be two or three positive numbers"),
+        (
+            lambda w: World((10,)),
+            ValueError,
+            r"space.size is \[10\]; it must be two or three positive numbers",
+        ),
         (lambda w: World((10, float("inf"))), ValueError, "must be two or three positive numbers"),
-        (lambda w: World((10, 10), edges="round"), ValueError,
-         "space.edges is 'round'; it must be 'torus' or 'walls'"),
+        (
+            lambda w: World((10, 10), edges="round"),
+            ValueError,
+            "space.edges is 'round'; it must be 'torus' or 'walls'",
+        ),
         (lambda w: World(cell=0.0), ValueError, "space.cell is 0.0; it must be a positive length"),
         (lambda w: World(dt=0), ValueError, "dt is 0; allowed is a finite number of seconds above 0"),
         (lambda w: World(dt=float("nan")), ValueError, "dt is nan"),
@@ -192,8 +201,11 @@ def test_the_digest_tells_worlds_apart_by_what_decides_their_future_and_not_by_r
         (lambda w: w.table("har"), KeyError, "unknown table .*har.*; known: hare, fox; did you mean .*hare"),
         (lambda w: w.spawn("wolf"), KeyError, "unknown table 'wolf'"),
         (lambda w: w.spawn("fox", Metabolism()), KeyError, "table 'fox': unknown component 'Metabolism'"),
-        (lambda w: w.spawn("fox", n=0), ValueError,
-         "spawn 'fox': n is 0; allowed is a whole number from 1 on"),
+        (
+            lambda w: w.spawn("fox", n=0),
+            ValueError,
+            "spawn 'fox': n is 0; allowed is a whole number from 1 on",
+        ),
         (lambda w: w.spawn("fox", x=3), TypeError, "unexpected keyword argument 'x'"),
         (lambda w: w.kill(77), KeyError, "no living entity has the uid 77"),
         (lambda w: w.kill(0), KeyError, "no living entity has the uid 0"),
@@ -211,8 +223,11 @@ def test_misuse_says_what_is_wrong_and_what_is_allowed(world, call, error, messa
 def test_a_value_of_another_shape_is_refused_when_spawning():
     world = World()
     world.add_table("sea", Chemistry, dims={"substances": 2})
-    with pytest.raises(ValueError, match=r"newborn of 'sea': Chemistry.molarity has the shape \(3, 3\); "
-                                         r"allowed is \(3, 2\)"):
+    with pytest.raises(
+        ValueError,
+        match=r"newborn of 'sea': Chemistry.molarity has the shape \(3, 3\); "
+        r"allowed is \(3, 2\)",
+    ):
         world.spawn("sea", Chemistry(molarity=[1, 2, 3]), n=3)
     world.spawn("sea", Chemistry(molarity=[1, 2]), n=2)
     world.flush()
@@ -248,6 +263,8 @@ def test_from_config_takes_what_build_takes_with_the_same_defaults():
 
     from ecs_eco.worlds.build import build
 
-    ours, theirs = ([(p.name, p.kind, p.default) for p in inspect.signature(f).parameters.values()][skip:]
-                    for f, skip in ((World.from_config, 1), (build, 2)))
+    ours, theirs = (
+        [(p.name, p.kind, p.default) for p in inspect.signature(f).parameters.values()][skip:]
+        for f, skip in ((World.from_config, 1), (build, 2))
+    )
     assert ours == theirs

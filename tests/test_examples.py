@@ -18,13 +18,19 @@ from ecs_eco.testing import check_system
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-NEEDS = {"plain_ppo.py": ["gymnasium"], "learning.md": ["gymnasium"], "rl_parallel.py": ["pettingzoo"],
-         "rl_slots.py": ["gymnasium", "stable_baselines3"], "bring_your_own_learner.md": ["pettingzoo"]}
+NEEDS = {
+    "plain_ppo.py": ["gymnasium"],
+    "learning.md": ["gymnasium"],
+    "rl_parallel.py": ["pettingzoo"],
+    "rl_slots.py": ["gymnasium", "stable_baselines3"],
+    "bring_your_own_learner.md": ["pettingzoo"],
+}
 
 
 def fenced(page: Path, language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```$", page.read_text(encoding="utf-8"),
-                      re.MULTILINE | re.DOTALL)
+    return re.findall(
+        rf"^```{language}\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
+    )
 
 
 def cells(page: Path) -> list[str]:
@@ -42,8 +48,9 @@ def in_folder(path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
-def test_example_runs(example: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-                      capsys: pytest.CaptureFixture[str]) -> None:
+def test_example_runs(
+    example: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     in_folder(example, tmp_path, monkeypatch)
     assert capsys.readouterr().out.strip(), "it says nothing"
 
@@ -57,12 +64,17 @@ def test_example_is_one_idea_on_one_screen(example: Path) -> None:
 
 @pytest.mark.parametrize(("example", "name"), [("own_component", "GrowWool"), ("own_system", "Strike")])
 def test_systems_of_the_examples_keep_the_rules_of_systems(example: str, name: str) -> None:
-    config = load("predator-prey",
-                  {"species.grass.count": 500, "species.deer.count": 100, "species.wolf.count": 20})
+    config = load(
+        "predator-prey", {"species.grass.count": 500, "species.deer.count": 100, "species.wolf.count": 20}
+    )
     kind = runpy.run_path(str(ROOT / "examples" / f"{example}.py"))[name]
     arguments = (0.01,) if name == "Strike" else ()
-    check_system(kind, lambda threads: World.from_config(config, policies="random", threads=threads,
-                                                         systems=[kind(*arguments)]))
+    check_system(
+        kind,
+        lambda threads: World.from_config(
+            config, policies="random", threads=threads, systems=[kind(*arguments)]
+        ),
+    )
 
 
 def epidemic(**values: object) -> World:
@@ -78,8 +90,15 @@ def test_systems_of_the_epidemic_keep_the_rules_of_systems(name: str) -> None:
 
 @pytest.mark.parametrize(("edges", "ill"), [("torus", 1.0), ("walls", 0.5)])
 def test_the_epidemic_knows_that_a_torus_has_no_edge(edges: str, ill: float) -> None:
-    world = epidemic(**{"species.people.count": 2, "systems.Disease.beta": 1.0, "systems.Disease.first": 1,
-                        "systems.Walk.speed": 0.0, "space.edges": edges})
+    world = epidemic(
+        **{
+            "species.people.count": 2,
+            "systems.Disease.beta": 1.0,
+            "systems.Disease.first": 1,
+            "systems.Walk.speed": 0.0,
+            "space.edges": edges,
+        }
+    )
     place = world.table("people")[Position]
     place.x[:2], place.y[:2] = (0.5, 59.5), 30.0
     assert world.run(3).series()["prevalence"].to_pylist()[-1] == ill
@@ -95,8 +114,9 @@ def test_snippets_of_a_page_run_in_order(page: Path, tmp_path: Path, monkeypatch
     in_folder(file, tmp_path, monkeypatch)
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if "ecs-eco " in "".join(fenced(p, "bash"))],
-                         ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "page", [p for p in PAGES if "ecs-eco " in "".join(fenced(p, "bash"))], ids=lambda p: p.stem
+)
 def test_commands_of_a_page_exist_with_their_options(page: Path) -> None:
     from ecs_eco.cli.app import app
 
@@ -108,8 +128,9 @@ def test_commands_of_a_page_exist_with_their_options(page: Path) -> None:
             assert re.search(rf"{option}\b", shown.output), f"{line}: no option {option}"
 
 
-@pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"],
-                         ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "page", [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"], ids=lambda p: p.stem
+)
 def test_links_of_a_page_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
         assert os.path.exists(page.parent / target), target

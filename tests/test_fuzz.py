@@ -40,8 +40,10 @@ def test_mutated_worlds_are_refused_with_a_place_or_run(what, tmp_path):
 @pytest.mark.parametrize("world", ["predator-prey", "menagerie"])
 def test_mutated_worlds_are_refused_with_a_place_or_accepted(world, tmp_path, monkeypatch):
     monkeypatch.setattr(worlds, "_run", lambda config: {"kind": "accepted"})
-    outcomes = _judged(worlds.judge, [(world, what, seed, str(tmp_path)) for what in ("text", "values")
-                                      for seed in range(100)])
+    outcomes = _judged(
+        worlds.judge,
+        [(world, what, seed, str(tmp_path)) for what in ("text", "values") for seed in range(100)],
+    )
     assert not [f for f in outcomes if f["kind"] in worlds.FAILURES]
     assert {"refused", "accepted"} <= {f["kind"] for f in outcomes}
 
@@ -67,8 +69,9 @@ def test_the_judge_sees_a_wrong_load(recorded, tmp_path, monkeypatch):
 
     def careless(path):
         meta, arrays = read(path)
-        return meta, arrays | {"table/goat/uid": arrays["table/goat/uid"]
-                               + (1 if "damaged" in str(path) else 0)}
+        return meta, arrays | {
+            "table/goat/uid": arrays["table/goat/uid"] + (1 if "damaged" in str(path) else 0)
+        }
 
     assert judge.asked(judge.files()[0], 1)["kind"] == "the same content"
     monkeypatch.setattr(checkpoint, "read", careless)
@@ -78,8 +81,12 @@ def test_the_judge_sees_a_wrong_load(recorded, tmp_path, monkeypatch):
 def test_readings_are_the_same_to_the_bit():
     one = {"a": [np.array([np.nan, 0.0]), 1.0, float("nan")], "b": "x"}
     assert files._equal(one, {"a": [np.array([np.nan, 0.0]), 1.0, float("nan")], "b": "x"})
-    for other in ({"a": one["a"]}, one | {"b": "y"},
-                  one | {"a": [np.array([np.nan, -0.0]), 1.0, float("nan")]}, one | {"a": one["a"][:2]}):
+    for other in (
+        {"a": one["a"]},
+        one | {"b": "y"},
+        one | {"a": [np.array([np.nan, -0.0]), 1.0, float("nan")]},
+        one | {"a": one["a"][:2]},
+    ):
         assert not files._equal(one, other)
 
 
@@ -164,8 +171,11 @@ def test_a_nose_further_off_than_the_world_is_wide_is_refused():
 
 def _gene(data, trait):
     """The place of a gene of the goat, and the gene."""
-    return next((i, gene) for i, gene in enumerate(data["species"]["goat"]["genome"]["genes"])
-                if gene.get("trait") == trait)
+    return next(
+        (i, gene)
+        for i, gene in enumerate(data["species"]["goat"]["genome"]["genes"])
+        if gene.get("trait") == trait
+    )
 
 
 def test_a_gene_that_puts_a_nose_there_is_refused():
@@ -187,8 +197,9 @@ def test_a_hyperparameter_that_is_no_number_is_told_where_genes_name_it(value):
     _refused(_goat(("ppo", "learning_rate"), value), "species.goat.ppo.learning_rate", "not possible")
 
 
-@pytest.mark.parametrize(("name", "value", "most"),
-                         [("entropy", 1e39, "1e+30"), ("horizon", 10**40, "1e+09")])
+@pytest.mark.parametrize(
+    ("name", "value", "most"), [("entropy", 1e39, "1e+30"), ("horizon", 10**40, "1e+09")]
+)
 def test_a_hyperparameter_beyond_all_numbers_is_refused(name, value, most):
     _refused(_goat(("ppo", name), value), f"species.goat.ppo.{name}", f"at most {most}")
 
@@ -198,11 +209,16 @@ def test_a_long_genome_is_checked_at_once():
     assert load(_goat(("genome", "loci"), 50_000_000)).species["goat"].genome.loci == 50_000_000
 
 
-@pytest.mark.parametrize(("mutate", "word"), [({"low": [0], "up": 1, "indpb": 0.1}, "1 numbers as low"),
-                                              ({"indpb": "x"}, "indpb = x")])
+@pytest.mark.parametrize(
+    ("mutate", "word"),
+    [({"low": [0], "up": 1, "indpb": 0.1}, "1 numbers as low"), ({"indpb": "x"}, "indpb = x")],
+)
 def test_odd_arguments_of_an_operator_are_refused(mutate, word):
-    _refused(_goat(("genome", "mutate"), {"operator": "mutUniformInt", **mutate}),
-             "species.goat.genome.mutate.operator", word)
+    _refused(
+        _goat(("genome", "mutate"), {"operator": "mutUniformInt", **mutate}),
+        "species.goat.genome.mutate.operator",
+        word,
+    )
 
 
 @pytest.mark.parametrize(("section", "cell"), [("terrain", 1e-200), ("fields", 1e-200)])
@@ -249,5 +265,7 @@ def test_too_little_memory_ends_a_command_with_a_word(monkeypatch):
 
     monkeypatch.setattr("ecs_eco.cli.simulate.run_world", exhausted)
     done = CliRunner().invoke(app, ["run", "predator-prey"])
-    assert (done.exit_code, done.stderr) == (1,
-                                             "The memory is not enough for this: Unable to allocate 3 TiB\n")
+    assert (done.exit_code, done.stderr) == (
+        1,
+        "The memory is not enough for this: Unable to allocate 3 TiB\n",
+    )

@@ -24,8 +24,9 @@ def test_every_room_of_the_package_has_tests_under_its_name_and_nothing_else_has
 def test_no_folder_of_tests_is_empty_and_no_test_lies_deeper_than_what_it_tests():
     for place in (ROOT / "tests").rglob("test_*.py"):
         room = place.parent.relative_to(ROOT / "tests")
-        assert (room.parts[:1] in [(), *((name,) for name in BESIDE)]
-                or (ROOT / "ecs_eco" / room).is_dir()), place
+        assert room.parts[:1] in [(), *((name,) for name in BESIDE)] or (ROOT / "ecs_eco" / room).is_dir(), (
+            place
+        )
     for room in folders(ROOT / "ecs_eco"):
         assert any((ROOT / "tests" / room).rglob("test_*.py")), room
 
@@ -35,9 +36,14 @@ def test_no_file_and_no_function_is_too_long_without_a_reason(folder):
     too_long = []
     for path in sorted((ROOT / folder).rglob("*.py")):
         text, place = path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix()
-        lengths = {f"{place}::{name}": (node.end_lineno - node.lineno + 1, FUNCTION_LIMIT)
-                   for name, node in functions_of(ast.parse(text))}
+        lengths = {
+            f"{place}::{name}": (node.end_lineno - node.lineno + 1, FUNCTION_LIMIT)
+            for name, node in functions_of(ast.parse(text))
+        }
         lengths[place] = len(text.splitlines()), FILE_LIMIT
-        too_long += [f"{name}: {lines} lines" for name, (lines, limit) in lengths.items()
-                     if lines > limit and name not in REASONS]
+        too_long += [
+            f"{name}: {lines} lines"
+            for name, (lines, limit) in lengths.items()
+            if lines > limit and name not in REASONS
+        ]
     assert too_long == []

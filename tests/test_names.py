@@ -90,15 +90,31 @@ def test_components_systems_and_worlds_of_users_pass_mypy_and_slips_in_them_do_n
     for name, text in {"herd.py": HERD, "wrong.py": wrong, "mypy.ini": MYPY}.items():
         (tmp_path / name).write_text(text)
     new_package(tmp_path / "wool-lab")
-    command = [sys.executable, "-m", "mypy", "--no-error-summary", "--cache-dir", str(tmp_path / "cache"),
-               "herd.py", "wrong.py", "wool-lab/src/wool_lab"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=500, check=False,
-                          env=os.environ | {"MYPYPATH": f"{ROOT}:wool-lab/src"})
+    command = [
+        sys.executable,
+        "-m",
+        "mypy",
+        "--no-error-summary",
+        "--cache-dir",
+        str(tmp_path / "cache"),
+        "herd.py",
+        "wrong.py",
+        "wool-lab/src/wool_lab",
+    ]
+    done = subprocess.run(
+        command,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=500,
+        check=False,
+        env=os.environ | {"MYPYPATH": f"{ROOT}:wool-lab/src"},
+    )
     found = [line for line in done.stdout.splitlines() if ": error: " in line]
     assert sorted(line.partition(": error: ")[2] for line in found) == [
         'Argument "length" to "Wool" has incompatible type "str"; expected "float"  [arg-type]',
         'Unexpected keyword argument "lern" for "from_config" of "World"; did you mean "learn"?  [call-arg]',
-    ], done.stdout + done.stderr  # fmt: skip
+    ], done.stdout + done.stderr
     assert all(line.startswith("wrong.py") for line in found)
 
 
@@ -107,8 +123,14 @@ def test_components_systems_and_worlds_of_users_pass_pyright(tmp_path):
     (tmp_path / "herd.py").write_text(HERD)
     how = f'{{"extraPaths": ["{ROOT}"], "typeCheckingMode": "strict"}}'
     (tmp_path / "pyrightconfig.json").write_text(how)
-    done = subprocess.run(["pyright", "--pythonpath", sys.executable, "herd.py"], cwd=tmp_path,
-                          capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(
+        ["pyright", "--pythonpath", sys.executable, "herd.py"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
     assert done.stdout.startswith("0 errors"), done.stdout
 
 
@@ -145,8 +167,14 @@ def test_a_package_says_what_it_has_before_anything_of_it_is_loaded():
             assert [n for n in dir(room) if not n.startswith("_")] == sorted(room.__all__), room
             assert all(hasattr(room, n) for n in room.__all__), room
     """
-    done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True,
-                          timeout=60, check=True, env=os.environ | {"PYTHONPATH": str(ROOT)})
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
     assert done.stdout.splitlines() == ["True []", "True Metabolism"]
 
 
@@ -155,9 +183,10 @@ def test_a_name_that_is_not_there_is_refused_with_those_that_are():
         _ = ecs_eco.Wrld
 
 
-@pytest.mark.parametrize(("method", "does"), [
-    (World.from_config, build), (World.restore, file.restore), (World.copy, copying.copy),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("method", "does"),
+    [(World.from_config, build), (World.restore, file.restore), (World.copy, copying.copy)],
+)
 def test_arguments_are_written_out_and_are_those_of_what_does_the_work(method, does):
     front, behind = (inspect.signature(f).parameters for f in (method, does))
     assert not any(p.kind is p.VAR_KEYWORD for p in front.values())

@@ -14,8 +14,11 @@ NAMED = sorted(set(re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", TEXT)))
 @pytest.mark.parametrize(("path", "name"), NAMED)
 def test_a_promise_is_held_by_a_test_that_exists(path, name):
     assert (ROOT / path).is_file(), f"promises.md names {path}"
-    there = [node.name for node in ast.walk(ast.parse((ROOT / path).read_text()))
-             if isinstance(node, ast.FunctionDef)]
+    there = [
+        node.name
+        for node in ast.walk(ast.parse((ROOT / path).read_text()))
+        if isinstance(node, ast.FunctionDef)
+    ]
     assert name in there, f"promises.md names {name}, which {path} does not hold"
 
 

@@ -15,8 +15,10 @@ HEADINGS = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(encoding="
 
 
 def test_the_number_of_the_release_is_the_same_everywhere():
-    assert (tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
-            == __version__)
+    assert (
+        tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+        == __version__
+    )
     assert json.loads(DIGESTS.read_text(encoding="utf-8"))["release"] == __version__
     assert HEADINGS[1].split(" – ")[0] == __version__
 
@@ -42,7 +44,7 @@ def test_what_cites_the_release_has_its_number_and_its_date():
 def test_the_notices_of_the_code_of_others_are_those_in_the_bundle_and_go_into_the_wheel():
     notices = (ROOT / "THIRD_PARTY.md").read_text(encoding="utf-8")
     bundle = (ROOT / "ecs_eco" / "view" / "static" / "vendor.js").read_text(encoding="utf-8")
-    banner = bundle[bundle.index("/*!"):bundle.index("*/")]
+    banner = bundle[bundle.index("/*!") : bundle.index("*/")]
     packages = json.loads((ROOT / "view-page" / "package.json").read_text(encoding="utf-8"))
     for name in ("three", "uplot"):
         assert f"## {name} {packages['devDependencies'][name]}\n" in notices

@@ -127,9 +127,24 @@ def stage(folder: Path = STAGE, notebooks: bool = True) -> Stage:
 def build(out: Path, notebooks: bool) -> int:
     """Run Sphinx over the staged copy; return its exit status."""
     trees = ROOT / "build" / "site-trees"
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", str(trees),
-               "-D", f"nb_execution_mode={'cache' if notebooks else 'off'}",
-               "-D", f"nb_execution_cache_path={ROOT / 'build' / 'notebooks'}", str(STAGE), str(out)]
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-W",
+        "--keep-going",
+        "-q",
+        "-b",
+        "html",
+        "-d",
+        str(trees),
+        "-D",
+        f"nb_execution_mode={'cache' if notebooks else 'off'}",
+        "-D",
+        f"nb_execution_cache_path={ROOT / 'build' / 'notebooks'}",
+        str(STAGE),
+        str(out),
+    ]
     paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
     return subprocess.run(command, env=os.environ | {"PYTHONPATH": paths}, check=False).returncode
 

@@ -17,10 +17,16 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-IN_WHEEL = ("ecs_eco/py.typed", "ecs_eco/_site/index.html", "ecs_eco/view/static/index.html",
-            "ecs_eco/view/static/vendor.js", "ecs_eco/worlds/predator_prey/deer.safetensors",
-            "ecs_eco/templates/package/pyproject.toml.template",
-            "licenses/LICENSE", "licenses/THIRD_PARTY.md")  # fmt: skip
+IN_WHEEL = (
+    "ecs_eco/py.typed",
+    "ecs_eco/_site/index.html",
+    "ecs_eco/view/static/index.html",
+    "ecs_eco/view/static/vendor.js",
+    "ecs_eco/worlds/predator_prey/deer.safetensors",
+    "ecs_eco/templates/package/pyproject.toml.template",
+    "licenses/LICENSE",
+    "licenses/THIRD_PARTY.md",
+)
 LEFT = shutil.ignore_patterns("*.egg-info", "node_modules", "__pycache__", ".*_cache")
 LEFT_AT_TOP = {".git", ".venv", "build", "dist", "runs", "my-run"}
 IN_SDIST = ("LICENSE", "THIRD_PARTY.md", "README.md", "pyproject.toml")
@@ -29,10 +35,16 @@ IN_SDIST = ("LICENSE", "THIRD_PARTY.md", "README.md", "pyproject.toml")
 def run(*command: object, cwd: Path) -> None:
     """Run a command, and say so; exit where it fails."""
     print("$", *command, flush=True)
-    done = subprocess.run([str(word) for word in command], cwd=cwd, text=True, check=False,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          env=os.environ | {"XDG_CONFIG_HOME": str(cwd)})  # where it is kept what is trusted
-    print(done.stdout[-1000 if done.returncode == 0 else -10_000:])
+    done = subprocess.run(
+        [str(word) for word in command],
+        cwd=cwd,
+        text=True,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        env=os.environ | {"XDG_CONFIG_HOME": str(cwd)},
+    )  # where it is kept what is trusted
+    print(done.stdout[-1000 if done.returncode == 0 else -10_000 :])
     if done.returncode:
         sys.exit(f"exit code {done.returncode}")
 
@@ -46,8 +58,10 @@ def build(folder: Path) -> Path:
     """Build sdist and wheel, look whether all is in them, and return the wheel."""
     sources = folder.parent / "sources"
     shutil.copytree(ROOT, sources, symlinks=True, ignore=left)
-    made = ("import sys; from setuptools import build_meta as b; to = sys.argv[1]; "  # it changes sys.argv
-            "b.build_sdist(to); b.build_wheel(to)")
+    made = (
+        "import sys; from setuptools import build_meta as b; to = sys.argv[1]; "  # it changes sys.argv
+        "b.build_sdist(to); b.build_wheel(to)"
+    )
     run(sys.executable, "-c", made, folder, cwd=sources)
     (wheel,), (sdist,) = folder.glob("*.whl"), folder.glob("*.tar.gz")
     with zipfile.ZipFile(wheel) as file:

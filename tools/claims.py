@@ -40,8 +40,14 @@ def row(claim: Mapping[str, Any], record: Mapping[str, Any]) -> list[Any]:
     line = line_of(claim, record)
     how = claim.get("kind", "registered" if "registered" in line else "explored")
     study = claim["study"]
-    return [f'<a id="claim-{claim["id"]}"></a>{claim["says"]} [{study}](#{study})', how,
-            replicates(claim, record), line["value"], line["goal"], "met" if line["met"] else "**not met**"]
+    return [
+        f'<a id="claim-{claim["id"]}"></a>{claim["says"]} [{study}](#{study})',
+        how,
+        replicates(claim, record),
+        line["value"],
+        line["goal"],
+        "met" if line["met"] else "**not met**",
+    ]
 
 
 def line_of(claim: Mapping[str, Any], record: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -50,8 +56,10 @@ def line_of(claim: Mapping[str, Any], record: Mapping[str, Any]) -> Mapping[str,
     found = [line for statement, line in lines.items() if statement.startswith(claim["line"])]
     if len(found) != 1:
         near = get_close_matches(claim["line"], lines, 1, 0.3)
-        raise ValueError(f"claim {claim['id']!r}: {len(found)} lines of {claim['study']} begin with "
-                         f"{claim['line']!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
+        raise ValueError(
+            f"claim {claim['id']!r}: {len(found)} lines of {claim['study']} begin with "
+            f"{claim['line']!r}" + (f"; did you mean {near[0]!r}?" if near else "")
+        )
     return found[0]
 
 
@@ -59,9 +67,12 @@ def replicates(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
     """Return how many seeds of each kind a claim's cases have, or the `lives` in their results, and how many
     these are."""
     wanted = claim.get("of", {})
-    cases = [life for entry in record["cases"]
-             if all(entry["case"].get(key) == value for key, value in wanted.items())
-             for life in entry.get("result", {}).get("lives", [entry["case"]])]
+    cases = [
+        life
+        for entry in record["cases"]
+        if all(entry["case"].get(key) == value for key, value in wanted.items())
+        for life in entry.get("result", {}).get("lives", [entry["case"]])
+    ]
     if not cases:
         raise ValueError(f"claim {claim['id']!r}: no case of {claim['study']} has {wanted}")
     training, worlds = ({case[key] for case in cases if key in case} for key in ("training", "seed"))

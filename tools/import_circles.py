@@ -59,8 +59,10 @@ def main() -> int:
     rooms = {(room(a, known[a]), room(b, known[b])) for a, b in files}
     cycles = {"files": circles(files), "rooms": circles({(a, b) for a, b in rooms if a != b})}
     for kind, parts in cycles.items():
-        print(f"{len(parts)} circles of {kind} "
-              f"({len(known) if kind == 'files' else len({r for edge in rooms for r in edge})} in all)")
+        print(
+            f"{len(parts)} circles of {kind} "
+            f"({len(known) if kind == 'files' else len({r for edge in rooms for r in edge})} in all)"
+        )
         for part in parts:
             print("   ", ", ".join(part))
     return int(any(cycles.values()))

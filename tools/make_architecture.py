@@ -95,8 +95,7 @@ def _box(room: str, x: float, y: float, width: float) -> list[str]:
 
 
 def sizes() -> str:
-    """Return what tools/sizes.py measured: a table, what is above the limits, and the lines of each folder.
-    """
+    """Return what tools/sizes.py measured: a table, what is above the limits, and the lines of each folder."""
     kept = json.loads(SIZES.read_text(encoding="utf-8"))
     folders = {label: values for label, values in kept["rows"].items() if label.startswith("lines: ")}
     rows = {label: values for label, values in kept["rows"].items() if label not in folders}

@@ -24,9 +24,13 @@ Each row is a clause of Definitions 1 to 4 of *The Ecosystem Path to AGI*, or of
 and learning, in our words. The tests are those marked `@pytest.mark.definition("CLAUSE")`; the last column
 says what is not there yet.
 """
-PARTS = {"1": "Properties of objects (Definition 1)", "2": "Inanimate objects (Definition 2)",
-         "3": "Organisms (Definition 3)", "4": "Ecosystems (Definition 4)",
-         "5": "Decisions and learning"}  # fmt: skip
+PARTS = {
+    "1": "Properties of objects (Definition 1)",
+    "2": "Inanimate objects (Definition 2)",
+    "3": "Organisms (Definition 3)",
+    "4": "Ecosystems (Definition 4)",
+    "5": "Decisions and learning",
+}
 CLAUSES = {  # clause: (what it says, what of it is missing)
     "1 temperature": ("Every body may have a temperature [K]", ""),
     "1 mass": ("Every body has a mass [kg]", ""),
@@ -52,20 +56,28 @@ CLAUSES = {  # clause: (what it says, what of it is missing)
     "3 happiness": ("A happiness network leads from the sensors to one number", ""),
     "3 hyperparameters": ("An organism has hyperparameters of its learning, reproduction and death", ""),
     "3 physical rules": ("Physical properties change by rules: place by moving, temperature by heat", ""),
-    "3 chemical rules": ("Chemical properties change by rules: eating, breathing, moving and decay change "
-                         "substances", ""),
+    "3 chemical rules": (
+        "Chemical properties change by rules: eating, breathing, moving and decay change substances",
+        "",
+    ),
     "3 reproduction": ("Reproduction is sexual or asexual, with crossover and mutation", ""),
-    "3 biological rules": ("Biological properties change by rules: age by time, fertility by age and season, "
-                           "size by growing", ""),
+    "3 biological rules": (
+        "Biological properties change by rules: age by time, fertility by age and season, size by growing",
+        "",
+    ),
     "3 eggs": ("Newborn may begin as eggs, which lie until they hatch and can be eaten", ""),
     "3 parental care": ("Parents feed their young, who know their mother and follow her", ""),
     "3 staying alive": ("An organism dies outside the interval of a property, or when too old", ""),
     "3 remains": ("What dies becomes an inanimate object", ""),
-    "3 genome encodes": ("The genome encodes body, nervous system and hyperparameters",
-                         "the proportions of a shape; the incubation of eggs"),
+    "3 genome encodes": (
+        "The genome encodes body, nervous system and hyperparameters",
+        "the proportions of a shape; the incubation of eggs",
+    ),
     "3 genome inherited": ("One or two genomes give rise to a new one", ""),
-    "3 reflex agents": ("An organism may have an empty policy network, or an empty reflex network, or both "
-                        "networks", ""),
+    "3 reflex agents": (
+        "An organism may have an empty policy network, or an empty reflex network, or both networks",
+        "",
+    ),
     "3 no nerves": ("An organism may have no nervous system, as plants and bacteria", ""),
     "3 hand-coded": ("Reflex and happiness may be functions, and become networks by supervised learning", ""),
     "4 space": ("An ecosystem has a space", ""),
@@ -78,7 +90,7 @@ CLAUSES = {  # clause: (what it says, what of it is missing)
     "5 reward": ("The reward is the change of happiness", ""),
     "5 learning": ("The policy learns by PPO with the animal's own hyperparameters", ""),
     "5 evolution alone": ("Reflex and happiness do not change in life", ""),
-}  # fmt: skip
+}
 
 
 def marks(path: Path) -> Iterator[tuple[str, str]]:
@@ -105,8 +117,11 @@ def page(tests: Path) -> str:
             shown[clause].append(f"[{name.removeprefix('test_').replace('_', ' ')}](../../{where})")
     sections = []
     for part, title in PARTS.items():
-        rows = [f"| {what} | {'<br>'.join(shown[clause]) or '**no test**'} | {missing} |"
-                for clause, (what, missing) in CLAUSES.items() if clause.split()[0] == part]
+        rows = [
+            f"| {what} | {'<br>'.join(shown[clause]) or '**no test**'} | {missing} |"
+            for clause, (what, missing) in CLAUSES.items()
+            if clause.split()[0] == part
+        ]
         sections.append(f"## {title}\n\n| clause | shown by | missing |\n|---|---|---|\n" + "\n".join(rows))
     return HEAD + "\n" + "\n\n".join(sections) + "\n"
 

@@ -47,10 +47,21 @@ def pages() -> dict[str, str]:
     for world, entries in worlds.items():
         config = load(world)
         doors = [(name, _door(config, species)) for name, species in entries]
-        out[f"{world}.md"] = "\n\n".join([f"# {config.title or config.name}", NOTE,
-                                          *(_environment(name, door, config) for name, door in doors)]) + "\n"
-        rows += [f"| [ecs_eco/{name}]({world}.md) | {config.title or config.name} | {door.species} | "
-                 f"{len(door.channels)} numbers | {_actions(door)} |" for name, door in doors]
+        out[f"{world}.md"] = (
+            "\n\n".join(
+                [
+                    f"# {config.title or config.name}",
+                    NOTE,
+                    *(_environment(name, door, config) for name, door in doors),
+                ]
+            )
+            + "\n"
+        )
+        rows += [
+            f"| [ecs_eco/{name}]({world}.md) | {config.title or config.name} | {door.species} | "
+            f"{len(door.channels)} numbers | {_actions(door)} |"
+            for name, door in doors
+        ]
     head = "| environment | world | species | observes | chooses |\n|---|---|---|---|---|\n"
     table = head + "\n".join(rows)
     tree = "```{toctree}\n:hidden:\n\n" + "\n".join(name.removesuffix(".md") for name in out) + "\n```\n"
@@ -62,18 +73,28 @@ def _environment(name: str, door: External, config: WorldConfig) -> str:
     species = config.species[door.species]
     happiness = species.happiness
     assert happiness is not None
-    told = (happiness.formula or " + ".join(f"{w:g} × {n}" for n, w in happiness.weights.items())
-            or "a function of its own")
+    told = (
+        happiness.formula
+        or " + ".join(f"{w:g} × {n}" for n, w in happiness.weights.items())
+        or "a function of its own"
+    )
     limits = [end for one in species.lethal for end in ((one.low, one.min), (one.high, one.max))]
     causes = [cause for cause, end in limits if end is not None]
-    eaters = [f"eaten by {other}" for other, one in config.species.items()
-              if any(diet.eats == door.species for diet in one.diet)]
+    eaters = [
+        f"eaten by {other}"
+        for other, one in config.species.items()
+        if any(diet.eats == door.species for diet in one.diet)
+    ]
     deaths, space = ", ".join(dict.fromkeys([*causes, *eaters])), observation_space(species, config.dims)
     ends = zip(door.channels, space.low.tolist(), space.high.tolist(), strict=True)
-    observed = "\n".join(f"| {i} | `{channel}` | {_number(low)} | {_number(high)} |"
-                         for i, (channel, low, high) in enumerate(ends))
-    chosen = "\n".join(f"| {i} | `{group}` | {_options(door, i, names)} |"
-                       for i, (group, names) in enumerate(door.options.items()))
+    observed = "\n".join(
+        f"| {i} | `{channel}` | {_number(low)} | {_number(high)} |"
+        for i, (channel, low, high) in enumerate(ends)
+    )
+    chosen = "\n".join(
+        f"| {i} | `{group}` | {_options(door, i, names)} |"
+        for i, (group, names) in enumerate(door.options.items())
+    )
     return f"""## ecs_eco/{name}
 
 The life of one {door.species}: `gymnasium.make("ecs_eco/{name}")`.
@@ -123,13 +144,19 @@ def main() -> int:
     check = parser.parse_args().check
     wanted = pages()
     PAGES.mkdir(exist_ok=True)
-    stale = [name for name, text in wanted.items()
-             if not (PAGES / name).is_file() or (PAGES / name).read_text(encoding="utf-8") != text]
+    stale = [
+        name
+        for name, text in wanted.items()
+        if not (PAGES / name).is_file() or (PAGES / name).read_text(encoding="utf-8") != text
+    ]
     stale += [path.name for path in PAGES.glob("*.md") if path.name not in wanted]
     if check:
         for name in stale:
-            print(f"docs/reference/environments/{name} is not what the worlds say: "
-                  "python tools/make_environments.py", file=sys.stderr)
+            print(
+                f"docs/reference/environments/{name} is not what the worlds say: "
+                "python tools/make_environments.py",
+                file=sys.stderr,
+            )
         return bool(stale)
     for name, text in wanted.items():
         (PAGES / name).write_text(text, encoding="utf-8")

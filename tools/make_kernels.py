@@ -35,10 +35,14 @@ print(json.dumps([(f"{k.py_func.__module__}:{k.py_func.__qualname__}", signature
 
 def calls(world: str) -> list[tuple[str, str]]:
     """Return (function, types) of a world's kernels in the order of first calls, in a process of its own."""
-    done = subprocess.run([sys.executable, "-c", CALLS, world, str(TICKS)], capture_output=True, text=True,
-                          check=True)
-    found = [(function, types) for function, types in json.loads(done.stdout.splitlines()[-1])
-             if types and "<" not in function]
+    done = subprocess.run(
+        [sys.executable, "-c", CALLS, world, str(TICKS)], capture_output=True, text=True, check=True
+    )
+    found = [
+        (function, types)
+        for function, types in json.loads(done.stdout.splitlines()[-1])
+        if types and "<" not in function
+    ]
     print(f"{world}: {len(found)} kernels", flush=True)
     return found
 
@@ -69,8 +73,11 @@ def check() -> int:
         if not there:
             gone.append(function)
     if 5 * len(gone) > len(lines):
-        print(f"{LIST.name}: {len(gone)} of {len(lines)} kernels are gone ({', '.join(gone[:5])} …); "
-              "python tools/make_kernels.py", file=sys.stderr)
+        print(
+            f"{LIST.name}: {len(gone)} of {len(lines)} kernels are gone ({', '.join(gone[:5])} …); "
+            "python tools/make_kernels.py",
+            file=sys.stderr,
+        )
     return int(5 * len(gone) > len(lines))
 
 

@@ -46,8 +46,10 @@ def value(study: str, begins: str, key: str = "value") -> str:
     found = [line for statement, line in lines.items() if statement.startswith(begins)]
     if len(found) != 1:
         near = get_close_matches(begins, lines, 1, 0.3)
-        raise ValueError(f"{len(found)} lines of {study} begin with {begins!r}"
-                         + (f"; did you mean {near[0]!r}?" if near else ""))
+        raise ValueError(
+            f"{len(found)} lines of {study} begin with {begins!r}"
+            + (f"; did you mean {near[0]!r}?" if near else "")
+        )
     return text(found[0][key])
 
 

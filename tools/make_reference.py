@@ -37,8 +37,9 @@ def reference() -> str:
     for model, path in _sections(WorldConfig, ""):
         paths.setdefault(model, []).append(path)
     tables = [_table(model, keys) for model, keys in paths.items()]
-    return "\n\n".join([*tables, _ppo(),
-                        f"### Formulas\n\nA formula is made of {ALLOWED}. What is true is 1."])
+    return "\n\n".join(
+        [*tables, _ppo(), f"### Formulas\n\nA formula is made of {ALLOWED}. What is true is 1."]
+    )
 
 
 def _sections(model: type[Section], path: str) -> Iterator[tuple[type[Section], str]]:
@@ -51,8 +52,10 @@ def _sections(model: type[Section], path: str) -> Iterator[tuple[type[Section], 
 
 def _table(model: type[Section], paths: list[str]) -> str:
     kind = _kind(model)
-    title = (", ".join(f"`{p}`" for p in paths if p) + (f', `kind = "{kind}"`' if kind else "")
-             or "The top of the file")
+    title = (
+        ", ".join(f"`{p}`" for p in paths if p) + (f', `kind = "{kind}"`' if kind else "")
+        or "The top of the file"
+    )
     rows = [_row(n, f) for n, f in model.model_fields.items() if n != "kind" or not kind]
     return f"### {title}\n\n{' '.join((model.__doc__ or '').split())}\n\n{HEAD}" + "\n".join(rows)
 
@@ -64,8 +67,7 @@ def _kind(model: type[Section]) -> str:
 
 
 def _models(kind: Any, around: str = "") -> Iterator[tuple[type[Section], str]]:
-    """The sections that a type holds, each with what stands between: .NAME in a table of them, [] in a list.
-    """
+    """The sections that a type holds, each with what stands between: .NAME in a table of them, [] in a list."""
     if isinstance(kind, type) and issubclass(kind, Section):
         yield kind, around
         return
@@ -79,8 +81,9 @@ def _row(name: str, info: FieldInfo) -> str:
     unit = (info.json_schema_extra or {}).get("unit", "") if isinstance(info.json_schema_extra, dict) else ""
     text = (info.description or "").removesuffix(f" [{unit}]")
     takes = _words(info.annotation, tuple(info.metadata))
-    return (f"| `{name}` | {takes} | {'' if unit == '1' else unit} | {_default(info)} | "
-            f"{text} |".replace("|  |", "| |"))
+    return f"| `{name}` | {takes} | {'' if unit == '1' else unit} | {_default(info)} | {text} |".replace(
+        "|  |", "| |"
+    )
 
 
 def _default(info: FieldInfo) -> str:
@@ -128,13 +131,16 @@ def _words(kind: Any, metadata: tuple[Any, ...] = ()) -> str:
 def _limits(metadata: tuple[Any, ...]) -> str:
     """ " > 0" and the like; what only keeps numbers finite, and lists in memory, is left out."""
     limits = [(sign, getattr(m, name, None)) for m in _flat(metadata) for name, sign in SIGNS.items()]
-    return ",".join(f" {sign} {_toml(limit)}"
-                    for sign, limit in limits if limit is not None and abs(limit) < 1e6)
+    return ",".join(
+        f" {sign} {_toml(limit)}" for sign, limit in limits if limit is not None and abs(limit) < 1e6
+    )
 
 
 def _length(metadata: tuple[Any, ...]) -> str:
-    low, high = (next((v for m in _flat(metadata) if (v := getattr(m, n, None)) is not None), None)
-                 for n in ("min_length", "max_length"))
+    low, high = (
+        next((v for m in _flat(metadata) if (v := getattr(m, n, None)) is not None), None)
+        for n in ("min_length", "max_length")
+    )
     if low is None:
         return ""
     return f" of {low}" if low == high else f" of {low} or more" if high is None else f" of {low} to {high}"
@@ -147,15 +153,18 @@ def _flat(metadata: tuple[Any, ...]) -> list[Any]:
 
 def _ppo() -> str:
     rows = [f"| `{f.name}` | `{_toml(f.default)}` | {f.metadata['doc']} |" for f in dataclasses.fields(PPO)]
-    return ("### `species.NAME.ppo`\n\nHyperparameters of PPO.\n\n| key | default | |\n|---|---|---|\n"
-            + "\n".join(rows))
+    return (
+        "### `species.NAME.ppo`\n\nHyperparameters of PPO.\n\n| key | default | |\n|---|---|---|\n"
+        + "\n".join(rows)
+    )
 
 
 def main() -> None:
     """Write the page, or say that it is stale."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n\n")[0])
-    parser.add_argument("--check", action="store_true",
-                        help="write nothing; fail where the page is not up to date")
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; fail where the page is not up to date"
+    )
     check = parser.parse_args().check
     old = PAGE.read_text(encoding="utf-8")
     begin, end = (old.index(mark) for mark in MARKS)

@@ -22,8 +22,17 @@ from persistence import opening
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "studies" / "results"
 PAGE = ROOT / "docs" / "results.md"
-NEEDED: tuple[str, ...] = ("name", "claim", "complete", "short", "command", "verdicts", "cases",
-                           "seeds", "seconds")
+NEEDED: tuple[str, ...] = (
+    "name",
+    "claim",
+    "complete",
+    "short",
+    "command",
+    "verdicts",
+    "cases",
+    "seeds",
+    "seconds",
+)
 NEEDED += ("commits", "dirty", "config_hash", "versions")
 HEAD = """# Results
 
@@ -66,8 +75,11 @@ def text(x: Any) -> str:
         return f"{x:.3g}" if abs(x) < 1000 else f"{x:,.0f}"
     if isinstance(x, list):
         numbers = all(isinstance(v, int | float) for v in x)
-        return (f"{text(x[0])} ({text(x[1])} … {text(x[2])})" if len(x) == 3
-                and numbers else ", ".join(map(text, x)))
+        return (
+            f"{text(x[0])} ({text(x[1])} … {text(x[2])})"
+            if len(x) == 3 and numbers
+            else ", ".join(map(text, x))
+        )
     return str(x).replace("|", "\\|").replace("\n", " ")
 
 
@@ -134,8 +146,10 @@ def section(record: dict[str, Any]) -> str:
         blocks.append(record["notes"])
     if "registration" in record:
         noted = record["registration"]
-        blocks.append(f"Registered in [{noted['file']}](../{noted['file']}), sha256 "
-                      f"`{noted['sha256'][:12]}`, commit `{noted['commit'][:12]}`.")
+        blocks.append(
+            f"Registered in [{noted['file']}](../{noted['file']}), sha256 "
+            f"`{noted['sha256'][:12]}`, commit `{noted['commit'][:12]}`."
+        )
     if record["name"] in SINCE:
         blocks.append(SINCE[record["name"]])
     commits = ", ".join(f"`{c[:12]}`" for c in record["commits"]) + (
@@ -175,23 +189,35 @@ def _read(path: Path) -> dict[str, Any]:
 def render(results: Path) -> str:
     """The whole page from a folder of results; incomplete and short ones, and what has no claim,
     are left out."""
-    records = [_read(path) for path in sorted(results.glob("*.json"))
-               if not path.name.endswith(".partial.json")]
+    records = [
+        _read(path) for path in sorted(results.glob("*.json")) if not path.name.endswith(".partial.json")
+    ]
     shown = [record for record in records if "claim" in record and record["complete"] and not record["short"]]
     if not shown:
         return HEAD + "\nNo study has been run yet.\n"
     rows = [[f"[{r['name']}](#{r['name']})", claim_of(r), counted(r)] for r in shown]
     known = {r["name"]: r for r in shown}
     claims = [claim for claim in read_claims() if results == RESULTS or claim["study"] in known]
-    return "\n\n".join([HEAD.rstrip(), table(CLAIMS_HEAD, rows_of_claims(known, claims)), STUDIES,
-                        table(["study", "claim", "goals met"], rows), *map(section, shown)]) + "\n"
+    return (
+        "\n\n".join(
+            [
+                HEAD.rstrip(),
+                table(CLAIMS_HEAD, rows_of_claims(known, claims)),
+                STUDIES,
+                table(["study", "claim", "goals met"], rows),
+                *map(section, shown),
+            ]
+        )
+        + "\n"
+    )
 
 
 def main() -> int:
     """Write or check the page."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("--check", action="store_true",
-                        help="write nothing; exit with 1 where the page is stale")
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; exit with 1 where the page is stale"
+    )
     parser.add_argument("--results", type=Path, default=RESULTS)
     parser.add_argument("--page", type=Path, default=PAGE)
     asked = parser.parse_args()
@@ -199,8 +225,10 @@ def main() -> int:
     if asked.check:
         if asked.page.is_file() and asked.page.read_text(encoding="utf-8") == page:
             return 0
-        print(f"{asked.page} is not what {asked.results} says: run python tools/make_results.py",
-              file=sys.stderr)
+        print(
+            f"{asked.page} is not what {asked.results} says: run python tools/make_results.py",
+            file=sys.stderr,
+        )
         return 1
     asked.page.parent.mkdir(parents=True, exist_ok=True)
     asked.page.write_text(page, encoding="utf-8")

@@ -1,6 +1,6 @@
 """Write the table of docs/explanation/steps.md from studies/results/steps.json; --check: only compare.
 
-    python tools/make_steps.py [--check]
+python tools/make_steps.py [--check]
 """
 
 import json

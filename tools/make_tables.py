@@ -1,6 +1,6 @@
 """Write docs/benchmarks.md and the README's table from benchmarks/results; --check: only compare.
 
-    python tools/make_tables.py [--check]
+python tools/make_tables.py [--check]
 """
 
 import argparse
@@ -14,14 +14,47 @@ ROOT = Path(__file__).parents[1]
 BENCHMARKS = ROOT / "benchmarks"
 PAGE, README = ROOT / "docs" / "benchmarks.md", ROOT / "README.md"
 MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
-ORDER = ("animals", "animals_threads", "animals_pairs", "animals_pairs_million", "animals_pairs_threads",
-         "animals_pairs_busy", "breakdown", "main_job", "main_job_training",
-         "main_job_calls", "animals_learning", "peers", "plants",
-         "memory", "startup", "checkpoints", "checkpoints_cost", "bands", "bands_halo", "bands_model",
-         "portable", "sweep_overhead", "sweep_overhead_ray", "firm_ground", "doors", "ppo", "individual_ppo",
-         "births", "variable_births", "genomes", "viewer_cost", "viewer_frames", "page",
-         "page_memory", "viewer_rewind", "viewer_stall",
-         "wolf_sheep", "wolf_sheep_same", "wolf_sheep_profile")
+ORDER = (
+    "animals",
+    "animals_threads",
+    "animals_pairs",
+    "animals_pairs_million",
+    "animals_pairs_threads",
+    "animals_pairs_busy",
+    "breakdown",
+    "main_job",
+    "main_job_training",
+    "main_job_calls",
+    "animals_learning",
+    "peers",
+    "plants",
+    "memory",
+    "startup",
+    "checkpoints",
+    "checkpoints_cost",
+    "bands",
+    "bands_halo",
+    "bands_model",
+    "portable",
+    "sweep_overhead",
+    "sweep_overhead_ray",
+    "firm_ground",
+    "doors",
+    "ppo",
+    "individual_ppo",
+    "births",
+    "variable_births",
+    "genomes",
+    "viewer_cost",
+    "viewer_frames",
+    "page",
+    "page_memory",
+    "viewer_rewind",
+    "viewer_stall",
+    "wolf_sheep",
+    "wolf_sheep_same",
+    "wolf_sheep_profile",
+)
 HEAD = """# How fast it is
 
 Written by `tools/make_tables.py` from `benchmarks/results/`. The machines are shared and noisy: a ratio \
@@ -36,8 +69,9 @@ def read() -> dict[str, dict[str, Any]]:
     """Return all results that answer a question by name, in the order of the page."""
     results = {p.stem: json.loads(p.read_text()) for p in (BENCHMARKS / "results").glob("*.json")}
     shown = [name for name, result in results.items() if "question" in result]
-    return {name: results[name]
-            for name in sorted(shown, key=lambda n: (ORDER.index(n) if n in ORDER else 99, n))}
+    return {
+        name: results[name] for name in sorted(shown, key=lambda n: (ORDER.index(n) if n in ORDER else 99, n))
+    }
 
 
 def show(value: Any) -> str:
@@ -74,7 +108,8 @@ def number_of(goal: dict[str, Any], result: dict[str, Any], where: str, column: 
     value = float(row[goal[column]])
     per = goal.get("per")
     return {"steps": 1e3 / value, "ticks": 1e9 / (value * row.get("animals", 1)), "times": 1 / value}.get(
-        per or "", value)
+        per or "", value
+    )
 
 
 def goals(folder: Path) -> str:
@@ -109,12 +144,17 @@ def goal_row(goal: dict[str, Any], before: float | None, now: float, gain: float
 
     met, asked = reached(now, aim), aim / goal["was"] if "was" in goal else None
     known = asked is not None and gain is not None
-    return {"work": goal["work"], "aim": f"{sign} {aim:,} {goal['unit']}",
-            "before": "–" if before is None else before, "now": now, "met": met,
-            "aim / figure when it was set": "–" if asked is None else f"{sign} {show(asked)}",
-            "now / before": "–" if gain is None else gain,
-            "met as a ratio": reached(gain, asked) if known else "–",
-            "what is left": "" if met else goal.get("why", "")}
+    return {
+        "work": goal["work"],
+        "aim": f"{sign} {aim:,} {goal['unit']}",
+        "before": "–" if before is None else before,
+        "now": now,
+        "met": met,
+        "aim / figure when it was set": "–" if asked is None else f"{sign} {show(asked)}",
+        "now / before": "–" if gain is None else gain,
+        "met as a ratio": reached(gain, asked) if known else "–",
+        "what is left": "" if met else goal.get("why", ""),
+    }
 
 
 GOALS = """## What was aimed at
@@ -133,14 +173,18 @@ def page(results: dict[str, dict[str, Any]]) -> str:
     parts = [HEAD, f"{GOALS}\n{goals(BENCHMARKS / 'results')}\n"]
     for name, r in results.items():
         m = r["machine"]
-        where = (f"{m['processor']}, {m['cores']} cores, load {m['load']}; "
-                 f"commit {(m['commit'] or 'unknown')[:12]}; " + ", ".join(
-                     f"{k} {v}" for k, v in m["versions"].items()))
+        where = (
+            f"{m['processor']}, {m['cores']} cores, load {m['load']}; "
+            f"commit {(m['commit'] or 'unknown')[:12]}; "
+            + ", ".join(f"{k} {v}" for k, v in m["versions"].items())
+        )
         drawn = PAGE.parent / "img" / f"{name}.svg"
         shown = f"\n![{r['question']}](img/{drawn.name})\n" if drawn.is_file() else ""
         notes = "".join(f"\n- {k}: {show(v)}" for k, v in r["notes"].items())
-        parts.append(f"## {r['question']}\n\n`python benchmarks/{script(name)}.py` ({name})\n\n"
-                     f"{table(r['rows'])}\n{shown}{notes}\n\n{where}.\n")
+        parts.append(
+            f"## {r['question']}\n\n`python benchmarks/{script(name)}.py` ({name})\n\n"
+            f"{table(r['rows'])}\n{shown}{notes}\n\n{where}.\n"
+        )
     return "\n".join(parts)
 
 
@@ -148,12 +192,19 @@ def summary(results: dict[str, dict[str, Any]]) -> str:
     """Return the README's table: one line a question, with the figures that answer it."""
     lines = ["| what | measured |", "|---|---|"]
     for name, pattern in (
-        ("animals", "{animals:,} animals that sense, think and act, one core: "
-                    "{M organism-steps/s:.2f} M organism-steps/s"),
-        ("animals_threads",
-         "{animals:,} animals, {threads} threads: {M organism-steps/s:.2f} M organism-steps/s"),
-        ("animals_learning",
-         "{animals:,} animals that also learn by PPO, one core: {M organism-steps/s:.2f} M organism-steps/s"),
+        (
+            "animals",
+            "{animals:,} animals that sense, think and act, one core: "
+            "{M organism-steps/s:.2f} M organism-steps/s",
+        ),
+        (
+            "animals_threads",
+            "{animals:,} animals, {threads} threads: {M organism-steps/s:.2f} M organism-steps/s",
+        ),
+        (
+            "animals_learning",
+            "{animals:,} animals that also learn by PPO, one core: {M organism-steps/s:.2f} M organism-steps/s",
+        ),
         ("plants", "{plants:,} plants that grow and spread: {M plant-steps/s:.0f} M plant-steps/s"),
     ):
         if name in results:
@@ -176,8 +227,10 @@ def main() -> int:
     if parser.parse_args().check:
         stale = [path.name for path, text in wanted.items() if not path.is_file() or path.read_text() != text]
         if stale:
-            print(f"{', '.join(stale)}: not what benchmarks/results says; run python tools/make_tables.py",
-                  file=sys.stderr)
+            print(
+                f"{', '.join(stale)}: not what benchmarks/results says; run python tools/make_tables.py",
+                file=sys.stderr,
+            )
         return bool(stale)
     for path, text in wanted.items():
         path.write_text(text)

@@ -30,10 +30,16 @@ KINDS: tuple[tuple[tuple[str, ...], str, Callable[[Mapping[str, Any]], bool]], .
     (("extinct",), "All animals persisted", _nobody_extinct),
     (("end", "numbers"), "All species persisted", _all_at_the_end),
     (("at the end, alone and with it",), "All species persisted", _with_interventions),
-    (("rabbits, fewest at the end of a block",), "All species persisted",
-     lambda r: r["rabbits, fewest at the end of a block"] > 0),
-    (("lambs", "alive"), "Lambs are a cohort without offspring: all die, soon or late. Some lived to the end",
-     lambda r: r["alive"] > 0),
+    (
+        ("rabbits, fewest at the end of a block",),
+        "All species persisted",
+        lambda r: r["rabbits, fewest at the end of a block"] > 0,
+    ),
+    (
+        ("lambs", "alive"),
+        "Lambs are a cohort without offspring: all die, soon or late. Some lived to the end",
+        lambda r: r["alive"] > 0,
+    ),
 )  # how it is seen from a result: the keys that it has, what is said, and whether it is so
 
 

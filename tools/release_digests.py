@@ -21,17 +21,24 @@ def main() -> int:
     parser.add_argument("--only", action="store_true", help="drop the digests of other targets")
     only = parser.parse_args().only
     here = target()
-    outcomes = examine_all(cases(),
-                           lambda done, total: print(f"{done} of {total}", end="\r", file=sys.stderr))
+    outcomes = examine_all(
+        cases(), lambda done, total: print(f"{done} of {total}", end="\r", file=sys.stderr)
+    )
     if failed := [outcome.case.name for outcome in outcomes if not outcome.holds]:
-        print(f"not written, for threads or checkpoints change results here: {'; '.join(failed)}",
-              file=sys.stderr)
+        print(
+            f"not written, for threads or checkpoints change results here: {'; '.join(failed)}",
+            file=sys.stderr,
+        )
         return 1
     kept = {} if only or not DIGESTS.is_file() else json.loads(DIGESTS.read_text(encoding="utf-8"))["targets"]
-    kept[here.key] = {"target": here._asdict(),
-                      "digests": {outcome.case.name: outcome.digest for outcome in outcomes}}
-    DIGESTS.write_text(json.dumps({"release": __version__, "targets": dict(sorted(kept.items()))}, indent=1)
-                       + "\n", encoding="utf-8")
+    kept[here.key] = {
+        "target": here._asdict(),
+        "digests": {outcome.case.name: outcome.digest for outcome in outcomes},
+    }
+    DIGESTS.write_text(
+        json.dumps({"release": __version__, "targets": dict(sorted(kept.items()))}, indent=1) + "\n",
+        encoding="utf-8",
+    )
     print(f"{DIGESTS.name}: {here.key}")
     return 0
 

@@ -30,8 +30,9 @@ COUNTS = ("passed", "failed", "error", "skipped", "xfailed")
 
 def command() -> str:
     """Return the half of the README's second command that tests."""
-    line = next(line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
-                if "-m pytest" in line)
+    line = next(
+        line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines() if "-m pytest" in line
+    )
     return line.rpartition(" && ")[2]
 
 
@@ -42,8 +43,11 @@ def path_without_chromium() -> Iterator[str]:
         for place in os.environ["PATH"].split(os.pathsep):
             for program in Path(place).glob("*"):
                 link = Path(folder, program.name)
-                if (not re.match("chrom(e|ium)|google-chrome", program.name) and not link.exists()
-                    and not link.is_symlink()):
+                if (
+                    not re.match("chrom(e|ium)|google-chrome", program.name)
+                    and not link.exists()
+                    and not link.is_symlink()
+                ):
                     link.symlink_to(program)
         yield folder
 
@@ -72,17 +76,29 @@ def once(path: str, spinning: bool, log: Path) -> dict[str, Any]:
     watcher = threading.Thread(target=look)
     watcher.start()
     with busy(spinning), log.open("w", encoding="utf-8") as file, tempfile.TemporaryDirectory() as home:
-        code = subprocess.run(["bash", "-c", command()], cwd=ROOT, env={"HOME": home, "PATH": path},
-                              stdout=file, stderr=subprocess.STDOUT, check=False).returncode
+        code = subprocess.run(
+            ["bash", "-c", command()],
+            cwd=ROOT,
+            env={"HOME": home, "PATH": path},
+            stdout=file,
+            stderr=subprocess.STDOUT,
+            check=False,
+        ).returncode
     done.set()
     watcher.join()
     text = log.read_text(encoding="utf-8", errors="replace")
     seed, last = re.search(r"--randomly-seed=(\d+)", text), text.rstrip().rpartition("\n")[2]
     counts = {name: int(match[1]) if (match := re.search(rf"\b(\d+) {name}", last)) else 0 for name in COUNTS}
-    return {"code": code, "seed": int(seed[1]) if seed else None, **counts, "spinning": spinning,
-            "empty home": True, "mean load": round(sum(loads) / len(loads), 2),
-            "seconds": round(time.monotonic() - start),
-            "not passed": re.findall(r"^(?:FAILED|ERROR) (\S+)", text, re.MULTILINE)}  # fmt: skip
+    return {
+        "code": code,
+        "seed": int(seed[1]) if seed else None,
+        **counts,
+        "spinning": spinning,
+        "empty home": True,
+        "mean load": round(sum(loads) / len(loads), 2),
+        "seconds": round(time.monotonic() - start),
+        "not passed": re.findall(r"^(?:FAILED|ERROR) (\S+)", text, re.MULTILINE),
+    }
 
 
 def main() -> int:
@@ -93,8 +109,9 @@ def main() -> int:
     parser.add_argument("--chromium", choices=["here", "without", "both"], default="here")
     parser.add_argument("--out", type=Path, default=OUT)
     given = parser.parse_args()
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True,
-                            text=True, check=True).stdout.strip()
+    commit = subprocess.run(
+        ["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.strip()
     kept = json.loads(given.out.read_text(encoding="utf-8")) if given.out.is_file() else {}
     runs = kept.get("runs", [])
     for number in range(given.runs):

@@ -19,9 +19,13 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 FOUND, PAGE = ROOT / "tools" / "resolved.json", ROOT / "docs" / "reference" / "supported.md"
-PLATFORMS = {"Linux, x86-64": "x86_64-manylinux_2_28", "Linux, ARM": "aarch64-manylinux_2_28",
-             "macOS, Apple silicon": "aarch64-apple-darwin", "macOS, Intel": "x86_64-apple-darwin",
-             "Windows, x86-64": "x86_64-pc-windows-msvc"}  # fmt: skip
+PLATFORMS = {
+    "Linux, x86-64": "x86_64-manylinux_2_28",
+    "Linux, ARM": "aarch64-manylinux_2_28",
+    "macOS, Apple silicon": "aarch64-apple-darwin",
+    "macOS, Intel": "x86_64-apple-darwin",
+    "Windows, x86-64": "x86_64-pc-windows-msvc",
+}
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 LOWEST = "3.11, lowest"  # the lowest versions that the ranges allow
 SHOWN = ("numpy", "numba", "torch", "pyarrow")
@@ -31,9 +35,24 @@ TABLE = re.compile(r"(?<=<!-- resolved -->\n).*?(?=<!-- end of resolved -->)", r
 def resolve(platform: str, python: str) -> dict[str, str]:
     """Return version by package, or {"": what uv says} where nothing fits."""
     how = ["--resolution", "lowest-direct"] if python == LOWEST else []
-    command = [sys.executable, "-m", "uv", "pip", "compile", "pyproject.toml", "--only-binary", ":all:",
-               "--no-header", "--no-annotate", "--quiet", "--python-platform", platform,
-               "--python-version", python.partition(",")[0], *how]
+    command = [
+        sys.executable,
+        "-m",
+        "uv",
+        "pip",
+        "compile",
+        "pyproject.toml",
+        "--only-binary",
+        ":all:",
+        "--no-header",
+        "--no-annotate",
+        "--quiet",
+        "--python-platform",
+        platform,
+        "--python-version",
+        python.partition(",")[0],
+        *how,
+    ]
     environment = {k: v for k, v in os.environ.items() if not k.startswith("PIP_")}
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, env=environment, check=False)
     if done.returncode:

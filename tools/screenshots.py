@@ -38,8 +38,9 @@ class Shot(NamedTuple):
 def select(page: Any, kind: str, nth: int = 0) -> None:
     """Click an organism that nothing covers, and let it live a little, so that its curves have a shape."""
     clear = "([x, y]) => document.elementFromPoint(x, y)?.id === 'canvas'"
-    seen = [at for uid in page.evaluate(f"ecs.uids('{kind}', 400)")
-            if (at := page.evaluate(f"ecs.screen({uid})"))]
+    seen = [
+        at for uid in page.evaluate(f"ecs.uids('{kind}', 400)") if (at := page.evaluate(f"ecs.screen({uid})"))
+    ]
     seen = [at for at in seen if page.evaluate(clear, [at["x"], at["y"]])]
     at = min(seen[:60], key=lambda at: abs(at["x"] - 430) + abs(at["y"] - 380)) if nth == 0 else seen[nth]
     page.mouse.click(at["x"], at["y"])
@@ -143,11 +144,21 @@ SHOTS = {
     "page_reflexes": Shot("reflexes", 300, genes, dark=True),
     "page_lamb": Shot("lamb", 200, lamb),
     "page_diel_migration": Shot("diel-migration", 530, sea),
-    "page_replay": Shot("predator-prey", 0, replayed, dark=True,
-                        run=("--ticks", "600", "--record", "focal=50", "--no-report", "--quiet")),
+    "page_replay": Shot(
+        "predator-prey",
+        0,
+        replayed,
+        dark=True,
+        run=("--ticks", "600", "--record", "focal=50", "--no-report", "--quiet"),
+    ),
     "page_what_if": Shot("predator-prey", 60, what_if),
-    "page_islands": Shot("examples/islands.toml", 0, lambda page: None, map=True,
-                         run=("--ticks", "400", "--no-report", "--quiet")),
+    "page_islands": Shot(
+        "examples/islands.toml",
+        0,
+        lambda page: None,
+        map=True,
+        run=("--ticks", "400", "--no-report", "--quiet"),
+    ),
 }
 
 
@@ -220,8 +231,10 @@ def main() -> int:
     with launched() as browser:
         for name in names:
             path = take(browser, name, SHOTS[name])
-            print(f"{path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}: "
-                  f"{path.stat().st_size / 1000:.0f} kB")
+            print(
+                f"{path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}: "
+                f"{path.stat().st_size / 1000:.0f} kB"
+            )
     return 0
 
 

@@ -11,36 +11,104 @@ from typing import Any
 
 MEMBERS = "   :members:\n   :show-inheritance:\n"
 API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, names as `module:name`)
-    "world": ("World, tables and systems", "What `from ecs_eco import …` gives.", (
-        "ecs_eco:World", "ecs_eco:Table", "ecs_eco:System", "ecs_eco:component", "ecs_eco:njit",
-        "ecs_eco:draw", "ecs_eco.nervous.external:External", "ecs_eco.nervous.external:Sensed")),
-    "config": ("World files", "Loading and checking; every key is in [the world file](../worlds.md).", (
-        "ecs_eco.config:load", "ecs_eco.config:for_training", "ecs_eco.config:WorldConfig",
-        "ecs_eco.config:compile_formula", "ecs_eco.worlds.build:build", "ecs_eco.engine.errors:ConfigError")),
-    "runs": ("Runs and their records", "Run into a folder, go on, fork; what is kept in memory.", (
-        "ecs_eco.runs.run:run_to_folder", "ecs_eco.runs.run:resume", "ecs_eco.runs.run:fork",
-        "ecs_eco.record.recorder:Recorder", "ecs_eco.analysis.runs:load_series",
-        "ecs_eco.analysis.runs:Series")),
-    "learning": ("Learning", "Brains and PPO, also for plain Gymnasium environments; see "
-                 "[learning](../../explanation/learning.md).", ("ecs_eco.learning:*",)),
-    "rl": ("Reinforcement learning from outside", "Species as environments of PettingZoo and Gymnasium: "
-           "`pip install \"ecs-eco[rl]\"`; see [bring your own learner]"
-           "(../../how-to/bring_your_own_learner.md).",
-           ("ecs_eco.rl:parallel_env", "ecs_eco.rl:slots", "ecs_eco.rl:body")),
-    "search": ("Searching and fitting", "Numbers with which a world lives, or is like measurements; see "
-               "[searching](../../how-to/searching.md) and [measurements](../../how-to/measurements.md).",
-               ("ecs_eco.search:search", "ecs_eco.search.fit:Fit", "ecs_eco.search.sampler:Sampler",
-                "ecs_eco.search.sampler:Population", "ecs_eco.search.sampler:weighted_quantiles")),
-    "genomes": ("Genomes", "Layouts, operators and statistics; see [genomes](../../explanation/genomes.md).",
-                ("ecs_eco.genomes:*",)),
+    "world": (
+        "World, tables and systems",
+        "What `from ecs_eco import …` gives.",
+        (
+            "ecs_eco:World",
+            "ecs_eco:Table",
+            "ecs_eco:System",
+            "ecs_eco:component",
+            "ecs_eco:njit",
+            "ecs_eco:draw",
+            "ecs_eco.nervous.external:External",
+            "ecs_eco.nervous.external:Sensed",
+        ),
+    ),
+    "config": (
+        "World files",
+        "Loading and checking; every key is in [the world file](../worlds.md).",
+        (
+            "ecs_eco.config:load",
+            "ecs_eco.config:for_training",
+            "ecs_eco.config:WorldConfig",
+            "ecs_eco.config:compile_formula",
+            "ecs_eco.worlds.build:build",
+            "ecs_eco.engine.errors:ConfigError",
+        ),
+    ),
+    "runs": (
+        "Runs and their records",
+        "Run into a folder, go on, fork; what is kept in memory.",
+        (
+            "ecs_eco.runs.run:run_to_folder",
+            "ecs_eco.runs.run:resume",
+            "ecs_eco.runs.run:fork",
+            "ecs_eco.record.recorder:Recorder",
+            "ecs_eco.analysis.runs:load_series",
+            "ecs_eco.analysis.runs:Series",
+        ),
+    ),
+    "learning": (
+        "Learning",
+        "Brains and PPO, also for plain Gymnasium environments; see "
+        "[learning](../../explanation/learning.md).",
+        ("ecs_eco.learning:*",),
+    ),
+    "rl": (
+        "Reinforcement learning from outside",
+        "Species as environments of PettingZoo and Gymnasium: "
+        '`pip install "ecs-eco[rl]"`; see [bring your own learner]'
+        "(../../how-to/bring_your_own_learner.md).",
+        ("ecs_eco.rl:parallel_env", "ecs_eco.rl:slots", "ecs_eco.rl:body"),
+    ),
+    "search": (
+        "Searching and fitting",
+        "Numbers with which a world lives, or is like measurements; see "
+        "[searching](../../how-to/searching.md) and [measurements](../../how-to/measurements.md).",
+        (
+            "ecs_eco.search:search",
+            "ecs_eco.search.fit:Fit",
+            "ecs_eco.search.sampler:Sampler",
+            "ecs_eco.search.sampler:Population",
+            "ecs_eco.search.sampler:weighted_quantiles",
+        ),
+    ),
+    "genomes": (
+        "Genomes",
+        "Layouts, operators and statistics; see [genomes](../../explanation/genomes.md).",
+        ("ecs_eco.genomes:*",),
+    ),
     "space": ("Space", "Edges, neighbours, fields and ground.", ("ecs_eco.space:*",)),
-    "systems": ("Systems", "What happens to everyone in a tick, in the order of "
-                "[the schedule](../../explanation/design.md#the-tick).", ("ecs_eco.systems:*",)),
-    "testing": ("Tests of your own parts", "Checks for your own components, systems, genomes and worlds.",
-                ("ecs_eco.testing:*",)),
+    "systems": (
+        "Systems",
+        "What happens to everyone in a tick, in the order of "
+        "[the schedule](../../explanation/design.md#the-tick).",
+        ("ecs_eco.systems:*",),
+    ),
+    "testing": (
+        "Tests of your own parts",
+        "Checks for your own components, systems, genomes and worlds.",
+        ("ecs_eco.testing:*",),
+    ),
 }
-ANALYSIS = ("cycles", "extinction", "lineage", "phylogeny", "pedigree", "survival", "spectrum", "rhythm",
-            "depth", "carriers", "signature", "against", "compare", "seed_grid", "figures")
+ANALYSIS = (
+    "cycles",
+    "extinction",
+    "lineage",
+    "phylogeny",
+    "pedigree",
+    "survival",
+    "spectrum",
+    "rhythm",
+    "depth",
+    "carriers",
+    "signature",
+    "against",
+    "compare",
+    "seed_grid",
+    "figures",
+)
 FIELD = re.compile(r"^    (\w+): ([^=#]+?)(?: = ([^#]+?))?(?:\s+# (.*))?$", re.MULTILINE)
 
 
@@ -84,8 +152,10 @@ def _directive(kind: str, name: str, options: str) -> str:
 
 
 def _analysis() -> str:
-    parts = ["# Analysis\n\nStatistics and figures of recorded runs, one phenomenon a module; see "
-             "[running](../../how-to/running.md#from-python)."]
+    parts = [
+        "# Analysis\n\nStatistics and figures of recorded runs, one phenomenon a module; see "
+        "[running](../../how-to/running.md#from-python)."
+    ]
     for name in ANALYSIS:
         module = f"ecs_eco.analysis.{name}"
         head = (import_module(module).__doc__ or "").strip().partition("\n\n")[0].replace("\n", " ")
@@ -96,20 +166,29 @@ def _analysis() -> str:
 def _own(module: str) -> list[str]:
     """Public classes and functions that a module defines itself, in its order."""
     there = vars(import_module(module))
-    return [name for name, thing in there.items() if not name.startswith("_")
-            and (inspect.isclass(thing) or inspect.isfunction(thing)) and thing.__module__ == module]
+    return [
+        name
+        for name, thing in there.items()
+        if not name.startswith("_")
+        and (inspect.isclass(thing) or inspect.isfunction(thing))
+        and thing.__module__ == module
+    ]
 
 
 def _components() -> str:
     components = import_module("ecs_eco.components")
-    parts = ["# Components\n\nThe data of organisms and objects: `table[Metabolism].energy` is a column, "
-             "`world.get(uid, Metabolism).energy` a value. All are in `ecs_eco.components`."]
+    parts = [
+        "# Components\n\nThe data of organisms and objects: `table[Metabolism].energy` is a column, "
+        "`world.get(uid, Metabolism).energy` a value. All are in `ecs_eco.components`."
+    ]
     for name in components.__all__:
         kind = getattr(components, name)
         source = inspect.getsource(import_module(kind.__module__))
-        body = source[source.index(f"class {name}"):]
-        rows = [f"| `{field}` | `{of.strip()}` | `{default or ''}` | {_cell(unit or '')} |"
-                for field, of, default, unit in FIELD.findall(body)]
+        body = source[source.index(f"class {name}") :]
+        rows = [
+            f"| `{field}` | `{of.strip()}` | `{default or ''}` | {_cell(unit or '')} |"
+            for field, of, default, unit in FIELD.findall(body)
+        ]
         rows = [row.replace("| `` |", "| |") for row in rows]
         doc = inspect.cleandoc(kind.__doc__ or "").replace("<", "&lt;")
         table = "| field | type | default | unit, meaning |\n|---|---|---|---|\n" + "\n".join(rows)
@@ -119,8 +198,10 @@ def _components() -> str:
 
 def _index() -> str:
     names = ["world", "components", *(n for n in API if n != "world"), "analysis"]
-    return ("# Python\n\nThe classes and functions that users import, from their docstrings.\n\n"
-            "```{toctree}\n:maxdepth: 2\n\n" + "\n".join(names) + "\n```\n")
+    return (
+        "# Python\n\nThe classes and functions that users import, from their docstrings.\n\n"
+        "```{toctree}\n:maxdepth: 2\n\n" + "\n".join(names) + "\n```\n"
+    )
 
 
 def _shipped() -> str:
@@ -147,8 +228,10 @@ def _commands() -> str:
     from ecs_eco.cli.app import app
 
     group: Any = typer.main.get_command(app)
-    parts = ["# Commands\n\nWhat `ecs-eco COMMAND --help` says, of all commands. How they work together: "
-             "[running](../how-to/running.md)."]
+    parts = [
+        "# Commands\n\nWhat `ecs-eco COMMAND --help` says, of all commands. How they work together: "
+        "[running](../how-to/running.md)."
+    ]
     parts += [_command(name, command) for name, command in sorted(group.commands.items())]
     return "\n\n".join(parts) + "\n"
 

@@ -127,8 +127,7 @@ def rows_of(size: Size) -> dict[str, str]:
 
 
 def summary(sizes: dict[str, Size]) -> dict[str, Any]:
-    """Return what is kept: the commits, what the table says of each, and what the last has above the limits.
-    """
+    """Return what is kept: the commits, what the table says of each, and what the last has above the limits."""
     columns = [rows_of(size) for size in sizes.values()]
     labels = list(dict.fromkeys(label for column in columns for label in column))
     labels.sort(

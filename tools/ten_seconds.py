@@ -44,17 +44,32 @@ def without(*settings: str) -> tuple[str, ...]:
 MOMENTS = {
     "predator_prey_50": Moment("predator-prey", 50, select="wolf", near=2),
     "predator_prey_500": Moment("predator-prey", 500, select="deer"),
-    "predator_prey_extinct": Moment("predator-prey", 0, without("species.wolf.diet.0.gain=0.05"), "wolf",
-                                    panel="why"),
+    "predator_prey_extinct": Moment(
+        "predator-prey", 0, without("species.wolf.diet.0.gain=0.05"), "wolf", panel="why"
+    ),
     "reflexes_50": Moment("reflexes", 50, select="goat", near=3),
     "reflexes_500": Moment("reflexes", 500, select="goat"),
-    "reflexes_extinct": Moment("reflexes", 0, without(*(f"species.green.{key}=0" for key in (
-        "count", "reproduction.rate", "reproduction.seed_rain"))), "goat", panel="why"),
+    "reflexes_extinct": Moment(
+        "reflexes",
+        0,
+        without(
+            *(f"species.green.{key}=0" for key in ("count", "reproduction.rate", "reproduction.seed_rain"))
+        ),
+        "goat",
+        panel="why",
+    ),
     "sea_50": Moment("diel-migration", 50, select="krill", near=1),
     "sea_500": Moment("diel-migration", 500, select="copepod"),
-    "sea_extinct": Moment("diel-migration", 0, without("species.phytoplankton.metabolism.growth=0",
-                          "species.phytoplankton.reproduction.immigration=0"), "copepod", panel="why"),
-}  # fmt: skip
+    "sea_extinct": Moment(
+        "diel-migration",
+        0,
+        without(
+            "species.phytoplankton.metabolism.growth=0", "species.phytoplankton.reproduction.immigration=0"
+        ),
+        "copepod",
+        panel="why",
+    ),
+}
 
 
 def go_to(page: Any, tick: int) -> None:
@@ -62,7 +77,9 @@ def go_to(page: Any, tick: int) -> None:
     if page.evaluate("ecs.tick") > tick:
         page.get_by_label("Time, in ticks").evaluate(
             "(slider, tick) => { slider.value = tick; slider.dispatchEvent(new Event('input')); "
-            "slider.dispatchEvent(new Event('change')) }", tick)
+            "slider.dispatchEvent(new Event('change')) }",
+            tick,
+        )
         until(page, f"ecs.tick === {tick} && ecs.still", 600)
     left = tick - page.evaluate("ecs.tick")
     advance(page, max(0, left - LAST) // 10 * 10)
@@ -109,8 +126,9 @@ def take(browser: Any, moment: Moment) -> bytes:
         context = browser.new_context(viewport=SIZE, color_scheme="light")
         context.set_default_timeout(600_000)
         context.add_init_script(
-            "localStorage.setItem('ecs-eco-hints', '[\"select\", \"pause\", \"why\"]');"
-            f"localStorage.setItem('ecs-eco-side', '{PANELS}')")
+            'localStorage.setItem(\'ecs-eco-hints\', \'["select", "pause", "why"]\');'
+            f"localStorage.setItem('ecs-eco-side', '{PANELS}')"
+        )
         page = context.new_page()
         page.goto(run.address())
         until(page, "ecs.frames > 0 && ecs.connected && ecs.messages.state > 0", 600)

@@ -21,6 +21,8 @@ from ecs_eco.config.measurements import FEWEST, MOST_ROWS, Outside
 from ecs_eco.engine.errors import ConfigError, Problem
 
 KEPT = "data.csv"  # the outside series of a world, in the folder of its run
+
+
 class Summary(NamedTuple):
     """One series in numbers."""
 
@@ -56,9 +58,13 @@ def compare(series: Series, outside: Outside, skip: float = 0.1) -> Both:
     n = living(series, names, skip)
     thinned, factor = thin(n.T, MOST_ROWS)
     ours = dict(zip(names, thinned, strict=True))
-    lags = {(a, b): (float(cycle(ours[a], ours[b]).phases[1]),
-                     float(cycle(outside.columns[a], outside.columns[b]).phases[1]))
-            for a, b in combinations(names, 2)}
+    lags = {
+        (a, b): (
+            float(cycle(ours[a], ours[b]).phases[1]),
+            float(cycle(outside.columns[a], outside.columns[b]).phases[1]),
+        )
+        for a, b in combinations(names, 2)
+    }
     run = {name: summary(x, factor)._replace(samples=len(n)) for name, x in ours.items()}
     return Both(run, {name: summary(x, outside.step) for name, x in outside.columns.items()}, lags)
 
@@ -71,19 +77,41 @@ def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarra
     gone = np.flatnonzero((n[:, species] == 0).any(1))
     end = int(gone[0]) if gone.size else len(n)
     n = n[min(int(skip * len(n)), end) : end]
-    wrong = [name for name, x in zip(names, n.T, strict=True)
-             if not (np.isfinite(x).all() and (x >= 0).all() and x.any())]
+    wrong = [
+        name
+        for name, x in zip(names, n.T, strict=True)
+        if not (np.isfinite(x).all() and (x >= 0).all() and x.any())
+    ]
     if len(n) >= FEWEST and wrong:
-        raise ConfigError([Problem((), "is below 0, or no number, in some ticks, or always 0", wrong[0],
-                                   "a reporter of counts or densities", source="DIR")])
+        raise ConfigError(
+            [
+                Problem(
+                    (),
+                    "is below 0, or no number, in some ticks, or always 0",
+                    wrong[0],
+                    "a reporter of counts or densities",
+                    source="DIR",
+                )
+            ]
+        )
     if len(n) < FEWEST:
-        raise ConfigError([Problem((), f"{len(n)} ticks are left before a species died out", "",
-                                   "a run in which all live", source="DIR")])
+        raise ConfigError(
+            [
+                Problem(
+                    (),
+                    f"{len(n)} ticks are left before a species died out",
+                    "",
+                    "a run in which all live",
+                    source="DIR",
+                )
+            ]
+        )
     return n
 
 
 def summary(x: np.ndarray, step: float) -> Summary:
     """Describe one series of samples so far apart. Raises ValueError as `signature.logarithms`."""
     found = cycle(x)
-    return Summary(len(x), found.period * step, len(x) / found.period, float(found.shares[0]),
-                   float(found.swings[0]))
+    return Summary(
+        len(x), found.period * step, len(x) / found.period, float(found.shares[0]), float(found.swings[0])
+    )

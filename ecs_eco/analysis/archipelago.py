@@ -62,15 +62,22 @@ def load_islands(folder: Path | str) -> Islands:
     for name, one in series.items():
         check_island(root / ISLANDS / name, one.manifest, manifest["hash"], name)
         if len(one.ticks) != manifest["tick"]:
-            raise RecordingError(f"{root / ISLANDS / name}: has {len(one.ticks)} ticks, and its archipelago "
-                                 f"{manifest['tick']}")
+            raise RecordingError(
+                f"{root / ISLANDS / name}: has {len(one.ticks)} ticks, and its archipelago {manifest['tick']}"
+            )
     species = next(iter(series.values())).species
     moves: list[np.ndarray] = []
     for number, name in enumerate(plan.names):
         for path in parts(root / ISLANDS / name, "arrivals"):
             part = read_part(path, needed=seal.WORD in series[name].manifest)
-            rows = np.stack([np.asarray(part["tick"].to_numpy(), np.int64),
-                             _codes(part["species"], species), _codes(part["origin"], plan.names)], 1)
+            rows = np.stack(
+                [
+                    np.asarray(part["tick"].to_numpy(), np.int64),
+                    _codes(part["species"], species),
+                    _codes(part["origin"], plan.names),
+                ],
+                1,
+            )
             found, count = np.unique(rows[rows[:, 0] < manifest["tick"]], axis=0, return_counts=True)
             moves.append(np.column_stack([found, np.full(len(found), number), count]))
     return Islands(manifest, plan, series, np.concatenate(moves) if moves else np.zeros((0, 5), np.int64))
@@ -108,20 +115,42 @@ def chart(islands: Islands) -> Figure:
     most = max(max(sum(n) for n in now.values()), 1)
     for i, targets in enumerate(islands.plan.neighbours()):
         for j in targets:
-            ax.add_patch(FancyArrowPatch(
-                tuple(at[i]), tuple(at[j]), arrowstyle="-|>", mutation_scale=10, shrinkA=26, shrinkB=26,
-                connectionstyle="arc3,rad=0.12", color=AXIS, alpha=0.8,
-                linewidth=0.4 + 3.6 * moved[i, j] / max(moved.max(), 1), zorder=1))
+            ax.add_patch(
+                FancyArrowPatch(
+                    tuple(at[i]),
+                    tuple(at[j]),
+                    arrowstyle="-|>",
+                    mutation_scale=10,
+                    shrinkA=26,
+                    shrinkB=26,
+                    connectionstyle="arc3,rad=0.12",
+                    color=AXIS,
+                    alpha=0.8,
+                    linewidth=0.4 + 3.6 * moved[i, j] / max(moved.max(), 1),
+                    zorder=1,
+                )
+            )
     for (x, y), (name, n) in zip(at, now.items(), strict=True):
         radius, total, turned = 0.025 + 0.04 * math.sqrt(sum(n) / most), max(sum(n), 1), 90.0
         for species, count in zip(wander, n, strict=True):
-            ax.add_patch(Wedge((x, y), radius, turned - 360 * count / total, turned, color=hue[species],
-                               zorder=2))
+            ax.add_patch(
+                Wedge((x, y), radius, turned - 360 * count / total, turned, color=hue[species], zorder=2)
+            )
             turned -= 360 * count / total
-        ax.annotate(f"{name}\n{sum(n):,.0f}", (x, y), (0, -30), textcoords="offset points", ha="center",
-                    va="top", fontsize=8)
-    ax.legend(handles=[Wedge((0, 0), 1, 0, 1, color=hue[s], label=s) for s in wander], loc="upper right",
-              frameon=False)
+        ax.annotate(
+            f"{name}\n{sum(n):,.0f}",
+            (x, y),
+            (0, -30),
+            textcoords="offset points",
+            ha="center",
+            va="top",
+            fontsize=8,
+        )
+    ax.legend(
+        handles=[Wedge((0, 0), 1, 0, 1, color=hue[s], label=s) for s in wander],
+        loc="upper right",
+        frameon=False,
+    )
     ax.set(xlim=(-0.05, 1.05), ylim=(-0.08, 1.05), aspect="equal")
     ax.axis("off")
     return figure
@@ -136,11 +165,17 @@ def numbers(islands: Islands) -> Figure:
     for column, species in enumerate(wander):
         top, bottom = axes[0, column], axes[1, column]
         for name, series in islands.series.items():
-            top.plot(series.ticks, series.of(species), color=hue[species], alpha=0.6, linewidth=0.9,
-                     label=name)
+            top.plot(
+                series.ticks, series.of(species), color=hue[species], alpha=0.6, linewidth=0.9, label=name
+            )
         total = np.sum([series.of(species) for series in islands.series.values()], axis=0)
-        top.plot(next(iter(islands.series.values())).ticks, total / len(islands.series), color=INK,
-                 linewidth=1.6, label="mean")
+        top.plot(
+            next(iter(islands.series.values())).ticks,
+            total / len(islands.series),
+            color=INK,
+            linewidth=1.6,
+            label="mean",
+        )
         top.set(title=species, ylabel="number on an island" if not column else "", ylim=(0, None))
         ticks, count = islands.over_time(species)
         bottom.bar(ticks, count, width=0.8 * islands.plan.every, color=hue[species])

@@ -69,8 +69,11 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
     """
     record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
     mask, ticks = lineage.species == species, lineage.samples(every)
-    codons = (_copies(lineage.genome[mask], record, kept) if kept.get("longest")
-              else codons_of(lineage.genome[mask], record, species, kept.get("ploidy", 1)))
+    codons = (
+        _copies(lineage.genome[mask], record, kept)
+        if kept.get("longest")
+        else codons_of(lineage.genome[mask], record, species, kept.get("ploidy", 1))
+    )
     names, values = _values(codons, record, kept.get("alphabet", "ACGT"))
     count, copies = (np.zeros((len(ticks), len(names)), np.int64) for _ in range(2))
     has = np.zeros(len(lineage), np.int64)
@@ -85,13 +88,15 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
 def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[str, Any]:
     """The record of a gene, given by its name, its trait, or (first locus, letters): as in the manifest."""
     if species not in lineage.species:
-        raise UnknownName(unknown_name("lineage", "species", species,
-                                       dict.fromkeys(lineage.species.tolist())))
+        raise UnknownName(
+            unknown_name("lineage", "species", species, dict.fromkeys(lineage.species.tolist()))
+        )
     if not isinstance(gene, str):
         at, letters = gene
         if at < 0 or letters < 1:
-            raise ValueError(f"gene {tuple(gene)} of {species!r}: "
-                             "allowed are a first locus from 0 and at least 1 letter")
+            raise ValueError(
+                f"gene {tuple(gene)} of {species!r}: allowed are a first locus from 0 and at least 1 letter"
+            )
         return {"name": f"{at}:{at + letters}", "at": at, "letters": letters}
     known = {g["name"]: g for g in lineage.genomes.get(species, {}).get("genes", [])}
     by_trait = {g["trait"]: g for g in known.values() if g["trait"]}
@@ -102,16 +107,18 @@ def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[
     return known[gene]
 
 
-def codons_of(genomes: np.ndarray, gene: dict[str, Any], species: str,
-            strings: int) -> list[tuple[list[str], np.ndarray]]:
+def codons_of(
+    genomes: np.ndarray, gene: dict[str, Any], species: str, strings: int
+) -> list[tuple[list[str], np.ndarray]]:
     """For each string of the genome: the different codons at a gene's place,
     and which of them each organism has."""
     text = pa.array(genomes, pa.string())
     length = (pc.max(pc.utf8_length(text)).as_py() or 0) // strings
     if gene["at"] + gene["letters"] > length:
         place = f"loci {gene['at']} to {gene['at'] + gene['letters'] - 1}"
-        raise ValueError(f"gene {gene['name']!r} is at {place}; "
-                         f"a genome of {species!r} has {length} loci in the record")
+        raise ValueError(
+            f"gene {gene['name']!r} is at {place}; a genome of {species!r} has {length} loci in the record"
+        )
     cuts = []
     for at in range(gene["at"], strings * length, length):
         cut = pc.utf8_slice_codeunits(text, at, at + gene["letters"]).dictionary_encode()
@@ -119,36 +126,53 @@ def codons_of(genomes: np.ndarray, gene: dict[str, Any], species: str,
     return cuts
 
 
-def _copies(genomes: np.ndarray, gene: dict[str, Any],
-            kept: dict[str, Any]) -> list[tuple[list[str], np.ndarray]]:
+def _copies(
+    genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any]
+) -> list[tuple[list[str], np.ndarray]]:
     """For each copy of a gene that a genome of variable length may have: the different codons, "" for none,
     and which of them each organism has."""
     texts = pa.array(genomes, pa.string()).dictionary_encode()
-    codons = [[word for string in strings for word in string]
-              for strings in words_of_strings(texts.dictionary.to_pylist(), gene, kept)]
+    codons = [
+        [word for string in strings for word in string]
+        for strings in words_of_strings(texts.dictionary.to_pylist(), gene, kept)
+    ]
     which = texts.indices.to_numpy(zero_copy_only=False)
-    return [([words[c] if c < len(words) else "" for words in codons], which)
-            for c in range(max(map(len, codons), default=0))]
+    return [
+        ([words[c] if c < len(words) else "" for words in codons], which)
+        for c in range(max(map(len, codons), default=0))
+    ]
 
 
-def words_of_strings(texts: Sequence[str], gene: dict[str, Any],
-                     kept: dict[str, Any]) -> list[list[list[str]]]:
+def words_of_strings(
+    texts: Sequence[str], gene: dict[str, Any], kept: dict[str, Any]
+) -> list[list[list[str]]]:
     """The letters behind each copy of a gene in genomes of variable length: of each text, of each string."""
     from ecs_eco.genomes.promoters import copies_in
 
     if "promoter" not in gene:
-        raise ValueError(f"gene {gene['name']!r}: genes have no fixed place in strings of variable length; "
-                         "allowed is the name of a gene")
+        raise ValueError(
+            f"gene {gene['name']!r}: genes have no fixed place in strings of variable length; "
+            "allowed is the name of a gene"
+        )
     promoters = {g["name"]: g["promoter"] for g in kept["genes"]}
     spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in kept["genes"]}
     skip, span = len(gene["promoter"]), spans[gene["name"]]
-    return [[[string[at + skip : at + span]
-              for name, at in copies_in(string, promoters, spans) if name == gene["name"]]
-             for string in text.split(kept["separator"])] for text in texts]
+    return [
+        [
+            [
+                string[at + skip : at + span]
+                for name, at in copies_in(string, promoters, spans)
+                if name == gene["name"]
+            ]
+            for string in text.split(kept["separator"])
+        ]
+        for text in texts
+    ]
 
 
-def _values(codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any],
-            alphabet: str) -> tuple[tuple[str, ...], list[np.ndarray]]:
+def _values(
+    codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any], alphabet: str
+) -> tuple[tuple[str, ...], list[np.ndarray]]:
     """Names of a gene's values, and for each string of the genome which of them each organism has there."""
     words = sorted({word for words_of_cut, _ in codons for word in words_of_cut if word})
     if "values" in gene:
@@ -157,8 +181,9 @@ def _values(codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any],
         meaning = {w: distinct.index(gene["values"][codon_number(w, alphabet)]) for w in words}
     else:
         names, meaning = words, {w: i for i, w in enumerate(words)}
-    return tuple(names), [np.array([meaning.get(w, -1) for w in words_of_cut])[which]
-                          for words_of_cut, which in codons]
+    return tuple(names), [
+        np.array([meaning.get(w, -1) for w in words_of_cut])[which] for words_of_cut, which in codons
+    ]
 
 
 def codon_number(codon: str, alphabet: str) -> int:

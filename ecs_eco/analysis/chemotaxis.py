@@ -28,14 +28,23 @@ class Leaving:
 
 
 def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """(species, channels without their directions) of noses that compare two sides, of species with details.
-    """
-    kinds = {k.removeprefix("details-")
-             for k, n in manifest.get("parts", {}).items() if k.startswith("details-") and n}
-    known = {name: species.get("sensors", ())
-             for name, species in manifest["config"]["species"].items() if name in kinds}
-    return [(name, s.get("name") or f"{s['field']}_gradient") for name, all_ in known.items()
-            for s in all_ if s["kind"] == "gradient"]
+    """(species, channels without their directions) of noses that compare two sides, of species with details."""
+    kinds = {
+        k.removeprefix("details-")
+        for k, n in manifest.get("parts", {}).items()
+        if k.startswith("details-") and n
+    }
+    known = {
+        name: species.get("sensors", ())
+        for name, species in manifest["config"]["species"].items()
+        if name in kinds
+    }
+    return [
+        (name, s.get("name") or f"{s['field']}_gradient")
+        for name, all_ in known.items()
+        for s in all_
+        if s["kind"] == "gradient"
+    ]
 
 
 def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: int = 3000) -> Leaving | None:
@@ -46,8 +55,15 @@ def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: 
     its maximum is 1.
     """
     series = load_series(run)
-    names = ["tick", "uid", "x", "y", "z", "heading",
-             *(f"sensor: {nose}_{way}" for way in ("forward", "left", "up"))]
+    names = [
+        "tick",
+        "uid",
+        "x",
+        "y",
+        "z",
+        "heading",
+        *(f"sensor: {nose}_{way}" for way in ("forward", "left", "up")),
+    ]
     blocks = []
     for file in parts(run, f"details-{species}"):
         rows = read_part(file, names, seal.has_seals(Path(run)))
@@ -64,13 +80,18 @@ def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: 
     x, y, z, heading, forward, left, up = (np.asarray(c, float) for c in columns)
     way = shortest(Box.of(series), np.stack([c[after] - c[before] for c in (x, y, z)], 1))
     cos, sin = np.cos(heading[before]), np.sin(heading[before])
-    along = ((way[:, 0] * cos + way[:, 1] * sin) * forward[after]
-             + (way[:, 1] * cos - way[:, 0] * sin) * left[after] + way[:, 2] * up[after])
+    along = (
+        (way[:, 0] * cos + way[:, 1] * sin) * forward[after]
+        + (way[:, 1] * cos - way[:, 0] * sin) * left[after]
+        + way[:, 2] * up[after]
+    )
     felt = (np.sqrt(forward**2 + left**2 + up**2)[after] > least) & (along != 0)
     night = is_night(series, tick[after])
     if not felt.any():
         return None
     down, dark = along < 0, felt & night
-    of = [(int(moves.sum()), float(2 * down[moves].mean() - 1) if moves.any() else float("nan"))
-          for moves in (felt, dark)]
+    of = [
+        (int(moves.sum()), float(2 * down[moves].mean() - 1) if moves.any() else float("nan"))
+        for moves in (felt, dark)
+    ]
     return Leaving(*of[0], *of[1])

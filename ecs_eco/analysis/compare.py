@@ -54,10 +54,12 @@ def compare(
     content of compare.json; with `out`, writes compare.json, compare.html and figures/ there.
     """
     loaded, names = _load(arms, species)
-    curves = {s: {arm: extinction_curve(runs, s) for arm, runs in loaded.items() if _there(runs, s)}
-              for s in names}
-    cycles = {arm: [cycle_statistics(run, n_boot=n_boot, seed=seed) for run in runs]
-              for arm, runs in loaded.items()}
+    curves = {
+        s: {arm: extinction_curve(runs, s) for arm, runs in loaded.items() if _there(runs, s)} for s in names
+    }
+    cycles = {
+        arm: [cycle_statistics(run, n_boot=n_boot, seed=seed) for run in runs] for arm, runs in loaded.items()
+    }
     reference = next(iter(loaded))
     grids = {arm: _grid_of(loaded[arm], seeds) for arm, seeds in (training or {}).items()}
     result: dict[str, Any] = {
@@ -65,11 +67,16 @@ def compare(
         "reference": reference,
         "species": list(names),
         "opening": {arm: shared(runs) for arm, runs in loaded.items()},
-        "arms": {arm: _arm(runs, {s: curves[s][arm] for s in names if arm in curves[s]}, cycles[arm], seed)
-                 for arm, runs in loaded.items()},
-        "effects": {arm: _effects(loaded[reference], runs, names, seed)
-                    for arm, runs in loaded.items() if arm != reference},
-    }  # fmt: skip
+        "arms": {
+            arm: _arm(runs, {s: curves[s][arm] for s in names if arm in curves[s]}, cycles[arm], seed)
+            for arm, runs in loaded.items()
+        },
+        "effects": {
+            arm: _effects(loaded[reference], runs, names, seed)
+            for arm, runs in loaded.items()
+            if arm != reference
+        },
+    }
     if found := measures.of_arms(loaded, grids):
         result["measured"] = {"arms": found, "effects": measures.effects(loaded, grids, seed)}
     for arm, runs in loaded.items():
@@ -88,8 +95,12 @@ def compare(
     return result
 
 
-def _add_genes(result: dict[str, Any], arms: Mapping[str, Sequence[Any]],
-               rows: Mapping[str, Sequence[Sequence[int]]], seed: int) -> list[compare_genes.Gene]:
+def _add_genes(
+    result: dict[str, Any],
+    arms: Mapping[str, Sequence[Any]],
+    rows: Mapping[str, Sequence[Sequence[int]]],
+    seed: int,
+) -> list[compare_genes.Gene]:
     """Add what became of genes, where runs recorded genomes; `rows` are the runs of each arm, by number."""
     genes = compare_genes.genes_of(arms)
     if genes:
@@ -97,16 +108,20 @@ def _add_genes(result: dict[str, Any], arms: Mapping[str, Sequence[Any]],
     return genes
 
 
-def _numbered(loaded: Mapping[str, Sequence[Series]],
-              grids: Mapping[str, Grid]) -> dict[str, list[list[int]]]:
+def _numbered(
+    loaded: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid]
+) -> dict[str, list[list[int]]]:
     """Return the number of each run of an arm, in rows of training seeds."""
     number = {id(run): k for runs in loaded.values() for k, run in enumerate(runs)}
-    return {arm: [[number[id(run)] for run in row] for row in (grids[arm].runs if arm in grids else [runs])]
-            for arm, runs in loaded.items()}
+    return {
+        arm: [[number[id(run)] for run in row] for row in (grids[arm].runs if arm in grids else [runs])]
+        for arm, runs in loaded.items()
+    }
 
 
-def _add_crossed(result: dict[str, Any], loaded: Any, grids: Any, cycles: Any, n_boot: int,
-                 seed: int) -> None:
+def _add_crossed(
+    result: dict[str, Any], loaded: Any, grids: Any, cycles: Any, n_boot: int, seed: int
+) -> None:
     """Add what crossed designs say of their arms, and of the differences between these."""
     by_run = {id(run): c for arm in grids for run, c in zip(loaded[arm], cycles[arm], strict=True)}
     for arm, grid in grids.items():
@@ -118,8 +133,9 @@ def _add_crossed(result: dict[str, Any], loaded: Any, grids: Any, cycles: Any, n
             effect |= _crossed_effects(loaded, grids, result, reference, arm)
 
 
-def _load(arms: Mapping[str, Sequence[Any]],
-          species: Sequence[str] | None) -> tuple[dict[str, list[Series]], tuple[str, ...]]:
+def _load(
+    arms: Mapping[str, Sequence[Any]], species: Sequence[str] | None
+) -> tuple[dict[str, list[Series]], tuple[str, ...]]:
     """Return the runs of each arm, and their species; ValueError if there are no runs, or species differ."""
     if not arms:
         raise ValueError("nothing to compare: give at least one arm, name → runs")
@@ -143,8 +159,11 @@ def _grid_of(runs: Sequence[Series], training: Sequence[int]) -> Grid:
 
 
 def _crossed_effects(
-    loaded: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], result: Mapping[str, Any],
-    reference: str, arm: str
+    loaded: Mapping[str, Sequence[Series]],
+    grids: Mapping[str, Grid],
+    result: Mapping[str, Any],
+    reference: str,
+    arm: str,
 ) -> dict[str, Any]:
     """An arm minus the reference where both kinds of seeds are replicates.
 
@@ -155,18 +174,22 @@ def _crossed_effects(
     """
     one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
     effects: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
-    first, second = (grids.get(name) or _grid_of(loaded[name], [0] * len(loaded[name]))
-                     for name in (arm, reference))
-    paired = (first.worlds == second.worlds
-              and (first.training == second.training or 1 in (len(first.training), len(second.training))))
+    first, second = (
+        grids.get(name) or _grid_of(loaded[name], [0] * len(loaded[name])) for name in (arm, reference)
+    )
+    paired = first.worlds == second.worlds and (
+        first.training == second.training or 1 in (len(first.training), len(second.training))
+    )
     if not paired:
         return effects
     names = [s for s in result["species"] if _there(loaded[arm], s) and _there(loaded[reference], s)]
     values = {s: (partial(_lived, species=s), partial(_mean, species=s)) for s in names}
     gaps = {s: [mean_interval(first.table(f) - second.table(f)) for f in both] for s, both in values.items()}
-    return effects | {"per_species": {
-        s: {"lifetime": gaps[s][0], "log_rank_p": np.nan, "mean_number": gaps[s][1]} for s in names
-    }}
+    return effects | {
+        "per_species": {
+            s: {"lifetime": gaps[s][0], "log_rank_p": np.nan, "mean_number": gaps[s][1]} for s in names
+        }
+    }
 
 
 def _there(runs: Sequence[Series], species: str) -> bool:
@@ -190,8 +213,9 @@ def extinction_curve(runs: Sequence[Series], species: str) -> SurvivalCurve:
 
 def _lifetimes(runs: Sequence[Series], species: str) -> tuple[list[float], list[bool]]:
     gone = [run.extinct[run.index(species)] for run in runs]
-    lived = [float(run.length if np.isnan(t) else t - run.ticks[0])
-             for run, t in zip(runs, gone, strict=True)]
+    lived = [
+        float(run.length if np.isnan(t) else t - run.ticks[0]) for run, t in zip(runs, gone, strict=True)
+    ]
     return lived, [not np.isnan(t) for t in gone]
 
 
@@ -218,8 +242,9 @@ def _arm(
                 "long_enough": len(usable),
                 "cycling": sum(s in c.cycling() for c in usable),
                 "share_cycling": wilson(sum(s in c.cycling() for c in usable), len(usable)),
-                "median_period": _median([peak.period
-                                          for c in usable if (peak := c.peaks.get(s)) and s in c.cycling()]),
+                "median_period": _median(
+                    [peak.period for c in usable if (peak := c.peaks.get(s)) and s in c.cycling()]
+                ),
                 "pooled_p": _pooled([peak.p for c in usable if (peak := c.peaks.get(s))]),
                 "cycling_ar1": sum((c.p_ar1.get(s) or 1.0) <= 0.05 for c in usable),
             }
@@ -252,10 +277,15 @@ def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
     n = sum(c is not None for row in cycles for c in row)
     if not n:
         return {}
-    of = {"amplitude": lambda c: c.share, "along_day": lambda c: c.share * float(np.cos(c.fit.acrophase)),
-          "r": lambda c: c.r}
-    by_word = {word: np.array([[np.nan if c is None else value(c) for c in row] for row in cycles])
-               for word, value in of.items()}
+    of = {
+        "amplitude": lambda c: c.share,
+        "along_day": lambda c: c.share * float(np.cos(c.fit.acrophase)),
+        "r": lambda c: c.r,
+    }
+    by_word = {
+        word: np.array([[np.nan if c is None else value(c) for c in row] for row in cycles])
+        for word, value in of.items()
+    }
     return {"depth": {"n": n, **{word: _mean_of(values) for word, values in by_word.items()}}}
 
 
@@ -299,8 +329,9 @@ def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: i
     return out
 
 
-def _effects(reference: Sequence[Series], runs: Sequence[Series],
-             names: Sequence[str], seed: int) -> dict[str, Any]:
+def _effects(
+    reference: Sequence[Series], runs: Sequence[Series], names: Sequence[str], seed: int
+) -> dict[str, Any]:
     """This arm minus the reference."""
     out: dict[str, Any] = {
         "persistence": difference_of_shares(

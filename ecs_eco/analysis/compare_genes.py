@@ -56,8 +56,10 @@ def genes_of(arms: Mapping[str, Sequence[Any]]) -> list[Gene]:
     if not all(isinstance(run, str | Path) for run in folders):
         return []
     manifests = [read_manifest(run) for run in folders]
-    if not all(any(few_valued(kept) or quantitative(kept) for kept in m.get("genomes", {}).values())
-               for m in manifests):
+    if not all(
+        any(few_valued(kept) or quantitative(kept) for kept in m.get("genomes", {}).values())
+        for m in manifests
+    ):
         return []
     every = max(1, max(int(m.get("done", m.get("ticks", 0))) for m in manifests) // SAMPLES)
     found: dict[tuple[str, ...], Gene] = {}
@@ -77,8 +79,9 @@ def _read(found: dict[tuple[str, ...], Gene], arm: str, k: int, lineage: Lineage
             gene.outcomes.setdefault(arm, {})[k] = outcome
 
 
-def _outcomes(lineage: Lineage, s: str,
-              every: int) -> Iterator[tuple[str, str | None, np.ndarray, dict[str, float]]]:
+def _outcomes(
+    lineage: Lineage, s: str, every: int
+) -> Iterator[tuple[str, str | None, np.ndarray, dict[str, float]]]:
     """Each gene of a species in one run, its value, its curve, and the numbers that say what became of it."""
     kept, generation = lineage.genomes[s], generation_time(lineage, s)
     for name in few_valued(kept):
@@ -93,12 +96,17 @@ def _outcomes(lineage: Lineage, s: str,
         at = (there[0], there[-1]) if there.size else ()
         ends = dict(zip(("first", "last"), c.mean[list(at)], strict=False))
         spread = dict(zip(("sd_first", "sd_last"), c.sd[list(at)], strict=False))
-        yield name, None, c.mean, ends | spread | {"haldanes": haldanes(c, generation),
-                                                   "generation": generation}
+        yield (
+            name,
+            None,
+            c.mean,
+            ends | spread | {"haldanes": haldanes(c, generation), "generation": generation},
+        )
 
 
-def summary(genes: Sequence[Gene], rows: Mapping[str, Sequence[Sequence[int]]], reference: str,
-            seed: int = 0) -> dict[str, Any]:
+def summary(
+    genes: Sequence[Gene], rows: Mapping[str, Sequence[Sequence[int]]], reference: str, seed: int = 0
+) -> dict[str, Any]:
     """Return species → gene (with its value) → arm → outcomes with 95 % intervals over runs, and `against`
     the reference.
 
@@ -108,16 +116,25 @@ def summary(genes: Sequence[Gene], rows: Mapping[str, Sequence[Sequence[int]]], 
     out: dict[str, Any] = {}
     for gene in genes:
         words = QUANTITY if gene.value is None else ALLELE
-        tables = {arm: {w: np.array([[by_run.get(k, {}).get(w, np.nan) for k in row] for row in rows[arm]])
-                        for w in (*words, "generation")}
-                  for arm, by_run in gene.outcomes.items()}
+        tables = {
+            arm: {
+                w: np.array([[by_run.get(k, {}).get(w, np.nan) for k in row] for row in rows[arm]])
+                for w in (*words, "generation")
+            }
+            for arm, by_run in gene.outcomes.items()
+        }
         out.setdefault(gene.species, {})[gene.label] = {
-            "trait": gene.trait, "kind": "allele" if gene.value is not None else "quantitative",
-            "arms": {arm: {"n": int(np.isfinite(of["last"]).sum()), **{w: _mean(v) for w, v in of.items()}}
-                     for arm, of in tables.items()},
-            "against": {arm: {w: _difference(of[w], tables[reference][w], seed)
-                              for w in ("last", gene.rate)}
-                        for arm, of in tables.items() if reference in tables and arm != reference},
+            "trait": gene.trait,
+            "kind": "allele" if gene.value is not None else "quantitative",
+            "arms": {
+                arm: {"n": int(np.isfinite(of["last"]).sum()), **{w: _mean(v) for w, v in of.items()}}
+                for arm, of in tables.items()
+            },
+            "against": {
+                arm: {w: _difference(of[w], tables[reference][w], seed) for w in ("last", gene.rate)}
+                for arm, of in tables.items()
+                if reference in tables and arm != reference
+            },
         }
     return out
 
@@ -175,8 +192,10 @@ def blocks(out: Path, genes: Sequence[Gene], result: Mapping[str, Any], referenc
     """Figures, written below `out`, and tables of the genes, as HTML; empty without genes."""
     parts = []
     for k, s in enumerate(dict.fromkeys(gene.species for gene in genes)):
-        for kind, words, note in (("alleles", "Allele frequencies", _ALLELES),
-                                  ("genes", "Quantitative genes", _QUANTITIES)):
+        for kind, words, note in (
+            ("alleles", "Allele frequencies", _ALLELES),
+            ("genes", "Quantitative genes", _QUANTITIES),
+        ):
             chosen = [g for g in genes if g.species == s and (g.value is None) == (kind == "genes")]
             if chosen:
                 labels = {g.label: "allele frequency" if g.value else g.trait or g.gene for g in chosen}
@@ -190,21 +209,48 @@ def blocks(out: Path, genes: Sequence[Gene], result: Mapping[str, Any], referenc
 
 def _alleles(rows: Mapping[str, Any]) -> str:
     head = ["gene", "arm", "runs", "frequency at first", "at last", "s per generation", "generation [ticks]"]
-    return table(head, [[gene, arm, a["n"], *(_interval(a[w]) for w in ("first", "last", "s", "generation"))]
-                        for gene, g in rows.items() for arm, a in g["arms"].items()])
+    return table(
+        head,
+        [
+            [gene, arm, a["n"], *(_interval(a[w]) for w in ("first", "last", "s", "generation"))]
+            for gene, g in rows.items()
+            for arm, a in g["arms"].items()
+        ],
+    )
 
 
 def _quantities(rows: Mapping[str, Any]) -> str:
-    head = ["gene", "arm", "runs", "mean at first", "mean at last", "sd at first", "sd at last",
-            "change per generation [sd]"]
-    return table(head, [[gene, arm, a["n"], *(_interval(a[w]) for w in
-                                              ("first", "last", "sd_first", "sd_last", "haldanes"))]
-                        for gene, g in rows.items() for arm, a in g["arms"].items()])
+    head = [
+        "gene",
+        "arm",
+        "runs",
+        "mean at first",
+        "mean at last",
+        "sd at first",
+        "sd at last",
+        "change per generation [sd]",
+    ]
+    return table(
+        head,
+        [
+            [
+                gene,
+                arm,
+                a["n"],
+                *(_interval(a[w]) for w in ("first", "last", "sd_first", "sd_last", "haldanes")),
+            ]
+            for gene, g in rows.items()
+            for arm, a in g["arms"].items()
+        ],
+    )
 
 
 def _against(rows: Mapping[str, Any], reference: str) -> str:
-    found = [[gene, arm, *(_interval(x) for x in gaps.values())]
-             for gene, g in rows.items() for arm, gaps in g["against"].items()]
+    found = [
+        [gene, arm, *(_interval(x) for x in gaps.values())]
+        for gene, g in rows.items()
+        for arm, gaps in g["against"].items()
+    ]
     if not found:
         return ""
     alleles = next(iter(rows.values()))["kind"] == "allele"

@@ -51,14 +51,20 @@ def _share(x: Sequence[float]) -> str:
 
 
 _CURVE = "Share of runs in which {} lives (Kaplan–Meier, 95 % bands)."
-_BY_SEED = ("Share of runs in which all species live: all runs thick, "
-            "with a band over both kinds of seeds (95 %); each training seed thin.")
+_BY_SEED = (
+    "Share of runs in which all species live: all runs thick, "
+    "with a band over both kinds of seeds (95 %); each training seed thin."
+)
 _CELLS = "The tick of the first extinction, and the species, by training seed and world seed."
 _MEANS = "Numbers over time: every run thin, the median over runs thick."
-_REPORTED = ("What the world's reporters measured, over time: every run thin, the median over runs thick. "
-             "The table has means over runs of the mean over a run (95 %).")
-_HOURS = ("Mean depth over the hours of the day, the first day left out: every run thin, "
-          "the mean over runs thick; grey is night.")
+_REPORTED = (
+    "What the world's reporters measured, over time: every run thin, the median over runs thick. "
+    "The table has means over runs of the mean over a run (95 %)."
+)
+_HOURS = (
+    "Mean depth over the hours of the day, the first day left out: every run thin, "
+    "the mean over runs thick; grey is night."
+)
 _SHARES = (
     "<p>Where the variance comes from: shares of training seed, of world seed and of the rest, "
     "which is chance and the interaction of both. “Persisted” counts as 0 and 1, on the linear scale; "
@@ -76,28 +82,32 @@ _PEAKS = (
 )
 
 
-def _draw_survival(out: Path, result: dict[str, Any],
-                   curves: Mapping[str, Mapping[str, SurvivalCurve]]) -> list[str]:
+def _draw_survival(
+    out: Path, result: dict[str, Any], curves: Mapping[str, Mapping[str, SurvivalCurve]]
+) -> list[str]:
     """Survival curves of the species that died out in some run, as HTML."""
     until = max(arm["ticks"] for arm in result["arms"].values())
     shown = [s for s in result["species"] if any(c.died.any() for c in curves[s].values())]
     drawn = {s: figures.survival(curves[s], until, f"{s} persists") for s in shown}
-    return [picture(figures.save_svg(f, out / "figures" / f"survival_{s}.svg"), _CURVE.format(s))
-            for s, f in drawn.items()]
+    return [
+        picture(figures.save_svg(f, out / "figures" / f"survival_{s}.svg"), _CURVE.format(s))
+        for s, f in drawn.items()
+    ]
 
 
 def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
     """Survival by training seed and the map of first extinctions of one arm, as HTML."""
-    curve = figures.save_svg(seed_grid_figures.persistence(grid, f"{arm}: all species persist"),
-                         folder / f"persistence_{arm}.svg")
-    cells = figures.save_svg(seed_grid_figures.lifetimes(grid, f"{arm}: first extinction"),
-                         folder / f"first_extinction_{arm}.svg")
+    curve = figures.save_svg(
+        seed_grid_figures.persistence(grid, f"{arm}: all species persist"), folder / f"persistence_{arm}.svg"
+    )
+    cells = figures.save_svg(
+        seed_grid_figures.lifetimes(grid, f"{arm}: first extinction"), folder / f"first_extinction_{arm}.svg"
+    )
     return [picture(curve, _BY_SEED), picture(cells, _CELLS)]
 
 
 def _head(result: dict[str, Any]) -> list[str]:
-    """The head of the page: in how many runs of each arm all species persisted, and which died out of what.
-    """
+    """The head of the page: in how many runs of each arm all species persisted, and which died out of what."""
     arms = result["arms"]
     lines = "".join(f"<p>{escape(arm)}: {escape(text)}</p>" for arm, text in result["opening"].items())
     lost = any(a["persisted"] < a["n"] for a in arms.values())
@@ -105,8 +115,11 @@ def _head(result: dict[str, Any]) -> list[str]:
         f"<h1>Comparison of {len(arms)} arms</h1>",
         f"<div class='verdict{' lost' if lost else ''}'>{lines}</div>",
         "<p class='under'>Seeds are the replicates. Intervals are 95 %.</p>",
-        *(f"<p class='under'>{escape(arm)} runs with {escape(a['policies'])}.</p>"
-          for arm, a in arms.items() if "policies" in a),
+        *(
+            f"<p class='under'>{escape(arm)} runs with {escape(a['policies'])}.</p>"
+            for arm, a in arms.items()
+            if "policies" in a
+        ),
     ]
 
 
@@ -115,8 +128,10 @@ def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
     names = result["species"]
     rows = [
         [arm, a["n"], f"{a['ticks']:,}", a["persisted"], _interval(a["persistence"])]
-        + [f"{x['extinctions']} of {a['n']}, median {number(x['median_extinction'])}"
-           for x in (a["per_species"][s] for s in names)]
+        + [
+            f"{x['extinctions']} of {a['n']}, median {number(x['median_extinction'])}"
+            for x in (a["per_species"][s] for s in names)
+        ]
         for arm, a in result["arms"].items()
     ]
     head = ["arm", "runs", "ticks", "all persist", "share", *(f"{s} extinct" for s in names)]
@@ -166,14 +181,19 @@ def _against(result: dict[str, Any]) -> list[str]:
 
 def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
     """How mean depth follows the day in each arm, of species that swim under a sun."""
-    depths = [(arm, s, x["depth"]) for arm, a in result["arms"].items()
-              for s, x in a["per_species"].items() if "depth" in x]
+    depths = [
+        (arm, s, x["depth"])
+        for arm, a in result["arms"].items()
+        for s, x in a["per_species"].items()
+        if "depth" in x
+    ]
     if not depths:
         return []
     names = [s for s in result["species"] if any(s == name for _, name, _ in depths)]
     file = figures.save_svg(depth_figures.arms(loaded, names), out / "figures" / "depth.svg")
-    rows = [[arm, s, d["n"], *(_interval(d[k]) for k in ("amplitude", "along_day", "r"))]
-            for arm, s, d in depths]
+    rows = [
+        [arm, s, d["n"], *(_interval(d[k]) for k in ("amplitude", "along_day", "r"))] for arm, s, d in depths
+    ]
     head = ["arm", "species", "runs with two days", "amplitude", "along the sun", "correlation with light"]
     return ["<h2>Depth over the day</h2>", _DEPTH, picture(file, _HOURS), table(head, rows)]
 
@@ -184,9 +204,19 @@ def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[S
         return []
     found, gaps = result["measured"]["arms"], result["measured"]["effects"]
     file = figures.save_svg(measures.arms_figure(loaded), out / "figures" / "measured.svg")
-    rows = [[name, "the world" if of == measures.WORLD else of, arm, x["n"], _interval(x["mean"]),
-             _interval(gaps[name][of].get(arm))]
-            for name, kinds in found.items() for of, arms in kinds.items() for arm, x in arms.items()]
+    rows = [
+        [
+            name,
+            "the world" if of == measures.WORLD else of,
+            arm,
+            x["n"],
+            _interval(x["mean"]),
+            _interval(gaps[name][of].get(arm)),
+        ]
+        for name, kinds in found.items()
+        for of, arms in kinds.items()
+        for arm, x in arms.items()
+    ]
     head = ["measured", "of", "arm", "runs", "mean", f"difference from {result['reference']}"]
     return ["<h2>Measured</h2>", picture(file, _REPORTED), table(head, rows)]
 
@@ -194,23 +224,44 @@ def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[S
 def _cycles(result: dict[str, Any]) -> list[str]:
     """Cycles by arm, and which species follows which."""
     rows = [
-        [arm, s, f"{x['cycling']} of {x['long_enough']}", number(x["pooled_p"], 2),
-         f"{x['cycling_ar1']} of {x['long_enough']}", number(x["median_period"]), number(x["mean_number"])]
+        [
+            arm,
+            s,
+            f"{x['cycling']} of {x['long_enough']}",
+            number(x["pooled_p"], 2),
+            f"{x['cycling_ar1']} of {x['long_enough']}",
+            number(x["median_period"]),
+            number(x["mean_number"]),
+        ]
         for arm, a in result["arms"].items()
         for s, x in a["per_species"].items()
-    ]  # fmt: skip
-    head = ["arm", "species", "cycling", "p over all seeds", "beyond AR(1)", "median period [ticks]",
-            "mean number"]
+    ]
+    head = [
+        "arm",
+        "species",
+        "cycling",
+        "p over all seeds",
+        "beyond AR(1)",
+        "median period [ticks]",
+        "mean number",
+    ]
     blocks = ["<h2>Cycles</h2>", _PEAKS, table(head, rows)]
     lags = [
-        [arm, pair, x["n"], _interval([x["median"], x["low"], x["high"]]),
-         number(a["coupling"].get(pair, {}).get("p"))]
+        [
+            arm,
+            pair,
+            x["n"],
+            _interval([x["median"], x["low"], x["high"]]),
+            number(a["coupling"].get(pair, {}).get("p")),
+        ]
         for arm, a in result["arms"].items()
         for pair, x in a["lags"].items()
         if x["n"]
     ]
     if lags:
-        blocks.append("<p>Lags as share of the period, over cycling runs; "
-                      "p tests the pair against pairs from different runs.</p>")
+        blocks.append(
+            "<p>Lags as share of the period, over cycling runs; "
+            "p tests the pair against pairs from different runs.</p>"
+        )
         blocks.append(table(["arm", "pair", "runs", "median lag", "coupling p"], lags))
     return blocks

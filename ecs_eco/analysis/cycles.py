@@ -79,8 +79,11 @@ class CycleStatistics:
 
     def cycling(self, level: float = 0.05) -> tuple[str, ...]:
         """Species with a peak beyond red noise at this level that recurs and that no slower swing dwarfs."""
-        return tuple(s for s in self.species
-                     if (peak := self.peaks.get(s)) is not None and peak.p <= level and peak.recurs)
+        return tuple(
+            s
+            for s in self.species
+            if (peak := self.peaks.get(s)) is not None and peak.p <= level and peak.recurs
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Numbers and strings only; the spectra are left out."""
@@ -99,8 +102,7 @@ class CycleStatistics:
 
 
 def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
-    """Numbers (ticks, species) after the first `skip` of the run and before any species that lived reached 0.
-    """
+    """Numbers (ticks, species) after the first `skip` of the run and before any species that lived reached 0."""
     n = series.n[:, series.present]
     gone = np.flatnonzero((n == 0).any(1))
     end = gone[0] if len(gone) else len(n)
@@ -110,8 +112,9 @@ def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
 def consumers(config: Mapping[str, Any]) -> tuple[str, ...]:
     """Species of a resolved configuration (`manifest["config"]`) that eat another species."""
     species = config.get("species", {})
-    eaten = {name: {food["eats"] for food in about.get("diet") or ()} - {name}
-             for name, about in species.items()}
+    eaten = {
+        name: {food["eats"] for food in about.get("diet") or ()} - {name} for name, about in species.items()
+    }
     return tuple(name for name, of in eaten.items() if of & set(species))
 
 
@@ -138,8 +141,9 @@ def cycle_statistics(
     if len(n) < SHORTEST:
         return CycleStatistics(names, len(n), False, period_of=searched)
     peaks = {s: spectral_peak(x, n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)}
-    lenient = {s: spectral_peak(x, null="ar1", n_boot=n_boot, seed=seed)
-               for s, x in zip(names, n.T, strict=True)}
+    lenient = {
+        s: spectral_peak(x, null="ar1", n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)
+    }
     p_ar1 = {s: None if peak is None else peak.p for s, peak in lenient.items()}
     candidates = [peak for s in searched if (peak := peaks[s]) is not None]
     if not candidates:
@@ -187,8 +191,12 @@ def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed:
     blocks = max(n / block, 3.0)
     wider = stdtrit(blocks - 1, 0.975) / ndtri(0.975) * np.sqrt(blocks / (blocks - 1))
     low, high = np.clip(np.quantile(off, [0.025, 0.975]) * wider, -0.5, 0.5)
-    return Lag(share, share + float(low), share + float(high),
-               float(np.abs(cross.mean()) / weight) if weight else 0.0)
+    return Lag(
+        share,
+        share + float(low),
+        share + float(high),
+        float(np.abs(cross.mean()) / weight) if weight else 0.0,
+    )
 
 
 def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str, float]:
@@ -218,8 +226,7 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
 
 
 def cross_correlation(a: np.ndarray, b: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
-    """Correlation of detrended a(t) with b(t + lag) for lags −reach … reach [samples]; (lags, correlation).
-    """
+    """Correlation of detrended a(t) with b(t + lag) for lags −reach … reach [samples]; (lags, correlation)."""
     a, b = detrend(np.asarray(a, float)), detrend(np.asarray(b, float))
     n = len(a)
     full = np.fft.irfft(np.fft.rfft(a, 2 * n).conj() * np.fft.rfft(b, 2 * n), 2 * n)

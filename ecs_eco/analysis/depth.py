@@ -56,8 +56,7 @@ def hours_of(series: Series, ticks: np.ndarray) -> np.ndarray:
 
 
 def _part_of_day(series: Series, ticks: np.ndarray) -> np.ndarray:
-    """Which of the HOURS parts of the day ticks fall in: i64; a tick at a full hour, to rounding, begins it.
-    """
+    """Which of the HOURS parts of the day ticks fall in: i64; a tick at a full hour, to rounding, begins it."""
     return np.floor(hours_of(series, ticks) * HOURS + 1e-6).astype(np.int64) % HOURS
 
 
@@ -65,8 +64,9 @@ def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray
     """Light at the surface at ticks (all of the run), f64[ticks]; without the effect of interventions."""
     config = series.manifest["config"]
     sun, full = Sun(**config["sun"]), config.get("ambient", {}).get("light", 1.0)
-    return np.array([full * sun.light(float(t) * series.dt)
-                     for t in (series.ticks if ticks is None else ticks)])
+    return np.array(
+        [full * sun.light(float(t) * series.dt) for t in (series.ticks if ticks is None else ticks)]
+    )
 
 
 def depth_cycle(series: Series, species: str) -> DepthCycle | None:
@@ -103,8 +103,11 @@ def mean_of_there(values: np.ndarray) -> np.ndarray:
 def swimmers(series: Series) -> list[str]:
     """Species of a run that were present and move by themselves."""
     known = series.manifest.get("config", {}).get("species", {})
-    return [s for s, here in zip(series.species, series.present, strict=True)
-            if here and known.get(s, {}).get("locomotion")]
+    return [
+        s
+        for s, here in zip(series.species, series.present, strict=True)
+        if here and known.get(s, {}).get("locomotion")
+    ]
 
 
 def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[str, np.ndarray]:
@@ -114,8 +117,9 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
     The first day is left out.
     """
     top = float(series.manifest["config"]["space"]["size"][2])
-    out = {s: np.zeros((layers, HOURS))
-           for s, here in zip(series.species, series.present, strict=True) if here}
+    out = {
+        s: np.zeros((layers, HOURS)) for s, here in zip(series.species, series.present, strict=True) if here
+    }
     for tick, layer, name in _snapshots(run, top, layers):
         hour = _part_of_day(series, tick)
         for s, counts in out.items():
@@ -132,12 +136,12 @@ def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.nd
     for file in parts(run, "snapshots"):
         rows = read_part(file, ["tick", "species", "z"], seal.has_seals(Path(run)))
         layer = np.clip(((top - rows["z"].to_numpy()) / top * layers).astype(int), 0, layers - 1)
-        yield (rows["tick"].to_numpy(), layer,
-               rows["species"].cast("string").to_numpy(zero_copy_only=False))
+        yield (rows["tick"].to_numpy(), layer, rows["species"].cast("string").to_numpy(zero_copy_only=False))
 
 
-def depths_over_time(run: Path | str, series: Series, species: Sequence[str], layers: int = 20,
-                     most: int = 120) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def depths_over_time(
+    run: Path | str, series: Series, species: Sequence[str], layers: int = 20, most: int = 120
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Mean number of each of some species in each layer, f64[layers, bins] by species, and the ticks between
     bins i64[bins + 1], from the snapshots; a bin holds as many snapshots as leave at most `most` bins.
 

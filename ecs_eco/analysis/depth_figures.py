@@ -33,13 +33,22 @@ def mean_depth(series: Series, species: Sequence[str], hue: Mapping[str, str], d
     shade = LinearSegmentedColormap.from_list("light", [NIGHT, NOON])
     light = surface_light(series)
     most = max(1e-9, float(light.max()))
-    seen = ax.imshow(light[None], extent=(0.0, float(time[-1]), height, 0.0), aspect="auto", cmap=shade,
-                     vmin=0, vmax=most, interpolation="nearest", zorder=0)  # fmt: skip
+    seen = ax.imshow(
+        light[None],
+        extent=(0.0, float(time[-1]), height, 0.0),
+        aspect="auto",
+        cmap=shade,
+        vmin=0,
+        vmax=most,
+        interpolation="nearest",
+        zorder=0,
+    )
     for s in species:
         lived = series.of(s) > 0
         ax.plot(time, np.where(lived, series.of(s, "depth_mean"), np.nan), color="white", lw=3.2, zorder=2)
-        ax.plot(time, np.where(lived, series.of(s, "depth_mean"), np.nan), color=hue[s], lw=1.7,
-                label=s, zorder=3)
+        ax.plot(
+            time, np.where(lived, series.of(s, "depth_mean"), np.nan), color=hue[s], lw=1.7, label=s, zorder=3
+        )
     ax.set(xlim=(0, time[-1]), ylim=(height, 0), xlabel="day", ylabel="mean depth [m]")
     ax.grid(visible=False)
     figure.colorbar(seen, ax=ax, label="light at the surface", pad=0.015)
@@ -51,16 +60,24 @@ def mean_depth(series: Series, species: Sequence[str], hue: Mapping[str, str], d
 def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) -> Figure:
     """Share of each species in each layer (rows) by hour of the day (columns);
     above each the light of the day f64[n]."""
-    figure, axes = panels(2, len(shares), 3.5 * len(shares) + 0.9, 4.0, sharex=True, sharey="row",
-                          height_ratios=[1, 6])
+    figure, axes = panels(
+        2, len(shares), 3.5 * len(shares) + 0.9, 4.0, sharex=True, sharey="row", height_ratios=[1, 6]
+    )
     top = max(0.05, min(1.0, max(float(np.nanmax(x, initial=0)) for x in shares.values())))
     seen: Any = None
     light = light[np.linspace(0, len(light) - 1, min(len(light), 240)).astype(int)]
     for (above, ax), (s, share) in zip(axes.T, shares.items(), strict=True):
         above.fill_between(np.linspace(0, 24, len(light)), 0, light, color=SUN, lw=0)
         above.set(title=s, ylim=(0, max(1e-9, light.max()) * 1.05), yticks=[])
-        seen = ax.pcolormesh(np.linspace(0, 24, HOURS + 1), np.linspace(0, height, len(share) + 1), share,
-                             cmap="viridis", vmin=0, vmax=top, rasterized=True)
+        seen = ax.pcolormesh(
+            np.linspace(0, 24, HOURS + 1),
+            np.linspace(0, height, len(share) + 1),
+            share,
+            cmap="viridis",
+            vmin=0,
+            vmax=top,
+            rasterized=True,
+        )
         ax.set(xlabel="hour of the day", xlim=(0, 24), xticks=[0, 6, 12, 18, 24], ylim=(height, 0))
         ax.grid(visible=False)
     axes[0, 0].set_ylabel("light")
@@ -76,8 +93,9 @@ def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: floa
     figure, axes = panels(len(numbers), 1, 9, 1.9 * len(numbers) + 0.6, sharex=True)
     for ax, (s, count) in zip(axes[:, 0], numbers.items(), strict=True):
         deep = np.linspace(0, height, len(count) + 1)
-        seen = ax.pcolormesh(edges, deep, count, cmap="viridis", vmin=0, vmax=max(float(count.max()), 1e-9),
-                             rasterized=True)
+        seen = ax.pcolormesh(
+            edges, deep, count, cmap="viridis", vmin=0, vmax=max(float(count.max()), 1e-9), rasterized=True
+        )
         ax.set(title=s, ylabel="depth [m]", ylim=(height, 0), xlim=(edges[0], edges[-1]))
         ax.grid(visible=False)
         figure.colorbar(seen, ax=ax, label="mean number", pad=0.015)
@@ -89,8 +107,9 @@ def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: floa
 def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure:
     """Mean depth by hour of the day in each arm (columns) of each species (rows): every run thin,
     the mean over runs thick."""
-    figure, axes = panels(len(species), len(runs), 2.6 * len(runs) + 1, 2.3 * len(species) + 0.5, sharex=True,
-                          sharey=True)
+    figure, axes = panels(
+        len(species), len(runs), 2.6 * len(runs) + 1, 2.3 * len(species) + 0.5, sharex=True, sharey=True
+    )
     first = next(iter(runs.values()))[0]
     hue, height = colors_of(first), float(first.manifest["config"]["space"]["size"][2])
     for column, (arm, members) in enumerate(runs.items()):
@@ -118,8 +137,9 @@ def _night(ax: Any, run: Series) -> None:
     light, hours = surface_light(run, ticks), hours_of(run, ticks) * 24
     order = np.argsort(hours)
     dark = light[order] < 0.01 * max(float(light.max()), 1e-9)
-    ax.fill_between(hours[order], 0, 1, where=dark, transform=ax.get_xaxis_transform(), color=NIGHT,
-                    alpha=0.5, lw=0)
+    ax.fill_between(
+        hours[order], 0, 1, where=dark, transform=ax.get_xaxis_transform(), color=NIGHT, alpha=0.5, lw=0
+    )
 
 
 @styled

@@ -34,15 +34,23 @@ def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
     a sample does not show which were near."""
     if manifest.get("record") != "full":
         return []
-    kinds = {k.removeprefix("details-")
-             for k, n in manifest.get("parts", {}).items() if k.startswith("details-") and n}
+    kinds = {
+        k.removeprefix("details-")
+        for k, n in manifest.get("parts", {}).items()
+        if k.startswith("details-") and n
+    }
     known = manifest["config"]["species"]
-    return [(meal["eats"], name) for name, species in known.items()
-            for meal in species.get("diet", ()) if {name, meal["eats"]} <= kinds]
+    return [
+        (meal["eats"], name)
+        for name, species in known.items()
+        for meal in species.get("diet", ())
+        if {name, meal["eats"]} <= kinds
+    ]
 
 
-def recorded_tracks(run: Path | str, prey: str, predator: str, within: float = 10.0,
-                    most: int = 3000) -> Tracks | None:
+def recorded_tracks(
+    run: Path | str, prey: str, predator: str, within: float = 10.0, most: int = 3000
+) -> Tracks | None:
     """Return tracks of prey in the last `most` ticks of a run with details of prey and predators;
     None if they never met."""
     series = load_series(run)
@@ -55,8 +63,9 @@ def recorded_tracks(run: Path | str, prey: str, predator: str, within: float = 1
     for tick in ticks:
         distance, offset = _to_nearest(space, mine[tick][1], other.get(tick, nobody)[1], within)
         records.append((mine[tick], distance, offset, mine[tick + 1]))
-    return (tracks_of(records, surface_light(series, np.array(ticks) + 1), space, series.dt)
-            if records else None)
+    return (
+        tracks_of(records, surface_light(series, np.array(ticks) + 1), space, series.dt) if records else None
+    )
 
 
 def _places(run: Path | str, name: str, first: int) -> dict[int, tuple[np.ndarray, np.ndarray]]:
@@ -71,15 +80,19 @@ def _places(run: Path | str, name: str, first: int) -> dict[int, tuple[np.ndarra
         cuts = np.flatnonzero(np.diff(tick[order])) + 1
         for rows in np.split(order, cuts) if order.size else ():
             t, before = int(tick[rows[0]]), out.get(int(tick[rows[0]]))  # a tick may end in the next part
-            both = ((uid[rows], place[rows]) if before is None
-                    else (np.append(before[0], uid[rows]), np.append(before[1], place[rows], 0)))
+            both = (
+                (uid[rows], place[rows])
+                if before is None
+                else (np.append(before[0], uid[rows]), np.append(before[1], place[rows], 0))
+            )
             by_uid = np.argsort(both[0])
             out[t] = both[0][by_uid], both[1][by_uid]
     return out
 
 
-def _to_nearest(space: Volume, mine: np.ndarray, other: np.ndarray,
-                within: float) -> tuple[np.ndarray, np.ndarray]:
+def _to_nearest(
+    space: Volume, mine: np.ndarray, other: np.ndarray, within: float
+) -> tuple[np.ndarray, np.ndarray]:
     if not len(other):
         return np.full(len(mine), np.inf), np.zeros((len(mine), 3))
     d = shortest(space, (other[None] - mine[:, None]).reshape(-1, 3)).reshape(len(mine), len(other), 3)
@@ -117,7 +130,8 @@ def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape 
     fast = np.flatnonzero(speed[AROUND:] >= 2 * before)
     later = events[events[:, 0] + 1 < len(tracks.away)]
     cosines = tracks.away[later[:, 0] + 1, later[:, 1]]
-    u, p = (v_test(cosines[np.isfinite(cosines)])
-            if np.isfinite(cosines).any() else (float("nan"), float("nan")))
+    u, p = (
+        v_test(cosines[np.isfinite(cosines)]) if np.isfinite(cosines).any() else (float("nan"), float("nan"))
+    )
     gain = float(np.nanmax(after)) / before if before > 0 and np.isfinite(after).any() else float("nan")
     return Escape(len(events), speed, away, gain, int(fast[0]) if fast.size else None, u, p)

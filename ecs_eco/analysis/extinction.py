@@ -43,11 +43,18 @@ def decline(series: Series, species: str) -> Decline | None:
     since = int(high[-1]) if len(high) else -1  # gone within the first tick
     counts = {c: int(series.columns[DIED + c][since + 1 : end + 1, i].sum()) for c in series.causes}
     counts = {c: k for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k}
-    births = (int(series.columns["births"][since + 1 : end + 1, i].sum())
-              if "births" in series.columns else None)
+    births = (
+        int(series.columns["births"][since + 1 : end + 1, i].sum()) if "births" in series.columns else None
+    )
     if since < 0:
-        return Decline(species, int(series.ticks[0]), int(series.ticks[0]),
-                       int(series.of(species, "deaths")[0]), births, counts)
+        return Decline(
+            species,
+            int(series.ticks[0]),
+            int(series.ticks[0]),
+            int(series.of(species, "deaths")[0]),
+            births,
+            counts,
+        )
     return Decline(species, int(series.extinct[i]), int(series.ticks[since]), int(n[since]), births, counts)
 
 
@@ -75,8 +82,11 @@ def opening(series: Series) -> list[str]:
     lost, end = declines(series), f"tick {series.ticks[-1] + 1:,.0f}"
     kept = [s for s in lived if s not in {d.species for d in lost}]
     if not lost:
-        first = (f"All {len(lived)} species persisted to {end}."
-                 if len(lived) > 1 else f"The only species, {lived[0]}, persisted to {end}.")
+        first = (
+            f"All {len(lived)} species persisted to {end}."
+            if len(lived) > 1
+            else f"The only species, {lived[0]}, persisted to {end}."
+        )
     elif not kept:
         whole = f"All {len(lived)} species" if len(lived) > 1 else f"The only species, {lived[0]},"
         first = f"{whole} died out; at the end, {end}, nobody lives."
@@ -84,18 +94,24 @@ def opening(series: Series) -> list[str]:
         first = f"{len(lost)} of {len(lived)} species died out; {', '.join(kept)} persisted to {end}."
     absent = [s for s in series.species if s not in lived]
     barren = [d.species for d in lost if not multiplies(series, d.species)]
-    expected = [f"{species} does not multiply in this world: its end was to be expected."
-                for species in barren]
-    return [first, *map(sentence, lost), *expected,
-            *([f"Never present: {', '.join(absent)}."] if absent else [])]
+    expected = [
+        f"{species} does not multiply in this world: its end was to be expected." for species in barren
+    ]
+    return [
+        first,
+        *map(sentence, lost),
+        *expected,
+        *([f"Never present: {', '.join(absent)}."] if absent else []),
+    ]
 
 
 def multiplies(series: Series, species: str) -> bool:
     """Whether a species can have offspring: it has some, or its configuration says how,
     or there is no configuration."""
     known = series.manifest.get("config", {}).get("species", {}).get(species, {"reproduction": "not known"})
-    return (bool(known.get("reproduction"))
-            or bool("births" in series.columns and series.of(species, "births").any()))
+    return bool(known.get("reproduction")) or bool(
+        "births" in series.columns and series.of(species, "births").any()
+    )
 
 
 def sentence(end: Decline) -> str:
@@ -103,8 +119,10 @@ def sentence(end: Decline) -> str:
     of its greatest number."""
     born = "" if end.births is None else f" against {end.births:,} birth{'s' * (end.births != 1)}"
     how = f", {end.deaths:,} death{'s' * (end.deaths != 1)}{born}: {end.shares()}" if end.causes else ""
-    return (f"{end.species} died out at tick {end.tick:,}. From tick {end.since:,}, "
-            f"when there were {end.n:,}{how}.")
+    return (
+        f"{end.species} died out at tick {end.tick:,}. From tick {end.since:,}, "
+        f"when there were {end.n:,}{how}."
+    )
 
 
 def shared(runs: Sequence[Series]) -> str:
@@ -123,6 +141,9 @@ def shared(runs: Sequence[Series]) -> str:
         pooled = Decline(species, 0, 0, 0, None, dict(sorted(causes.items(), key=lambda x: -x[1])))
         ticks = sorted(d.tick for d in of)
         when = f"at tick {ticks[0]:,}" if len(of) == 1 else f"at ticks {ticks[0]:,} to {ticks[-1]:,}"
-        sentences.append(f"{species} died out in {len(of)} of {n}, {when}"
-                         + (f" ({pooled.shares()})" if causes else "") + ".")
+        sentences.append(
+            f"{species} died out in {len(of)} of {n}, {when}"
+            + (f" ({pooled.shares()})" if causes else "")
+            + "."
+        )
     return " ".join([first, *sentences])

@@ -25,8 +25,24 @@ if TYPE_CHECKING:
 
     from ecs_eco.analysis.survival import SurvivalCurve
 
-__all__ = ["PALETTE", "arms", "binned", "colors", "deaths", "energy", "interventions", "lags", "mark",
-           "phase", "populations", "positions", "save", "save_svg", "spectra", "survival"]  # fmt: skip
+__all__ = [
+    "PALETTE",
+    "arms",
+    "binned",
+    "colors",
+    "deaths",
+    "energy",
+    "interventions",
+    "lags",
+    "mark",
+    "phase",
+    "populations",
+    "positions",
+    "save",
+    "save_svg",
+    "spectra",
+    "survival",
+]
 
 
 @styled
@@ -60,8 +76,9 @@ def populations(series: Series) -> Figure:
 
 def interventions(series: Series) -> list[tuple[int, str]]:
     """Interventions carried out: (tick, text), in the order of time."""
-    return [(int(tick), describe(intervention))
-            for tick, intervention in series.manifest.get("intervened") or ()]
+    return [
+        (int(tick), describe(intervention)) for tick, intervention in series.manifest.get("intervened") or ()
+    ]
 
 
 def mark(ax: Any, done: Sequence[tuple[int, str]]) -> None:
@@ -73,11 +90,19 @@ def mark(ax: Any, done: Sequence[tuple[int, str]]) -> None:
         fresh = dict.fromkeys(label for t, label in done if t == tick and label not in labelled)
         if fresh and tick - last >= room:
             text = "; ".join(fresh)
-            ax.annotate(text if len(text) <= 44 else text[:43] + "…", (tick, 1),
-                        xycoords=("data", "axes fraction"), xytext=(2, -3), textcoords="offset points",
-                        rotation=90, ha="left", va="top", fontsize=7.5, color=INK,
-                        bbox={"facecolor": "white", "alpha": 0.8,
-                              "edgecolor": "none", "pad": 0.6})  # fmt: skip
+            ax.annotate(
+                text if len(text) <= 44 else text[:43] + "…",
+                (tick, 1),
+                xycoords=("data", "axes fraction"),
+                xytext=(2, -3),
+                textcoords="offset points",
+                rotation=90,
+                ha="left",
+                va="top",
+                fontsize=7.5,
+                color=INK,
+                bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.6},
+            )
             last = tick
             labelled.update(fresh)
 
@@ -107,8 +132,7 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
 
 @styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
-    """Spectrum of each species with the fitted red noise and the ratio it passes at one frequency in twenty.
-    """
+    """Spectrum of each species with the fitted red noise and the ratio it passes at one frequency in twenty."""
     figure, axes = panels(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
     hue = hue or colors(list(peaks))
     for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
@@ -121,8 +145,9 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
         named = f"{peak.period:,.0f} ticks" if peak.recurs else "nothing recurs"
         if peak.recurs:
             ax.axvline(peak.period, color=INK, lw=0.8, ls=":")
-        ax.set_ylim(max(peak.power[used].min(), 1e-6 * peak.power.max()) / 2,
-                    3 * max(band.max(), peak.power.max()))
+        ax.set_ylim(
+            max(peak.power[used].min(), 1e-6 * peak.power.max()) / 2, 3 * max(band.max(), peak.power.max())
+        )
         ax.minorticks_off()
         ax.xaxis.set_major_formatter("{x:,.0f}")
         ax.set_title(f"{s}: {named}, p {'≤' if peak.p <= 0.002 else '='} {peak.p:.2g}")
@@ -134,8 +159,10 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
 
 @styled
 def lags(
-    series: Series, pairs: Sequence[tuple[str, str]], period: float,
-    surrogates: Mapping[str, Surrogates] | None = None
+    series: Series,
+    pairs: Sequence[tuple[str, str]],
+    period: float,
+    surrogates: Mapping[str, Surrogates] | None = None,
 ) -> Figure:
     """Cross-correlation of each pair over lags of ± one period,
     with the band of cross-seed pairs where given ("a→b")."""
@@ -144,8 +171,7 @@ def lags(
         band = (surrogates or {}).get(f"{a}→{b}")
         if band is not None:
             ax.fill_between(
-                band.lags, band.low, band.high, color=BAND, lw=0,
-                label=f"{a} and {b} of different runs, 95 %"
+                band.lags, band.low, band.high, color=BAND, lw=0, label=f"{a} and {b} of different runs, 95 %"
             )
             ax.plot(band.lags, band.real.T, color=PALETTE[2], lw=0.8, alpha=0.5)
             x, y = band.lags, band.real.mean(0)
@@ -191,8 +217,9 @@ def deaths(series: Series) -> Figure:
     axes[-1, 0].set_xlabel("tick")
     if shown:
         areas = axes[0, 0].collections
-        figure.legend(areas, [series.causes[j] for j in used], loc="outside upper left",
-                      ncols=min(5, len(used)))
+        figure.legend(
+            areas, [series.causes[j] for j in used], loc="outside upper left", ncols=min(5, len(used))
+        )
     return figure
 
 
@@ -211,8 +238,9 @@ def energy(series: Series) -> Figure:
     figure, axes = panels(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
     for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
         for sign in (1, -1):
-            flows = [(k, name) for k, (name, _, way) in enumerate(FLOWS)
-                     if way == sign and name in series.columns]
+            flows = [
+                (k, name) for k, (name, _, way) in enumerate(FLOWS) if way == sign and name in series.columns
+            ]
             middle, rate = binned(series, np.stack([series.columns[name][:, i] for _, name in flows], -1))
             ax.stackplot(
                 middle,
@@ -231,8 +259,14 @@ def energy(series: Series) -> Figure:
 
 
 @styled
-def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[str, str],
-              title: str = "", land: Land | None = None, relief: Relief | None = None) -> Figure:
+def positions(
+    at: Mapping[str, np.ndarray],
+    size: Sequence[float],
+    hue: Mapping[str, str],
+    title: str = "",
+    land: Land | None = None,
+    relief: Relief | None = None,
+) -> Figure:
     """Map of all organisms: positions (n, 3) [m] by species, later species on top; a volume is seen from the
     side (x, z). On a plane the roads, fences and areas of `land` lie below them, on the ground as `relief`
     says."""
@@ -311,8 +345,12 @@ def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
     first = next(iter(runs.values()))[0]
     hue = colors_of(first)
     figure, axes = panels(
-        len(first.species), len(runs), 4 * len(runs) + 1, 1.9 * len(first.species) + 0.6, sharex=True,
-        sharey="row"
+        len(first.species),
+        len(runs),
+        4 * len(runs) + 1,
+        1.9 * len(first.species) + 0.6,
+        sharex=True,
+        sharey="row",
     )
     for column, (arm, members) in enumerate(runs.items()):
         length = min(len(run.ticks) for run in members)

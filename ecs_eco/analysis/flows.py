@@ -59,9 +59,13 @@ def flows(series: Series) -> Flows | None:
         return None
     mean = {name: values.mean(axis=0) for name, values in series.columns.items()}
     shared = not any(name.startswith(EATEN) for name in mean)
-    meals = [Meal(food, cause.removeprefix(BY), 0.0, float(mean[DIED + cause][f]))
-             for cause in series.causes if cause.startswith(BY) and cause.removeprefix(BY) in series.species
-             for f, food in enumerate(series.species) if mean[DIED + cause][f]]
+    meals = [
+        Meal(food, cause.removeprefix(BY), 0.0, float(mean[DIED + cause][f]))
+        for cause in series.causes
+        if cause.startswith(BY) and cause.removeprefix(BY) in series.species
+        for f, food in enumerate(series.species)
+        if mean[DIED + cause][f]
+    ]
     total = {eater: sum(m.number for m in meals if m.eater == eater) for eater in series.species}
     meals = [Meal(m.food, m.eater, _energy(series, mean, m, shared, total[m.eater]), m.number) for m in meals]
     if not meals:
@@ -72,8 +76,12 @@ def flows(series: Series) -> Flows | None:
         passed = sum(max(m.energy, 0.0) for m in meals if m.food == name)
         rest = max(0.0, float(mean["taken_in"][s]) - sum(ate))
         rest = rest if rest > 1e-6 * max(float(mean["taken_in"][s]), 1e-9) else 0.0
-        budgets[name] = Budget(0.0 if ate else rest, rest if ate else 0.0, float(mean["burnt"][s]),
-                               max(0.0, float(mean["lost"][s]) - passed))
+        budgets[name] = Budget(
+            0.0 if ate else rest,
+            rest if ate else 0.0,
+            float(mean["burnt"][s]),
+            max(0.0, float(mean["lost"][s]) - passed),
+        )
     return Flows(tuple(meals), budgets, shared)
 
 
@@ -115,22 +123,32 @@ def draw(series: Series, found: Flows) -> str:
             y += high + GAP
     high = max(y + h for _, y, h, *_ in at.values()) + 8
     parts = [part for n in names for part in _enters(n, found.budgets[n], at[n], scale)]
-    parts += [_band(m, at[m.food], at[m.eater], names.index(m.food), scale)
-              for m in sorted(found.meals, key=lambda m: (names.index(m.eater), names.index(m.food)))]
-    parts += [part for i, n in enumerate(names)
-              for part in _node(n, i, found.budgets[n], at[n], scale, level[n] == len(columns) - 1 > 0)]
-    words = "; ".join(f"{m.eater} eats {number(m.number)} {m.food} a tick and gains {number(m.energy)}"
-                      for m in found.meals)
-    return (f'<svg class="flows" viewBox="0 0 {WIDE} {high:.0f}" role="img" '
-            f'aria-label="{escape(words, quote=True)}" font-family="system-ui, sans-serif" font-size="13">'
-            f"<style>{_style(series, names)}</style>{''.join(parts)}</svg>")
+    parts += [
+        _band(m, at[m.food], at[m.eater], names.index(m.food), scale)
+        for m in sorted(found.meals, key=lambda m: (names.index(m.eater), names.index(m.food)))
+    ]
+    parts += [
+        part
+        for i, n in enumerate(names)
+        for part in _node(n, i, found.budgets[n], at[n], scale, level[n] == len(columns) - 1 > 0)
+    ]
+    words = "; ".join(
+        f"{m.eater} eats {number(m.number)} {m.food} a tick and gains {number(m.energy)}" for m in found.meals
+    )
+    return (
+        f'<svg class="flows" viewBox="0 0 {WIDE} {high:.0f}" role="img" '
+        f'aria-label="{escape(words, quote=True)}" font-family="system-ui, sans-serif" font-size="13">'
+        f"<style>{_style(series, names)}</style>{''.join(parts)}</svg>"
+    )
 
 
 def _through(found: Flows, name: str) -> float:
     """The larger of what goes into a species and what goes out."""
     b = found.budgets[name]
-    return max(b.light + b.other + sum(abs(m.energy) for m in found.meals if m.eater == name),
-               b.burnt + b.dead + sum(abs(m.energy) for m in found.meals if m.food == name))
+    return max(
+        b.light + b.other + sum(abs(m.energy) for m in found.meals if m.eater == name),
+        b.burnt + b.dead + sum(abs(m.energy) for m in found.meals if m.food == name),
+    )
 
 
 def _style(series: Series, names: list[str]) -> str:
@@ -140,8 +158,10 @@ def _style(series: Series, names: list[str]) -> str:
     for dark in (False, True):
         hue = colors(series.species, chosen) | safe(own_colors(chosen), dark=dark)
         lines = [f".flows .s{i}{{fill:{hue[n]}}}.flows .b{i}{{stroke:{hue[n]}}}" for i, n in enumerate(names)]
-        lines += [f".flows text{{fill:{INK[dark]}}}.flows .soft{{fill:{SOFT[dark]}}}",
-                  f".flows .light{{fill:{LIGHT[dark]}}}.flows .harm{{stroke:{HARM[dark]}}}"]
+        lines += [
+            f".flows text{{fill:{INK[dark]}}}.flows .soft{{fill:{SOFT[dark]}}}",
+            f".flows .light{{fill:{LIGHT[dark]}}}.flows .harm{{stroke:{HARM[dark]}}}",
+        ]
         rules.append("".join(lines))
     return f"{rules[0]}@media (prefers-color-scheme:dark){{{rules[1]}}}"
 
@@ -165,15 +185,24 @@ def _band(meal: Meal, food: list[float], eater: list[float], number_of: int, sca
     eater[3] += size
     reach = max(24.0, abs(x1 - x0) / 2)
     harms = meal.energy < 0
-    curve = (f"M{x0:.1f},{y0:.1f}c30,-26 {-BAR - 60},-26 {-BAR},0" if food is eater else
-             f"M{x0:.1f},{y0:.1f}C{x0 + reach:.1f},{y0:.1f} {x1 - reach:.1f},{y1:.1f} {x1:.1f},{y1:.1f}")
+    curve = (
+        f"M{x0:.1f},{y0:.1f}c30,-26 {-BAR - 60},-26 {-BAR},0"
+        if food is eater
+        else f"M{x0:.1f},{y0:.1f}C{x0 + reach:.1f},{y0:.1f} {x1 - reach:.1f},{y1:.1f} {x1:.1f},{y1:.1f}"
+    )
     dash = ' stroke-dasharray="3 3"' if harms or not size else ""
     words = f"{meal.eater} eats {number(meal.number)} {meal.food} a tick: {number(meal.energy)} energy"
-    text = (f'<text x="{(x0 + x1) / 2:.1f}" y="{(y0 + y1) / 2 + 4:.1f}" text-anchor="middle">'
-            f"{number(meal.number, 2)} eaten</text>" if wide > 15 else "")
-    return (f'<path d="{curve}" fill="none" class="{"harm" if harms else f"b{number_of}"}" '
-            f'stroke-width="{wide:.2f}" stroke-opacity=".5"{dash}><title>{escape(words)}</title></path>'
-            f"{text}")
+    text = (
+        f'<text x="{(x0 + x1) / 2:.1f}" y="{(y0 + y1) / 2 + 4:.1f}" text-anchor="middle">'
+        f"{number(meal.number, 2)} eaten</text>"
+        if wide > 15
+        else ""
+    )
+    return (
+        f'<path d="{curve}" fill="none" class="{"harm" if harms else f"b{number_of}"}" '
+        f'stroke-width="{wide:.2f}" stroke-opacity=".5"{dash}><title>{escape(words)}</title></path>'
+        f"{text}"
+    )
 
 
 def _node(name: str, i: int, budget: Budget, at: list[float], scale: float, last: bool) -> list[str]:
@@ -182,16 +211,24 @@ def _node(name: str, i: int, budget: Budget, at: list[float], scale: float, last
     parts = []
     for value, what, opacity in ((budget.burnt, "burnt", 0.35), (budget.dead, "dead, not eaten", 0.9)):
         if value:
-            parts.append(_rect("soft", x + BAR, out, STUB - 4, value * scale, opacity,
-                               f"{name}, {what}: {number(value)}"))
+            parts.append(
+                _rect(
+                    "soft", x + BAR, out, STUB - 4, value * scale, opacity, f"{name}, {what}: {number(value)}"
+                )
+            )
         out += value * scale
     given = f" {number((into - y) / scale, 2)}" if into - y > 0.01 else ""
     where, anchor = (x + BAR, "end") if last else (x, "start")
-    return [*parts, f'<rect class="s{i}" x="{x:.1f}" y="{y:.1f}" width="{BAR}" height="{high:.1f}" rx="2"/>',
-            f'<text x="{where:.1f}" y="{y - 5:.1f}" text-anchor="{anchor}" font-weight="600">'
-            f"{escape(name)}{given}</text>"]
+    return [
+        *parts,
+        f'<rect class="s{i}" x="{x:.1f}" y="{y:.1f}" width="{BAR}" height="{high:.1f}" rx="2"/>',
+        f'<text x="{where:.1f}" y="{y - 5:.1f}" text-anchor="{anchor}" font-weight="600">'
+        f"{escape(name)}{given}</text>",
+    ]
 
 
 def _rect(kind: str, x: float, y: float, wide: float, high: float, opacity: float, words: str) -> str:
-    return (f'<rect class="{kind}" x="{x:.1f}" y="{y:.1f}" width="{wide:.1f}" height="{max(THIN, high):.1f}" '
-            f'opacity="{opacity}"><title>{escape(words)}</title></rect>')
+    return (
+        f'<rect class="{kind}" x="{x:.1f}" y="{y:.1f}" width="{wide:.1f}" height="{max(THIN, high):.1f}" '
+        f'opacity="{opacity}"><title>{escape(words)}</title></rect>'
+    )

@@ -27,8 +27,9 @@ def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
     directions: dict[str, Sign] = {}
     for name in _names(tree):
         terms = [(sign, term) for sign, term in _terms(tree, 1) if name in _names(term)]
-        directions[name] = _sum(_times(_value(term, positive) or _direction(term, name, positive), sign)
-                                for sign, term in terms)
+        directions[name] = _sum(
+            _times(_value(term, positive) or _direction(term, name, positive), sign) for sign, term in terms
+        )
     return directions
 
 
@@ -144,23 +145,30 @@ def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
         case ast.BinOp(left=a, op=ast.Mult(), right=b):
             return _sum((_times(way(a), value(b)), _times(way(b), value(a))))
         case ast.BinOp(left=a, op=ast.Div(), right=b):
-            return _sum((_times(way(a), value(b)),
-                         _times(_times(-1, way(b)), _times(value(a), abs(value(b) or 0) or None))))
+            return _sum(
+                (
+                    _times(way(a), value(b)),
+                    _times(_times(-1, way(b)), _times(value(a), abs(value(b) or 0) or None)),
+                )
+            )
         case ast.BinOp(left=a, op=ast.Pow(), right=ast.Constant(value=power)):
             odd = power > 0 and (power % 2 == 1 or value(a) == 1)  # type: ignore[operator]
             return way(a) if odd else None
         case ast.Compare(left=a, ops=ops, comparators=others):
             operands = [a, *others]
-            return _sum(_way_of_comparison(op, way(x), way(y))
-                        for op, x, y in zip(ops, operands, others, strict=False))
+            return _sum(
+                _way_of_comparison(op, way(x), way(y))
+                for op, x, y in zip(ops, operands, others, strict=False)
+            )
         case ast.BoolOp(values=parts):
             return _sum(way(p) if value(p) == 1 else _times(None, way(p)) for p in parts)
         case ast.IfExp(test=test, body=a, orelse=b):
             if way(test) == 0:
                 return _sum((way(a), way(b)))
             x, y = _number(a), _number(b)
-            return (None if x is None or y is None
-                    or value(test) != 1 else _times(way(test), (x > y) - (x < y)))
+            return (
+                None if x is None or y is None or value(test) != 1 else _times(way(test), (x > y) - (x < y))
+            )
         case ast.Call(func=ast.Name(id=function), args=arguments):
             if function == "abs":
                 return _times(way(arguments[0]), value(arguments[0]))

@@ -39,11 +39,17 @@ def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple
     nearest, ValueError the species where several have it."""
     if species is not None:
         return species, gene_of(lineage, species, gene)
-    having = {name: record for name, kept in lineage.genomes.items()
-              for record in kept["genes"] if gene in (record["name"], record["trait"])}
+    having = {
+        name: record
+        for name, kept in lineage.genomes.items()
+        for record in kept["genes"]
+        if gene in (record["name"], record["trait"])
+    }
     if len(having) > 1:
-        raise ValueError(f"gene {gene!r}: {', '.join(having)} have one of that name; say which: "
-                         f"species={next(iter(having))!r}")
+        raise ValueError(
+            f"gene {gene!r}: {', '.join(having)} have one of that name; say which: "
+            f"species={next(iter(having))!r}"
+        )
     if not having:
         known = [record["name"] for kept in lineage.genomes.values() for record in kept["genes"]]
         raise UnknownName(unknown_name("lineage", "gene", gene, known))
@@ -53,16 +59,22 @@ def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple
 def require_number(gene: dict[str, Any], species: str) -> None:
     """Raise ValueError for a gene whose value is no single number, or not known."""
     if "weights" in gene:
-        raise ValueError(f"gene {gene['name']!r} of {species!r} codes for {gene['weights']:,} weights; "
-                         "allowed are genes of one number")
+        raise ValueError(
+            f"gene {gene['name']!r} of {species!r} codes for {gene['weights']:,} weights; "
+            "allowed are genes of one number"
+        )
     if "values" not in gene and "range" not in gene:
-        raise ValueError(f"gene {gene['name']!r} of {species!r}: this record does not say what its codons "
-                         "mean; run the world again with this version, or count codons with frequencies()")
+        raise ValueError(
+            f"gene {gene['name']!r} of {species!r}: this record does not say what its codons "
+            "mean; run the world again with this version, or count codons with frequencies()"
+        )
 
 
 def _of_fixed(genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any], species: str) -> np.ndarray:
-    strings = [numbers(words, gene, kept["alphabet"])[which]
-               for words, which in codons_of(genomes, gene, species, kept.get("ploidy", 1))]
+    strings = [
+        numbers(words, gene, kept["alphabet"])[which]
+        for words, which in codons_of(genomes, gene, species, kept.get("ploidy", 1))
+    ]
     return strings[0] if len(strings) == 1 else _dominated(strings[0], strings[1], gene)
 
 
@@ -84,7 +96,11 @@ def _together(copies: Sequence[Sequence[str]], gene: dict[str, Any], kept: dict[
     words = sorted({word for string in copies for word in string})
     meaning = dict(zip(words, numbers(words, gene, kept["alphabet"]).tolist(), strict=True))
     rules: dict[str, Callable[[list[float]], float]] = {
-        "first": lambda v: v[0], "mean": lambda v: sum(v) / len(v), "greatest": max, "sum": sum}
+        "first": lambda v: v[0],
+        "mean": lambda v: sum(v) / len(v),
+        "greatest": max,
+        "sum": sum,
+    }
     how = rules[gene["doubled"]]
     out = np.array([how([meaning[w] for w in string]) if string else np.nan for string in copies], float)
     if gene["doubled"] == "sum":

@@ -61,8 +61,11 @@ def few_valued(genomes: Mapping[str, Any]) -> list[str]:
 
 def quantitative(genomes: Mapping[str, Any]) -> list[str]:
     """The genes of a species, as the manifest has them, that say a number of many."""
-    return [g["name"] for g in genomes["genes"]
-            if ("range" in g or len(set(g.get("values", ()))) > 1) and not has_few_values(g)]
+    return [
+        g["name"]
+        for g in genomes["genes"]
+        if ("range" in g or len(set(g.get("values", ()))) > 1) and not has_few_values(g)
+    ]
 
 
 def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = BINS) -> Course:
@@ -82,8 +85,9 @@ def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = B
     square = lineage.living_sums(ticks, shifted**2, mask) / there
     edges = edges_of(values, record.get("range", {}).get("scale") == "log", bins)
     which = np.clip(np.searchsorted(edges, values, "right") - 1, 0, len(edges) - 2)
-    share = np.stack([lineage.living_sums(ticks, mask=mask & (which == b)) / there
-                      for b in range(len(edges) - 1)], 1)
+    share = np.stack(
+        [lineage.living_sums(ticks, mask=mask & (which == b)) / there for b in range(len(edges) - 1)], 1
+    )
     sd = np.sqrt(np.maximum(square - mean**2, 0))
     return Course(record["name"], ticks, n, mean + middle, sd, edges, share)
 
@@ -109,8 +113,9 @@ def generation_time(lineage: Pedigree, species: str) -> float:
     populations, chapter 1), each parent counted once for each child.
     """
     of = lineage.species == species
-    ages = [(lineage.born - lineage.born[line])[of & (line >= 0)]
-            for line in (lineage.mother, lineage.father)]
+    ages = [
+        (lineage.born - lineage.born[line])[of & (line >= 0)] for line in (lineage.mother, lineage.father)
+    ]
     both = np.concatenate(ages)
     return float(both.mean()) if both.size else np.nan
 
@@ -134,8 +139,9 @@ def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | floa
     return float((weight * t) @ odds / ((weight * t) @ t))
 
 
-def selection(lineage: Pedigree, species: str, gene: str, value: str, since: int = 0,
-              until: int | None = None) -> Selection:
+def selection(
+    lineage: Pedigree, species: str, gene: str, value: str, since: int = 0, until: int | None = None
+) -> Selection:
     """How strongly a value of a gene is selected from tick `since` to `until` (the last one): the
     logit-linear regression of its allele frequency, per tick, and per generation by the mean generation time
     of the species in this lineage, as Chevin (2011, Biology Letters 7, 210–213) advises where generations
@@ -147,12 +153,24 @@ def selection(lineage: Pedigree, species: str, gene: str, value: str, since: int
     counted = frequencies(lineage, species, gene, max(1, (lineage.end + 1) // SAMPLES))
     counted.of(value)  # names the nearest
     column = counted.values.index(value)
-    return selection_of(counted.allele[:, column], counted.ticks, counted.copies.sum(axis=1),
-                        generation_time(lineage, species), since, until)
+    return selection_of(
+        counted.allele[:, column],
+        counted.ticks,
+        counted.copies.sum(axis=1),
+        generation_time(lineage, species),
+        since,
+        until,
+    )
 
 
-def selection_of(frequency: np.ndarray, ticks: np.ndarray, n: np.ndarray, generation: float, since: int = 0,
-                 until: int | None = None) -> Selection:
+def selection_of(
+    frequency: np.ndarray,
+    ticks: np.ndarray,
+    n: np.ndarray,
+    generation: float,
+    since: int = 0,
+    until: int | None = None,
+) -> Selection:
     """The Selection of an allele frequency at these ticks, among n copies."""
     within = (ticks >= since) & (ticks <= (ticks[-1] if until is None else until)) & np.isfinite(frequency)
     p = frequency[within]

@@ -55,10 +55,19 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], hue: str,
         mesh = ax.pcolormesh(sides, g.edges, share, cmap=shades, norm=_root(top), rasterized=True)
         ax.plot(g.ticks, g.mean, color=INK, lw=1.6, label="mean")
         for sign in (-1, 1):
-            ax.plot(g.ticks, g.mean + sign * g.sd, color=INK, lw=0.9, ls=(0, (4, 2)),
-                    label="± 1 standard deviation" if sign > 0 else None)
-        ax.set(title=f"{title}: {g.gene}" if title else g.gene, xlim=(g.ticks[0], max(g.ticks[-1], 1)),
-               ylabel=traits.get(g.gene) or g.gene)
+            ax.plot(
+                g.ticks,
+                g.mean + sign * g.sd,
+                color=INK,
+                lw=0.9,
+                ls=(0, (4, 2)),
+                label="± 1 standard deviation" if sign > 0 else None,
+            )
+        ax.set(
+            title=f"{title}: {g.gene}" if title else g.gene,
+            xlim=(g.ticks[0], max(g.ticks[-1], 1)),
+            ylabel=traits.get(g.gene) or g.gene,
+        )
         ax.grid(visible=False)
         bar = figure.colorbar(mesh, ax=ax, pad=0.01, aspect=12, format=lambda x, _: f"{100 * x:.2g} %")
         bar.set_label("share of the living", fontsize=8.5)
@@ -77,8 +86,9 @@ def _root(top: float) -> Any:
 
 
 @styled
-def arms(bands: Mapping[str, Mapping[str, Band]], labels: Mapping[str, str], title: str = "",
-         shares: bool = True) -> Figure:
+def arms(
+    bands: Mapping[str, Mapping[str, Band]], labels: Mapping[str, str], title: str = "", shares: bool = True
+) -> Figure:
     """A panel for each gene (gene → arm → Band): the mean over runs of each arm, with its 95 % band.
 
     `labels` are the words at each panel's vertical axis, by gene; `shares` lie from 0 to 1.

@@ -24,9 +24,13 @@ def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run
     """
     terrain = config.get("terrain") or {}
     lines = _of_layers(run) if run is not None and terrain.get("layers") else []
-    standing: Land = {"fence": [{"line": one["line"]} for one in lines if one["make"] == "fences"],
-                      "road": [_shape(road) for road in [*terrain.get("roads", ()), *(
-                          one for one in lines if one["make"] == "roads")]]}
+    standing: Land = {
+        "fence": [{"line": one["line"]} for one in lines if one["make"] == "fences"],
+        "road": [
+            _shape(road)
+            for road in [*terrain.get("roads", ()), *(one for one in lines if one["make"] == "roads")]
+        ],
+    }
     for when, order in intervened:
         if not isinstance(order, Mapping) or when > tick or order.get("kind") not in standing:
             continue
@@ -38,10 +42,18 @@ def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run
         else:
             gone = next((other for other in known if _where(other) == _where(shape)), None)
             standing[order["kind"]] = [other for other in known if other is not gone]
-    used = [use for use in config.get("land_use") or () if use.get("region") and use.get("at", 0) <= tick
-            and (use.get("until") is None or tick <= use["until"])]
-    return {"fences": standing["fence"], "roads": standing["road"],
-            "areas": [{key: use[key] for key in ("kind", "species", "region")} for use in used]}
+    used = [
+        use
+        for use in config.get("land_use") or ()
+        if use.get("region")
+        and use.get("at", 0) <= tick
+        and (use.get("until") is None or tick <= use["until"])
+    ]
+    return {
+        "fences": standing["fence"],
+        "roads": standing["road"],
+        "areas": [{key: use[key] for key in ("kind", "species", "region")} for use in used],
+    }
 
 
 @lru_cache(maxsize=4)
@@ -73,17 +85,23 @@ def draw_land(ax: Any, land: Land) -> list[Any]:
 
     drawn: list[Any] = []
     for road in land["roads"]:
-        strips = PolyCollection(strip(np.array(road["line"], float), road["width"]), facecolor=ROAD, lw=0,
-                                zorder=0.6)
+        strips = PolyCollection(
+            strip(np.array(road["line"], float), road["width"]), facecolor=ROAD, lw=0, zorder=0.6
+        )
         drawn.append(ax.add_collection(strips))
     shapes: list[tuple[dict[str, Any], dict[str, Any]]] = [
-        (area, {"ec": USES[area["kind"]], "ls": (0, (2, 2)), "lw": 1.0}) for area in land["areas"]]
+        (area, {"ec": USES[area["kind"]], "ls": (0, (2, 2)), "lw": 1.0}) for area in land["areas"]
+    ]
     shapes += [(fence, {"ec": FENCE, "ls": (0, (3, 1)), "lw": 1.2}) for fence in land["fences"]]
     for shape, style in shapes:
         where = shape.get("region", ())
-        patch = (Polygon(shape["line"], closed=False, **style) if not where
-                 else Circle(where[:2], where[2], **style) if len(where) == 3
-                 else Rectangle(where[:2], where[2] - where[0], where[3] - where[1], **style))
+        patch = (
+            Polygon(shape["line"], closed=False, **style)
+            if not where
+            else Circle(where[:2], where[2], **style)
+            if len(where) == 3
+            else Rectangle(where[:2], where[2] - where[0], where[3] - where[1], **style)
+        )
         patch.set(fill=False, zorder=0.8)
         drawn.append(ax.add_patch(patch))
     return drawn

@@ -20,9 +20,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 POINTS = 150  # of a curve, at most
-SHOWN = {"reward": "reward per decision", "happiness": "mean happiness", "entropy": "entropy [nat]",
-         "approx_kl": "KL divergence [nat]", "explained_variance": "explained variance",
-         "clip_fraction": "share of clipped ratios"}
+SHOWN = {
+    "reward": "reward per decision",
+    "happiness": "mean happiness",
+    "entropy": "entropy [nat]",
+    "approx_kl": "KL divergence [nat]",
+    "explained_variance": "explained variance",
+    "clip_fraction": "share of clipped ratios",
+}
 """What a figure of learning shows, in its order, with the words at the axis."""
 
 
@@ -56,18 +61,23 @@ class Acts:
 def updates_of(table: pa.Table) -> dict[str, Updates]:
     """Return the updates of each species in a table as `Recorder.learning_series` gives it."""
     species = np.array(table["species"].cast(pa.string()).to_pylist(), object)
-    columns = {name: np.asarray(c.to_numpy() if c.null_count else to_numpy(c), float)
-               for name, c in zip(table.column_names, table.columns, strict=True)
-               if name not in ("tick", "species")}
+    columns = {
+        name: np.asarray(c.to_numpy() if c.null_count else to_numpy(c), float)
+        for name, c in zip(table.column_names, table.columns, strict=True)
+        if name not in ("tick", "species")
+    }
     ticks = to_numpy(table["tick"])
-    return {s: Updates(ticks[species == s], {name: v[species == s] for name, v in columns.items()})
-            for s in dict.fromkeys(species.tolist())}
+    return {
+        s: Updates(ticks[species == s], {name: v[species == s] for name, v in columns.items()})
+        for s in dict.fromkeys(species.tolist())
+    }
 
 
 def acts_of(table: pa.Table) -> dict[str, Acts]:
     """Return what each species did, from a table as `Recorder.action_series` gives it."""
-    species, action = (np.array(table[name].cast(pa.string()).to_pylist(), object)
-                       for name in ("species", "action"))
+    species, action = (
+        np.array(table[name].cast(pa.string()).to_pylist(), object) for name in ("species", "action")
+    )
     ticks, done, of = (to_numpy(table[name]) for name in ("tick", "n", "of"))
     out = {}
     for s in dict.fromkeys(species.tolist()):
@@ -107,8 +117,11 @@ def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tupl
 
 
 @styled
-def diagnostics(updates: Mapping[str, Updates], happiness: Mapping[str, tuple[np.ndarray, np.ndarray]],
-                hue: Mapping[str, str]) -> Figure:
+def diagnostics(
+    updates: Mapping[str, Updates],
+    happiness: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    hue: Mapping[str, str],
+) -> Figure:
     """Reward, happiness and PPO's own numbers over time, a line for each species that learns."""
     figure, axes = panels(3, 2, 9.4, 6.6, sharex=True)
     for ax, (word, label) in zip(axes.flat, SHOWN.items(), strict=True):
@@ -141,9 +154,13 @@ def actions(acts: Acts, title: str = "") -> Figure:
     figure, axes = panels(len(groups), 1, 9, 1.9 * len(groups) + 0.7, sharex=True)
     for ax, (group, at) in zip(axes[:, 0], groups.items(), strict=True):
         curves = [thinned(acts.ticks, acts.share[:, i]) for i in at]
-        ax.stackplot(curves[0][0], [np.nan_to_num(c[1]) for c in curves], lw=0,
-                     labels=[acts.actions[i].partition(".")[2] for i in at],
-                     colors=[PALETTE[(k + 1) % 6] if k < 6 else GREY for k in range(len(at))])
+        ax.stackplot(
+            curves[0][0],
+            [np.nan_to_num(c[1]) for c in curves],
+            lw=0,
+            labels=[acts.actions[i].partition(".")[2] for i in at],
+            colors=[PALETTE[(k + 1) % 6] if k < 6 else GREY for k in range(len(at))],
+        )
         ax.set(ylabel="share", ylim=(0, 1), title=f"{title}: {group}" if title else group)
         ax.margins(x=0)
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
@@ -155,8 +172,10 @@ def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return ticks and mean happiness of each species, while it lives."""
     if "happiness_mean" not in series.columns:
         return {}
-    return {s: (series.ticks, np.where(series.n[:, i] > 0, series.columns["happiness_mean"][:, i], np.nan))
-            for i, s in enumerate(series.species)}
+    return {
+        s: (series.ticks, np.where(series.n[:, i] > 0, series.columns["happiness_mean"][:, i], np.nan))
+        for i, s in enumerate(series.species)
+    }
 
 
 def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
@@ -168,15 +187,16 @@ def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = 
         first, last = (v[np.isfinite(v)] for v in (values[:tenth], values[-tenth:]))
         return (float(first.mean()) if first.size else np.nan, float(last.mean()) if last.size else np.nan)
 
-    out: dict[str, Any] = {"updates": int(updates.columns["n_learners"].sum()),
-                           "transitions": int(updates.columns["n_transitions"].sum())}
+    out: dict[str, Any] = {
+        "updates": int(updates.columns["n_learners"].sum()),
+        "transitions": int(updates.columns["n_transitions"].sum()),
+    }
     out |= {word: ends(updates.columns[word]) for word in SHOWN if word != "happiness"}
     if happiness is not None:
         values = happiness[1]
         cut = max(1, len(values) // 10)
         first, last = values[:cut], values[-cut:]
-        out["happiness"] = tuple(float(np.nanmean(v)) if np.isfinite(v).any() else np.nan
-                                 for v in (first, last))
+        out["happiness"] = tuple(
+            float(np.nanmean(v)) if np.isfinite(v).any() else np.nan for v in (first, last)
+        )
     return out
-
-

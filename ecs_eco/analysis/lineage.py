@@ -37,12 +37,14 @@ class Lineage(Pedigree):
 
         recorder = world.recorder
         if recorder is None:
-            raise RuntimeError("this world has no recorder; add one that keeps events: Recorder(world, "
-                               "keep_events=True)")
+            raise RuntimeError(
+                "this world has no recorder; add one that keeps events: Recorder(world, keep_events=True)"
+            )
         births, deaths = recorder.events("births"), recorder.events("deaths")
         born = births["species"]
-        births["species"] = (np.array(recorder.names)[born.astype(int)]
-                             if len(births["uid"]) else born.astype(str))
+        births["species"] = (
+            np.array(recorder.names)[born.astype(int)] if len(births["uid"]) else born.astype(str)
+        )
         births["genome"] = births["genome"].astype(str).astype(object)
         deaths["cause"] = np.array(["", *world.causes])[deaths["cause"].astype(int)]
         genomes = {name: genes for name in recorder.names if (genes := genes_of(world.tables[name]))}
@@ -69,22 +71,29 @@ class Lineage(Pedigree):
         if "island" in manifest:
             births, deaths = _present(folder, births, deaths, sealed)
         end = max(manifest.get("done", manifest.get("ticks", 0)) - 1, 0)
-        return cls._joined(births, deaths, end=end, dt=manifest.get("dt", 1.0),
-                           genomes=manifest.get("genomes", {}))
+        return cls._joined(
+            births, deaths, end=end, dt=manifest.get("dt", 1.0), genomes=manifest.get("genomes", {})
+        )
 
     @classmethod
     def _of_islands(cls, root: Path) -> Lineage:
         """The lineage of all islands: who migrates was born on one of them and died on one."""
         folders = [root / ISLANDS / name for name in read(root)["islands"]]
         manifests = [read_manifest(folder) for folder in folders]
-        events = [[_events(folder, kind, columns, seal.WORD in manifest)
-                   for folder, manifest in zip(folders, manifests, strict=True)]
-                  for kind, columns in (("births", BIRTHS), ("deaths", DEATHS))]
-        births, deaths = ({name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-                          for parts in events)
+        events = [
+            [
+                _events(folder, kind, columns, seal.WORD in manifest)
+                for folder, manifest in zip(folders, manifests, strict=True)
+            ]
+            for kind, columns in (("births", BIRTHS), ("deaths", DEATHS))
+        ]
+        births, deaths = (
+            {name: np.concatenate([part[name] for part in parts]) for name in parts[0]} for parts in events
+        )
         first = manifests[0]
-        return cls._joined(births, deaths, end=max(first["done"] - 1, 0), dt=first["dt"],
-                           genomes=first.get("genomes", {}))
+        return cls._joined(
+            births, deaths, end=max(first["done"] - 1, 0), dt=first["dt"], genomes=first.get("genomes", {})
+        )
 
     @classmethod
     def _joined(cls, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], **more: Any) -> Lineage:
@@ -124,19 +133,20 @@ class Lineage(Pedigree):
         """Mean age of parents at the birth of their offspring [ticks]; see `ecs_eco.analysis.genes`."""
         return generation_time(self, species)
 
-    def selection(self, species: str, gene: str, value: str, since: int = 0,
-                  until: int | None = None) -> Selection:
+    def selection(
+        self, species: str, gene: str, value: str, since: int = 0, until: int | None = None
+    ) -> Selection:
         """How strongly a value of a gene is selected, per tick and per generation; see
         `ecs_eco.analysis.genes.selection`."""
         return selection(self, species, gene, value, since, until)
 
     def to_csv(self, path: Path | str) -> Path:
-        """Write a phylogeny in the ALife data standards format; see `ecs_eco.analysis.phylogeny.write_csv`.
-        """
+        """Write a phylogeny in the ALife data standards format; see `ecs_eco.analysis.phylogeny.write_csv`."""
         return phylogeny.write_csv(self, Path(path))
 
-    def to_newick(self, path: Path | str | None = None, *, living: bool = False,
-                  names: Sequence[str] | None = None) -> str:
+    def to_newick(
+        self, path: Path | str | None = None, *, living: bool = False, names: Sequence[str] | None = None
+    ) -> str:
         """The tree along first parents in Newick format, written to `path` where given;
         see `phylogeny.newick`.
 
@@ -145,25 +155,27 @@ class Lineage(Pedigree):
         """
         if names is not None and len(names) != len(self):
             raise ValueError(f"lineage: {len(names)} names for {len(self)} organisms; one each is needed")
-        chosen = (self._forebears(self.died == ALIVE, fathers=False) if living
-                  else np.ones(len(self), bool))
-        text = phylogeny.newick(self._chosen(chosen),
-                                names and [n for n, c in zip(names, chosen, strict=True) if c])
+        chosen = self._forebears(self.died == ALIVE, fathers=False) if living else np.ones(len(self), bool)
+        text = phylogeny.newick(
+            self._chosen(chosen), names and [n for n, c in zip(names, chosen, strict=True) if c]
+        )
         if path is not None:
             phylogeny.write_text(Path(path), text + "\n")
         return text
 
 
-def _events(folder: Path | str, kind: str, columns: dict[str, type],
-            needed: bool = False) -> dict[str, np.ndarray]:
+def _events(
+    folder: Path | str, kind: str, columns: dict[str, type], needed: bool = False
+) -> dict[str, np.ndarray]:
     """Columns of all parts: strings as str, "" where null; numbers as u64;
     a column that is not there as 0 or ""."""
     tables = [read_part(file, needed=needed) for file in parts(folder, kind)]
     return {name: _column(tables, name, dtype) for name, dtype in columns.items()}
 
 
-def _present(folder: Path | str, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray],
-             sealed: bool) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+def _present(
+    folder: Path | str, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], sealed: bool
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """The births of an island with those who came, and its deaths with those who left for good."""
     columns = BIRTHS | {"born": int}
     came, left = (_events(folder, kind, columns, sealed) for kind in ("arrivals", "departures"))
@@ -172,13 +184,20 @@ def _present(folder: Path | str, births: dict[str, np.ndarray], deaths: dict[str
     gone = np.array([i for uid, i in away.items() if left["tick"][i] > last.get(uid, -1)], np.int64)
     _, first = np.unique(came["uid"], return_index=True)
     new = first[~np.isin(came["uid"][first], births["uid"])]
-    births = {name: np.concatenate([column, came["born" if name == "order" else name][new]])
-              for name, column in (births | {"order": births["tick"]}).items()}
+    births = {
+        name: np.concatenate([column, came["born" if name == "order" else name][new]])
+        for name, column in (births | {"order": births["tick"]}).items()
+    }
     for parent in ("parent", "parent2"):
-        births[parent] = np.where(np.isin(births[parent], births["uid"]), births[parent],
-                                  births[parent].dtype.type(0))
-    more = {"tick": left["tick"][gone], "uid": left["uid"][gone], "species": left["species"][gone],
-            "cause": np.full(gone.size, "emigrated")}
+        births[parent] = np.where(
+            np.isin(births[parent], births["uid"]), births[parent], births[parent].dtype.type(0)
+        )
+    more = {
+        "tick": left["tick"][gone],
+        "uid": left["uid"][gone],
+        "species": left["species"][gone],
+        "cause": np.full(gone.size, "emigrated"),
+    }
     return births, {name: np.concatenate([column, more[name]]) for name, column in deaths.items()}
 
 
@@ -208,5 +227,7 @@ def _with_founders(births: dict[str, np.ndarray], deaths: dict[str, np.ndarray])
     k, uid = len(known), np.array(sorted(known), np.uint64)
     names = np.array([known[int(u)] for u in uid], "U1" if not k else None)
     more: dict[str, np.ndarray] = {"uid": uid, "species": names, "genome": np.full(k, "", object)}
-    return {name: np.concatenate([more.get(name, np.zeros(k, column.dtype)), column])
-            for name, column in births.items()}
+    return {
+        name: np.concatenate([more.get(name, np.zeros(k, column.dtype)), column])
+        for name, column in births.items()
+    }

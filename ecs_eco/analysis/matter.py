@@ -58,8 +58,9 @@ class Ledger:
 
 def ledger_of(table: pa.Table) -> Ledger:
     """Return the ledger in a table as `world.recorder.matter_series()` gives it."""
-    holder, substance = (table[name].cast(pa.string()).combine_chunks().dictionary_encode()
-                         for name in ("holder", "substance"))
+    holder, substance = (
+        table[name].cast(pa.string()).combine_chunks().dictionary_encode() for name in ("holder", "substance")
+    )
     names = [tuple(d.dictionary.to_pylist()) for d in (holder, substance)]
     ticks, row = np.unique(table["tick"].to_numpy(), return_inverse=True)
     place = row, *(d.indices.to_numpy(zero_copy_only=False) for d in (holder, substance))
@@ -90,18 +91,24 @@ def told(ledger: Ledger) -> list[str]:
     for k, name in enumerate(ledger.substances):
         before, after = ledger.columns["stock_before"][0, :, k].sum(), ledger.stock[-1, :, k].sum()
         flows = {f: float(ledger.columns[f][:, :, k].sum()) for f in ledger.flows if f not in WITHIN}
-        some = ", ".join(f"{f.replace('_', ' ')} {'+' if v > 0 else ''}{number(v)}"
-                         for f, v in sorted(flows.items(), key=lambda x: -abs(x[1]))
-                         if abs(v) > SURE * max(before, after, 1e-300))
+        some = ", ".join(
+            f"{f.replace('_', ' ')} {'+' if v > 0 else ''}{number(v)}"
+            for f, v in sorted(flows.items(), key=lambda x: -abs(x[1]))
+            if abs(v) > SURE * max(before, after, 1e-300)
+        )
         most = int(ledger.stock[-1, :, k].argmax())
         share = ledger.stock[-1, most, k] / after if after > 0 else 0.0
         end = f"; most of it, {share:.0%}, is in {ledger.holders[most]}" if share > 0 else ""
-        lines.append(f"{name}: {number(before)} mol at first, {number(after)} mol at last"
-                     f"{f' ({some})' if some else ', none came or went'}{end}.")
+        lines.append(
+            f"{name}: {number(before)} mol at first, {number(after)} mol at last"
+            f"{f' ({some})' if some else ', none came or went'}{end}."
+        )
     gap, share, tick = ledger.gap()
     kept = "closes" if share < SURE else "DOES NOT CLOSE"
-    lines.append(f"The ledger of matter {kept}: the largest gap in any tick is {gap:.2g} mol, {share:.1e} of "
-                 f"the stock (tick {tick:,}).")
+    lines.append(
+        f"The ledger of matter {kept}: the largest gap in any tick is {gap:.2g} mol, {share:.1e} of "
+        f"the stock (tick {tick:,})."
+    )
     return lines
 
 
@@ -114,8 +121,9 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
     for k, (ax, name) in enumerate(zip(axes[:, 0], ledger.substances, strict=True)):
         for_all = [thinned(ledger.ticks, ledger.stock[:, i, k], 400) for i in range(len(ledger.holders))]
         shades = [hue.get(h) or PALETTE[(others.index(h) + 3) % len(PALETTE)] for h in ledger.holders]
-        areas = ax.stackplot(for_all[0][0], [np.maximum(v, 0) for _, v in for_all], colors=shades, lw=0,
-                             labels=ledger.holders)
+        areas = ax.stackplot(
+            for_all[0][0], [np.maximum(v, 0) for _, v in for_all], colors=shades, lw=0, labels=ledger.holders
+        )
         for area, holder in zip(areas, ledger.holders, strict=True):
             if holder in others:
                 area.set(hatch="//", edgecolor="white", linewidth=0)

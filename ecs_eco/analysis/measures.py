@@ -1,5 +1,4 @@
-"""What reporters measured: its course in one run and in several, and how arms of an experiment differ in it.
-"""
+"""What reporters measured: its course in one run and in several, and how arms of an experiment differ in it."""
 
 from __future__ import annotations
 
@@ -58,17 +57,23 @@ def rows(series: Series) -> str:
         for of in kinds:
             values = course(series, name, of)
             values = values[np.isfinite(values)]
-            numbers = ((values[0], values.mean(), values.min(), values.max(), values[-1]) if values.size
-                       else [np.nan] * 5)
+            numbers = (
+                (values[0], values.mean(), values.min(), values.max(), values[-1])
+                if values.size
+                else [np.nan] * 5
+            )
             out.append([name, "the world" if of == WORLD else of, *map(number, numbers)])
     return table(["measured", "of", "first tick", "mean", "least", "most", "last tick"], out)
 
 
 def lines(series: Series) -> list[str]:
     """A line for each reporter and species: its mean over a run, and its last number."""
-    return [f"{name}{'' if of == WORLD else f' of {of}'}: {number(run_mean(series, name, of))} on average, "
-            f"{number(course(series, name, of)[-1])} at the end"
-            for name, kinds in measured(series).items() for of in kinds]
+    return [
+        f"{name}{'' if of == WORLD else f' of {of}'}: {number(run_mean(series, name, of))} on average, "
+        f"{number(course(series, name, of)[-1])} at the end"
+        for name, kinds in measured(series).items()
+        for of in kinds
+    ]
 
 
 @styled
@@ -96,8 +101,9 @@ def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
     """Each reporter over time (rows) in each arm (columns): every run thin, the median over runs thick."""
     every = [run for members in runs.values() for run in members]
     kinds, hue = measured(*every), colors_of(every[0])
-    figure, axes = panels(len(kinds), len(runs), 4 * len(runs) + 1, 1.9 * len(kinds) + 0.6, sharex=True,
-                          sharey="row")
+    figure, axes = panels(
+        len(kinds), len(runs), 4 * len(runs) + 1, 1.9 * len(kinds) + 0.6, sharex=True, sharey="row"
+    )
     for column, (arm, members) in enumerate(runs.items()):
         length = min(len(run.ticks) for run in members)
         for ax, (name, named) in zip(axes[:, column], kinds.items(), strict=True):
@@ -134,8 +140,10 @@ def of_arms(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid]) -> 
     out: dict[str, Any] = {}
     for name, named in kinds.items():
         for of in named:
-            each = {arm: _means(grids[arm].runs if arm in grids else [runs], name, of)
-                    for arm, runs in arms.items()}
+            each = {
+                arm: _means(grids[arm].runs if arm in grids else [runs], name, of)
+                for arm, runs in arms.items()
+            }
             out.setdefault(name, {})[of] = {
                 arm: {"mean": _interval(values), "n": int(np.isfinite(values).sum())}
                 for arm, values in each.items()
@@ -155,18 +163,23 @@ def effects(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], see
     def difference(arm: str, name: str, of: str) -> Any:
         if arm in grids or reference in grids:
             return _crossed(arms, grids, (arm, reference), name, of)
-        one, two = ([x for run in arms[a] if np.isfinite(x := run_mean(run, name, of))]
-                    for a in (arm, reference))
+        one, two = (
+            [x for run in arms[a] if np.isfinite(x := run_mean(run, name, of))] for a in (arm, reference)
+        )
         return bootstrap_difference(one, two, seed=seed)
 
-    return {name: {of: {arm: difference(arm, name, of) for arm in others} for of in named}
-            for name, named in kinds.items()}
+    return {
+        name: {of: {arm: difference(arm, name, of) for arm in others} for of in named}
+        for name, named in kinds.items()
+    }
 
 
-def _crossed(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], pair: tuple[str, str],
-             name: str, of: str) -> Any:
-    worlds = [list(grids[a].worlds) if a in grids else [int(run.manifest["seed"]) for run in arms[a]]
-              for a in pair]
+def _crossed(
+    arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], pair: tuple[str, str], name: str, of: str
+) -> Any:
+    worlds = [
+        list(grids[a].worlds) if a in grids else [int(run.manifest["seed"]) for run in arms[a]] for a in pair
+    ]
     one, two = (_means(grids[a].runs if a in grids else [arms[a]], name, of) for a in pair)
     if worlds[0] != worlds[1] or (len(one) != len(two) and 1 not in (len(one), len(two))):
         return None

@@ -28,8 +28,11 @@ KINDS = {
     "pressure": "surroundings",
 }
 SECTIONS = dict.fromkeys(("eat", "drink", "breathe", "suck", "sleep"), "homeostatic regulation") | {
-    "mate": "reproduction", "speed": "locomotion", "turn": "locomotion", "climb": "locomotion",
-}  # fmt: skip
+    "mate": "reproduction",
+    "speed": "locomotion",
+    "turn": "locomotion",
+    "climb": "locomotion",
+}
 ORDER = ("homeostatic regulation", "reproduction", "other actions", "locomotion")
 
 
@@ -125,8 +128,11 @@ class Diagram:
     def edges(self) -> list[tuple[str, str, Sign, str]]:
         """(channel, action, sign, label) of every line of the reflex network."""
         names = {a.row: a.name for a in self.actions}
-        return [(self.channels[row], names[r.action], sign, r.label) for r in self.reflexes
-                for row, sign in r.sources]
+        return [
+            (self.channels[row], names[r.action], sign, r.label)
+            for r in self.reflexes
+            for row, sign in r.sources
+        ]
 
 
 def nervous_species(config: WorldConfig) -> list[str]:
@@ -139,8 +145,11 @@ def diagram(config: WorldConfig, species: str) -> Diagram:
     nervous = nervous_species(config)
     if species not in nervous:
         fault = "no such species" if species not in config.species else "it has neither sensors nor actions"
-        allowed = (f"a species with nerves: {', '.join(nervous)}"
-                   if nervous else "no species of this world has nerves")
+        allowed = (
+            f"a species with nerves: {', '.join(nervous)}"
+            if nervous
+            else "no species of this world has nerves"
+        )
         raise ConfigError([Problem((), fault, species, allowed, nearest(species, nervous), "species")])
     own = config.species[species]
     return Diagram(
@@ -163,14 +172,31 @@ def _sensors(species: Species, dims: int) -> list[SensorNode]:
         place = [] if s.kind == "touch" else getattr(s, "at", [])
         at = tuple(place[:2]) if s.kind not in ("own", "nearest", "rays") or any(place) else None
         ahead = getattr(s, "angle", 0.0)
-        sector = (tuple(s.at) if s.kind == "touch"
-                  else (ahead - s.fov / 2, ahead + s.fov / 2) if hasattr(s, "fov") else None)
+        sector = (
+            tuple(s.at)
+            if s.kind == "touch"
+            else (ahead - s.fov / 2, ahead + s.fov / 2)
+            if hasattr(s, "fov")
+            else None
+        )
         kind = KINDS.get(s.kind, "other senses")
-        genes = list(dict.fromkeys(g.name for trait, g in _genes(species).items()
-                                   if trait.startswith(f"sensors.{s.name}.")))
+        genes = list(
+            dict.fromkeys(
+                g.name for trait, g in _genes(species).items() if trait.startswith(f"sensors.{s.name}.")
+            )
+        )
         text = _text(s) + f", gene{'s' * (len(genes) > 1)} {', '.join(genes)}" * bool(genes)
-        nodes.append(SensorNode(kind, text, channels, first, at or None, sector,  # type: ignore[arg-type]
-                                kind == "vision"))
+        nodes.append(
+            SensorNode(
+                kind,
+                text,
+                channels,
+                first,
+                at or None,
+                sector,  # type: ignore[arg-type]
+                kind == "vision",
+            )
+        )
         first += len(channels)
     order = [*dict.fromkeys(KINDS.values()), "other senses"]
     return sorted(nodes, key=lambda node: order.index(node.kind))
@@ -180,26 +206,37 @@ def _text(sensor: Any) -> str:
     """What a sensor is sensitive to, and where."""
     match sensor.kind:
         case "own":
-            return (f"own {sensor.property}" + f", 1 at {sensor.scale:g}" * (sensor.scale != 1)
-                    + f", {_place(sensor.at)}" * any(sensor.at))
+            return (
+                f"own {sensor.property}"
+                + f", 1 at {sensor.scale:g}" * (sensor.scale != 1)
+                + f", {_place(sensor.at)}" * any(sensor.at)
+            )
         case "nearest":
             hidden = ", if in sight" if sensor.occlusion else ""
-            return (f"nearest {sensor.target} within {sensor.radius:g} m{_angle(sensor.fov)}"
-                    f"{f', {_place(sensor.at)}' * any(sensor.at)}{hidden}")
+            return (
+                f"nearest {sensor.target} within {sensor.radius:g} m{_angle(sensor.fov)}"
+                f"{f', {_place(sensor.at)}' * any(sensor.at)}{hidden}"
+            )
         case "rays":
             rays = "1 ray" if sensor.count == 1 else f"{sensor.count} rays"
-            where = (f" around {math.degrees(sensor.angle):.0f}°".replace("-", "−") * bool(sensor.angle)
-                     + f", {_place(sensor.at)}" * any(sensor.at))
+            where = f" around {math.degrees(sensor.angle):.0f}°".replace("-", "−") * bool(
+                sensor.angle
+            ) + f", {_place(sensor.at)}" * any(sensor.at)
             return f"{rays} of {sensor.radius:g} m{_angle(sensor.fov)}{where}: {', '.join(sensor.targets)}"
         case "property":
             decay = {"none": "", "linear": ", falling linearly", "inverse_square": ", by inverse square"}
             mean, whose = "mean " * (sensor.report == "mean"), " or ".join(sensor.kinds()) or "all bodies"
-            return (f"{mean}{sensor.property} of {whose} within {sensor.radius:g} m{decay[sensor.decay]}, "
-                    f"{_place(sensor.at)}")
+            return (
+                f"{mean}{sensor.property} of {whose} within {sensor.radius:g} m{decay[sensor.decay]}, "
+                f"{_place(sensor.at)}"
+            )
         case "touch":
             begin, end = sensor.at
-            where = ("all round" if end - begin >= 2 * math.pi - 1e-5
-                     else f"{math.degrees(begin):.0f}° to {math.degrees(end):.0f}°")
+            where = (
+                "all round"
+                if end - begin >= 2 * math.pi - 1e-5
+                else f"{math.degrees(begin):.0f}° to {math.degrees(end):.0f}°"
+            )
             return f"{'anything' if sensor.target == 'any' else sensor.target}, {where.replace('-', '−')}"
         case "approach":
             return f"flow of the nearest {sensor.target} that approaches, within {sensor.radius:g} m"
@@ -226,8 +263,18 @@ def _actions(species: Species) -> list[ActionNode]:
     for row, (group, name) in enumerate(species.action_list()):
         automatic = bool({name, f"{group}.{name}"} & set(species.automatic))
         chosen = species.policy.kind != "none" and not automatic
-        nodes.append(ActionNode(_section(group), group, name, row, automatic,
-                                species.neutral.get(group) == name, chosen, ranges.get(group)))
+        nodes.append(
+            ActionNode(
+                _section(group),
+                group,
+                name,
+                row,
+                automatic,
+                species.neutral.get(group) == name,
+                chosen,
+                ranges.get(group),
+            )
+        )
     return sorted(nodes, key=lambda node: ORDER.index(node.section))
 
 
@@ -245,13 +292,15 @@ def _reflexes(species: Species, dims: int) -> list[Reflex]:
     for action, text in species.reflex.formulas.items():
         sources = _sources(pushes(text, _positive(species, dims)), readings)
         signs = {sign for _, sign in sources}
-        reflexes.append(Reflex(sources, rows[action], signs.pop() if len(signs) == 1 else None,
-                               " ".join(text.split())))
+        reflexes.append(
+            Reflex(sources, rows[action], signs.pop() if len(signs) == 1 else None, " ".join(text.split()))
+        )
     return reflexes
 
 
-def _connection(c: Any, readings: dict[str, tuple[int, ...]], rows: dict[str, int],
-                genes: dict[str, Any]) -> Reflex:
+def _connection(
+    c: Any, readings: dict[str, tuple[int, ...]], rows: dict[str, int], genes: dict[str, Any]
+) -> Reflex:
     weight, threshold = (genes.get(f"reflex.{c.label}.{part}") for part in ("weight", "threshold"))
     sign: Sign = c.weight
     worth = _signed(c.weight)
@@ -291,15 +340,17 @@ def _happiness(species: Species, dims: int) -> HappinessNode | None:
         return None
     if happiness.function is not None:
         return HappinessNode((), function_name(happiness.function))
-    text = (happiness.formula
-            or " + ".join(f"{w:g} * {name}" for name, w in happiness.weights.items()).replace("+ -", "- "))
+    text = happiness.formula or " + ".join(
+        f"{w:g} * {name}" for name, w in happiness.weights.items()
+    ).replace("+ -", "- ")
     sources = _sources(directions(text, _positive(species, dims)), species.readings(dims))
     label = " ".join(text.split()) if happiness.formula else text.replace(" * ", "·")
     genes = {name: g for name in happiness.weights if (g := _genes(species).get(f"happiness.{name}"))}
     signs = {row: _range(g)[1] for name, g in genes.items() for row in species.readings(dims)[name]}
     sources = tuple((row, signs.get(row, sign)) for row, sign in sources)
-    return HappinessNode(sources, label, tuple(dict.fromkeys(g.name for g in genes.values())),
-                         frozenset(signs))
+    return HappinessNode(
+        sources, label, tuple(dict.fromkeys(g.name for g in genes.values())), frozenset(signs)
+    )
 
 
 def _sources(signs: dict[str, Sign], readings: dict[str, tuple[int, ...]]) -> tuple[tuple[int, Sign], ...]:
@@ -343,6 +394,7 @@ def _options(species: Species) -> list[tuple[str, int]]:
     """(group, number of options) of the groups that the policy chooses in;
     a lone action has "not" as alternative."""
     automatic = set(species.automatic)
-    groups = [(g, [a for a in names if not {a, f"{g}.{a}"} & automatic])
-              for g, names in species.groups().items()]
+    groups = [
+        (g, [a for a in names if not {a, f"{g}.{a}"} & automatic]) for g, names in species.groups().items()
+    ]
     return [(group, max(2, len(names))) for group, names in groups if names]

@@ -60,8 +60,13 @@ def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Fi
     names = list(species) or nervous_species(config)
     if not names:
         fault = "no species has sensors or actions"
-        raise ConfigError([Problem((), fault, config.name, "a world with a species that has a nervous system",
-                                   source="WORLD")])
+        raise ConfigError(
+            [
+                Problem(
+                    (), fault, config.name, "a world with a species that has a nervous system", source="WORLD"
+                )
+            ]
+        )
     return _figure([_Drawing(diagram(config, name), {}) for name in names])
 
 
@@ -79,8 +84,9 @@ def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
         files.write(path, themed(text, text, NIGHT))
         return path
     with files.writing(path) as beside, as_delivered({"text.parse_math": False}):
-        figure.savefig(beside, dpi=dpi, facecolor="white", format=kind.removeprefix("."),
-                       metadata=undated.get(kind))
+        figure.savefig(
+            beside, dpi=dpi, facecolor="white", format=kind.removeprefix("."), metadata=undated.get(kind)
+        )
     return path
 
 
@@ -95,8 +101,9 @@ def _checked(values: Mapping[str, Any], d: Diagram) -> dict[str, np.ndarray]:
             continue
         arrays[name] = np.asarray(value, np.float64).reshape(-1)
         if len(arrays[name]) != lengths[name]:
-            raise ValueError(f"values[{name!r}] of {d.species} has {len(arrays[name])} numbers; allowed: "
-                             f"{lengths[name]}")
+            raise ValueError(
+                f"values[{name!r}] of {d.species} has {len(arrays[name])} numbers; allowed: {lengths[name]}"
+            )
     return arrays
 
 
@@ -139,11 +146,17 @@ class _Drawing:
         d, at = self.d, self.at
         self.pen.text(at.x_text, 0.3, d.species, 14, INK, bold=True)
         reflexes = len(d.reflexes) + bool(d.function)
-        policy = {"none": "no policy network",
-                  "shared": "a shared policy network", "external": "decided for from outside",
-                  "function": "a function as policy"}.get(d.policy.kind, "a policy network each")
-        counts = [_count(len(d.channels), "channel"), _count(len(d.actions), "action"),
-                  _count(reflexes, "reflex", "es")]
+        policy = {
+            "none": "no policy network",
+            "shared": "a shared policy network",
+            "external": "decided for from outside",
+            "function": "a function as policy",
+        }.get(d.policy.kind, "a policy network each")
+        counts = [
+            _count(len(d.channels), "channel"),
+            _count(len(d.actions), "action"),
+            _count(reflexes, "reflex", "es"),
+        ]
         self.pen.text(at.x_text, 0.54, f"{d.world}: {', '.join([*counts, policy])}", 8.5)
         for text, x, y in at.headings:
             self.pen.text(x, y, text, 8.5, bold=True)
@@ -155,8 +168,9 @@ class _Drawing:
         first, last = at.channel_y[rows[0]], at.channel_y[rows[-1]]
         lines = at.sensor_lines[s.first]
         for i, line in enumerate(lines):
-            self.pen.text(at.x_glyph - 0.24, (first + last) / 2 + (i - (len(lines) - 1) / 2) * 0.15,
-                          line, ha="right")
+            self.pen.text(
+                at.x_glyph - 0.24, (first + last) / 2 + (i - (len(lines) - 1) / 2) * 0.15, line, ha="right"
+            )
         self.pen.body(at.x_glyph, (first + last) / 2, s)
         if len(rows) > 1:
             self.pen.bracket(at.x_bracket - 0.04, first - 0.08, last + 0.08, 0.05)
@@ -242,13 +256,21 @@ class _Drawing:
         tall = [0.14 + 0.28 * min(1.0, math.log2(1 + units) / 8) for units in policy.layers]
         for i in range(n - 1):
             for a, b in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
-                self.pen.line(xs[i : i + 2], [y - 0.05 + a * tall[i] / 2, y - 0.05 + b * tall[i + 1] / 2],
-                              WEIGHTS, 0.7, 5)
+                self.pen.line(
+                    xs[i : i + 2],
+                    [y - 0.05 + a * tall[i] / 2, y - 0.05 + b * tall[i + 1] / 2],
+                    WEIGHTS,
+                    0.7,
+                    5,
+                )
         for x, high in zip(xs, tall, strict=True):
             self.pen.block(x - 0.035, y - 0.05, 0.07, high, BLUE, 6)
         self._say(y + 0.27, policy.way, 8, INK)
-        words = [policy.kind, *["learns"] * policy.learns,
-                 *[f"inherited: {policy.inherit}"] * (policy.inherit != "none")]
+        words = [
+            policy.kind,
+            *["learns"] * policy.learns,
+            *[f"inherited: {policy.inherit}"] * (policy.inherit != "none"),
+        ]
         self._say(y + 0.43, ", ".join(words))
 
     def _happiness(self, y: float, height: float) -> None:
@@ -264,8 +286,15 @@ class _Drawing:
         sources = self._from_the_top(self.d.happiness.sources)
         for (row, sign), inlet in zip(sources, _inlets(y, height - 0.12, len(sources)), strict=True):
             dotted = row in self.d.happiness.heritable
-            self.pen.curve(self.at.x_channel + NODE, self.at.channel_y[row], self.at.x_box - 0.07, inlet,
-                           sign, dotted, 1.2)
+            self.pen.curve(
+                self.at.x_channel + NODE,
+                self.at.channel_y[row],
+                self.at.x_box - 0.07,
+                inlet,
+                sign,
+                dotted,
+                1.2,
+            )
             self.pen.end(self.at.x_box - 0.01, inlet, sign, 0.075)
 
     def _reflex(self, i: int) -> None:
@@ -278,8 +307,13 @@ class _Drawing:
         for k, line in enumerate(lines):
             gene = heritable and k == len(lines) - 1
             style = {"style": "italic"} if gene else {}
-            self._say(y + (k - (len(lines) - 1) / 2) * LINE, line if gene else minus(line), 8,
-                      GREY if gene else INK, **style)
+            self._say(
+                y + (k - (len(lines) - 1) / 2) * LINE,
+                line if gene else minus(line),
+                8,
+                GREY if gene else INK,
+                **style,
+            )
         end = self._arrival(i)
         self.pen.curve(at.x_box + at.box, y, at.x_action - NODE - 0.1, end, r.sign, heritable)
         self.pen.end(at.x_action - NODE - 0.02, end, r.sign)
@@ -288,8 +322,9 @@ class _Drawing:
         """Where a reflex' line reaches its action: lines of one sign at one place,
         those of other signs beside it."""
         r, boxes = self.d.reflexes[i], self.at.hub_boxes
-        others = sorted((k for k, o in enumerate(self.d.reflexes) if o.action == r.action),
-                        key=lambda k: boxes[k])
+        others = sorted(
+            (k for k, o in enumerate(self.d.reflexes) if o.action == r.action), key=lambda k: boxes[k]
+        )
         signs = list(dict.fromkeys(self.d.reflexes[k].sign for k in others))
         return _inlets(self.at.action_y[r.action], 0.1 * len(signs), len(signs))[signs.index(r.sign)]
 

@@ -20,9 +20,20 @@ INK, GREY, SOFT, FAINT = "#1b1f23", "#5f6870", "#aab2ba", "#e6eaee"
 GREEN, ORANGE, BLUE, RED = "#009E73", "#E69F00", "#0072B2", "#D55E00"
 HUES = {1: GREEN, -1: RED}
 POLICY, HAPPINESS, WEIGHTS, SECTOR = "#eaf3f9", "#fdf5e1", "#9cc4df", "#bcdcf0"
-NIGHT = {**ON_DARK, GREY: "#98a5aa", SOFT: "#5f6c74", FAINT: "#283136", GREEN.lower(): "#2fc69b",
-                   ORANGE.lower(): "#e6a522", BLUE.lower(): "#4aa3dc", RED.lower(): "#ff8a4c",
-                   POLICY: "#15303f", HAPPINESS: "#352a0e", WEIGHTS: "#3f7599", SECTOR: "#2c5b7c"}
+NIGHT = {
+    **ON_DARK,
+    GREY: "#98a5aa",
+    SOFT: "#5f6c74",
+    FAINT: "#283136",
+    GREEN.lower(): "#2fc69b",
+    ORANGE.lower(): "#e6a522",
+    BLUE.lower(): "#4aa3dc",
+    RED.lower(): "#ff8a4c",
+    POLICY: "#15303f",
+    HAPPINESS: "#352a0e",
+    WEIGHTS: "#3f7599",
+    SECTOR: "#2c5b7c",
+}
 """The colours of a drawing on a dark ground, by those on a light one."""
 NODE = 0.055  # radius
 
@@ -33,15 +44,27 @@ class Pen:
     def __init__(self, ax: Axes) -> None:
         self.ax = ax
 
-    def text(self, x: float, y: float, text: str, size: float = 8, hue: str = GREY, bold: bool = False,
-             **more: Any) -> None:
+    def text(
+        self, x: float, y: float, text: str, size: float = 8, hue: str = GREY, bold: bool = False, **more: Any
+    ) -> None:
         """A text with its middle at y."""
         weight = "bold" if bold else "normal"
-        self.ax.text(x, y, text, fontsize=size, color=hue, va="center", family="DejaVu Sans", weight=weight,
-                     zorder=10, **more)
+        self.ax.text(
+            x,
+            y,
+            text,
+            fontsize=size,
+            color=hue,
+            va="center",
+            family="DejaVu Sans",
+            weight=weight,
+            zorder=10,
+            **more,
+        )
 
-    def line(self, x: Sequence[float], y: Sequence[float], hue: str = SOFT, width: float = 1.0,
-             zorder: float = 1) -> None:
+    def line(
+        self, x: Sequence[float], y: Sequence[float], hue: str = SOFT, width: float = 1.0, zorder: float = 1
+    ) -> None:
         """A straight or broken line."""
         self.ax.plot(x, y, color=hue, lw=width, zorder=zorder, solid_capstyle="butt", solid_joinstyle="round")
 
@@ -57,32 +80,59 @@ class Pen:
 
         self.ax.add_patch(Polygon(corners, facecolor=hue, lw=0, zorder=zorder))
 
-    def circle(self, x: float, y: float, radius: float, face: str, edge: str = "none", width: float = 1.1,
-               zorder: float = 9) -> None:
+    def circle(
+        self,
+        x: float,
+        y: float,
+        radius: float,
+        face: str,
+        edge: str = "none",
+        width: float = 1.1,
+        zorder: float = 9,
+    ) -> None:
         """A filled circle."""
         from matplotlib.patches import Circle
 
         self.ax.add_patch(Circle((x, y), radius, facecolor=face, edgecolor=edge, lw=width, zorder=zorder))
 
-    def box(self, x: float, y: float, wide: float, high: float, face: str, edge: str,
-            style: Any = "-") -> None:
+    def box(
+        self, x: float, y: float, wide: float, high: float, face: str, edge: str, style: Any = "-"
+    ) -> None:
         """A box with round corners from x, with its middle at y."""
         from matplotlib.patches import FancyBboxPatch
 
         shape = f"round,pad=0,rounding_size={min(0.09, high / 3):.3f}"
-        box = FancyBboxPatch((x, y - high / 2), wide, high, boxstyle=shape, facecolor=face, edgecolor=edge,
-                             lw=1.1, ls=style, zorder=4)
+        box = FancyBboxPatch(
+            (x, y - high / 2),
+            wide,
+            high,
+            boxstyle=shape,
+            facecolor=face,
+            edgecolor=edge,
+            lw=1.1,
+            ls=style,
+            zorder=4,
+        )
         self.ax.add_patch(box)
 
-    def curve(self, x: float, y: float, to_x: float, to_y: float, sign: Sign, dotted: bool = False,
-              width: float = 1.6) -> None:
+    def curve(
+        self,
+        x: float,
+        y: float,
+        to_x: float,
+        to_y: float,
+        sign: Sign,
+        dotted: bool = False,
+        width: float = 1.6,
+    ) -> None:
         """A connection, level at both ends."""
         from matplotlib.patches import PathPatch
         from matplotlib.path import Path
 
         bend = (to_x - x) / 2
-        path = Path([(x, y), (x + bend, y), (to_x - bend, to_y), (to_x, to_y)],
-                    [Path.MOVETO, *[Path.CURVE4] * 3])
+        path = Path(
+            [(x, y), (x + bend, y), (to_x - bend, to_y), (to_x, to_y)], [Path.MOVETO, *[Path.CURVE4] * 3]
+        )
         self.ax.add_patch(PathPatch(path, fill=False, zorder=3, capstyle="butt", **look(sign, dotted, width)))
 
     def end(self, x: float, y: float, sign: Sign, size: float = 0.1) -> None:

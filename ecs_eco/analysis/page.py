@@ -23,12 +23,15 @@ def page(title: str, *blocks: str) -> str:
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """A table; cells that are `Markup` are HTML, all others plain text."""
     held = [list(row) for row in rows]
-    mark = [" class='words'" if any(row[i:] and _WORDS.match(str(row[i])) for row in held) else ""
-            for i in range(max(map(len, [head, *held])))]
-    top = "".join(f"<th{m}>{_cell(x)}</th>" if x else "<td></td>"
-                  for m, x in zip(mark, head, strict=False))
-    body = "\n".join("<tr>" + "".join(f"<td{m}>{_cell(x)}</td>" for m, x in zip(mark, row, strict=False))
-                     + "</tr>" for row in held)
+    mark = [
+        " class='words'" if any(row[i:] and _WORDS.match(str(row[i])) for row in held) else ""
+        for i in range(max(map(len, [head, *held])))
+    ]
+    top = "".join(f"<th{m}>{_cell(x)}</th>" if x else "<td></td>" for m, x in zip(mark, head, strict=False))
+    body = "\n".join(
+        "<tr>" + "".join(f"<td{m}>{_cell(x)}</td>" for m, x in zip(mark, row, strict=False)) + "</tr>"
+        for row in held
+    )
     return f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>\n{body}\n</tbody></table></div>'
 
 
@@ -44,8 +47,10 @@ def picture(svg: Path, caption: str) -> str:
     """A figure with the SVG of `style.save_svg` in it, so that the page needs no other file; where it is
     wider than the screen, it is scrolled."""
     drawn = embedded(svg.read_text(encoding="utf-8"), caption)
-    return (f'<figure><div class="wide" tabindex="0">{drawn}</div>'
-            f"<figcaption>{escape(caption)}</figcaption></figure>")
+    return (
+        f'<figure><div class="wide" tabindex="0">{drawn}</div>'
+        f"<figcaption>{escape(caption)}</figcaption></figure>"
+    )
 
 
 def number(x: float, digits: int = 3) -> str:

@@ -10,23 +10,36 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-SAFE = (("#069b6d", "#049662", 125), ("#6f3e00", "#e7a002", 38), ("#de640a", "#c85300", 2),
-        ("#2992c2", "#60bef2", 198), ("#bd6fa5", "#cc79a7", 308), ("#888e3b", "#fffa5f", 58),
-        ("#005396", "#0072b2", 225))
+SAFE = (
+    ("#069b6d", "#049662", 125),
+    ("#6f3e00", "#e7a002", 38),
+    ("#de640a", "#c85300", 2),
+    ("#2992c2", "#60bef2", 198),
+    ("#bd6fa5", "#cc79a7", 308),
+    ("#888e3b", "#fffa5f", 58),
+    ("#005396", "#0072b2", 225),
+)
 """Colours on a light ground and on a dark one, and the hue [degrees] that each represents."""
 GREY = "#7f888d"
 INK, SOFT, AXIS, BAND, GRID = "#1b1f23", "#57606a", "#7a838c", "#dfe3e8", "#e6eaee"
 """Texts and what is important; what is less so; axes; a band behind curves; the grid: on a light ground."""
 NIGHT, SUN = "#a9b4c2", "#b58900"
-CLEAR = {"red": ("#d7191c", "#f0605a"), "yellow": ("#a68500", "#e6b800"), "green": ("#1a9641", "#2fae57"),
-         "blue": ("#0571b0", "#4aa3dc"), "white": ("#8a9197", "#dfe3e6"), "orange": ("#c8660a", "#f28c28")}
+CLEAR = {
+    "red": ("#d7191c", "#f0605a"),
+    "yellow": ("#a68500", "#e6b800"),
+    "green": ("#1a9641", "#2fae57"),
+    "blue": ("#0571b0", "#4aa3dc"),
+    "white": ("#8a9197", "#dfe3e6"),
+    "orange": ("#c8660a", "#f28c28"),
+}
 """Colours of what is named after a colour, on a light ground and on a dark one."""
 ON_CELL = "#fefefe", "#010101"
 """Texts on a dark and on a light cell: the same in both themes."""
 
 
-def safe(colours: Mapping[str, str], things: Mapping[str, str] | None = None,
-         dark: bool = False) -> dict[str, str]:
+def safe(
+    colours: Mapping[str, str], things: Mapping[str, str] | None = None, dark: bool = False
+) -> dict[str, str]:
     """Return for each species the safe colour nearest to the hue of its own, the best pairs first, then for
     each thing that is none; greys stay grey."""
     own = {**colours, **(things or {})}
@@ -37,8 +50,10 @@ def safe(colours: Mapping[str, str], things: Mapping[str, str] | None = None,
         while remaining := [name for name in group if name not in out]:
             if not offers:
                 offers = [(_paler(colour, dark), hue) for colour, hue in choice]
-            name, offer = min(((n, o) for n in remaining for o in offers),
-                              key=lambda pair: _gap(_hue(own[pair[0]]), pair[1][1]))
+            name, offer = min(
+                ((n, o) for n in remaining for o in offers),
+                key=lambda pair: _gap(_hue(own[pair[0]]), pair[1][1]),
+            )
             out[name] = offer[0]
             offers.remove(offer)
     return {name: out[name] for name in own}
@@ -48,10 +63,28 @@ def _on_dark() -> dict[str, str]:
     """For each colour of figures on a light ground the one that it has on a dark ground."""
     pairs = {light: dark for light, dark, _ in SAFE}
     pairs |= {_paler(light, dark=False): _paler(dark, dark=True) for light, dark in pairs.items()}
-    pairs |= {NIGHT: "#3a4350", SUN: "#f0cf57", "#d8ccb4": "#857a60", **dict(CLEAR.values()),
-              "#b2182b": "#ef6a6a", "#1b7837": "#4fb36a", "#222222": "#e4eaea"}
-    return pairs | {INK: "#e4eaea", "#000000": "#e4eaea", SOFT: "#98a5aa", AXIS: "#7f8c92", BAND: "#2c363b",
-                    GRID: "#283136", "#ffffff": "#12181b"} | dict(zip(TIME, TIME_ON_DARK, strict=True))
+    pairs |= {
+        NIGHT: "#3a4350",
+        SUN: "#f0cf57",
+        "#d8ccb4": "#857a60",
+        **dict(CLEAR.values()),
+        "#b2182b": "#ef6a6a",
+        "#1b7837": "#4fb36a",
+        "#222222": "#e4eaea",
+    }
+    return (
+        pairs
+        | {
+            INK: "#e4eaea",
+            "#000000": "#e4eaea",
+            SOFT: "#98a5aa",
+            AXIS: "#7f8c92",
+            BAND: "#2c363b",
+            GRID: "#283136",
+            "#ffffff": "#12181b",
+        }
+        | dict(zip(TIME, TIME_ON_DARK, strict=True))
+    )
 
 
 def _rgb(colour: str) -> list[int]:
@@ -73,9 +106,33 @@ def _gap(a: float, b: float) -> float:
     return abs((a - b + 180) % 360 - 180)
 
 
-TIME = ("#440154", "#481467", "#482576", "#453581", "#404588", "#3a538b", "#34618d", "#2e6e8e", "#297a8e",
-        "#24868e", "#20928c", "#1f9f88")
-TIME_ON_DARK = ("#336b92", "#2a768e", "#25848e", "#20938c", "#1fa187", "#2ab07f", "#42be71", "#60ca60",
-                "#86d549", "#addc30", "#d8e219", "#fde725")
+TIME = (
+    "#440154",
+    "#481467",
+    "#482576",
+    "#453581",
+    "#404588",
+    "#3a538b",
+    "#34618d",
+    "#2e6e8e",
+    "#297a8e",
+    "#24868e",
+    "#20928c",
+    "#1f9f88",
+)
+TIME_ON_DARK = (
+    "#336b92",
+    "#2a768e",
+    "#25848e",
+    "#20938c",
+    "#1fa187",
+    "#2ab07f",
+    "#42be71",
+    "#60ca60",
+    "#86d549",
+    "#addc30",
+    "#d8e219",
+    "#fde725",
+)
 """Early to late, for curves: what of viridis stands out from a light ground, and from a dark one."""
 ON_DARK: Mapping[str, str] = _on_dark()

@@ -50,8 +50,9 @@ class Pedigree:
             late = np.flatnonzero((place >= np.arange(len(self))) | (same & (parent >= self.uid)))
             if late.size:
                 fault = f"the organism {self.uid[late[0]]} has the parent {parent[late[0]]}"
-                raise ValueError(f"lineage: {fault}; allowed are 0 and the uids of those born before it: "
-                                 "no loops")
+                raise ValueError(
+                    f"lineage: {fault}; allowed are 0 and the uids of those born before it: no loops"
+                )
             unknown = np.flatnonzero((parent > 0) & ~np.isin(parent, self.uid))
             if unknown.size:
                 fault = f"the organism {self.uid[unknown[0]]} has the parent {parent[unknown[0]]}"
@@ -78,8 +79,9 @@ class Pedigree:
         whole = {f.name: getattr(self, f.name) for f in fields(self)}
         arrays = {name: values[mask] for name, values in whole.items() if isinstance(values, np.ndarray)}
         for name in ("parent", "parent2"):  # a parent of another species is none of this lineage
-            arrays[name] = np.where(np.isin(arrays[name], arrays["uid"]), arrays[name],
-                                    arrays[name].dtype.type(0))
+            arrays[name] = np.where(
+                np.isin(arrays[name], arrays["uid"]), arrays[name], arrays[name].dtype.type(0)
+            )
         return replace(self, **arrays)
 
     @cached_property
@@ -128,8 +130,9 @@ class Pedigree:
         before: set[int] = set()
         front, left = {self.place(uid)}, len(self) if generations is None else generations
         while front and left > 0:
-            front = {int(line[i]) for i in front
-                     for line in (self.mother, self.father) if line[i] >= 0} - before
+            front = {
+                int(line[i]) for i in front for line in (self.mother, self.father) if line[i] >= 0
+            } - before
             before |= front
             left -= 1
         return self.uid[sorted(before)]
@@ -169,8 +172,7 @@ class Pedigree:
         return np.array(marked, bool)
 
     def founders_left(self, tick: int | None = None) -> np.ndarray:
-        """The uids of the founders that live at the end of a tick (the last one) or have descendants who do.
-        """
+        """The uids of the founders that live at the end of a tick (the last one) or have descendants who do."""
         return self.uid[self._forebears(self.alive(self.end if tick is None else tick)) & self.founders]
 
     def most_recent_common_ancestor(self, uids: Iterable[int]) -> int:
@@ -192,16 +194,18 @@ class Pedigree:
             raise ValueError(f"lineage: every is {every}; it must be at least 1 tick")
         return np.arange(0, self.end + 1, every)
 
-    def living_sums(self, ticks: np.ndarray, weights: np.ndarray | None = None,
-                    mask: np.ndarray | None = None) -> np.ndarray:
+    def living_sums(
+        self, ticks: np.ndarray, weights: np.ndarray | None = None, mask: np.ndarray | None = None
+    ) -> np.ndarray:
         """Sum of weights (1 each) over those of a mask that live at the end of each
         of these ascending ticks: [ticks]."""
         mask = np.ones(len(self), bool) if mask is None else mask
         change = np.zeros(len(ticks) + 1, np.int64 if weights is None else float)
         for sign, when, selected in ((1, self.born, mask), (-1, self.died, mask & (self.died != ALIVE))):
             chosen = None if weights is None else weights[selected]
-            change += (sign * np.bincount(np.searchsorted(ticks, when[selected]), chosen,
-                                          len(ticks) + 1)).astype(change.dtype)
+            change += (
+                sign * np.bincount(np.searchsorted(ticks, when[selected]), chosen, len(ticks) + 1)
+            ).astype(change.dtype)
         return np.cumsum(change[:-1])
 
     def mean_generation(self, species: str, every: int) -> np.ndarray:

@@ -32,8 +32,15 @@ def write_csv(lineage: Pedigree, path: Path) -> Path:
     ancestors = [f"[{','.join(str(p) for p in dict.fromkeys(pair) if p) or 'none'}]" for pair in parents]
     ends = ["inf" if died < 0 else died for died in lineage.died.tolist()]
     writer.writerows(
-        zip(lineage.uid.tolist(), ancestors, lineage.born.tolist(), ends, lineage.species.tolist(),
-            lineage.genome.tolist(), strict=True)
+        zip(
+            lineage.uid.tolist(),
+            ancestors,
+            lineage.born.tolist(),
+            ends,
+            lineage.species.tolist(),
+            lineage.genome.tolist(),
+            strict=True,
+        )
     )
     return write_text(path, out.getvalue())
 
@@ -79,6 +86,5 @@ def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
 
 
 def quoted(name: str) -> str:
-    """A name as Newick takes it: in single quotes where it holds more than letters, digits, dots and hyphens.
-    """
+    """A name as Newick takes it: in single quotes where it holds more than letters, digits, dots and hyphens."""
     return name if name and PLAIN.issuperset(name) else "'" + name.replace("'", "''") + "'"

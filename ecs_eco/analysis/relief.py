@@ -49,9 +49,16 @@ class Relief(NamedTuple):
         except DAMAGED:
             return None
         classes = ((terrain or {}).get("classes") or {}).values()
-        return cls(height, ground, space["size"][0] / height.shape[1], space["edges"] == "torus",
-                   held.get("kinds"), [kind.get("color") for kind in classes], held.get("wet"),
-                   [kind.get("ground", "open") for kind in classes])
+        return cls(
+            height,
+            ground,
+            space["size"][0] / height.shape[1],
+            space["edges"] == "torus",
+            held.get("kinds"),
+            [kind.get("color") for kind in classes],
+            held.get("wet"),
+            [kind.get("ground", "open") for kind in classes],
+        )
 
     def shade(self) -> np.ndarray:
         """How bright the ground is in the sun, beside flat ground: f64[ny, nx], about −0.7 to 0.3 (Horn
@@ -92,8 +99,14 @@ class Relief(NamedTuple):
 
 def draw_relief(ax: Any, relief: Relief, size: Sequence[float]) -> Any:
     """Draw the ground below everything else on axes in metres; return what was drawn."""
-    return ax.imshow(relief.colours(), extent=(0, size[0], 0, size[1]), origin="lower", zorder=0.4,
-                     interpolation="nearest", aspect=ax.get_aspect())
+    return ax.imshow(
+        relief.colours(),
+        extent=(0, size[0], 0, size[1]),
+        origin="lower",
+        zorder=0.4,
+        interpolation="nearest",
+        aspect=ax.get_aspect(),
+    )
 
 
 def _rgb(code: str) -> np.ndarray:

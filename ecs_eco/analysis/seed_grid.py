@@ -76,8 +76,9 @@ def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarra
     return np.asarray(y[rows[:, :, None], columns[:, None, :]])
 
 
-def variance_shares(table: np.ndarray, *, n_boot: int = 999, level: float = 0.95,
-                    seed: int = 0) -> VarianceShares:
+def variance_shares(
+    table: np.ndarray, *, n_boot: int = 999, level: float = 0.95, seed: int = 0
+) -> VarianceShares:
     """Shares of the variance with percentile intervals of the pigeonhole bootstrap.
 
     Rows and columns that are drawn twice take variance from the rest and give it to the seeds; the drawn
@@ -87,26 +88,37 @@ def variance_shares(table: np.ndarray, *, n_boot: int = 999, level: float = 0.95
     """
     y = np.asarray(table, float)
     if y.ndim != 2 or min(y.shape) < 2:
-        raise ValueError("variance shares need at least 2 training seeds and 2 world seeds, "
-                         f"got a table of shape {y.shape}")
+        raise ValueError(
+            "variance shares need at least 2 training seeds and 2 world seeds, "
+            f"got a table of shape {y.shape}"
+        )
     parts = components(y)
     drawn = _shares(_corrected(components(pigeonhole(y, n_boot, seed)), *y.shape))
     drawn = drawn[:, np.isfinite(drawn).all(0)]
-    ends = (np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=1)
-            if drawn.size else np.full((2, 3), np.nan))
-    share = [Interval(float(v), float(low), float(high))
-             for v, low, high in zip(_shares(parts), *ends, strict=True)]
+    ends = (
+        np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=1)
+        if drawn.size
+        else np.full((2, 3), np.nan)
+    )
+    share = [
+        Interval(float(v), float(low), float(high))
+        for v, low, high in zip(_shares(parts), *ends, strict=True)
+    ]
     n = int((~np.isnan(y)).sum())
-    return VarianceShares(n, float(np.nanmean(y)) if n else np.nan,
-                          tuple(map(float, parts)), tuple(share))  # type: ignore[arg-type]
+    return VarianceShares(n, float(np.nanmean(y)) if n else np.nan, tuple(map(float, parts)), tuple(share))  # type: ignore[arg-type]
 
 
 def _corrected(drawn: np.ndarray, rows: int, columns: int) -> np.ndarray:
     """Components of tables drawn by the pigeonhole bootstrap,
     with the means that those of the table itself have."""
     rest = drawn[2] * rows * columns / ((rows - 1) * (columns - 1))
-    return np.stack([drawn[0] * rows / (rows - 1) - rest / columns,
-                     drawn[1] * columns / (columns - 1) - rest / rows, rest])
+    return np.stack(
+        [
+            drawn[0] * rows / (rows - 1) - rest / columns,
+            drawn[1] * columns / (columns - 1) - rest / rows,
+            rest,
+        ]
+    )
 
 
 def _shares(variance: np.ndarray) -> np.ndarray:
@@ -201,8 +213,9 @@ class Grid:
         for a in rows:
             for b in columns:
                 if (a, b) not in cells:
-                    raise ValueError(f"training seed {a}, world seed {b} has no run: "
-                                     "the design is to be complete")
+                    raise ValueError(
+                        f"training seed {a}, world seed {b} has no run: the design is to be complete"
+                    )
         return cls(tuple(rows), tuple(columns), tuple(tuple(cells[a, b] for b in columns) for a in rows))
 
     @property
@@ -245,25 +258,29 @@ def _mean_log(run: Series, species: str) -> float:
     return float(np.log1p(n).mean()) if len(n) else np.nan
 
 
-def survival_band(grid: Grid, level: float = 0.95, n_boot: int = 499,
-                  seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def survival_band(
+    grid: Grid, level: float = 0.95, n_boot: int = 499, seed: int = 0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Band of the Kaplan–Meier curve of first extinctions by the pigeonhole bootstrap: its times,
     lower and upper ends."""
-    lived, died = (grid.table(lambda run: lifetime(run)[0]),
-                   grid.table(lambda run: lifetime(run)[1]).astype(bool))
+    lived, died = (
+        grid.table(lambda run: lifetime(run)[0]),
+        grid.table(lambda run: lifetime(run)[1]).astype(bool),
+    )
     time = kaplan_meier(lived.ravel(), died.ravel()).time
     drawn = np.empty((n_boot, len(time)))
-    index = pigeonhole(
-        np.arange(lived.size).reshape(lived.shape), n_boot, seed
-    ).astype(int).reshape(n_boot, -1)
+    index = (
+        pigeonhole(np.arange(lived.size).reshape(lived.shape), n_boot, seed).astype(int).reshape(n_boot, -1)
+    )
     for k, cells in enumerate(index):
         drawn[k] = survival_function(lived.ravel()[cells], died.ravel()[cells]).evaluate(time)
     low, high = np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=0)
     return time, low, high
 
 
-def crossed(grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None, *, n_boot: int = 999,
-            seed: int = 0) -> dict[str, Any]:
+def crossed(
+    grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None, *, n_boot: int = 999, seed: int = 0
+) -> dict[str, Any]:
     """Summary of a grid: the share that persisted, also by training seed,
     and the variance shares of every outcome."""
     tables = outcomes(grid, cycles)

@@ -21,8 +21,10 @@ def persistence(grid: Grid, title: str = "") -> Figure:
     """Share of runs in which all species live (Kaplan–Meier): all runs thick, with a band;
     each training seed thin."""
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
-    lived, died = (grid.table(lambda run: lifetime(run)[0]),
-                   grid.table(lambda run: lifetime(run)[1]).astype(bool))
+    lived, died = (
+        grid.table(lambda run: lifetime(run)[0]),
+        grid.table(lambda run: lifetime(run)[1]).astype(bool),
+    )
     until = grid.length
     time, low, high = survival_band(grid)
     time, low, high = np.append(time, until), np.append(low, low[-1]), np.append(high, high[-1])
@@ -30,12 +32,23 @@ def persistence(grid: Grid, title: str = "") -> Figure:
     for k, (t, d) in enumerate(zip(lived, died, strict=True)):
         curve = kaplan_meier(t, d)
         shift = 0.006 * (k - (len(lived) - 1) / 2)  # seeds that agree stay apart
-        ax.step(np.append(curve.time, until), np.append(curve.survival, curve.survival[-1]) + shift,
-                where="post", color=AXIS, lw=0.8,
-                label="one training seed" if k == 0 else None)  # fmt: skip
+        ax.step(
+            np.append(curve.time, until),
+            np.append(curve.survival, curve.survival[-1]) + shift,
+            where="post",
+            color=AXIS,
+            lw=0.8,
+            label="one training seed" if k == 0 else None,
+        )
     curve = kaplan_meier(lived.ravel(), died.ravel())
-    ax.step(np.append(curve.time, until), np.append(curve.survival, curve.survival[-1]), where="post",
-            color=PALETTE[2], lw=2.4, label=f"all {lived.size} runs")  # fmt: skip
+    ax.step(
+        np.append(curve.time, until),
+        np.append(curve.survival, curve.survival[-1]),
+        where="post",
+        color=PALETTE[2],
+        lw=2.4,
+        label=f"all {lived.size} runs",
+    )
     ax.set(xlim=(0, until), ylim=(-0.04, 1.06), xlabel="tick", ylabel="share with all species", title=title)
     ax.legend(loc="lower left" if curve.survival[-1] > 0.4 else "upper right")
     return figure
@@ -54,8 +67,15 @@ def lifetimes(grid: Grid, title: str = "") -> Figure:
         for j in range(columns):
             first = declines(grid.runs[i][j])[:1]
             text = f"{first[0].tick:,}\n{first[0].species}" if first else "all live"
-            ax.text(j, i, text, ha="center", va="center", fontsize=8.5,
-                    color=ON_CELL[bool(lived[i, j] > 0.55 * top)])
+            ax.text(
+                j,
+                i,
+                text,
+                ha="center",
+                va="center",
+                fontsize=8.5,
+                color=ON_CELL[bool(lived[i, j] > 0.55 * top)],
+            )
     for edge in range(1, rows):
         ax.axhline(edge - 0.5, color="white", lw=1.2)
     for edge in range(1, columns):

@@ -71,8 +71,9 @@ def cycle(*series: np.ndarray) -> Cycle:
     f, shares, waves = _waves(logs)
     at = shares.sum(0).argmax()
     turns = np.angle(waves[0, at] * waves[:, at].conj())
-    return Cycle(float(1 / f[at]), shares[:, at], turns / (2 * np.pi) % 1 % 1,
-                 np.array([x.std() for x in logs]))
+    return Cycle(
+        float(1 / f[at]), shares[:, at], turns / (2 * np.pi) % 1 % 1, np.array([x.std() for x in logs])
+    )
 
 
 def spectrum(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -95,11 +96,14 @@ def signature(prey: np.ndarray, predator: np.ndarray) -> Signature:
     Raises ValueError where the series differ in length, or one cannot be measured.
     """
     if len(prey) != len(predator):
-        raise ValueError(f"{len(prey)} numbers of the prey, {len(predator)} of the predator; they must be of "
-                         "the same times")
+        raise ValueError(
+            f"{len(prey)} numbers of the prey, {len(predator)} of the predator; they must be of "
+            "the same times"
+        )
     both = cycle(prey, predator)
-    return Signature(both.period, float(both.phases[1]), float(np.sqrt(both.shares.prod())),
-                     *map(float, both.swings))
+    return Signature(
+        both.period, float(both.phases[1]), float(np.sqrt(both.shares.prod())), *map(float, both.swings)
+    )
 
 
 def windows(prey: np.ndarray, predator: np.ndarray, samples: int, per_period: float) -> list[Signature]:

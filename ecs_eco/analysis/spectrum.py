@@ -115,8 +115,7 @@ class RedNoise:
         self._log = np.log(used).mean(1)
 
     def shape(self, roots: np.ndarray, n: int) -> np.ndarray:
-        """Spectrum of unit innovations at the Fourier frequencies of n block means, (len(roots), n // 2 + 1).
-        """
+        """Spectrum of unit innovations at the Fourier frequencies of n block means, (len(roots), n // 2 + 1)."""
         per_tick = roots ** (1 / self.factor)
         total = np.zeros((len(roots), n // 2 + 1))
         for alias in range(self.factor):
@@ -251,8 +250,9 @@ def waves(x: np.ndarray, period: float) -> np.ndarray:
     cycles = np.arange(n) * period / n  # frequency in units of the peak's
     with np.errstate(divide="ignore"):
         octave = np.abs(np.log(cycles)) / np.log(BAND)
-    gain = np.where((octave < 1) & (np.arange(n) <= n // 2), np.cos(np.pi / 2 * np.minimum(octave, 1)) ** 0.5,
-                    0.0)
+    gain = np.where(
+        (octave < 1) & (np.arange(n) <= n // 2), np.cos(np.pi / 2 * np.minimum(octave, 1)) ** 0.5, 0.0
+    )
     return np.fft.ifft(2 * np.fft.fft(detrend(np.asarray(x, float))) * gain)
 
 

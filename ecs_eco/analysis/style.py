@@ -157,8 +157,11 @@ def _nothing_above(ax: Any) -> bool:
     factor of all labels, which matplotlib writes for tiny, large or close numbers."""
     low, high = sorted(ax.get_ylim())
     plain = ax.get_yscale() == "linear" and low <= 0 <= high and 1e-2 < max(-low, high) < 1e5
-    alone = not ax.child_axes and "outline" not in ax.spines and all(
-        other is ax or other.bbox.bounds != ax.bbox.bounds for other in ax.figure.axes)
+    alone = (
+        not ax.child_axes
+        and "outline" not in ax.spines
+        and all(other is ax or other.bbox.bounds != ax.bbox.bounds for other in ax.figure.axes)
+    )
     below = ax.xaxis.get_label_position() == "bottom" and not ax.xaxis.get_tick_params().get("labeltop")
     return bool(plain and alone and below)
 

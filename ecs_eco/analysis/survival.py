@@ -75,8 +75,9 @@ def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionF
     """The Kaplan–Meier estimate as a function of time; ValueError for an invalid sample of durations."""
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     if t.shape != d.shape or t.ndim != 1:
-        raise ValueError("durations and died must be equally long and flat, "
-                         f"got shapes {t.shape} and {d.shape}")
+        raise ValueError(
+            f"durations and died must be equally long and flat, got shapes {t.shape} and {d.shape}"
+        )
     if (t < 0).any() or np.isnan(t).any():
         raise ValueError(f"durations must be 0 or more, got {t[(t < 0) | np.isnan(t)][0]}")
     from scipy.stats import ecdf  # which takes a second to load
@@ -85,8 +86,7 @@ def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionF
 
 
 def log_rank(one: tuple[Numbers, Flags], other: tuple[Numbers, Flags]) -> tuple[float, float]:
-    """Log-rank test of two groups of (durations, died): chi² with one degree of freedom, and p (Mantel 1966).
-    """
+    """Log-rank test of two groups of (durations, died): chi² with one degree of freedom, and p (Mantel 1966)."""
     if not np.any(one[1]) and not np.any(other[1]):
         return 0.0, 1.0
     from scipy.stats import logrank

@@ -44,10 +44,12 @@ def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
     _hoist(root)
     wide, high = (float(x) for x in root.get("viewBox", "0 0 1 1").split()[2:])
     inside = "".join(ET.tostring(part, encoding="unicode") for part in root)
-    return (f'<svg xmlns="http://www.w3.org/2000/svg" class="plot{" dim" * dim}" width="{wide * 4 / 3:.0f}" '
-            f'height="{high * 4 / 3:.0f}" viewBox="0 0 {wide:g} {high:g}" font-family="{FONT}" '
-            f'fill="{INK}" stroke-linejoin="round"><style>{_rules(inside, dark)}</style>'
-            f'<rect class="under" width="100%" height="100%" fill="#ffffff"/>{inside}</svg>\n')
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" class="plot{" dim" * dim}" width="{wide * 4 / 3:.0f}" '
+        f'height="{high * 4 / 3:.0f}" viewBox="0 0 {wide:g} {high:g}" font-family="{FONT}" '
+        f'fill="{INK}" stroke-linejoin="round"><style>{_rules(inside, dark)}</style>'
+        f'<rect class="under" width="100%" height="100%" fill="#ffffff"/>{inside}</svg>\n'
+    )
 
 
 def legible(text: str) -> str:
@@ -62,17 +64,25 @@ def embedded(text: str, caption: str) -> str:
     text = text.strip().replace(' xmlns="http://www.w3.org/2000/svg"', "", 1)
     text = re.sub(r'<rect class="under"[^>]*/>', "", text, count=1)
     # letters of 10 units stay 9 pixels high on a phone, where wide figures are scrolled
-    return text.replace("<svg ", f'<svg role="img" aria-label="{alt}" '
-                                 f'style="min-width:{min(0.9 * wide, 900):.0f}px" ', 1)
+    return text.replace(
+        "<svg ", f'<svg role="img" aria-label="{alt}" style="min-width:{min(0.9 * wide, 900):.0f}px" ', 1
+    )
 
 
 def _rules(inside: str, dark: Mapping[str, str]) -> str:
     """The rules for a dark ground, of the colours that are used."""
     used = {*re.findall(r' (fill|stroke)="(#[0-9a-f]{6})"', inside), ("fill", "#ffffff")}
-    rules = [f'.plot [{what}="{colour}"]{{{what}:{dark[colour]}}}' for what, colour in sorted(used)
-             if colour in dark]
-    return ("@media (prefers-color-scheme:dark){" + f".plot{{fill:{dark[INK]}}}" + "".join(rules)
-            + ".plot.dim image{filter:brightness(.28)}}")
+    rules = [
+        f'.plot [{what}="{colour}"]{{{what}:{dark[colour]}}}'
+        for what, colour in sorted(used)
+        if colour in dark
+    ]
+    return (
+        "@media (prefers-color-scheme:dark){"
+        + f".plot{{fill:{dark[INK]}}}"
+        + "".join(rules)
+        + ".plot.dim image{filter:brightness(.28)}}"
+    )
 
 
 def _plain_names(root: ET.Element) -> None:
@@ -134,8 +144,9 @@ def _tenth(x: int) -> str:
 def _rename(root: ET.Element, prefix: str) -> None:
     """Keep ids that are used, under short names of this figure."""
     used = {part.get("href", "")[1:] for part in root.iter("use")}
-    used |= {found for part in root.iter() for value in part.attrib.values()
-             for found in _REFERENCE.findall(value)}
+    used |= {
+        found for part in root.iter() for value in part.attrib.values() for found in _REFERENCE.findall(value)
+    }
     new: dict[str, str] = {}
     for part in root.iter():
         old = part.attrib.pop("id", None)
@@ -167,13 +178,23 @@ def _dots(root: ET.Element) -> None:
         if len(marks) < DENSE or len(kinds) != 1:
             continue
         href, fill = kinds.pop()
-        at = sorted({(round(float(mark.get("y", 0)), 1), round(float(mark.get("x", 0)), 1))
-                     for mark in marks})
+        at = sorted(
+            {(round(float(mark.get("y", 0)), 1), round(float(mark.get("x", 0)), 1)) for mark in marks}
+        )
         clip = next((part.attrib for part in group if "clip-path" in part.attrib), {})
         group[:] = []
-        ET.SubElement(ET.SubElement(group, "g", clip), "path", {
-            "d": "".join(_steps(at)), "fill": "none", "stroke": fill or INK, "stroke-linecap": "round",
-            "stroke-width": f"{20 * size[(href or '')[1:]]:.1f}", "transform": "scale(.1)"})
+        ET.SubElement(
+            ET.SubElement(group, "g", clip),
+            "path",
+            {
+                "d": "".join(_steps(at)),
+                "fill": "none",
+                "stroke": fill or INK,
+                "stroke-linecap": "round",
+                "stroke-width": f"{20 * size[(href or '')[1:]]:.1f}",
+                "transform": "scale(.1)",
+            },
+        )
 
 
 def _marks(group: ET.Element) -> Iterator[ET.Element]:

@@ -62,18 +62,39 @@ class Tracks:
 def tracks_of(records: list[Record], light: np.ndarray, space: Volume, dt: float) -> Tracks:
     """Return the tracks of ticks, each (uids and places before, distance and offset to the predator,
     uids and places after)."""
-    uids = np.unique(np.concatenate([uid for before, _, _, after in records
-                                     for uid in (before[0], after[0])]))
+    uids = np.unique(
+        np.concatenate([uid for before, _, _, after in records for uid in (before[0], after[0])])
+    )
     columns = [np.full((len(records), uids.size), np.nan) for _ in range(5)]
     for tick, (before, distance, offset, after) in enumerate(records):
-        _write(space, dt, columns, tick, np.searchsorted(uids, before[0]), np.searchsorted(uids, after[0]),
-               before, distance, offset, after)
+        _write(
+            space,
+            dt,
+            columns,
+            tick,
+            np.searchsorted(uids, before[0]),
+            np.searchsorted(uids, after[0]),
+            before,
+            distance,
+            offset,
+            after,
+        )
     depth, speed, near, away, aside = columns
     return Tracks(uids, depth, speed, near, away, aside, light)
 
 
-def _write(space: Volume, dt: float, columns: list[np.ndarray], tick: int, at: np.ndarray, then: np.ndarray,
-           before: Placed, distance: np.ndarray, offset: np.ndarray, after: Placed) -> None:
+def _write(
+    space: Volume,
+    dt: float,
+    columns: list[np.ndarray],
+    tick: int,
+    at: np.ndarray,
+    then: np.ndarray,
+    before: Placed,
+    distance: np.ndarray,
+    offset: np.ndarray,
+    after: Placed,
+) -> None:
     depth, speed, near, away, aside = columns
     depth[tick, then] = space.size[2] - after[1][:, 2]
     near[tick, at] = distance

@@ -25,18 +25,29 @@ def write(path: Path, archipelago: str, world: Any) -> dict[str, dict[str, int]]
     leaving = copied(world)
     arrays: dict[str, np.ndarray] = {}
     for species, migrants in leaving.items():
-        arrays |= {f"{species}/uid": migrants.uid, f"{species}/born": migrants.born,
-                   f"{species}/to": migrants.to}
+        arrays |= {
+            f"{species}/uid": migrants.uid,
+            f"{species}/born": migrants.born,
+            f"{species}/to": migrants.to,
+        }
         arrays |= {f"{species}/columns/{name}": column for name, column in migrants.columns.items()}
-    meta = {"archipelago": archipelago, "island": islands.here, "tick": world.tick, "seed": world.seed,
-            "species": list(leaving)}
+    meta = {
+        "archipelago": archipelago,
+        "island": islands.here,
+        "tick": world.tick,
+        "seed": world.seed,
+        "species": list(leaving),
+    }
     checkpoint.write(path / FOLDER / checkpoint.name_of(world.tick), meta, arrays)
-    return {species: {islands.names[to]: int((migrants.to == to).sum()) for to in np.unique(migrants.to)}
-            for species, migrants in leaving.items()}
+    return {
+        species: {islands.names[to]: int((migrants.to == to).sum()) for to in np.unique(migrants.to)}
+        for species, migrants in leaving.items()
+    }
 
 
-def of_neighbours(root: Path, archipelago: str, world: Any,
-                  tick: int) -> Iterator[tuple[int, dict[str, Migrants]]]:
+def of_neighbours(
+    root: Path, archipelago: str, world: Any, tick: int
+) -> Iterator[tuple[int, dict[str, Migrants]]]:
     """Yield what each island that sends migrants here wrote at a barrier, in the order of their numbers.
 
     Raises CheckpointError for a file that is missing or damaged, ForeignFile for that of another archipelago,
@@ -47,8 +58,14 @@ def of_neighbours(root: Path, archipelago: str, world: Any,
         if islands.number in targets:
             name = islands.names[number]
             file = root / ISLANDS / name / FOLDER / checkpoint.name_of(tick)
-            yield number, read(inside(root, file), {"archipelago": archipelago, "island": name, "tick": tick},
-                               list(islands.emigration))
+            yield (
+                number,
+                read(
+                    inside(root, file),
+                    {"archipelago": archipelago, "island": name, "tick": tick},
+                    list(islands.emigration),
+                ),
+            )
 
 
 def read(file: Path, wanted: dict[str, Any], wander: list[str]) -> dict[str, Migrants]:

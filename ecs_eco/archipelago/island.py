@@ -41,8 +41,15 @@ class Live(NamedTuple):
 _live: dict[Path, Live] = {}  # by folder
 
 
-def advance(archipelago: str, name: str, start: int, until: int, threads: int = 1, trust: bool = False,
-            progress: Progress | None = None) -> dict[str, Any]:
+def advance(
+    archipelago: str,
+    name: str,
+    start: int,
+    until: int,
+    threads: int = 1,
+    trust: bool = False,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
     """Run one island of the archipelago in a folder from tick `start` to `until`; return its state there.
 
     At a barrier migrants leave and arrive first, as the files `exports` of its neighbours say; those that
@@ -68,9 +75,13 @@ def advance(archipelago: str, name: str, start: int, until: int, threads: int = 
         sent = exports.write(path, plan["hash"], world) if islands.meets(until) else {}
         folder.claim = None
         _live[path] = live._replace(thread=threading.get_ident())
-        return {"tick": until, "digest": manifest["digest"], "sent": sent,
-                "n": {t.name: t.n for t in world.tables.values() if not t.species.is_object},
-                "seconds": time.perf_counter() - begin_}
+        return {
+            "tick": until,
+            "digest": manifest["digest"],
+            "sent": sent,
+            "n": {t.name: t.n for t in world.tables.values() if not t.species.is_object},
+            "seconds": time.perf_counter() - begin_,
+        }
 
 
 def forget(archipelago: str | Path) -> None:
@@ -87,8 +98,7 @@ def report(archipelago: str, name: str) -> str:
 
 
 def _claimed(path: Path) -> Claim:
-    """Claim the folder of an island, new or not; a worker that was told to end may have it a moment longer.
-    """
+    """Claim the folder of an island, new or not; a worker that was told to end may have it a moment longer."""
     until = time.monotonic() + PATIENCE
     while True:
         try:
@@ -102,8 +112,13 @@ def _claimed(path: Path) -> Claim:
 def _taken(path: Path, start: int, claim: Claim) -> Live | None:
     """Return the island that this process and thread has run up to this tick, if it has."""
     live = _live.pop(path, None)
-    if (live is None or live.world.tick != start or live.thread != threading.get_ident()
-            or live.world.underway is not None or not (path / "manifest.json").is_file()):
+    if (
+        live is None
+        or live.world.tick != start
+        or live.thread != threading.get_ident()
+        or live.world.underway is not None
+        or not (path / "manifest.json").is_file()
+    ):
         return None
     return live if read_manifest(path).get("id") == live.manifest["id"] else None
 
@@ -119,8 +134,9 @@ def _opened(claim: Claim, plan: Mapping[str, Any], name: str, start: int, thread
     check_island(path, manifest, plan["hash"], name)
     file = path / "checkpoints" / checkpoint.name_of(start)
     if not file.is_file():
-        raise CheckpointError(f"{file}: no such file; without it the archipelago cannot go on from tick "
-                              f"{start}")
+        raise CheckpointError(
+            f"{file}: no such file; without it the archipelago cannot go on from tick {start}"
+        )
     world, folder = restored(file, claim, manifest, threads, trust)
     if start and world.digest() != plan["islands"].get(name, {}).get("digest"):
         raise ForeignFile(f"{file}: has another digest than {FILE} says of the island {name} at tick {start}")
@@ -136,9 +152,13 @@ def _begun(claim: Claim, plan: Mapping[str, Any], name: str, threads: int, trust
     world = built(config, None, policies, threads, learn, ())
     every = plan["snapshot_every"] or snapshots(config, plan["ticks"])
     manifest = manifest_of(world, plan["ticks"], policies, learn, ()) | {
-        "island": name, "archipelago": plan["hash"], "snapshot_every": every, "checkpoint_every": None,
-        "keep": 10**9, "record": plan["record"],
-    }  # fmt: skip
+        "island": name,
+        "archipelago": plan["hash"],
+        "snapshot_every": every,
+        "checkpoint_every": None,
+        "keep": 10**9,
+        "record": plan["record"],
+    }
     with begun(claim):
         folder = begin(world, claim, manifest, weights_files(config, policies), None)
     return Live(world, folder, manifest, threading.get_ident())

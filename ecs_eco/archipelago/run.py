@@ -35,14 +35,25 @@ class Archipelago:
     def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
         self.manifest = read(self.folder)
-        self.islands = {name: self.folder / ISLANDS / name
-                        for name in self.manifest["config"]["archipelago"]["islands"]}
+        self.islands = {
+            name: self.folder / ISLANDS / name for name in self.manifest["config"]["archipelago"]["islands"]
+        }
 
     @classmethod
-    def from_config(cls, config: Any, seed: int | None = None, ticks: int | None = None,
-                    out: str | Path | Claim = "archipelago", policies: Any = "trained",
-                    learn: bool | Mapping[str, bool] | None = None, *, snapshot_every: int | None = None,
-                    record: str | None = None, command: str | None = None, trust: bool = False) -> Self:
+    def from_config(
+        cls,
+        config: Any,
+        seed: int | None = None,
+        ticks: int | None = None,
+        out: str | Path | Claim = "archipelago",
+        policies: Any = "trained",
+        learn: bool | Mapping[str, bool] | None = None,
+        *,
+        snapshot_every: int | None = None,
+        record: str | None = None,
+        command: str | None = None,
+        trust: bool = False,
+    ) -> Self:
         """Make the folder of an archipelago, at tick 0; arguments as those of `run_to_folder`.
 
         Raises ConfigError for a world without islands, FileExistsError where `out` is not empty.
@@ -54,17 +65,36 @@ class Archipelago:
 
         config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
         if config.archipelago is None or config.archipelago.here is not None:
-            raise ConfigError([Problem(("archipelago",), "is missing: this world has no islands",
-                                       allowed="a table with islands, every and emigration")])
+            raise ConfigError(
+                [
+                    Problem(
+                        ("archipelago",),
+                        "is missing: this world has no islands",
+                        allowed="a table with islands, every and emigration",
+                    )
+                ]
+            )
         manifest = {
-            "world": config.name, "title": config.title, "config": config.resolved(),
-            "config_hash": config.config_hash, "folder": str(config.folder.absolute()),
-            "code": noted(sources(config)), "seed": config.seed if seed is None else seed,
+            "world": config.name,
+            "title": config.title,
+            "config": config.resolved(),
+            "config_hash": config.config_hash,
+            "folder": str(config.folder.absolute()),
+            "code": noted(sources(config)),
+            "seed": config.seed if seed is None else seed,
             "ticks": config.ticks if ticks is None else whole_number("ticks", ticks, 1),
-            "policies": policies_as_json(policies), "learn": learn, "snapshot_every": snapshot_every,
-            "record": record, "command": command, "git_commit": git_commit(),
-            "tick": 0, "islands": {}, "digest": None, "finished": False, "wall_seconds": 0.0,
-        }  # fmt: skip
+            "policies": policies_as_json(policies),
+            "learn": learn,
+            "snapshot_every": snapshot_every,
+            "record": record,
+            "command": command,
+            "git_commit": git_commit(),
+            "tick": 0,
+            "islands": {},
+            "digest": None,
+            "finished": False,
+            "wall_seconds": 0.0,
+        }
         with claimed(out) as claim:
             (claim.path / ISLANDS).mkdir(exist_ok=True)
             keep_copies(sources(config), claim.path)
@@ -87,12 +117,22 @@ class Archipelago:
         from ecs_eco.checkpoint.file import name_of
         from ecs_eco.ecosystem import World
 
-        return World.restore(self.islands[name] / "checkpoints" / name_of(self.tick), record=False,
-                             trust=trust)
+        return World.restore(
+            self.islands[name] / "checkpoints" / name_of(self.tick), record=False, trust=trust
+        )
 
-    def run(self, until: int | None = None, workers: int | None = 1, on: str | Executor = LOCAL,
-            progress: Progress | None = None, *, threads: int = 1, report: bool = True,
-            trust: bool = False, claim: Claim | None = None) -> dict[str, Any]:
+    def run(
+        self,
+        until: int | None = None,
+        workers: int | None = 1,
+        on: str | Executor = LOCAL,
+        progress: Progress | None = None,
+        *,
+        threads: int = 1,
+        report: bool = True,
+        trust: bool = False,
+        claim: Claim | None = None,
+    ) -> dict[str, Any]:
         """Let the islands live on until a tick (None: the planned end); return the manifest.
 
         Islands are run between barriers by `workers` on an engine, "local" or "ray", or on any executor of
@@ -103,12 +143,12 @@ class Archipelago:
         called_with("progress", progress, "done", "total")
         until = self.manifest["ticks"] if until is None else until
         if until < self.tick:
-            raise RecordingError(f"{self.folder}: is at tick {self.tick} already; until {until} lies before "
-                                 "that")
+            raise RecordingError(
+                f"{self.folder}: is at tick {self.tick} already; until {until} lies before that"
+            )
         self.manifest |= {"ticks": until, "finished": self.tick >= until}
         start, spent = time.perf_counter(), float(self.manifest["wall_seconds"])
-        with (Claim(self.folder) if claim is None else nullcontext(),
-              engine(on, workers) as pool):
+        with Claim(self.folder) if claim is None else nullcontext(), engine(on, workers) as pool:
             container.may_continue(self.folder, self.manifest, Manifest)
             for path in self.islands.values():
                 if (path / "manifest.json").is_file():
@@ -145,8 +185,11 @@ class Archipelago:
                 progress(start * len(jobs) + done * (goal - start), until * len(jobs))
 
         done = _all(pool, island.advance, jobs, note)
-        self.manifest |= {"tick": goal, "finished": goal >= until,
-                          "islands": {name: done[name] for name in jobs}}
+        self.manifest |= {
+            "tick": goal,
+            "finished": goal >= until,
+            "islands": {name: done[name] for name in jobs},
+        }
         self.manifest["digest"] = digest_of(self.manifest["islands"])
 
     def _report(self, pool: Any) -> None:
@@ -157,8 +200,9 @@ class Archipelago:
         write_archipelago(self.folder)
 
 
-def _all(pool: Any, work: Callable[..., Any], jobs: Mapping[str, tuple[Any, ...]],
-         note: Callable[[int], None]) -> dict[str, Any]:
+def _all(
+    pool: Any, work: Callable[..., Any], jobs: Mapping[str, tuple[Any, ...]], note: Callable[[int], None]
+) -> dict[str, Any]:
     """Do all jobs on an executor; those whose worker was killed again. Return the results by name."""
     done: dict[str, Any] = {}
     for _ in range(MOST_LOSSES):

@@ -7,5 +7,7 @@ belong to `ecs_eco.experiments`. mpi4py is imported when a world is divided. See
 from ecs_eco._lazy import lazy
 
 __all__ = ["Bands", "Divided", "divide"]
-__getattr__ = lazy(__name__, {"Bands": "ecs_eco.bands.bands", "Divided": "ecs_eco.bands.divided",
-                             "divide": "ecs_eco.bands.begin"})
+__getattr__ = lazy(
+    __name__,
+    {"Bands": "ecs_eco.bands.bands", "Divided": "ecs_eco.bands.divided", "divide": "ecs_eco.bands.begin"},
+)

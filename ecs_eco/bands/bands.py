@@ -21,8 +21,7 @@ LEAST = 64  # organisms: fewer are the work of every process, for an exchange ta
 
 @dataclass
 class Traffic:
-    """What a process has exchanged with the others: calls, bytes that it received, seconds, waiting included.
-    """
+    """What a process has exchanged with the others: calls, bytes that it received, seconds, waiting included."""
 
     calls: int = 0
     received: int = 0
@@ -58,8 +57,7 @@ class Bands(OneBand):
         return n * self.rank // self.size, n * (self.rank + 1) // self.size
 
     def cut(self, index: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Return where bands begin and end, in rows of cells and in entries of an index: i64[size + 1] each.
-        """
+        """Return where bands begin and end, in rows of cells and in entries of an index: i64[size + 1] each."""
         along = index.start[:: index.space.shape[0]]  # the first entry of each row of cells
         aims = np.array(self.bounds(index.n))
         above = np.searchsorted(along, aims)
@@ -85,8 +83,10 @@ class Bands(OneBand):
     @contextmanager
     def _over(self, index: Any, outputs: tuple[np.ndarray, ...]) -> Iterator[None]:
         rows, entries = self.cut(index)
-        own = {n: (int(edges[self.rank]), int(edges[self.rank + 1]))
-               for n, edges in ((len(index.start[:: index.space.shape[0]]) - 1, rows), (index.n, entries))}
+        own = {
+            n: (int(edges[self.rank]), int(edges[self.rank + 1]))
+            for n, edges in ((len(index.start[:: index.space.shape[0]]) - 1, rows), (index.n, entries))
+        }
         self.workers.own = lambda n: own.get(n, (0, n))
         try:
             yield
@@ -164,7 +164,16 @@ def mpi() -> Any:
         from mpi4py import MPI
     except (ImportError, RuntimeError) as error:
         why = str(error).splitlines()[0]
-        raise ConfigError([Problem((), f"needs mpi4py and an MPI library: {why}", "",
-                                   "pip install 'ecs-eco[mpi]', then: mpiexec -n 4 ecs-eco run WORLD --bands",
-                                   "", "--bands")]) from None
+        raise ConfigError(
+            [
+                Problem(
+                    (),
+                    f"needs mpi4py and an MPI library: {why}",
+                    "",
+                    "pip install 'ecs-eco[mpi]', then: mpiexec -n 4 ecs-eco run WORLD --bands",
+                    "",
+                    "--bands",
+                )
+            ]
+        ) from None
     return MPI

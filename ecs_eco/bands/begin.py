@@ -26,9 +26,11 @@ def divide(world: World, comm: Any = None, least: int = LEAST, *, state: bool = 
     if state:
         widths = require_divisible(world, bands.size)
     if len(digests := set(comm.allgather(world.digest()))) > 1:
-        raise RuntimeError(f"world {world.name!r}: {comm.Get_size()} processes have {len(digests)} different "
-                           f"worlds ({', '.join(sorted(d[:200] for d in digests))}); build the same one in "
-                           "each: configuration, seed, policies, learn")
+        raise RuntimeError(
+            f"world {world.name!r}: {comm.Get_size()} processes have {len(digests)} different "
+            f"worlds ({', '.join(sorted(d[:200] for d in digests))}); build the same one in "
+            "each: configuration, seed, policies, learn"
+        )
     if state:
         bands = divided(world, comm, widths)
     world.bands = bands

@@ -21,8 +21,9 @@ class Parents(dict[type, Any]):
     """Parents of newborn in the place of a table: what heredity reads of them, in the order of uids."""
 
     def __init__(self, table: Table, uid: np.ndarray, columns: dict[tuple[type, str], np.ndarray]) -> None:
-        super().__init__({component: _Columns(**{field: array})
-                          for (component, field), array in columns.items()})
+        super().__init__(
+            {component: _Columns(**{field: array}) for (component, field), array in columns.items()}
+        )
         self.uid, self.species, self.place, self.defaults = uid, table.species, table.place, table.defaults
 
     def rows(self, uid: np.ndarray) -> np.ndarray:
@@ -68,8 +69,9 @@ class Births:
         sites = self.sites[table.name].reshape(-1)
         gone = self.cleared[table.name]
         none = np.zeros(0, np.int64)
-        at, uid = self.bands.everyone(np.concatenate([none, *(a for a, _ in gone)]),
-                                      np.concatenate([none, *(u for _, u in gone)]))
+        at, uid = self.bands.everyone(
+            np.concatenate([none, *(a for a, _ in gone)]), np.concatenate([none, *(u for _, u in gone)])
+        )
         gone.clear()
         sites[at[sites[at] == uid]] = -1
         return self.sites[table.name]
@@ -87,8 +89,9 @@ class Births:
             for listen in tuple(world.on_death):
                 listen(table, own)
             if table.name in self.sites:
-                self.cleared[table.name].append((self._site(table, *self._xy(table, own)),
-                                                 table.uid[own].astype(np.int64)))
+                self.cleared[table.name].append(
+                    (self._site(table, *self._xy(table, own)), table.uid[own].astype(np.int64))
+                )
         table.vacate(rows)
 
     def bear(self) -> None:
@@ -128,18 +131,35 @@ class Births:
         """Return the litters of all processes in the order of their parents' uids, and where they may be."""
         n = mine.uid.size
         each = [isinstance(value, np.ndarray) for value in where]
-        got = self.bands.everyone(mine.uid, mine.number, mine.given, mine.father,
-                                  *(value if own else np.full(n, value, np.float32)
-                                    for value, own in zip(where, each, strict=True)))
+        got = self.bands.everyone(
+            mine.uid,
+            mine.number,
+            mine.given,
+            mine.father,
+            *(
+                value if own else np.full(n, value, np.float32)
+                for value, own in zip(where, each, strict=True)
+            ),
+        )
         order = np.argsort(got[0])
         uid, number, given, father, *places = (array[order] for array in got)
-        around = Around(*(array if own else value
-                          for array, value, own in zip(places, where, each, strict=True)))
+        around = Around(
+            *(array if own else value for array, value, own in zip(places, where, each, strict=True))
+        )
         return Litters(uid, number, given, father, around, np.searchsorted(uid, mine.uid))
 
-    def inherited(self, world: Any, table: Table, parents: np.ndarray, litters: Litters, which: np.ndarray,
-                  identity: np.ndarray, y: np.ndarray, second: np.ndarray | None,
-                  sperm: np.ndarray | None) -> Values:
+    def inherited(
+        self,
+        world: Any,
+        table: Table,
+        parents: np.ndarray,
+        litters: Litters,
+        which: np.ndarray,
+        identity: np.ndarray,
+        y: np.ndarray,
+        second: np.ndarray | None,
+        sperm: np.ndarray | None,
+    ) -> Values:
         """Return the columns that newborn inherit: those of others, whose places y f32[n] [m] are elsewhere,
         are zeros."""
         held = self._parents(table, litters.uid[which], second)
@@ -149,9 +169,13 @@ class Births:
             fathers = sperms[np.argsort(uid)][which]
         here = np.flatnonzero(self.bands.edges.owner_of(y) == self.bands.place)
         some = table.species.heredity.offspring(
-            world, held, held.rows(litters.uid[which])[here],
-            None if second is None else held.rows(second)[here], identity[here],
-            **({} if fathers is None else {"sperm": fathers[here]}))
+            world,
+            held,
+            held.rows(litters.uid[which])[here],
+            None if second is None else held.rows(second)[here],
+            identity[here],
+            **({} if fathers is None else {"sperm": fathers[here]}),
+        )
         values = {}
         for key, array in some.items():
             values[key] = np.zeros((which.size, *array.shape[1:]), array.dtype)
@@ -172,5 +196,6 @@ class Births:
             columns[Policy, "weights"] = table[Policy].weights[rows]
         uid, *arrays = self.bands.everyone(table.uid[rows], *columns.values())
         order = np.argsort(uid)
-        return Parents(table, uid[order],
-                       {key: array[order] for key, array in zip(columns, arrays, strict=True)})
+        return Parents(
+            table, uid[order], {key: array[order] for key, array in zip(columns, arrays, strict=True)}
+        )

@@ -76,21 +76,27 @@ class Divided(OneBand):
         self.births, self.talk = Births(self), Talk(self)
         self.fixed = [table for table in self.tables if stays(table)]
         self.movers = [table for table in self.tables if table not in self.fixed]
-        self.all, self.light = ({table.name: columns_of(table, heavy) for table in self.tables}
-                                for heavy in (True, False))
-        self.seen = {table.name: columns_of(table, False, None if widths.properties else SEEN)
-                     for table in self.movers}
+        self.all, self.light = (
+            {table.name: columns_of(table, heavy) for table in self.tables} for heavy in (True, False)
+        )
+        self.seen = {
+            table.name: columns_of(table, False, None if widths.properties else SEEN) for table in self.movers
+        }
         self.copied = 0  # ghosts
         self.moved = 0  # organisms that changed their process, and moves of edges, since the division
         self.shifts = 0
         self.early: list[tuple[np.ndarray, ...]] = []  # events of before
         self.lessons: list[tuple[int, str, tuple[np.ndarray, ...]]] = []  # of individuals, not yet collected
         self.edges.move(self.edges.even(self._load()))
-        self.fields = [BandField(field, self.edges, self.place, halo)
-                       for field, halo in zip(world.fields.values(), widths.halos, strict=True)]
-        self.rollouts = {table.name: BandRollout.of(table, self.wire, partial(self._is_mine, table))
-                         for table in self.tables
-                         if table.species.nerves is not None and table.species.nerves.learner is not None}
+        self.fields = [
+            BandField(field, self.edges, self.place, halo)
+            for field, halo in zip(world.fields.values(), widths.halos, strict=True)
+        ]
+        self.rollouts = {
+            table.name: BandRollout.of(table, self.wire, partial(self._is_mine, table))
+            for table in self.tables
+            if table.species.nerves is not None and table.species.nerves.learner is not None
+        }
         for table in self.tables:  # what others hold
             table.vacate(table.rows()[~self._is_mine(table, table.rows())])
         self._take_part(world)
@@ -124,14 +130,17 @@ class Divided(OneBand):
         self.copy(self.movers, self.acting, self.light)
 
     def copy(self, tables: Sequence[Table], width: int, columns: Mapping[str, Columns]) -> None:
-        """Get ghosts of all in some tables that live no more than `width` rows of cells beyond the own edges.
-        """
+        """Get ghosts of all in some tables that live no more than `width` rows of cells beyond the own edges."""
         if not tables:
             return
         rows = [table.rows() for table in tables]
         cells = [self._cells(table, r) for table, r in zip(tables, rows, strict=True)]
-        parts = {rank: packed([(table, r[near[c]]) for table, r, c in zip(tables, rows, cells, strict=True)],
-                              columns) for rank, near in self.edges.near(self.place, width).items()}
+        parts = {
+            rank: packed(
+                [(table, r[near[c]]) for table, r, c in zip(tables, rows, cells, strict=True)], columns
+            )
+            for rank, near in self.edges.near(self.place, width).items()
+        }
         for _, data in sorted(self.wire.swap(parts).items()):
             for table, came in zip(tables, settled(tables, data, columns)[0], strict=True):
                 self.ghosts[table.name] = np.concatenate([self.ghosts[table.name], came])
@@ -155,8 +164,9 @@ class Divided(OneBand):
             leaving.append((table, rows[away], owner[away]))
         for rank in np.unique(np.concatenate([owner for _, _, owner in leaving])).tolist():
             going = [(table, rows[owner == rank]) for table, rows, owner in leaving]
-            records = [self.rollouts[table.name].take(rows) for table, rows in going
-                       if table.name in self.rollouts]
+            records = [
+                self.rollouts[table.name].take(rows) for table, rows in going if table.name in self.rollouts
+            ]
             parts[rank] = np.concatenate([packed(going, self.all), *records])
         for table, rows, _ in leaving:
             self.moved += rows.size
@@ -274,8 +284,11 @@ class Divided(OneBand):
     def learnt(self, minds: Any, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
         """Note what individuals have learnt in this tick, an entry each; return it."""
         if len(arrays[0]) and self.world.recorder is not None:
-            name = next(t.name for t in self.tables
-                        if t.species.nerves is not None and t.species.nerves.individuals is minds)
+            name = next(
+                t.name
+                for t in self.tables
+                if t.species.nerves is not None and t.species.nerves.individuals is minds
+            )
             self.lessons.append((self.world.tick, name, arrays))
         return arrays
 

@@ -60,8 +60,9 @@ class Wire:
         return tuple(self._joined(out, counts, each, i, array) for i, array in enumerate(arrays))
 
     @staticmethod
-    def _joined(out: np.ndarray, counts: np.ndarray, each: Sequence[int], i: int,
-                like: np.ndarray) -> np.ndarray:
+    def _joined(
+        out: np.ndarray, counts: np.ndarray, each: Sequence[int], i: int, like: np.ndarray
+    ) -> np.ndarray:
         """Return array i of all processes, of bytes in which those of a process stand together."""
         before, pieces, at = sum(each[:i]), [], 0
         for n in counts.tolist():
@@ -102,8 +103,12 @@ Columns = list[tuple[Any, str]]
 
 def columns_of(table: Table, heavy: bool, seen: Sequence[type] | None = None) -> Columns:
     """Return components and fields of a table: all, or all but the `heavy` ones, or those `seen` alone."""
-    return [(component, field) for component, held in table.columns.items() for field in vars(held)
-            if (heavy or not component.fields[field][0].blocked) and (seen is None or component in seen)]
+    return [
+        (component, field)
+        for component, held in table.columns.items()
+        for field in vars(held)
+        if (heavy or not component.fields[field][0].blocked) and (seen is None or component in seen)
+    ]
 
 
 def packed(groups: Iterable[tuple[Table, np.ndarray]], columns: Mapping[str, Columns]) -> np.ndarray:
@@ -117,8 +122,9 @@ def packed(groups: Iterable[tuple[Table, np.ndarray]], columns: Mapping[str, Col
     return np.concatenate([np.ascontiguousarray(piece).reshape(-1).view(np.uint8) for piece in pieces])
 
 
-def settled(tables: Sequence[Table], data: np.ndarray,
-            columns: Mapping[str, Columns]) -> tuple[list[np.ndarray], np.ndarray]:
+def settled(
+    tables: Sequence[Table], data: np.ndarray, columns: Mapping[str, Columns]
+) -> tuple[list[np.ndarray], np.ndarray]:
     """Bring what `packed` made to life in tables of the same kinds; return the rows i64[k] in each, and what
     is left of the bytes."""
     taken = 8 * len(tables)

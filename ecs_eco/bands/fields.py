@@ -84,8 +84,12 @@ def trade(fields: Sequence[BandField], wire: Wire) -> None:
     for rank in range(wire.size) if fields else ():
         read = [f.rows_for(rank, mine) for f in fields]
         if rank != mine and any(r.any() for r in read):
-            parts[rank] = np.concatenate([np.ascontiguousarray(f.field.value[:, r]).reshape(-1).view(np.uint8)
-                                          for f, r in zip(fields, read, strict=True)])
+            parts[rank] = np.concatenate(
+                [
+                    np.ascontiguousarray(f.field.value[:, r]).reshape(-1).view(np.uint8)
+                    for f, r in zip(fields, read, strict=True)
+                ]
+            )
     for rank, data in (wire.swap(parts) if fields else {}).items():
         at = 0
         for f in fields:

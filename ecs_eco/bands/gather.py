@@ -39,8 +39,14 @@ def gather(bands: Any) -> Any:
         meta["tables"][name]["capacity"] = max(table.capacity, order.size)
         if name in logs:
             lives, columns = logs[name]
-            _log(arrays, f"{prefix}trait/nerves/learner.rollout.", bands.rollouts[name], lives, columns,
-                 arrays[f"{prefix}uid"])
+            _log(
+                arrays,
+                f"{prefix}trait/nerves/learner.rollout.",
+                bands.rollouts[name],
+                lives,
+                columns,
+                arrays[f"{prefix}uid"],
+            )
     where = f"the whole of the world {world.name!r}"
     meta = json.loads(json.dumps(meta))
     whole = frozen.thaw(world.__class__, meta, world.threads, world.config, (), where)
@@ -54,14 +60,16 @@ def _of_organisms(key: str) -> bool:
     return parts[0] == "table" and len(parts) == 3
 
 
-def _log(arrays: Arrays, prefix: str, mine: Rollout, lives: np.ndarray, columns: list[np.ndarray],
-         uid: np.ndarray) -> None:
+def _log(
+    arrays: Arrays, prefix: str, mine: Rollout, lives: np.ndarray, columns: list[np.ndarray], uid: np.ndarray
+) -> None:
     """Put the rollout of all processes into a frozen world, in which organism uid[i] u64[n] has row i."""
     at = np.minimum(np.searchsorted(uid, lives), max(uid.size - 1, 0))
     living = uid[at] == lives if uid.size else np.zeros(lives.size, np.bool_)
     rows = np.where(living, at, uid.size + np.cumsum(~living) - 1)  # a row of its own for each that is dead
-    whole = Rollout(columns[0].shape[1], columns[1].shape[1], mine.discount, columns[3].shape[1],
-                    columns[2].shape[1])
+    whole = Rollout(
+        columns[0].shape[1], columns[1].shape[1], mine.discount, columns[3].shape[1], columns[2].shape[1]
+    )
     whole._hold(columns[:6])
     whole.n, whole.ticks = len(columns[5]), mine.ticks
     whole.steps["row"] = rows[whole.steps["row"]]

@@ -45,8 +45,13 @@ def collect(bands: Any, recorder: Any) -> None:
     pages, at = recorder.learning.rows, page_end(recorder)
     if bands.place:
         recorder._counts["refused"] = 0  # all processes count the same
-    mine = {"sums": [array[:at] for array in sums(recorder)], "stocks": stocks(recorder),
-            "events": recorder._events, "actions": pages["actions"], "lessons": bands.lessons}
+    mine = {
+        "sums": [array[:at] for array in sums(recorder)],
+        "stocks": stocks(recorder),
+        "events": recorder._events,
+        "actions": pages["actions"],
+        "lessons": bands.lessons,
+    }
     parts = bands.wire.comm.gather(mine if bands.place else None)
     if parts is None:
         forget(recorder)
@@ -60,13 +65,18 @@ def collect(bands: Any, recorder: Any) -> None:
         turn = np.array([list(bands.world.tables).index(name) for name in recorder.names])
         recorder._events = _merged([part["events"] for part in parts], recorder._last, bands.early, turn)
         pages["actions"] = _counted([row for part in parts for row in part["actions"]])
-        pages["learning"] = _learnt(bands.world, recorder.place, pages["learning"],
-                                    [lesson for part in parts for lesson in part["lessons"]])
+        pages["learning"] = _learnt(
+            bands.world,
+            recorder.place,
+            pages["learning"],
+            [lesson for part in parts for lesson in part["lessons"]],
+        )
     bands.lessons.clear()
 
 
-def _merged(parts: list[Groups], last: int, early: Sequence[tuple[np.ndarray, ...]],
-            turn: np.ndarray) -> Groups:
+def _merged(
+    parts: list[Groups], last: int, early: Sequence[tuple[np.ndarray, ...]], turn: np.ndarray
+) -> Groups:
     """Return the events of all processes in the order of ticks, tables and uids, in which one process would
     have noted them; those up to tick `last` first. What was noted `early`, before the world was divided,
     stays before all others. `turn` i64[species] are the places of their tables.
@@ -81,8 +91,9 @@ def _merged(parts: list[Groups], last: int, early: Sequence[tuple[np.ndarray, ..
             columns = [np.concatenate(column) for column in zip(*groups, strict=True)]
             order = np.lexsort((columns[2], turn[columns[1]], columns[0]))
             over = columns[0][order] <= last
-            out[kind] += [tuple(column[some] for column in columns)
-                          for some in (order[over], order[~over]) if some.size]
+            out[kind] += [
+                tuple(column[some] for column in columns) for some in (order[over], order[~over]) if some.size
+            ]
     return out
 
 
@@ -95,12 +106,19 @@ def _counted(rows: list[tuple[Any, ...]]) -> list[tuple[Any, ...]]:
     return [(*key, *both.tolist()) for key, both in sorted(sums.items(), key=lambda one: one[0][:2])]
 
 
-def _learnt(world: Any, place: dict[str, int], rows: list[tuple[Any, ...]],
-            lessons: list[tuple[int, str, tuple[np.ndarray, ...]]]) -> list[tuple[Any, ...]]:
+def _learnt(
+    world: Any,
+    place: dict[str, int],
+    rows: list[tuple[Any, ...]],
+    lessons: list[tuple[int, str, tuple[np.ndarray, ...]]],
+) -> list[tuple[Any, ...]]:
     """Return what a tick has of learning: of shared policies as it is, for all learn the same; of individuals
     the means over those of all processes."""
-    alone = {s for name, s in place.items()
-             if (nerves := world.tables[name].species.nerves) is not None and nerves.individuals is not None}
+    alone = {
+        s
+        for name, s in place.items()
+        if (nerves := world.tables[name].species.nerves) is not None and nerves.individuals is not None
+    }
     out = [row for row in rows if row[1] not in alone]
     together: dict[tuple[int, int], list[tuple[np.ndarray, ...]]] = {}
     for tick, name, arrays in lessons:

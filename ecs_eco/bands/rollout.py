@@ -35,8 +35,13 @@ class BandRollout(Rollout):
         is still open for organisms in rows that `holds(rows)` says, and in process 0 the rest."""
         learner = table.species.nerves.learner
         old: Rollout = learner.rollout
-        out = cls(old.observations.shape[1], old.choices.shape[1], old.discount, old.memory.shape[1],
-                  old.numbers.shape[1])
+        out = cls(
+            old.observations.shape[1],
+            old.choices.shape[1],
+            old.discount,
+            old.memory.shape[1],
+            old.numbers.shape[1],
+        )
         out.table, out.wire = table, wire
         out._take_over(old, holds)
         learner.rollout = out
@@ -65,8 +70,7 @@ class BandRollout(Rollout):
             lives[lives == life] = uid
         mine = np.full(old.n, self.wire.rank == 0)
         mine[opened] = holds(owners)
-        self._hold([*(column[: old.n][mine] for column in old._columns()), lives[mine],
-                    np.flatnonzero(mine)])
+        self._hold([*(column[: old.n][mine] for column in old._columns()), lives[mine], np.flatnonzero(mine)])
         self.n, self.ticks, self.total = int(mine.sum()), old.ticks, old.n
         self.last = np.full(self.table.capacity, -1)
         here = np.flatnonzero(mine[opened])

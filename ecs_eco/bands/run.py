@@ -22,8 +22,14 @@ HEARD = 1.0  # [s] that mpiexec is given to pass on what a process has said befo
 PLAIN = ConfigError, CheckpointError, RecordingError, FloatingPointError, OSError  # that need no traceback
 
 
-def together(lead: Callable[[Callable[[Any], None]], Any], build: Callable[[], World], ticks: int | None,
-             comm: Any = None, *, state: bool = False) -> tuple[Any, Any] | None:
+def together(
+    lead: Callable[[Callable[[Any], None]], Any],
+    build: Callable[[], World],
+    ticks: int | None,
+    comm: Any = None,
+    *,
+    state: bool = False,
+) -> tuple[Any, Any] | None:
     """Let the processes of an MPI communicator (None: all there are) share the work of one run.
 
     In process 0, `lead(prepare)` runs a world to tick `ticks` (None: as many as its file says) and calls
@@ -88,9 +94,11 @@ def _agreed(world: World, comm: Any) -> Any:
         return world.bands
     digests = [] if world.stopped else comm.allgather(world.digest())  # a stop leaves no time for it
     if len(set(digests)) > 1:
-        raise RuntimeError(f"world {world.name!r}: the processes came to different worlds by tick "
-                           f"{world.tick}: {', '.join(d[:12] for d in digests)}; a system or sensor of this "
-                           "world gives different results in different processes")
+        raise RuntimeError(
+            f"world {world.name!r}: the processes came to different worlds by tick "
+            f"{world.tick}: {', '.join(d[:12] for d in digests)}; a system or sensor of this "
+            "world gives different results in different processes"
+        )
     return world.bands
 
 
@@ -100,8 +108,7 @@ def _end_all(error: BaseException, comm: Any) -> None:
         return
     if comm.Get_rank():
         time.sleep(GRACE)
-    text = (str(error) if isinstance(error, PLAIN)
-            else "".join(traceback.format_exception(error)))
+    text = str(error) if isinstance(error, PLAIN) else "".join(traceback.format_exception(error))
     print(f"process {comm.Get_rank()} of {comm.Get_size()}: {text}", file=sys.stderr, flush=True)
     time.sleep(HEARD)
     code = 2 if isinstance(error, ConfigError) else 1

@@ -29,8 +29,10 @@ class Widths(NamedTuple):
 
     def rows(self, world: SpatialWorld) -> tuple[int, int]:
         """Return both widths of ghosts in rows of cells."""
-        sensing, acting = (math.ceil(width * world.space.shape[1] / world.space.size[1] - 1e-6)
-                           for width in (self.sensing, self.acting))
+        sensing, acting = (
+            math.ceil(width * world.space.shape[1] / world.space.size[1] - 1e-6)
+            for width in (self.sensing, self.acting)
+        )
         return max(sensing, 1), max(acting, 1)
 
 
@@ -42,12 +44,20 @@ def widths_of(world: SpatialWorld) -> Widths:
     sensed = max((reach + largest for t in living for reach in _reaches(t)), default=0.0)
     touched = max((2 * largest + reach for t in living for reach in _touches(t)), default=0.0)
     halos = [halo_of(field, world.dt, noses) for field in world.fields.values()]
-    flows = max(((field._plan(world.dt)[0] + 1) / float(field.inverse[1]) for field in world.fields.values()),
-                default=0.0)
+    flows = max(
+        ((field._plan(world.dt)[0] + 1) / float(field.inverse[1]) for field in world.fields.values()),
+        default=0.0,
+    )
     acting = meals_of(world, living)
     acting += sum(2 * largest_of(t) + way.reach for t, way in _ways(living) if way.kind == "sexual")
-    acting += max((max(way.spacing, 2 * largest) for _, way in _ways(living)
-                   if way.kind in ("sexual", "asexual", "simplified")), default=0.0)
+    acting += max(
+        (
+            max(way.spacing, 2 * largest)
+            for _, way in _ways(living)
+            if way.kind in ("sexual", "asexual", "simplified")
+        ),
+        default=0.0,
+    )
     properties = any(sensor.kind == "property" for t in living for sensor in _sensors(t))
     return Widths(max(sensed, touched, flows), acting, halos, properties)
 
@@ -55,8 +65,14 @@ def widths_of(world: SpatialWorld) -> Widths:
 def meals_of(world: SpatialWorld, living: list[Table]) -> float:
     """Return how far from a body the ghosts are that decide whether it eats or is eaten [m]: its eater, that
     eater's rivals, and what is nearer to these; one reach more where an eater may win several items."""
-    reach = max((largest_of(t) + largest_of(world.tables[food.eats]) + food.reach
-                 for t in living for food in t.species.diet), default=0.0)
+    reach = max(
+        (
+            largest_of(t) + largest_of(world.tables[food.eats]) + food.reach
+            for t in living
+            for food in t.species.diet
+        ),
+        default=0.0,
+    )
     return reach * (4 if any(len(t.species.diet) > 1 for t in living) else 3)
 
 
@@ -68,8 +84,9 @@ def largest_of(table: Table) -> float:
 
 def nose_of(table: Table) -> float:
     """Return how far from the middle of a body its furthest nose is [m]."""
-    return largest_of(table) * max((math.hypot(*sensor.at[:2]) for sensor in _sensors(table)
-                                    if sensor.kind == "smell"), default=0.0)
+    return largest_of(table) * max(
+        (math.hypot(*sensor.at[:2]) for sensor in _sensors(table) if sensor.kind == "smell"), default=0.0
+    )
 
 
 def _sensors(table: Table) -> list[Any]:
@@ -97,8 +114,10 @@ def _ways(tables: list[Table]) -> Iterator[tuple[Table, Any]]:
 def require_divisible(world: SpatialWorld, size: int) -> Widths:
     """Return how far bands look; ConfigError that names all of a world whose state cannot be divided, or not
     between so many processes."""
-    problems = [Problem(key, f"the state of {what} cannot be divided between processes", allowed=INSTEAD)
-                for key, what in (*_of_world(world), *_of_tables(world))]
+    problems = [
+        Problem(key, f"the state of {what} cannot be divided between processes", allowed=INSTEAD)
+        for key, what in (*_of_world(world), *_of_tables(world))
+    ]
     if problems:
         raise ConfigError(problems)
     widths = widths_of(world)
@@ -157,8 +176,11 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
     way = s.reproduction
     spreads = way is not None and way.kind == "spread"
     yield "genome", "of plants with genes" if spreads and (s.heredity or Growth in table) else ""
-    far = s.own_ranges or s.own_places or any(key.endswith((".reach", ".radius", ".spacing"))
-                                              for key in s.traits)
+    far = (
+        s.own_ranges
+        or s.own_places
+        or any(key.endswith((".reach", ".radius", ".spacing")) for key in s.traits)
+    )
     yield "genome", "whose genes say how large it is, or how far it senses or reaches" if far else ""
     if s.heredity is not None:
         operators = s.heredity.operators
@@ -174,12 +196,18 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
         return
     yield "policy", "whose choices come from outside" if nerves.outside is not None else ""
     learner, minds = nerves.learner, nerves.individuals
-    yield "policy.network", "with a memory" if (nerves.brain is not None and nerves.brain.memory) or (
-        minds is not None and minds.memory) else ""
+    yield (
+        "policy.network",
+        "with a memory"
+        if (nerves.brain is not None and nerves.brain.memory) or (minds is not None and minds.memory)
+        else "",
+    )
     network = nerves.brain if minds is None else minds
     yield "policy.network", "with a network of its own" if network is not None and not network.by_row else ""
-    yield "policy", "that learns in several worlds" if learner is not None and not hasattr(
-        learner, "optimiser") else ""
+    yield (
+        "policy",
+        "that learns in several worlds" if learner is not None and not hasattr(learner, "optimiser") else "",
+    )
     own = config.reflex is not None and config.reflex.function
     yield "reflex.function", "with a reflex network of its own" if own else ""
     own = config.happiness is not None and config.happiness.function
@@ -190,11 +218,21 @@ def require_height(world: SpatialWorld, size: int, least: int, widths: Widths) -
     """Raise ConfigError where bands of a world would be lower than ghosts reach."""
     ny, side = world.space.shape[1], world.space.size[1] / world.space.shape[1]
     if size > 1 and least * size > ny:
-        fault = (f"{size} bands would be {world.space.size[1] / size:g} m high, and ghosts reach "
-                 f"{least * side:g} m: {widths.sensing:g} m for sensing, {widths.acting:g} m for eating, "
-                 f"mating and births, in whole rows of cells of {side:g} m")
-        raise ConfigError([Problem(("space", "size"), fault, str(list(world.space.size)),
-                                   f"at most {max(1, ny // least)} processes; or {INSTEAD}")])
+        fault = (
+            f"{size} bands would be {world.space.size[1] / size:g} m high, and ghosts reach "
+            f"{least * side:g} m: {widths.sensing:g} m for sensing, {widths.acting:g} m for eating, "
+            f"mating and births, in whole rows of cells of {side:g} m"
+        )
+        raise ConfigError(
+            [
+                Problem(
+                    ("space", "size"),
+                    fault,
+                    str(list(world.space.size)),
+                    f"at most {max(1, ny // least)} processes; or {INSTEAD}",
+                )
+            ]
+        )
 
 
 def least_height(world: SpatialWorld, widths: Widths) -> int:

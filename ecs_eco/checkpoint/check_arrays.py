@@ -41,8 +41,10 @@ class ArrayChecks:
         for name, field in world.fields.items():
             value = self.array(f"field/{name}", field.value.dtype, field.value.shape)
             if not np.isfinite(value).all():
-                self.fail(f"the part 'field/{name}' holds {value[~np.isfinite(value)][0]}; "
-                          "allowed are finite numbers")
+                self.fail(
+                    f"the part 'field/{name}' holds {value[~np.isfinite(value)][0]}; "
+                    "allowed are finite numbers"
+                )
 
     def fail(self, what: str) -> None:
         """Raise the error."""
@@ -54,8 +56,10 @@ class ArrayChecks:
         if kept is None:
             raise CheckpointError(f"{self.where}: the part {name!r} is missing")
         if kept.dtype != dtype or kept.shape != shape:
-            self.fail(f"the part {name!r} is {kept.dtype}{list(kept.shape)}; "
-                      f"this world needs {np.dtype(dtype)}{list(shape)}")
+            self.fail(
+                f"the part {name!r} is {kept.dtype}{list(kept.shape)}; "
+                f"this world needs {np.dtype(dtype)}{list(shape)}"
+            )
         return kept
 
     def clock(self) -> None:
@@ -80,8 +84,9 @@ class ArrayChecks:
         if n and (rows[0] < 0 or (rows[1:] <= rows[:-1]).any()):
             self.fail(f"the part '{prefix}/row' does not ascend from 0 or more: {rows[:9].tolist()}")
         if type(capacity) is not int or not (rows[-1] if n else 0) < capacity <= MOST_ROWS:
-            self.fail(f"{name} has a capacity of {capacity!r}, "
-                      f"and its last row is {rows[-1] if n else 'none'}")
+            self.fail(
+                f"{name} has a capacity of {capacity!r}, and its last row is {rows[-1] if n else 'none'}"
+            )
         # on an island those of others live, too
         next_uid = self.meta["clock"]["next_uid"]
         mine = uid[(uid == 0) | (island_of(uid) == island_of(next_uid))] if is_island(self.world) else uid
@@ -98,8 +103,9 @@ class ArrayChecks:
 
     def range(self, part: str, values: np.ndarray, least: int, most: int) -> None:
         """Check that whole numbers are within limits."""
-        wrong = ([v for v in (values.min(), values.max()) if not least <= int(v) <= most]
-                 if values.size else [])
+        wrong = (
+            [v for v in (values.min(), values.max()) if not least <= int(v) <= most] if values.size else []
+        )
         if wrong:
             self.fail(f"the part {part!r} holds {wrong[0]}; allowed: {least} to {most}")
 
@@ -138,5 +144,6 @@ def check_arrays(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, w
     try:
         ArrayChecks(world, meta, arrays, where)
     except (KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
-        raise CheckpointError(f"{where}: its description of the world is malformed: "
-                              f"{type(error).__name__}: {error}") from None
+        raise CheckpointError(
+            f"{where}: its description of the world is malformed: {type(error).__name__}: {error}"
+        ) from None

@@ -14,8 +14,13 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def copy(world: SpatialWorld, *, threads: int | None = None, systems: Sequence[Any] = (),
-         prepare: Callable[[Any], None] | None = None) -> Any:
+def copy(
+    world: SpatialWorld,
+    *,
+    threads: int | None = None,
+    systems: Sequence[Any] = (),
+    prepare: Callable[[Any], None] | None = None,
+) -> Any:
     """Return a world that has its own organisms, brains and clock, the same digest, and the same future.
 
     `threads` defaults to that of the world. `systems` are new instances of those that were passed as
@@ -31,16 +36,21 @@ def copy(world: SpatialWorld, *, threads: int | None = None, systems: Sequence[A
     arrays = {name: array.copy() for name, array in arrays.items()}
     meta = json.loads(json.dumps(meta))
     if meta["config"] is None:
-        raise CheckpointError(f"{where}: it was made by hand; make another in the same way, "
-                              "world.save(path), then other.load(path)")
+        raise CheckpointError(
+            f"{where}: it was made by hand; make another in the same way, "
+            "world.save(path), then other.load(path)"
+        )
     handed = [s for s in world.config.systems if not isinstance(s, str | type | Use)]
     if handed and not systems:
-        raise CheckpointError(f"{where}: the system {function_name(handed[0])} was handed in as an instance, "
-                              "and an instance is of one "
-                              "world; hand in another: world.copy(systems=[…])")  # fmt: skip
+        raise CheckpointError(
+            f"{where}: the system {function_name(handed[0])} was handed in as an instance, "
+            "and an instance is of one "
+            "world; hand in another: world.copy(systems=[…])"
+        )
     config = None if handed else world.config
-    made = frozen.thaw(type(world), meta, world.threads if threads is None else threads, config,
-                       systems, where)
+    made = frozen.thaw(
+        type(world), meta, world.threads if threads is None else threads, config, systems, where
+    )
     made.reporters = {**world.reporters, **made.reporters}  # those that were added by hand, too
     if prepare is not None:
         prepare(made)

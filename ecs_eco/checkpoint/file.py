@@ -80,8 +80,17 @@ def save(world: SpatialWorld, path: str | Path) -> Path:
     return path
 
 
-def restore(cls: Any, path: str | Path, *, threads: int = 1, config: Any = None, systems: Sequence[Any] = (),
-            prepare: Callable[[Any], None] | None = None, record: bool = True, trust: bool = False) -> Any:
+def restore(
+    cls: Any,
+    path: str | Path,
+    *,
+    threads: int = 1,
+    config: Any = None,
+    systems: Sequence[Any] = (),
+    prepare: Callable[[Any], None] | None = None,
+    record: bool = True,
+    trust: bool = False,
+) -> Any:
     """Return the world that a checkpoint holds; `threads` may differ from before.
 
     `config` is needed if the world was built from one with functions that no module names, `systems` if
@@ -126,22 +135,24 @@ def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:
 
 
 def read(path: str | Path) -> tuple[dict[str, Any], Arrays]:
-    """Return meta and arrays of a checkpoint; raises CheckpointError that says what is wrong with the file.
-    """
+    """Return meta and arrays of a checkpoint; raises CheckpointError that says what is wrong with the file."""
     meta, parts, arrays = _open(Path(path))
     for name, wanted in parts.items():
         if name not in arrays:
             raise CheckpointError(f"{path}: the part {name!r} is missing")
         if _sum(arrays[name]) != wanted:
-            raise CheckpointError(f"{path}: the part {name!r} is damaged: "
-                                  f"its checksum is {_sum(arrays[name])[0]}, not {wanted[0]}")
+            raise CheckpointError(
+                f"{path}: the part {name!r} is damaged: "
+                f"its checksum is {_sum(arrays[name])[0]}, not {wanted[0]}"
+            )
     if more := sorted(set(arrays) - set(parts)):
         raise CheckpointError(f"{path}: holds {more[0]!r}, which it should not")
     arrays = {name: arrays[name] for name in parts}  # in the order in which they were given
     while (number := meta.get("format")) != FORMAT:
         if number not in MIGRATIONS:
-            raise CheckpointError(f"{path}: has the format {number}; "
-                                  f"this version of ecs-eco reads format {FORMAT}")
+            raise CheckpointError(
+                f"{path}: has the format {number}; this version of ecs-eco reads format {FORMAT}"
+            )
         meta, arrays = MIGRATIONS[number](meta, arrays)
     return meta, arrays
 
@@ -158,8 +169,12 @@ def describe(path: str | Path) -> dict[str, Any]:
         raise CheckpointError(f"{path}: is no checkpoint: {error}") from None
 
 
-def latest(folder: Path, before: int | None = None, complain: Callable[[str], None] | None = None,
-           check: Callable[[Path, dict[str, Any]], None] | None = None) -> Path | None:
+def latest(
+    folder: Path,
+    before: int | None = None,
+    complain: Callable[[str], None] | None = None,
+    check: Callable[[Path, dict[str, Any]], None] | None = None,
+) -> Path | None:
     """Return the newest intact checkpoint in a folder, at or before a tick;
     `complain` is told of damaged ones that are skipped.
 
@@ -203,8 +218,16 @@ def _open(path: Path) -> tuple[dict[str, Any], dict[str, list[Any]], Arrays]:
         raise CheckpointError(f"{path}: no such file") from None
     except CheckpointError:
         raise
-    except (SafetensorError, OSError, ValueError, TypeError, KeyError, AttributeError, MemoryError,
-            OverflowError) as error:
+    except (
+        SafetensorError,
+        OSError,
+        ValueError,
+        TypeError,
+        KeyError,
+        AttributeError,
+        MemoryError,
+        OverflowError,
+    ) as error:
         raise CheckpointError(f"{path}: is no whole checkpoint: {error}") from None
 
 
@@ -225,4 +248,3 @@ def _sum(array: np.ndarray) -> list[Any]:
 
 def _seal(text: str, parts: str) -> str:
     return hashlib.sha256(f"{len(text)} {text}{parts}".encode()).hexdigest()
-

@@ -51,18 +51,25 @@ def parts_of(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
 
     arrays: Arrays = {}
     meta: dict[str, Any] = {
-        "versions": versions(), "target": portable.target(), "name": world.name,
+        "versions": versions(),
+        "target": portable.target(),
+        "name": world.name,
         "clock": {"tick": world.tick, "seed": world.seed, "dt": world.dt, "next_uid": world.next_uid},
         "config": None if world.config is None else world.config.resolved(),
         "viewer": None if world.config is None else world.config.viewer.model_dump(mode="json"),
         "folder": None if world.config is None else str(world.config.folder.absolute()),
-        "options": world.origin, "reproduction": world.reproduction, "ambient": world.ambient,
-        "causes": world.causes, "environment": sorted(world.environment), "instances": _instances(world),
+        "options": world.origin,
+        "reproduction": world.reproduction,
+        "ambient": world.ambient,
+        "causes": world.causes,
+        "environment": sorted(world.environment),
+        "instances": _instances(world),
         "tables": {name: _freeze_table(table, arrays) for name, table in world.tables.items()},
-        "substances": world.substances, "fields": sorted(world.fields),
+        "substances": world.substances,
+        "fields": sorted(world.fields),
         "systems": [type(s).__name__ for s in world.systems],
         "intervened": world.intervened,
-    }  # fmt: skip
+    }
     for name, field in world.fields.items():
         arrays[f"field/{name}"] = field.value
         if field.source.any():  # emitted after the fields' turn in this tick
@@ -82,13 +89,22 @@ def parts_of(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
 def code_of(meta: Mapping[str, Any], where: str, trust: bool) -> Code:
     """Return the code that a checkpoint needs: from the run that it lies in, or from where its world file
     was. Raises CheckpointError."""
-    places = [Path(where).parent.parent / FOLDER,
-              *([Path(meta["folder"])] if meta["folder"] is not None else [])]
+    places = [
+        Path(where).parent.parent / FOLDER,
+        *([Path(meta["folder"])] if meta["folder"] is not None else []),
+    ]
     return check_code(meta.get("code", []), places, where, trust)
 
 
-def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: Sequence[Any], where: str,
-         trust: bool = False) -> Any:
+def thaw(
+    cls: Any,
+    meta: Mapping[str, Any],
+    threads: int,
+    config: Any,
+    systems: Sequence[Any],
+    where: str,
+    trust: bool = False,
+) -> Any:
     """Return a world without organisms, built as the frozen one was;
     raises CheckpointError that says what must be passed.
 
@@ -99,17 +115,21 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
     from ecs_eco.worlds.build import build
 
     if meta["config"] is None:
-        raise CheckpointError(f"{where}: holds a world that was made by hand; make it again, "
-                              "then world.load(path)")
+        raise CheckpointError(
+            f"{where}: holds a world that was made by hand; make it again, then world.load(path)"
+        )
     handed = {function_name(s): s for s in systems}
     if missing := [name for name in meta["instances"] if name not in handed and config is None]:
-        raise CheckpointError(f"{where}: the system {missing[0]} was handed in as an instance; "
-                              "hand it in again: World.restore(path, systems=[…])")  # fmt: skip
+        raise CheckpointError(
+            f"{where}: the system {missing[0]} was handed in as an instance; "
+            "hand it in again: World.restore(path, systems=[…])"
+        )
     try:
         if config is None:
             data = dict(meta["config"]) | {"viewer": meta.get("viewer") or {}}
-            data["systems"] = [handed.get(name, name) if isinstance(name, str) else name
-                               for name in data["systems"]]
+            data["systems"] = [
+                handed.get(name, name) if isinstance(name, str) else name for name in data["systems"]
+            ]
             loaded = WorldConfig.model_validate(data)
             take_land(loaded, meta, where)
             # else all of it was passed as objects
@@ -118,29 +138,42 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
             else:
                 loaded = loaded.model_copy(update={"code": []})
         else:
-            loaded = (config if isinstance(config, WorldConfig)
-                      and not systems else load(config, systems=systems))
+            loaded = (
+                config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
+            )
             if loaded.resolved() != meta["config"]:
                 raise CheckpointError(f"{where}: was saved with another configuration than the one handed in")
         options = dict(meta["options"])
-        options["policies"] = {name: "random" if source == "random" else "untrained"
-                               for name, source in options["policies"].items()}
-        options["learn"] = {name: made["learning"]
-                            for name, made in meta["tables"].items() if name in loaded.species}
-        world = build(cls, loaded, seed=meta["clock"]["seed"], threads=threads, populate=False,
-                      record=False, **options)
+        options["policies"] = {
+            name: "random" if source == "random" else "untrained"
+            for name, source in options["policies"].items()
+        }
+        options["learn"] = {
+            name: made["learning"] for name, made in meta["tables"].items() if name in loaded.species
+        }
+        world = build(
+            cls, loaded, seed=meta["clock"]["seed"], threads=threads, populate=False, record=False, **options
+        )
     except CodeError as error:
         raise of_code(where, error) from None
-    except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError,
-            ArithmeticError) as error:
+    except (
+        ConfigError,
+        ImportError,
+        AttributeError,
+        ValueError,
+        TypeError,
+        LookupError,
+        ArithmeticError,
+    ) as error:
         if isinstance(error, CheckpointError):
             raise
         raise CheckpointError(f"{where}: its world cannot be built here: {error}") from error
     return world
 
 
-def load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str,
-         trust: bool = False) -> None:
+def load(
+    world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, trust: bool = False
+) -> None:
     """Bring a world to a frozen state; raises CheckpointError if it is built differently,
     before anything changes.
 
@@ -158,8 +191,11 @@ def load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: st
 def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, code: Code) -> None:
     clock = meta["clock"]
     world.seed, world.tick, world.next_uid = int(clock["seed"]), int(clock["tick"]), int(clock["next_uid"])
-    world.reproduction, world.ambient, world.causes[:] = (meta["reproduction"], dict(meta["ambient"]),
-                                                          meta["causes"])
+    world.reproduction, world.ambient, world.causes[:] = (
+        meta["reproduction"],
+        dict(meta["ambient"]),
+        meta["causes"],
+    )
     world.codes.clear()
     world.intervened = [tuple(done) for done in meta["intervened"]]
     for name, table in world.tables.items():
@@ -204,8 +240,12 @@ def _freeze_table(table: Table, arrays: Arrays) -> dict[str, Any]:
             )
         births.append({"second": second is not None, "values": [f"{c.__name__}.{f}" for c, f in values]})
     nerves = table.species.nerves
-    return {"columns": columns, "capacity": table.capacity, "births": births,
-            "learning": bool(nerves is not None and nerves.learning)}
+    return {
+        "columns": columns,
+        "capacity": table.capacity,
+        "births": births,
+        "learning": bool(nerves is not None and nerves.learning),
+    }
 
 
 def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
@@ -239,40 +279,52 @@ def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: 
     """Raise CheckpointError if a world's tables, fields, systems or parts differ from those frozen."""
     tables, saved = list(world.tables), list(meta["tables"])
     former = [] if world.config is None else list(world.config.substances)  # the order of the file
-    if not any(array.any() for name, array in arrays.items()
-               if name.endswith("/barren")):  # else it follows their order
+    if not any(
+        array.any() for name, array in arrays.items() if name.endswith("/barren")
+    ):  # else it follows their order
         tables, saved = sorted(tables), sorted(saved)
-    pairs: Any = (("tables", tables, saved),
-                               ("substances", list(world.substances), meta.get("substances", former)),
-                               ("fields", sorted(world.fields), meta["fields"]),
-                               ("functions of the environment", sorted(world.environment),
-                                meta["environment"]))  # fmt: skip
+    pairs: Any = (
+        ("tables", tables, saved),
+        ("substances", list(world.substances), meta.get("substances", former)),
+        ("fields", sorted(world.fields), meta["fields"]),
+        ("functions of the environment", sorted(world.environment), meta["environment"]),
+    )
     for part_name, mine, theirs in pairs:
         if mine != theirs:
-            raise CheckpointError(f"{where}: was saved with the {part_name} {_words(theirs)}, "
-                                  f"and this world has {_words(mine)}")
+            raise CheckpointError(
+                f"{where}: was saved with the {part_name} {_words(theirs)}, and this world has {_words(mine)}"
+            )
     if world.dt != meta["clock"]["dt"]:
-        raise CheckpointError(f"{where}: was saved with dt = {meta['clock']['dt']!r:.40} s, "
-                              f"and this world has {world.dt:g} s")
+        raise CheckpointError(
+            f"{where}: was saved with dt = {meta['clock']['dt']!r:.40} s, and this world has {world.dt:g} s"
+        )
     systems = [s for s in meta["systems"] if s != "Recorder"]
     if (mine := [type(s).__name__ for s in world.systems if type(s).__name__ != "Recorder"]) != systems:
-        raise CheckpointError(f"{where}: was saved with the systems {_words(systems)}, "
-                              f"and this world has {_words(mine)}")
+        raise CheckpointError(
+            f"{where}: was saved with the systems {_words(systems)}, and this world has {_words(mine)}"
+        )
     for name, table in world.tables.items():
-        made = {c.__name__: {f: [a.dtype.str, list(a.shape[1:])] for f, a in vars(held).items()}
-                for c, held in table.columns.items()}
+        made = {
+            c.__name__: {f: [a.dtype.str, list(a.shape[1:])] for f, a in vars(held).items()}
+            for c, held in table.columns.items()
+        }
         theirs = meta["tables"][name]["columns"]
         for component in {**made, **theirs}:
             if made.get(component) != theirs.get(component):
-                raise CheckpointError(f"{where}: {component} of {name} was saved with the columns "
-                                      f"{theirs.get(component)}, "
-                                      f"and this world has {made.get(component)}")  # fmt: skip
-    kept: dict[str, list[str]] = {owner: sorted(state)
-                                  for owner, part in stateful(world).items() if (state := part.state())}
+                raise CheckpointError(
+                    f"{where}: {component} of {name} was saved with the columns "
+                    f"{theirs.get(component)}, "
+                    f"and this world has {made.get(component)}"
+                )
+    kept: dict[str, list[str]] = {
+        owner: sorted(state) for owner, part in stateful(world).items() if (state := part.state())
+    }
     for owner in {**kept, **meta["stateful"]}:
         if kept.get(owner) != meta["stateful"].get(owner):
-            raise CheckpointError(f"{where}: of {owner} it holds {_words(meta['stateful'].get(owner, []))}, "
-                                  f"and this world has {_words(kept.get(owner, []))}")  # fmt: skip
+            raise CheckpointError(
+                f"{where}: of {owner} it holds {_words(meta['stateful'].get(owner, []))}, "
+                f"and this world has {_words(kept.get(owner, []))}"
+            )
 
 
 def _words(names: Sequence[str]) -> str:
@@ -284,10 +336,17 @@ def _words(names: Sequence[str]) -> str:
 
 def stateful(world: SpatialWorld) -> dict[str, Any]:
     """Return everything that has state() and load(), by a name that follows from how the world is built."""
-    kept = {f"table/{t.name}/trait/{key}": part for t in world.tables.values()
-            for key, part in sorted(t.parts().items()) if _has(part)}
-    kept |= {f"system/{i}/{type(s).__name__}": s
-             for i, s in enumerate(world.systems) if _has(s) and s is not world.recorder}
+    kept = {
+        f"table/{t.name}/trait/{key}": part
+        for t in world.tables.values()
+        for key, part in sorted(t.parts().items())
+        if _has(part)
+    }
+    kept |= {
+        f"system/{i}/{type(s).__name__}": s
+        for i, s in enumerate(world.systems)
+        if _has(s) and s is not world.recorder
+    }
     if _has(world.terrain):
         kept["terrain"] = world.terrain
     return kept
@@ -302,8 +361,11 @@ def _load_part(part: Any, owner: str, arrays: Arrays, where: str) -> None:
 
 
 def _has(part: Any) -> bool:
-    return (callable(getattr(part, "state", None)) and callable(getattr(part, "load", None))
-            and not isinstance(part, type))
+    return (
+        callable(getattr(part, "state", None))
+        and callable(getattr(part, "load", None))
+        and not isinstance(part, type)
+    )
 
 
 def _instances(world: SpatialWorld) -> list[str]:

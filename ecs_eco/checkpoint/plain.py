@@ -22,21 +22,25 @@ def put(arrays: Arrays, owner: str, state: Mapping[str, Any]) -> None:
     for key, value in state.items():
         array = np.asarray(value)
         if array.dtype.kind not in "biuf":
-            raise CheckpointError(f"{owner}: state() gives {key!r} as {array.dtype}; "
-                                  "allowed are arrays of numbers")
+            raise CheckpointError(
+                f"{owner}: state() gives {key!r} as {array.dtype}; allowed are arrays of numbers"
+            )
         arrays[f"{owner}/{key}"] = array
 
 
 def take(arrays: Arrays, owner: str) -> Arrays:
     """Return the arrays of a part, by their names in it."""
-    return {key.removeprefix(f"{owner}/"): array
-            for key, array in arrays.items() if key.startswith(f"{owner}/")}
+    return {
+        key.removeprefix(f"{owner}/"): array for key, array in arrays.items() if key.startswith(f"{owner}/")
+    }
 
 
 def of_code(where: str, error: CodeError) -> CodeError:
     """Return the refusal of code with the name of the checkpoint that names it."""
-    return CodeError(error.problems, error.title if where in error.title
-                                     else f"{where}: {error.title or 'names code that it may not'}")
+    return CodeError(
+        error.problems,
+        error.title if where in error.title else f"{where}: {error.title or 'names code that it may not'}",
+    )
 
 
 def freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
@@ -45,9 +49,11 @@ def freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
     out: list[list[Any]] = []
     for uid, thing in plain_components(world):
         if not (callable(getattr(thing, "state", None)) and callable(getattr(type(thing), "restore", None))):
-            raise CheckpointError(f"organism {uid} has a {type(thing).__name__}, which cannot be saved: "
-                                  "give its class state() → dict of "
-                                  "arrays of numbers, and a class method restore(state)")  # fmt: skip
+            raise CheckpointError(
+                f"organism {uid} has a {type(thing).__name__}, which cannot be saved: "
+                "give its class state() → dict of "
+                "arrays of numbers, and a class method restore(state)"
+            )
         put(arrays, f"plain/{len(out)}", thing.state())
         out.append([uid, function_name(type(thing))])
     return out
@@ -64,8 +70,9 @@ def plain_components(world: SpatialWorld) -> list[tuple[int, Any]]:
     return sorted(plain, key=lambda f: (f[0], function_name(type(f[1]))))
 
 
-def load_plain(world: SpatialWorld, listed: Sequence[Sequence[Any]], arrays: Arrays,
-               where: str, code: Code) -> None:
+def load_plain(
+    world: SpatialWorld, listed: Sequence[Sequence[Any]], arrays: Arrays, where: str, code: Code
+) -> None:
     """Give organisms the plain components that a checkpoint lists for them."""
     import esper
 
@@ -79,7 +86,7 @@ def load_plain(world: SpatialWorld, listed: Sequence[Sequence[Any]], arrays: Arr
                 raise of_code(where, error) from None
             except (ImportError, AttributeError) as error:
                 module = name.partition(":")[0]
-                raise CheckpointError(f"{where}: organism {uid} has a component {name}, "
-                                      f"and {module} has none such: {error}") from None
+                raise CheckpointError(
+                    f"{where}: organism {uid} has a component {name}, and {module} has none such: {error}"
+                ) from None
             esper.add_component(world.entity(int(uid)), kind.restore(take(arrays, f"plain/{i}")))
-

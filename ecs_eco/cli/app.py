@@ -35,8 +35,11 @@ def _options(
         bool, typer.Option("--version", is_eager=True, callback=_version, help="Print the version and exit.")
     ] = False,
     portable: Annotated[
-        bool, typer.Option("--portable", help="Give the same bytes on every x86-64 machine, more slowly; "
-                                              "as ECS_ECO_PORTABLE=1 does.")
+        bool,
+        typer.Option(
+            "--portable",
+            help="Give the same bytes on every x86-64 machine, more slowly; as ECS_ECO_PORTABLE=1 does.",
+        ),
     ] = False,
 ) -> None:
     from ecs_eco.engine.portable import PortableError, check, enable
@@ -49,10 +52,21 @@ def _options(
 
 
 for _command in (
-    living.run, living.watch, living.repeat, living.resume, living.train,
-    telling.report, telling.why, telling.lineage, telling.tracks, comparing.compare, comparing.search,
-    telling.draw, telling.picture, telling.video,
-):  # fmt: skip
+    living.run,
+    living.watch,
+    living.repeat,
+    living.resume,
+    living.train,
+    telling.report,
+    telling.why,
+    telling.lineage,
+    telling.tracks,
+    comparing.compare,
+    comparing.search,
+    telling.draw,
+    telling.picture,
+    telling.video,
+):
     app.command()(_command)
 app.add_typer(sweeping.sweep, name="sweep")
 app.add_typer(caching.cache, name="cache")

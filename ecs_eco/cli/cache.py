@@ -41,8 +41,10 @@ def warm_cache(worlds: list[str], workers: int | None, quiet: bool) -> None:
         for world, config in configs.items():
             if world not in shipped():
                 _try(config)
-    say(f"{len(list(folder.glob('*.nbc'))) - before} kernels compiled, "
-        f"{len(list(folder.glob('*.nbc')))} are in {folder}")
+    say(
+        f"{len(list(folder.glob('*.nbc'))) - before} kernels compiled, "
+        f"{len(list(folder.glob('*.nbc')))} are in {folder}"
+    )
 
 
 def _try(config: object) -> None:

@@ -45,8 +45,12 @@ def compare_world(
     if policies != "trained":
         known_policies(policies, arms[0].config)
         if training_seeds is not None:
-            raise refusal("policies are trained for this comparison", policies,
-                          "--policies, or --training-seeds", source="--policies")
+            raise refusal(
+                "policies are trained for this comparison",
+                policies,
+                "--policies, or --training-seeds",
+                source="--policies",
+            )
         arms = [arm.with_policies(_seen_from_everywhere(Path(policies), on)) for arm in arms]
     check_training(arms, training_seeds, retrain)
     ticks = ticks or arms[0].config.ticks

@@ -20,8 +20,12 @@ def open_docs(page: str, browser: bool) -> None:
     """Print where a page is, and open it in a graphical browser where there is one."""
     pages, ending = (SITE, ".html") if (SITE / "index.html").is_file() else (SOURCES, ".md")
     if pages is SOURCES and not all((pages / name).is_file() for name in ("index.md", "../pyproject.toml")):
-        refuse("docs", "this package was built without its pages", str(SITE),
-               f"the folder docs of its sources; or there, before the package is built: {BUILD}")
+        refuse(
+            "docs",
+            "this package was built without its pages",
+            str(SITE),
+            f"the folder docs of its sources; or there, before the package is built: {BUILD}",
+        )
     if pages is SOURCES:
         complain(f"The site is not built in this copy of the sources; this is its text. Build it: {BUILD}")
     there = {path.relative_to(pages).with_suffix("").as_posix(): path for path in pages.rglob(f"*{ending}")}
@@ -31,8 +35,13 @@ def open_docs(page: str, browser: bool) -> None:
         names = [n for n in there if not n.startswith(("source/", "_"))]
         last = {n.rpartition("/")[2]: n for n in names}
         near = get_close_matches(name.rpartition("/")[2], last, 1)
-        refuse("PAGE", "there is no such page", page, "a page of the site, such as how-to/running",
-               last[near[0]] if near else "")
+        refuse(
+            "PAGE",
+            "there is no such page",
+            page,
+            "a page of the site, such as how-to/running",
+            last[near[0]] if near else "",
+        )
     say(found.as_uri())
     if browser and _graphical():
         webbrowser.open(found.as_uri())
@@ -46,4 +55,5 @@ def _only(name: str, there: dict[str, Path]) -> Path | None:
 
 def _graphical() -> bool:
     return not sys.platform.startswith("linux") or bool(
-        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    )

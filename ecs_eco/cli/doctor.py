@@ -33,11 +33,16 @@ def examine_machine(test: bool, quiet: bool) -> None:
 
     here = target()
     console = Console(highlight=False, soft_wrap=True)
-    sections = {"Versions": _versions(here), "Processor": _processor(here), "Kernels and disk": _disk(),
-                "Viewer": _viewer()}
+    sections = {
+        "Versions": _versions(here),
+        "Processor": _processor(here),
+        "Kernels and disk": _disk(),
+        "Viewer": _viewer(),
+    }
     for title, facts in sections.items():
-        table = Table(title=title, title_justify="left", title_style="bold", box=None, show_header=False,
-                      pad_edge=False)
+        table = Table(
+            title=title, title_justify="left", title_style="bold", box=None, show_header=False, pad_edge=False
+        )
         table.add_column(style="dim")
         table.add_column(overflow="fold")
         for name, value in facts:
@@ -56,14 +61,20 @@ def _self_test(here: Target, quiet: bool, console: Any) -> None:
     console.print(_table(outcomes, other), end="\n\n")
     failed = [outcome.case.name for outcome in outcomes if not outcome.holds]
     if failed:
-        complain(f"Threads or a checkpoint change results here: {'; '.join(failed)}. Please report it, "
-                 "with all of the above.")
+        complain(
+            f"Threads or a checkpoint change results here: {'; '.join(failed)}. Please report it, "
+            "with all of the above."
+        )
     if other is None:
-        say("Unknown target: this release was not tested on such a machine with such versions.\n"
-            f"Target: {here.key}")
+        say(
+            "Unknown target: this release was not tested on such a machine with such versions.\n"
+            f"Target: {here.key}"
+        )
     elif other:
-        complain(f"Results differ from those of the release on such a machine: {'; '.join(other)}. "
-                 f"Changed sources, or a damaged installation?\nTarget: {here.key}")  # fmt: skip
+        complain(
+            f"Results differ from those of the release on such a machine: {'; '.join(other)}. "
+            f"Changed sources, or a damaged installation?\nTarget: {here.key}"
+        )
     if failed or other:
         raise typer.Exit(FAILED)
     compared = "" if other is None else " and those of the release"
@@ -73,15 +84,21 @@ def _self_test(here: Target, quiet: bool, console: Any) -> None:
 def _table(outcomes: list[Outcome], other: list[str] | None) -> Any:
     from rich.table import Table
 
-    table = Table(title=f"Self-test: {len(outcomes)} short runs", title_justify="left", title_style="bold",
-                  box=None, pad_edge=False)
+    table = Table(
+        title=f"Self-test: {len(outcomes)} short runs",
+        title_justify="left",
+        title_style="bold",
+        box=None,
+        pad_edge=False,
+    )
     for name in ("world", "two threads", "from a checkpoint", "as released", "digest"):
         table.add_column(name, header_style="dim")
     word = {True: "[green]same[/]", False: "[red]OTHER[/]"}
     for outcome in outcomes:
         known = "unknown" if other is None else word[outcome.case.name not in other]
-        same = (word[other_digest == outcome.digest]
-                for other_digest in (outcome.two_threads, outcome.resumed))
+        same = (
+            word[other_digest == outcome.digest] for other_digest in (outcome.two_threads, outcome.resumed)
+        )
         table.add_row(outcome.case.name, *same, known, outcome.digest[:12])
     return table
 
@@ -99,11 +116,18 @@ def _processor(here: Target) -> Facts:
 
     triple, _, features = instructions()
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    variables = [f"{name}={os.environ[name]}"
-                 for name in sorted(os.environ) if name.startswith(("OMP_", "MKL_", "NUMBA_", "ECS_ECO_"))]
+    variables = [
+        f"{name}={os.environ[name]}"
+        for name in sorted(os.environ)
+        if name.startswith(("OMP_", "MKL_", "NUMBA_", "ECS_ECO_"))
+    ]
     return [
-        ("mode", "portable: the same bytes on every x86-64 machine" if portable.on() else
-                 "native: as fast as this processor allows; --portable gives the same bytes on all"),
+        (
+            "mode",
+            "portable: the same bytes on every x86-64 machine"
+            if portable.on()
+            else "native: as fast as this processor allows; --portable gives the same bytes on all",
+        ),
         ("system", f"{platform.system()} {platform.release()}"),
         ("numba", f"{here.cpu}, {triple}, {len(features)} features ({here.features})"),
         ("torch", here.torch),
@@ -128,8 +152,11 @@ def _disk() -> Facts:
         facts.append(("", f"{about}, {len(files)} kernels, {size / 1e6:.1f} MB"))
     if not usable:
         facts.append(("cache", f"NOT USED: {caught[0].message if caught else path}"))
-    places = {"cache": path if path.is_dir() else Path.home(), "here": Path.cwd(),
-              "temporary": Path(tempfile.gettempdir())}
+    places = {
+        "cache": path if path.is_dir() else Path.home(),
+        "here": Path.cwd(),
+        "temporary": Path(tempfile.gettempdir()),
+    }
     for name, place in places.items():
         try:
             facts.append((f"free, {name}", f"{shutil.disk_usage(place).free / 1e9:.1f} GB in {place}"))
@@ -150,10 +177,15 @@ def _owner(uid: int) -> str:
 def _viewer() -> Facts:
     from ecs_eco.testing.browser import chromium
 
-    windows = (any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
-               or platform.system() != "Linux")
+    windows = (
+        any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")) or platform.system() != "Linux"
+    )
     return [
-        ("browser", "is opened by `ecs-eco watch`"
-                    if windows else "none with windows here: `ecs-eco watch` prints an address"),
+        (
+            "browser",
+            "is opened by `ecs-eco watch`"
+            if windows
+            else "none with windows here: `ecs-eco watch` prints an address",
+        ),
         ("Chromium", chromium() or "none: only tests and screenshots need it"),
     ]

@@ -25,8 +25,13 @@ def draw_world(world: str, overrides: list[str], species: str | None, out: Path 
 
 def _checked(path: Path) -> Path:
     if path.suffix.lower() not in ENDINGS:
-        refuse("--out", "no picture that can be written", str(path), f"a file ending in {', '.join(ENDINGS)}",
-               f"{path.stem}.png")
+        refuse(
+            "--out",
+            "no picture that can be written",
+            str(path),
+            f"a file ending in {', '.join(ENDINGS)}",
+            f"{path.stem}.png",
+        )
     if path.is_dir():
         refuse("--out", "is a folder", str(path), "a file")
     return path

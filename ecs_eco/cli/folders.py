@@ -45,8 +45,7 @@ def results(out: Path | None, default: str) -> Claim:
 
 
 def pages(out: Path | None, folder: Path) -> None:
-    """Refuse `out`, or else the folder of a run, if pages and figures cannot be written there; makes nothing.
-    """
+    """Refuse `out`, or else the folder of a run, if pages and figures cannot be written there; makes nothing."""
     source, path = ("DIR", folder) if out is None else ("--out", out)
     allowed = (
         "a folder that can be written: name one with --out"

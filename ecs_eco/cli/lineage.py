@@ -13,8 +13,9 @@ from ecs_eco.engine.errors import listed, nearest
 from ecs_eco.record.archipelago import is_archipelago
 
 
-def tell_lineage(folder: Path, csv: Path | None, newick: Path | None, species: str | None,
-                 living: bool) -> None:
+def tell_lineage(
+    folder: Path, csv: Path | None, newick: Path | None, species: str | None, living: bool
+) -> None:
     """Print founders, births, generations and surviving founder lines of each species,
     and write the files requested."""
     islands = is_archipelago(folder)
@@ -25,18 +26,27 @@ def tell_lineage(folder: Path, csv: Path | None, newick: Path | None, species: s
         refuse("DIR", "holds no births", str(folder), "a run with organisms")
     for option, file in (("--csv", csv), ("--newick", newick)):
         if file is not None and (file.is_dir() or not file.parent.is_dir()):
-            refuse(option, "is a folder" if file.is_dir() else "its folder does not exist", str(file),
-                   "a file in a folder that exists")
+            refuse(
+                option,
+                "is a folder" if file.is_dir() else "its folder does not exist",
+                str(file),
+                "a file in a folder that exists",
+            )
     try:
         lineage = Lineage.read(folder)
     except ValueError as error:
-        refuse("DIR", f"its births and deaths are inconsistent: {error}", str(folder),
-               "a folder as `ecs-eco run` left it")
+        refuse(
+            "DIR",
+            f"its births and deaths are inconsistent: {error}",
+            str(folder),
+            "a folder as `ecs-eco run` left it",
+        )
     known = list(dict.fromkeys(lineage.species.tolist()))
     if species is not None:
         if species not in known:
-            refuse("--species", "no such species in this run", species, listed(known),
-                   nearest(species, known))
+            refuse(
+                "--species", "no such species in this run", species, listed(known), nearest(species, known)
+            )
         lineage = lineage.of_species(species)
     for name in known if species is None else [species]:
         say(summary(lineage.of_species(name), name))

@@ -7,62 +7,93 @@ import typer
 
 from ecs_eco.cli.terminal import path_of, whole
 
-World = Annotated[str, typer.Argument(metavar="WORLD",
-                                      help="Name of a shipped world (see `list`), or a TOML file.")]
+World = Annotated[
+    str, typer.Argument(metavar="WORLD", help="Name of a shipped world (see `list`), or a TOML file.")
+]
 Ticks = Annotated[
     int | None, typer.Option(parser=whole(1), metavar="N", help="Length [ticks]. Default: the world's own.")
 ]
 Seed = Annotated[
-    int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N",
-                             help="Seed of all random numbers. Default: the world's own.")
+    int | None,
+    typer.Option(
+        parser=whole(0, 2**63 - 1), metavar="N", help="Seed of all random numbers. Default: the world's own."
+    ),
 ]
 Set = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE",
-                 help="Change a value of the world: species.deer.count=500. Repeatable."),
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Change a value of the world: species.deer.count=500. Repeatable."
+    ),
 ]
-Out = Annotated[Path | None, typer.Option(parser=path_of, metavar="PATH",
-                                          help="Folder for the results: new or empty. Default: in runs/.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        parser=path_of, metavar="PATH", help="Folder for the results: new or empty. Default: in runs/."
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
 Threads = Annotated[
-    int, typer.Option(parser=whole(1, 1024), metavar="N",
-                      help="Threads; they change the speed and no result.")
+    int,
+    typer.Option(parser=whole(1, 1024), metavar="N", help="Threads; they change the speed and no result."),
 ]
 Learn = Annotated[
     bool | None, typer.Option("--learn/--no-learn", help="Whether policies learn. Default: as in the world.")
 ]
 Policies = Annotated[
-    str, typer.Option(metavar="trained|random|DIR",
-                      help="Initial policies: trained, random, untrained, or a folder written by `train`.")
+    str,
+    typer.Option(
+        metavar="trained|random|DIR",
+        help="Initial policies: trained, random, untrained, or a folder written by `train`.",
+    ),
 ]
 Watch = Annotated[
-    bool, typer.Option("--watch",
-                       help="Show it in the browser while it runs; interventions made there are recorded.")
+    bool,
+    typer.Option(
+        "--watch", help="Show it in the browser while it runs; interventions made there are recorded."
+    ),
 ]
 Port = Annotated[
-    int, typer.Option(parser=whole(0, 65535), metavar="N",
-                      help="Port of the viewer on this machine; 0: any free one.")
+    int,
+    typer.Option(
+        parser=whole(0, 65535), metavar="N", help="Port of the viewer on this machine; 0: any free one."
+    ),
 ]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the viewer's address.")]
 Trust = Annotated[
-    bool, typer.Option("--trust", help="Allow the code that it brings along to run here, "
-                                       "until that code changes; read it first.")
+    bool,
+    typer.Option(
+        "--trust",
+        help="Allow the code that it brings along to run here, until that code changes; read it first.",
+    ),
 ]
 Bands = Annotated[
-    bool, typer.Option("--bands", help="Share its work with the other processes of `mpiexec -n N ecs-eco … "
-                                       "--bands`; the result is the same.")
+    bool,
+    typer.Option(
+        "--bands",
+        help="Share its work with the other processes of `mpiexec -n N ecs-eco … "
+        "--bands`; the result is the same.",
+    ),
 ]
 Divided = Annotated[
-    bool, typer.Option("--divided", help="As --bands, and each process holds its own part of the world "
-                                         "alone: memory is divided, too.")
+    bool,
+    typer.Option(
+        "--divided",
+        help="As --bands, and each process holds its own part of the world alone: memory is divided, too.",
+    ),
 ]
 On = Annotated[
-    str, typer.Option("--on", metavar="local|ray",
-                      help="Where it is done: processes of this machine, or a Ray cluster.")
+    str,
+    typer.Option(
+        "--on", metavar="local|ray", help="Where it is done: processes of this machine, or a Ray cluster."
+    ),
 ]
 Workers = Annotated[
-    int | None, typer.Option(parser=whole(1, 1024), metavar="N",
-                             help="Processes, of one thread each. Default: 2; on Ray all its CPUs.")
+    int | None,
+    typer.Option(
+        parser=whole(1, 1024),
+        metavar="N",
+        help="Processes, of one thread each. Default: 2; on Ray all its CPUs.",
+    ),
 ]
 Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")]
 Run = Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")]

@@ -11,8 +11,9 @@ from ecs_eco.cli.terminal import complain, progress, refuse, say
 SIZES = (320, 7680)  # [px]
 
 
-def picture_run(folder: Path, out: Path | None, tick: int | None, organism: int | None, size: str,
-                quiet: bool) -> None:
+def picture_run(
+    folder: Path, out: Path | None, tick: int | None, organism: int | None, size: str, quiet: bool
+) -> None:
     """Draw a tick of a run, or the nervous system of one organism at that tick, into a file."""
     replay = _replay(folder)
     tick = _tick(replay, tick, "--tick", replay.recording.last)
@@ -29,8 +30,14 @@ def picture_run(folder: Path, out: Path | None, tick: int | None, organism: int 
 
 
 def video_run(
-    folder: Path, out: Path | None, fps: float, first: int | None, last: int | None, step: int | None,
-    size: str, quiet: bool
+    folder: Path,
+    out: Path | None,
+    fps: float,
+    first: int | None,
+    last: int | None,
+    step: int | None,
+    size: str,
+    quiet: bool,
 ) -> None:
     """Make a film of a run."""
     from ecs_eco.view import film
@@ -56,8 +63,12 @@ def video_run(
         try:
             film.write(path, ticks, painter.paint, pixels, fps, bar)
         except film.FilmError as error:
-            refuse("OUT", str(error), str(path),
-                   "an ffmpeg that supports this format, or a name that ends in .gif")
+            refuse(
+                "OUT",
+                str(error),
+                str(path),
+                "an ffmpeg that supports this format, or a name that ends in .gif",
+            )
         except OSError as error:
             _unwritable(path, error)
     say(f"{len(ticks)} frames, {len(ticks) / fps:.1f} s, one every {ticks.step} ticks, in {path}")
@@ -78,8 +89,12 @@ def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: in
         refuse("--organism", f"is a {species}, which has no nervous system", uid, "an animal")
     if not state["alive"] and state["nerves"] is None:
         ended = state["died"]["tick"] if state["died"] else None
-        refuse("--tick", f"organism {uid} is not alive then", tick,
-               f"{state['born'] + 1} to {ended or replay.recording.last}")
+        refuse(
+            "--tick",
+            f"organism {uid} is not alive then",
+            tick,
+            f"{state['born'] + 1} to {ended or replay.recording.last}",
+        )
     if state["nerves"] is None:
         state = _again(replay, uid, quiet)
     if state["nerves"] is None:
@@ -90,8 +105,9 @@ def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: in
     from ecs_eco.runs.begin import config_of
     from ecs_eco.view.inspect import drawable
 
-    figure = draw_nervous_system(config_of(replay.recording.manifest, path=folder), species,
-                                 drawable(state["nerves"]))
+    figure = draw_nervous_system(
+        config_of(replay.recording.manifest, path=folder), species, drawable(state["nerves"])
+    )
     try:
         say(f"Drawn in {save(figure, path)}")
     except OSError as error:
@@ -107,8 +123,10 @@ def _again(replay: Any, uid: int, quiet: bool) -> dict[str, Any]:
     with progress("running again", quiet) as bar:
         stretch = compute(r.path, r.manifest, replay.tick, min(r.last, replay.tick), r.recorded, bar)
     if stretch.wrong is not None:
-        raise RecordingError(f"{r.path}: the rerun differs from the recording at tick {stretch.wrong}: "
-                             "it was recorded with other versions or on another machine")
+        raise RecordingError(
+            f"{r.path}: the rerun differs from the recording at tick {stretch.wrong}: "
+            "it was recorded with other versions or on another machine"
+        )
     replay.stretches.append(stretch)
     return dict(replay.organism(uid))
 
@@ -139,8 +157,13 @@ def _size(text: str) -> tuple[int, int]:
 
 def _file(path: Path, endings: tuple[str, ...]) -> Path:
     if path.suffix.lower() not in endings:
-        refuse("OUT", "cannot be written", str(path), f"a file ending in {', '.join(endings)}",
-               f"{path.stem}{endings[0]}")
+        refuse(
+            "OUT",
+            "cannot be written",
+            str(path),
+            f"a file ending in {', '.join(endings)}",
+            f"{path.stem}{endings[0]}",
+        )
     if path.is_dir():
         refuse("OUT", "is a folder", str(path), "a file")
     return path

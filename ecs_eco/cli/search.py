@@ -70,17 +70,27 @@ def search_world(
 
     for note in notes(config):
         complain(f"note: {note}")
-    folder = (results(out, f"{config.name}-search") if out is None or not has_search(out) else Claim(out))
+    folder = results(out, f"{config.name}-search") if out is None or not has_search(out) else Claim(out)
     with folder as claim:
         try:
             with _shown(config.name, quiet) as show:
-                result = search(world, claim, overrides, budget=budget, trials=trials, workers=workers,
-                                optimiser=optimiser, progress=show, executor=on)  # fmt: skip
+                result = search(
+                    world,
+                    claim,
+                    overrides,
+                    budget=budget,
+                    trials=trials,
+                    workers=workers,
+                    optimiser=optimiser,
+                    progress=show,
+                    executor=on,
+                )
         except KeyboardInterrupt:
             raise _ended("Stopped", claim.path, INTERRUPTED) from None
         except (BrokenExecutor, WorkerLost):
-            raise _ended("A worker process was killed from outside (out of memory?)",
-                         claim.path, FAILED) from None
+            raise _ended(
+                "A worker process was killed from outside (out of memory?)", claim.path, FAILED
+            ) from None
     report(result, claim.path)
 
 
@@ -202,8 +212,10 @@ def report(result: dict[str, Any], out: Path) -> None:
 
 def _report_posterior(posterior: dict[str, Any], out: Path) -> None:
     """Print the result of a search that samples."""
-    say(f"{posterior['candidates']} candidates, {posterior['compared']} of them compared with the "
-        f"measurements; the {posterior['kept']} nearest are kept")
+    say(
+        f"{posterior['candidates']} candidates, {posterior['compared']} of them compared with the "
+        f"measurements; the {posterior['kept']} nearest are kept"
+    )
     for name, of in posterior["numbers"].items():
         low, high = of["range"]
         say(f"  {name}: {of['median']:.4g} ({of['low']:.4g} … {of['high']:.4g}, 90 %), of {low:g} … {high:g}")

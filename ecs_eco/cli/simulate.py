@@ -42,8 +42,22 @@ def run_world(
     """Run a world into a folder; `shown`: the port of a viewer, and whether to open the browser."""
     config = load(world, changes)
     if has_islands(config, world, shown is not None or checkpoint_every is not None, workers, on):
-        return run_islands(config, world, changes, ticks, seed, out, quiet, threads, learn, policies, report,
-                           record, workers, on)
+        return run_islands(
+            config,
+            world,
+            changes,
+            ticks,
+            seed,
+            out,
+            quiet,
+            threads,
+            learn,
+            policies,
+            report,
+            record,
+            workers,
+            on,
+        )
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
     known_policies(policies, config)
     from ecs_eco.record.details import how_many
@@ -60,16 +74,31 @@ def run_world(
         out = claim.path
         try:
             command = command_of(world, config, seed, ticks, policies, changes, learn, record)
-            more = _given(prepare=prepare if viewer is None else viewer.open, record=record,
-                          checkpoint_every=checkpoint_every, keep=checkpoint_every and keep)
+            more = _given(
+                prepare=prepare if viewer is None else viewer.open,
+                record=record,
+                checkpoint_every=checkpoint_every,
+                keep=checkpoint_every and keep,
+            )
             result = run_to_folder(
-                config, seed, ticks, claim, policies, learn, bar, threads=threads, report=report,
-                command=command, **more
+                config,
+                seed,
+                ticks,
+                claim,
+                policies,
+                learn,
+                bar,
+                threads=threads,
+                report=report,
+                command=command,
+                **more,
             )
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
-    say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(result)}{kernels or ''}"
-        f"{populations(out)}")
+    say(
+        f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(result)}{kernels or ''}"
+        f"{populations(out)}"
+    )
 
 
 def _given(**options: Any) -> dict[str, Any]:
@@ -77,10 +106,23 @@ def _given(**options: Any) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def run_in_bands(world: str, changes: list[str], ticks: int | None, seed: int | None, out: Path | None,
-                 quiet: bool, threads: int, learn: bool | None, policies: str, report: bool,
-                 checkpoint_every: int | None, keep: int, shown: tuple[int, bool] | None,
-                 record: str | None, divided: bool = False) -> None:
+def run_in_bands(
+    world: str,
+    changes: list[str],
+    ticks: int | None,
+    seed: int | None,
+    out: Path | None,
+    quiet: bool,
+    threads: int,
+    learn: bool | None,
+    policies: str,
+    report: bool,
+    checkpoint_every: int | None,
+    keep: int,
+    shown: tuple[int, bool] | None,
+    record: str | None,
+    divided: bool = False,
+) -> None:
     """Run one world in all processes that mpiexec started; process 0 records it and prints. Where it is
     `divided`, each holds a part of it."""
     unwatched(shown)
@@ -88,25 +130,53 @@ def run_in_bands(world: str, changes: list[str], ticks: int | None, seed: int | 
     def build() -> Any:
         from ecs_eco.ecosystem import World
 
-        return World.from_config(load(world, changes), seed=seed, policies=policies, threads=threads,
-                                 learn=learn, record=False)
+        return World.from_config(
+            load(world, changes), seed=seed, policies=policies, threads=threads, learn=learn, record=False
+        )
 
     def lead(prepare: Callable[[Any], None]) -> None:
-        run_world(world, changes, ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every,
-                  keep, None, record, prepare=prepare)
+        run_world(
+            world,
+            changes,
+            ticks,
+            seed,
+            out,
+            quiet,
+            threads,
+            learn,
+            policies,
+            report,
+            checkpoint_every,
+            keep,
+            None,
+            record,
+            prepare=prepare,
+        )
 
     in_all(lead, build, ticks, divided)
 
 
-def resume_in_bands(folder: Path, until: int | None, forks: bool, quiet: bool, threads: int, report: bool,
-                    shown: tuple[int, bool] | None, divided: bool) -> None:
+def resume_in_bands(
+    folder: Path,
+    until: int | None,
+    forks: bool,
+    quiet: bool,
+    threads: int,
+    report: bool,
+    shown: tuple[int, bool] | None,
+    divided: bool,
+) -> None:
     """Resume a run in all processes that mpiexec started, however many it had before."""
     from ecs_eco.runs.run import read_manifest, world_at
 
     unwatched(shown)
     if forks:
-        refuse("--bands", "goes on with a run; a fork begins in one process", "",
-               "resume without --from-tick, --set and --out")
+        refuse(
+            "--bands",
+            "goes on with a run; a fork begins in one process",
+            "",
+            "resume without --from-tick, --set and --out",
+        )
     manifest = read_manifest(folder)
 
     def build() -> Any:
@@ -121,8 +191,12 @@ def resume_in_bands(folder: Path, until: int | None, forks: bool, quiet: bool, t
 def unwatched(shown: tuple[int, bool] | None) -> None:
     """Refuse a viewer of a world in several processes."""
     if shown is not None:
-        refuse("--watch", "is not possible with --bands: what a page does reaches one process alone", "",
-               "one of them; or watch the folder afterwards")
+        refuse(
+            "--watch",
+            "is not possible with --bands: what a page does reaches one process alone",
+            "",
+            "one of them; or watch the folder afterwards",
+        )
 
 
 def in_all(lead: Callable[..., None], build: Callable[[], Any], ticks: int | None, divided: bool) -> None:
@@ -132,11 +206,16 @@ def in_all(lead: Callable[..., None], build: Callable[[], Any], ticks: int | Non
     led = together(lead, build, ticks, state=divided)
     if led is not None:
         bands = led[1]
-        many, held = ((bands.processes, "each with its own part of the world") if divided
-                      else (bands.size, "the same world in all"))
-        say(f"  {many} processes, {held}; process 0 received "
+        many, held = (
+            (bands.processes, "each with its own part of the world")
+            if divided
+            else (bands.size, "the same world in all")
+        )
+        say(
+            f"  {many} processes, {held}; process 0 received "
             f"{bands.traffic.received / 1e6:.1f} MB, and spent {bands.traffic.seconds:.1f} s exchanging and "
-            "waiting")
+            "waiting"
+        )
 
 
 def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> Any:
@@ -152,15 +231,18 @@ def repeat_run(folder: Path, out: Path | None, quiet: bool, threads: int) -> Non
     """Repeat a recorded run and compare the digests; exits with code 1 if they differ."""
     from ecs_eco.runs.repeat import repeat
 
-    with (nullcontext() if out is None else results(out, folder.name) as claim,
-          progress(folder.name, quiet) as bar):
+    with (
+        nullcontext() if out is None else results(out, folder.name) as claim,
+        progress(folder.name, quiet) as bar,
+    ):
         result = repeat(folder, claim, bar, threads=threads)
     done = f"{result['ticks']} ticks of {result['world']} again, with {result['interventions']} interventions"
     if result["same"]:
         say(f"{done}: the same end, {result['digest'][:16]}")
         return
-    complain(f"{done}: ANOTHER end, "
-             f"{result['digest'][:16]} instead of {result['recorded'][:16]}{result['why']}")
+    complain(
+        f"{done}: ANOTHER end, {result['digest'][:16]} instead of {result['recorded'][:16]}{result['why']}"
+    )
     raise typer.Exit(FAILED)
 
 
@@ -207,12 +289,19 @@ def resume_run(
                 result = resume(folder, until, bar, **more)
         except KeyboardInterrupt:
             stopped(bar.done, bar.total, where)
-    say(f"{result['done']} ticks of {result['world']}, seed {result['seed']}, "
-        f"in {where}{numbers(result)}{populations(where)}")
+    say(
+        f"{result['done']} ticks of {result['world']}, seed {result['seed']}, "
+        f"in {where}{numbers(result)}{populations(where)}"
+    )
 
 
 def train_world(
-    world: str, changes: list[str], ticks: int | None, seed: int | None, out: Path | None, quiet: bool,
+    world: str,
+    changes: list[str],
+    ticks: int | None,
+    seed: int | None,
+    out: Path | None,
+    quiet: bool,
     on: str = LOCAL,
 ) -> None:
     """Pre-train the policies of a world into a folder, in this process or on another engine."""
@@ -224,8 +313,10 @@ def train_world(
     from ecs_eco.analysis.report.training import write_training
     from ecs_eco.experiments.evaluation import train_and_evaluate
 
-    with (results(out, f"{config.name}-policies-{seed}") as claim,
-          progress(f"training {config.name}", quiet) as bar):
+    with (
+        results(out, f"{config.name}-policies-{seed}") as claim,
+        progress(f"training {config.name}", quiet) as bar,
+    ):
         out = claim.path
         try:
             if on == LOCAL:
@@ -248,22 +339,29 @@ def tell_training(result: dict[str, Any]) -> None:
 
     for name, of in result["learning"].items():
         cut = max(1, len(of["tick"]) // 10)
-        ends = {w: [[v for v in part if v is not None] for part in (of[w][:cut], of[w][-cut:])]
-                for w in ("reward", "entropy", "approx_kl", "explained_variance")}
-        told = ", ".join(f"{w.replace('approx_kl', 'KL').replace('_', ' ')} "
-                         + " → ".join(number(sum(v) / len(v)) if v else "–" for v in both)
-                         for w, both in ends.items())
+        ends = {
+            w: [[v for v in part if v is not None] for part in (of[w][:cut], of[w][-cut:])]
+            for w in ("reward", "entropy", "approx_kl", "explained_variance")
+        }
+        told = ", ".join(
+            f"{w.replace('approx_kl', 'KL').replace('_', ' ')} "
+            + " → ".join(number(sum(v) / len(v)) if v else "–" for v in both)
+            for w, both in ends.items()
+        )
         say(f"  {name}: {len(of['tick'])} updates; first to last tenth: {told}")
     for name, by_word in result["against_random"].items():
         for word, of in by_word.items():
             mean, low, high = of["difference"]
             sure = "" if low is None else f" ({number(low)} … {number(high)})"
-            say(f"  {name}: {word} {number(of['trained'][0])}, random {number(of['random'][0])}, "
-                f"difference {number(mean)}{sure}")
+            say(
+                f"  {name}: {word} {number(of['trained'][0])}, random {number(of['random'][0])}, "
+                f"difference {number(mean)}{sure}"
+            )
 
 
-def report_run(folder: Path, out: Path | None = None, against: Path | None = None,
-               match: Sequence[str] = ()) -> None:
+def report_run(
+    folder: Path, out: Path | None = None, against: Path | None = None, match: Sequence[str] = ()
+) -> None:
     """Write the report of a run folder there, or in `out`; `against`: beside an outside series."""
     pairs = dict(text.partition("=")[::2] for text in match)
     if wrong := next((text for text in match if text.count("=") != 1), None):
@@ -300,8 +398,9 @@ def stopped(done: int, ticks: int, out: Path) -> None:
 
 def numbers(result: dict[str, Any]) -> str:
     """The times of a run, a line each."""
-    return "".join(f"\n  {word.replace('_', ' ')}: {result[word]:.1f}"
-                   for word in result if word.endswith("_seconds"))
+    return "".join(
+        f"\n  {word.replace('_', ' ')}: {result[word]:.1f}" for word in result if word.endswith("_seconds")
+    )
 
 
 def populations(out: Path) -> str:
@@ -311,8 +410,11 @@ def populations(out: Path) -> str:
     from ecs_eco.analysis.runs import load_series
 
     series = load_series(out)
-    lines = [*opening(series), "at the end: " + ", ".join(
-        f"{n:.0f} {name}" for name, n in zip(series.species, series.n[-1], strict=True))]
+    lines = [
+        *opening(series),
+        "at the end: "
+        + ", ".join(f"{n:.0f} {name}" for name, n in zip(series.species, series.n[-1], strict=True)),
+    ]
     if series.reporters:
         from ecs_eco.analysis import measures
 

@@ -25,8 +25,10 @@ def _layout(config: WorldConfig, name: str) -> Any:
         return "genome: its genes may name fields in code that was not loaded"
     traits = traits_of(species, config.dims, own)
     shapes = shapes_of_networks(config, name)
-    if any(gene.trait in traits and traits[gene.trait].kind == "weights" and gene.trait not in shapes
-           for gene in species.genome.genes):
+    if any(
+        gene.trait in traits and traits[gene.trait].kind == "weights" and gene.trait not in shapes
+        for gene in species.genome.genes
+    ):
         return "genome: a gene codes for the weights of a network in code that was not loaded"
     return layout_of(species.genome, traits, shapes)
 
@@ -42,10 +44,17 @@ def summary(config: WorldConfig) -> str:
         lines.append(f"  {name}: {species.count}" + ("" if species.reproduction else ", does not multiply"))
         if (way := species.reproduction) is not None and way.kind == "spread":
             sites = " × ".join(str(max(1, round(length / way.spacing))) for length in config.space.size[:2])
-            shared = sum(s.reproduction is not None and s.reproduction.kind == "spread"
-                         for s in config.species.values()) > 1
-            lines.append(f"    spreads over {sites} sites of its own" + (
-                "; other plants may stand on the same ground" if shared else ""))
+            shared = (
+                sum(
+                    s.reproduction is not None and s.reproduction.kind == "spread"
+                    for s in config.species.values()
+                )
+                > 1
+            )
+            lines.append(
+                f"    spreads over {sites} sites of its own"
+                + ("; other plants may stand on the same ground" if shared else "")
+            )
         channels = species.channels(config.dims)
         if channels:
             lines.append(f"    senses {', '.join(channels)}")

@@ -27,8 +27,15 @@ if TYPE_CHECKING:
 PACE = 1.0  # [s] between two looks at the folder
 
 
-def sweep_plan(plan: str, on: str, workers: int | None, out: Path | None, quiet: bool, trust: bool,
-               sbatch: Sequence[str] = ()) -> None:
+def sweep_plan(
+    plan: str,
+    on: str,
+    workers: int | None,
+    out: Path | None,
+    quiet: bool,
+    trust: bool,
+    sbatch: Sequence[str] = (),
+) -> None:
     """Do the jobs of a plan in a new folder, or go on with them in one that was begun with it."""
     check_where(on, sbatch)
     file = read_plan(plan)
@@ -44,8 +51,9 @@ def sweep_plan(plan: str, on: str, workers: int | None, out: Path | None, quiet:
         do_sweep(begin(claim.path, design), on, workers, quiet, sbatch)
 
 
-def resume_sweep(folder: Path, on: str, workers: int | None, quiet: bool, trust: bool,
-                 sbatch: Sequence[str] = ()) -> None:
+def resume_sweep(
+    folder: Path, on: str, workers: int | None, quiet: bool, trust: bool, sbatch: Sequence[str] = ()
+) -> None:
     """Go on with what is not done of a sweep."""
     check_where(on, sbatch)
     sweep = read_sweep(folder)
@@ -111,8 +119,10 @@ def submit_sweep(sweep: Sweep, numbers: Sequence[int], limit: int | None, sbatch
     if queued:
         complain(f"{len(queued)} jobs are queued or running already.")
     if ids:
-        say(f"submitted {len(numbers) - len(queued)} jobs to SLURM: {', '.join(ids)}; how far they are: "
-            f"ecs-eco sweep status {sweep.folder}")
+        say(
+            f"submitted {len(numbers) - len(queued)} jobs to SLURM: {', '.join(ids)}; how far they are: "
+            f"ecs-eco sweep status {sweep.folder}"
+        )
 
 
 def tell_outcome(sweep: Sweep, outcome: Outcome) -> None:
@@ -121,11 +131,15 @@ def tell_outcome(sweep: Sweep, outcome: Outcome) -> None:
         complain(f"{outcome.retried} times the worker of a job was killed and the job was called again.")
     if outcome.failed:
         tell_failures(sweep, outcome.failed)
-        complain(f"{len(outcome.failed)} of {len(sweep.jobs)} jobs failed; the others are done. "
-                 f"Try these again: ecs-eco sweep resume {sweep.folder}")
+        complain(
+            f"{len(outcome.failed)} of {len(sweep.jobs)} jobs failed; the others are done. "
+            f"Try these again: ecs-eco sweep resume {sweep.folder}"
+        )
         raise typer.Exit(FAILED)
-    say(f"{len(sweep.jobs)} jobs are done in {sweep.folder}; the table and figures: "
-        f"ecs-eco sweep collect {sweep.folder}")
+    say(
+        f"{len(sweep.jobs)} jobs are done in {sweep.folder}; the table and figures: "
+        f"ecs-eco sweep collect {sweep.folder}"
+    )
 
 
 def tell_failures(sweep: Sweep, failed: dict[int, str], most: int = 5) -> None:
@@ -134,8 +148,11 @@ def tell_failures(sweep: Sweep, failed: dict[int, str], most: int = 5) -> None:
 
     reasons = Status(failed=failed).errors()
     for text, numbers in reasons[:most]:
-        complain(f"{sweep.jobs[numbers[0]]}" + (f" and {len(numbers) - 1} more" if len(numbers) > 1 else "")
-                 + f": {text}")
+        complain(
+            f"{sweep.jobs[numbers[0]]}"
+            + (f" and {len(numbers) - 1} more" if len(numbers) > 1 else "")
+            + f": {text}"
+        )
     if len(reasons) > most:
         complain(f"… and {len(reasons) - most} more reasons")
 
@@ -182,14 +199,18 @@ def tell_status(folder: Path) -> None:
 
     sweep = read_sweep(folder)
     status = Survey(sweep).look()
-    table = Table(title=printable(f"{sweep.content['title'] or sweep.content['world']}: {sweep.folder}"),
-                  title_justify="left", title_style="bold")
+    table = Table(
+        title=printable(f"{sweep.content['title'] or sweep.content['world']}: {sweep.folder}"),
+        title_justify="left",
+        title_style="bold",
+    )
     for word in ("jobs", "done", "running", "waiting", "failed", "ticks", "ticks/s", "remaining"):
         table.add_column(word, justify="right")
     counts = (status.jobs, *map(len, (status.done, status.running, status.waiting, status.failed)))
     share = f"{status.ticks:,} of {status.ticks_in_all:,} ({status.ticks / status.ticks_in_all:.0%})"
-    table.add_row(*map(str, counts), share, f"{status.rate:,.0f}" if status.rate else "–",
-                  duration(status.remaining))
+    table.add_row(
+        *map(str, counts), share, f"{status.rate:,.0f}" if status.rate else "–", duration(status.remaining)
+    )
     Console().print(table)
     tell_failures(sweep, status.failed)
     if status.failed or (status.waiting and not status.running):
@@ -239,11 +260,13 @@ def _display(name: str) -> Iterator[Callable[[Status], None]]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     named, text = (TextColumn(t, markup=False) for t in ("{task.description}", "{task.fields[text]}"))
-    with Progress(named, BarColumn(), text, TimeElapsedColumn(), console=Console(stderr=True),
-                  transient=True) as bar:  # fmt: skip
+    with Progress(
+        named, BarColumn(), text, TimeElapsedColumn(), console=Console(stderr=True), transient=True
+    ) as bar:
         task = bar.add_task(printable(name), total=1.0, text="")
-        yield lambda status: bar.update(task, completed=status.ticks, total=status.ticks_in_all,
-                                        text=in_words(status))
+        yield lambda status: bar.update(
+            task, completed=status.ticks, total=status.ticks_in_all, text=in_words(status)
+        )
 
 
 def in_words(status: Status) -> str:

@@ -70,8 +70,10 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
             complain(f"The memory is not enough for this: {error or 'a smaller world needs less'}")
             raise typer.Exit(FAILED) from None
         except FloatingPointError as error:
-            complain(f"{error}\nWhat was recorded until then is whole; checkpoints, if any, "
-                     "are in the folder checkpoints/ of the run.")
+            complain(
+                f"{error}\nWhat was recorded until then is whole; checkpoints, if any, "
+                "are in the folder checkpoints/ of the run."
+            )
             raise typer.Exit(FAILED) from None
         except OSError as error:
             if isinstance(error, BrokenPipeError):

@@ -20,8 +20,11 @@ def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None 
     from ecs_eco.config.loading import code_listed, document_of
     from ecs_eco.engine import trust
 
-    code = (_of_run(Path(world))
-            if os.path.isfile(Path(world) / "manifest.json") else code_listed(document_of(world, changes)))
+    code = (
+        _of_run(Path(world))
+        if os.path.isfile(Path(world) / "manifest.json")
+        else code_listed(document_of(world, changes))
+    )
     if not code.sources:
         complain("--trust: it names no code of its own; there is nothing to allow.")
         return
@@ -38,6 +41,9 @@ def _of_run(folder: Path) -> Code:
     from ecs_eco.runs.run import read_manifest
 
     listed = read_manifest(folder).get("code", [])
-    entries = ([str(n["entry"]) for n in listed if isinstance(n, dict) and "entry" in n]
-               if isinstance(listed, list) else [])
+    entries = (
+        [str(n["entry"]) for n in listed if isinstance(n, dict) and "entry" in n]
+        if isinstance(listed, list)
+        else []
+    )
     return read(entries, [folder / FOLDER])[0]

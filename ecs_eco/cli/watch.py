@@ -29,13 +29,18 @@ def watch_it(
 
     shown = [what] if other is None else [what, other]
     if other is not None and (maps := [one for one in shown if is_archipelago(one)]):
-        refuse("WORLD", "is an archipelago, whose map is shown alone", maps[0],
-               "worlds and folders of single runs")
+        refuse(
+            "WORLD",
+            "is an archipelago, whose map is shown alone",
+            maps[0],
+            "worlds and folders of single runs",
+        )
     islands = is_archipelago(what)
     recorded = all(os.path.isfile(Path(one) / "manifest.json") for one in shown) or islands
     if recorded and (changes or ticks or seed is not None or learn is not None):
-        allowed = ("a world; a recording is shown as it is, "
-                   "and `resume --from-tick T --set … --out NEW` forks it")
+        allowed = (
+            "a world; a recording is shown as it is, and `resume --from-tick T --set … --out NEW` forks it"
+        )
         refuse("WORLD", "is a recorded run, which no option changes", what, allowed)
     if islands:
         _map(Path(what), port, browser)
@@ -45,9 +50,15 @@ def watch_it(
         from ecs_eco.view.watch import watch
 
         first, *others = [_source(one, changes, ticks, seed, threads, learn, policies) for one in shown]
-        source = (Pair(first, others[0], _names(shown, [first, others[0]])) if others else
-                  Pair(first, start=_start(first, what, changes, ticks, learn, policies),
-                       picker=_picker(first, what, changes, ticks, threads, learn, policies)))
+        source = (
+            Pair(first, others[0], _names(shown, [first, others[0]]))
+            if others
+            else Pair(
+                first,
+                start=_start(first, what, changes, ticks, learn, policies),
+                picker=_picker(first, what, changes, ticks, threads, learn, policies),
+            )
+        )
         try:
             watch(source, _Announcer(source.hello()["title"]), port=port, browser=browser)
         except KeyboardInterrupt:
@@ -61,8 +72,9 @@ def _map(folder: Path, port: int, browser: bool) -> None:
     manifest = read(folder)
     with _port(port):
         try:
-            watch_islands(folder, _Announcer(manifest.get("title") or manifest["world"]), port=port,
-                          browser=browser)
+            watch_islands(
+                folder, _Announcer(manifest.get("title") or manifest["world"]), port=port, browser=browser
+            )
         except KeyboardInterrupt:
             say("")
 
@@ -85,13 +97,16 @@ def _names(shown: list[str], sources: list[Any]) -> tuple[str, str]:
     """Return what two worlds are called beside each other: by their titles, or as they were asked for where
     these are the same."""
     titles = [str(source.hello()["title"]) for source in sources]
-    names = next((both for both in (titles, shown) if both[0] != both[1]),
-                 [f"{shown[0]}, {place}" for place in ("the first", "the second")])
+    names = next(
+        (both for both in (titles, shown) if both[0] != both[1]),
+        [f"{shown[0]}, {place}" for place in ("the first", "the second")],
+    )
     return names[0], names[1]
 
 
-def _start(source: Any, world: str, changes: list[str], ticks: int | None, learn: bool | None,
-           policies: str) -> Any:
+def _start(
+    source: Any, world: str, changes: list[str], ticks: int | None, learn: bool | None, policies: str
+) -> Any:
     """Return how a living world began, as words of `run`; None for a recorded one."""
     from ecs_eco.view.live import Live
     from ecs_eco.view.recipe import Start
@@ -109,8 +124,15 @@ def _start(source: Any, world: str, changes: list[str], ticks: int | None, learn
     return Start(words, [x.model_dump(mode="json", exclude_none=True) for x in planned])
 
 
-def _picker(source: Any, what: str, changes: list[str], ticks: int | None, threads: int, learn: bool | None,
-            policies: str) -> Any:
+def _picker(
+    source: Any,
+    what: str,
+    changes: list[str],
+    ticks: int | None,
+    threads: int,
+    learn: bool | None,
+    policies: str,
+) -> Any:
     """Return what may be begun in the place of a living world, None for a recorded one; --set and a folder of
     policies are for the world that they were given for."""
     from ecs_eco.cli.folders import POLICIES
@@ -131,8 +153,15 @@ def _picker(source: Any, what: str, changes: list[str], ticks: int | None, threa
     return picker
 
 
-def _live(world: str, changes: list[str], ticks: int | None, seed: int | None, threads: int,
-          learn: bool | None, policies: str) -> Any:
+def _live(
+    world: str,
+    changes: list[str],
+    ticks: int | None,
+    seed: int | None,
+    threads: int,
+    learn: bool | None,
+    policies: str,
+) -> Any:
     from ecs_eco.cli.folders import known_policies
     from ecs_eco.config import load
     from ecs_eco.ecosystem import World
@@ -140,9 +169,7 @@ def _live(world: str, changes: list[str], ticks: int | None, seed: int | None, t
 
     config = load(world, changes)
     known_policies(policies, config)
-    return Live(World.from_config(config, seed=seed, policies=policies, threads=threads,
-                                  learn=learn),
-                ticks)
+    return Live(World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn), ticks)
 
 
 def _replay(folder: Path) -> Any:
@@ -163,8 +190,10 @@ class _Announcer:
             return
         self.first = False
         say(f"{self.title}: {address}")
-        say("It admits one page, on this machine, within ten minutes, which can see and change the world; "
-            "then another is printed here.")
+        say(
+            "It admits one page, on this machine, within ten minutes, which can see and change the world; "
+            "then another is printed here."
+        )
         say("Ctrl-C ends it.")
 
 
@@ -178,6 +207,10 @@ def _port(port: int) -> Iterator[None]:
         try:
             listener.bind(("127.0.0.1", port))
         except OSError as error:
-            refuse("--port", f"is not available: {error.strerror or error}", port,
-                   "a free one, from 1024 to 65535, or 0 for any")
+            refuse(
+                "--port",
+                f"is not available: {error.strerror or error}",
+                port,
+                "a free one, from 1024 to 65535, or 0 for any",
+            )
     yield

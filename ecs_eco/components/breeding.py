@@ -1,5 +1,4 @@
-"""How fertile an organism is at which age and in which season, where this is individual and not the species'.
-"""
+"""How fertile an organism is at which age and in which season, where this is individual and not the species'."""
 
 from ecs_eco.engine.schema import component, f32
 

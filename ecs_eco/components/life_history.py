@@ -1,5 +1,4 @@
-"""When and how an organism reproduces, and how old it can get, where this is individual and not the species'.
-"""
+"""When and how an organism reproduces, and how old it can get, where this is individual and not the species'."""
 
 from ecs_eco.engine.schema import component, f32, u8
 

@@ -12,8 +12,15 @@ from ecs_eco.engine.errors import ConfigError, Problem
 FIXED = ("archipelago", "code", "dt", "format", "name", "ticks")
 """Parts of a world that its islands share."""
 ALIKE: tuple[tuple[str, ...], ...] = (
-    ("genome",), ("sensors",), ("actions",), ("components",), ("policy", "kind"), ("policy", "hidden"),
-    ("policy", "network"), ("ppo", "horizon"))
+    ("genome",),
+    ("sensors",),
+    ("actions",),
+    ("components",),
+    ("policy", "kind"),
+    ("policy", "hidden"),
+    ("policy", "network"),
+    ("ppo", "horizon"),
+)
 """Parts of a species that wanders which must be the same on all islands: its columns follow from them."""
 
 
@@ -33,9 +40,16 @@ def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], Wo
     problems: list[Problem] = []
     worlds: dict[str, WorldConfig] = {}
     for name, own in plan.islands.items():
-        problems += [Problem(("archipelago", "islands", name, key), "is the same on all islands", value,
-                             "a key of the rest of the world, for example species.deer.count")
-                     for key, value in own.items() if key_of(key)[0] in FIXED]
+        problems += [
+            Problem(
+                ("archipelago", "islands", name, key),
+                "is the same on all islands",
+                value,
+                "a key of the rest of the world, for example species.deer.count",
+            )
+            for key, value in own.items()
+            if key_of(key)[0] in FIXED
+        ]
         if not problems:
             try:
                 worlds[name] = world_of(config, name) if own or not worlds else config
@@ -58,16 +72,22 @@ def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Prob
     place = ("archipelago", "islands", name)
     pairs: list[tuple[str, Any, Any]] = [
         ("substances", list(config.substances), list(world.substances)),
-        ("space.size", config.dims, world.dims)]
+        ("space.size", config.dims, world.dims),
+    ]
     for species in config.archipelago.emigration if config.archipelago is not None else ():
         one, other = (w.species[species].model_dump(mode="json") for w in (config, world))
         pairs += [(f"species.{species}.{'.'.join(path)}", _at(one, path), _at(other, path)) for path in ALIKE]
-        pairs += [(f"species.{species}.{part}", list(one[part]), list(other[part]))
-                  for part in ("properties", "substances")]
+        pairs += [
+            (f"species.{species}.{part}", list(one[part]), list(other[part]))
+            for part in ("properties", "substances")
+        ]
     for key, before, now in pairs:
         if before != now:
-            yield Problem((*place, key), "differs from the other islands, and migrants take it along",
-                          allowed="the same for all islands, or a species that stays")
+            yield Problem(
+                (*place, key),
+                "differs from the other islands, and migrants take it along",
+                allowed="the same for all islands, or a species that stays",
+            )
 
 
 def _at(data: Any, path: tuple[str, ...]) -> Any:

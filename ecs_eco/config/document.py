@@ -59,8 +59,13 @@ def read_document(world: Any) -> Document:
         return world
     if isinstance(world, WorldConfig):
         known = world._code if world._code.sources or not world.code else None
-        return Document(world.model_dump() | {"search": world.search.model_dump()}, world._source,
-                        world._folder, code=known, original=world)
+        return Document(
+            world.model_dump() | {"search": world.search.model_dump()},
+            world._source,
+            world._folder,
+            code=known,
+            original=world,
+        )
     if isinstance(world, Mapping):
         if deep := too_deep(world):
             raise ConfigError([deep.moved(source="dict")], "dict: 1 problem")
@@ -97,9 +102,11 @@ def placed(problem: Problem, document: Document) -> Problem:
         value = value_at(document.data, problem.key)
     written = [k for k in document.set if problem.key[: len(k)] == k or k[: len(problem.key)] == problem.key]
     if written:
-        return problem.moved(source=document.set_by, value=value,
-                             key=document.set.get(problem.key, problem.key))
+        return problem.moved(
+            source=document.set_by, value=value, key=document.set.get(problem.key, problem.key)
+        )
     lines = document.lines
-    line = next((lines[problem.key[:n]] for n in range(len(problem.key), 0, -1) if problem.key[:n] in lines),
-                None)
+    line = next(
+        (lines[problem.key[:n]] for n in range(len(problem.key), 0, -1) if problem.key[:n] in lines), None
+    )
     return problem.moved(source=document.source, value=value, line=line)

@@ -52,8 +52,11 @@ def _put(text: str, key: Key, value: Any) -> str:
 def literal(value: Any) -> str:
     """A value as TOML writes it, tables on one line."""
     if isinstance(value, Mapping):
-        return ("{ " + ", ".join(f"{_bare(str(k))} = {literal(v)}" for k, v in value.items() if v is not None)
-                + " }")
+        return (
+            "{ "
+            + ", ".join(f"{_bare(str(k))} = {literal(v)}" for k, v in value.items() if v is not None)
+            + " }"
+        )
     if isinstance(value, list | tuple):
         return "[" + ", ".join(literal(v) for v in value if v is not None) + "]"
     if isinstance(value, float) and value == value and abs(value) != float("inf"):

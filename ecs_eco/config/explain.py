@@ -35,8 +35,9 @@ LIMITS = {
 }
 
 
-def problems_of(error: ValidationError, data: dict[str, Any],
-                model: type[Section] = WorldConfig) -> list[Problem]:
+def problems_of(
+    error: ValidationError, data: dict[str, Any], model: type[Section] = WorldConfig
+) -> list[Problem]:
     """One problem for each error of pydantic in data for a model, for at most MOST + 1 of them."""
     errors = error.errors(include_url=False, include_input=False)[: MOST + 1]
     return [_problem(e, data, model) for e in errors]
@@ -97,8 +98,9 @@ def _key(loc: tuple[Any, ...], data: Any) -> Key:
     return tuple(key)
 
 
-def field_at(key: Key, data: Any,
-             model: type[Section] = WorldConfig) -> tuple[FieldInfo | None, type[Section] | None]:
+def field_at(
+    key: Key, data: Any, model: type[Section] = WorldConfig
+) -> tuple[FieldInfo | None, type[Section] | None]:
     """The field that a key names in a model, and the section that holds it."""
     kind: Any = model
     info: FieldInfo | None = None

@@ -33,13 +33,26 @@ FUNCTIONS: dict[str, tuple[Callable[..., np.ndarray], int, int]] = {
     "clip": (lambda x, low, high: np.minimum(np.maximum(x, low), high), 3, 3),
 }
 OPERATIONS: dict[type[ast.AST], Callable[..., np.ndarray]] = {
-    ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: arrays.power,
-    ast.USub: np.negative, ast.UAdd: np.positive, ast.Not: np.logical_not,
-    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
-    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.And: np.logical_and, ast.Or: np.logical_or,
-}  # fmt: skip
-ALLOWED = ("numbers, names of sensors, + - * / **, comparisons, and, or, not, a if b else c, "
-           f"{', '.join(FUNCTIONS)}")
+    ast.Add: np.add,
+    ast.Sub: np.subtract,
+    ast.Mult: np.multiply,
+    ast.Div: np.divide,
+    ast.Pow: arrays.power,
+    ast.USub: np.negative,
+    ast.UAdd: np.positive,
+    ast.Not: np.logical_not,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.And: np.logical_and,
+    ast.Or: np.logical_or,
+}
+ALLOWED = (
+    f"numbers, names of sensors, + - * / **, comparisons, and, or, not, a if b else c, {', '.join(FUNCTIONS)}"
+)
 
 
 class FormulaError(ValueError):
@@ -96,8 +109,9 @@ def compiled(text: str, compiler_of: Callable[[str, int], Any]) -> tuple[Any, An
         raise
     except (SyntaxError, ValueError) as error:
         offset = getattr(error, "offset", None) or 0  # 0 or less: at the end
-        raise FormulaError("not an expression", lead + (offset if offset > 0 else len(line.strip()) + 1),
-                           compiler.allowed) from None
+        raise FormulaError(
+            "not an expression", lead + (offset if offset > 0 else len(line.strip()) + 1), compiler.allowed
+        ) from None
     except (RecursionError, MemoryError):
         raise FormulaError("too deeply nested", 1, compiler.allowed) from None
 
@@ -130,8 +144,9 @@ class Compiler:
     def _name(self, tree: ast.Name) -> Node:
         name = tree.id
         if name not in self.names:
-            raise self._error(f'unknown name "{name}"', tree, listed(self.names, 30),
-                              nearest(name, self.names))
+            raise self._error(
+                f'unknown name "{name}"', tree, listed(self.names, 30), nearest(name, self.names)
+            )
         self.used.add(name)
         return operator.itemgetter(name)
 
@@ -141,8 +156,12 @@ class Compiler:
         if owner == "…" or tree.attr.startswith("_"):
             raise self._error(f'attribute "{owner}.{tree.attr:.40}" is not allowed', tree)
         if f"{owner}_{tree.attr}" not in self.names:
-            raise self._error(f'unknown attribute "{owner}.{tree.attr:.40}"', tree, listed(self.names, 30),
-                              nearest(f"{owner}_{tree.attr}", self.names))
+            raise self._error(
+                f'unknown attribute "{owner}.{tree.attr:.40}"',
+                tree,
+                listed(self.names, 30),
+                nearest(f"{owner}_{tree.attr}", self.names),
+            )
         return self._name(ast.Name(f"{owner}_{tree.attr}"))
 
     def _call(self, tree: ast.Call) -> Node:

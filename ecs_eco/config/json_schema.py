@@ -11,10 +11,18 @@ PLAIN = ("Search", "Goal", "Confirm", "Range")  # sections whose numbers have no
 RANGED: dict[str, Any] = {  # a value, and the range in which `ecs-eco search` looks for a better one
     "properties": {
         "value": {"type": "number", "description": "the value that runs take"},
-        "search": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2,
-                   "description": "[low, high]"},
-        "scale": {"enum": ["linear", "log"], "default": "linear",
-                  "description": "whether equal steps are equal differences or factors"},
+        "search": {
+            "type": "array",
+            "items": {"type": "number"},
+            "minItems": 2,
+            "maxItems": 2,
+            "description": "[low, high]",
+        },
+        "scale": {
+            "enum": ["linear", "log"],
+            "default": "linear",
+            "description": "whether equal steps are equal differences or factors",
+        },
     },
     "required": ["value", "search"],
     "additionalProperties": False,
@@ -30,13 +38,18 @@ def json_schema() -> dict[str, Any]:
     """
     schema = _without_null(WorldConfig.model_json_schema())
     sections = {name: part if name in PLAIN else _ranged(part) for name, part in schema["$defs"].items()}
-    schema = {**_ranged({k: v for k, v in schema.items() if k != "$defs"}),
-              "$defs": {**sections, "Ranged": RANGED}}
+    schema = {
+        **_ranged({k: v for k, v in schema.items() if k != "$defs"}),
+        "$defs": {**sections, "Ranged": RANGED},
+    }
     ranges = schema["$defs"]["Search"]["properties"]["ranges"]
-    ranges["additionalProperties"] = {"anyOf": [RANGED["properties"]["search"],
-                                                ranges["additionalProperties"]]}
-    schema["$defs"]["Species"]["properties"]["ppo"] |= {"properties": _hyperparameters(),
-                                                        "additionalProperties": False}
+    ranges["additionalProperties"] = {
+        "anyOf": [RANGED["properties"]["search"], ranges["additionalProperties"]]
+    }
+    schema["$defs"]["Species"]["properties"]["ppo"] |= {
+        "properties": _hyperparameters(),
+        "additionalProperties": False,
+    }
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "World file of ecs-eco"}
     return head | {key: value for key, value in schema.items() if key not in head}
 
@@ -55,8 +68,9 @@ def _hyperparameters() -> dict[str, Any]:
                 {"maximum": high} if high < float("inf") else {}
             )
         properties[f.name] = {"type": kind, "description": f.metadata["doc"], "default": f.default, **limits}
-    others = {word: properties[name] | {"description": f"another word for {name}"}
-              for word, name in WORDS.items()}
+    others = {
+        word: properties[name] | {"description": f"another word for {name}"} for word, name in WORDS.items()
+    }
     return properties | others
 
 
@@ -79,8 +93,9 @@ def _without_null(node: Any) -> Any:
         return [_without_null(x) for x in node]
     if not isinstance(node, dict):
         return node
-    node = {key: _without_null(value)
-            for key, value in node.items() if not (key == "default" and value is None)}
+    node = {
+        key: _without_null(value) for key, value in node.items() if not (key == "default" and value is None)
+    }
     kinds = node.get("anyOf")
     if isinstance(kinds, list) and {"type": "null"} in kinds:
         kinds = [kind for kind in kinds if kind != {"type": "null"}]

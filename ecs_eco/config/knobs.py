@@ -25,8 +25,11 @@ def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
     for i, knob in enumerate(config.viewer.knobs):
         key, value, wrong = real_key(data, key_of(knob.key))
         place: Key = ("viewer", "knobs", i)
-        if any(tuple(map(str, parts[:n])) in outside for parts in (key, key_of(knob.key))
-               for n in range(1, len(parts) + 1)):
+        if any(
+            tuple(map(str, parts[:n])) in outside
+            for parts in (key, key_of(knob.key))
+            for n in range(1, len(parts) + 1)
+        ):
             continue
         if wrong is not None:
             problems.append(wrong.moved(key=(*place, "key"), value=knob.key))
@@ -40,8 +43,9 @@ def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
     return problems
 
 
-def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: Any,
-                 known: list[str]) -> Problem:
+def _not_offered(
+    config: WorldConfig, place: Key, knob: Knob, name: str, value: Any, known: list[str]
+) -> Problem:
     """The problem of a key whose value is there, but cannot be a knob."""
     numbers = "the key of a number that may change in a run"
     if why := why_not(name):
@@ -50,10 +54,19 @@ def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: 
         fault = f"has no value yet: {name}" if value is None else f"holds no number: {name} = {value!r:.60}"
         return Problem(place, fault, knob.key, numbers, nearest(name, known))
     if gene := coded(config).get(name):
-        return Problem(place, f"the gene {gene} codes for it, so each organism has its own", knob.key,
-                       "values that no gene codes for")
-    return Problem(place, "has no effect in a run that lives", knob.key,
-                   f"a number that has one, as {listed(known[:3])}", nearest(name, known))
+        return Problem(
+            place,
+            f"the gene {gene} codes for it, so each organism has its own",
+            knob.key,
+            "values that no gene codes for",
+        )
+    return Problem(
+        place,
+        "has no effect in a run that lives",
+        knob.key,
+        f"a number that has one, as {listed(known[:3])}",
+        nearest(name, known),
+    )
 
 
 def _check_ends(place: Key, knob: Knob, value: float) -> list[Problem]:
@@ -61,8 +74,14 @@ def _check_ends(place: Key, knob: Knob, value: float) -> list[Problem]:
         return [Problem((*place, "max"), "is no range", knob.max, f"more than min, {knob.min:g}")]
     if not knob.min <= value <= knob.max:
         end = "min" if value < knob.min else "max"
-        return [Problem((*place, end), f"does not hold the world's own value, {value:g}",
-                        getattr(knob, end), "a range around it")]
+        return [
+            Problem(
+                (*place, end),
+                f"does not hold the world's own value, {value:g}",
+                getattr(knob, end),
+                "a range around it",
+            )
+        ]
     return []
 
 
@@ -77,6 +96,13 @@ def offered(config: WorldConfig | None) -> dict[str, Any]:
     for knob in config.viewer.knobs:
         key = ".".join(map(str, real_key(data, key_of(knob.key))[0]))
         if key in units:
-            knobs.append({"key": key, "label": knob.label or name_of(key_of(knob.key)), "low": knob.min,
-                          "high": knob.max, "unit": units[key] if knob.unit is None else knob.unit})
+            knobs.append(
+                {
+                    "key": key,
+                    "label": knob.label or name_of(key_of(knob.key)),
+                    "low": knob.min,
+                    "high": knob.max,
+                    "unit": units[key] if knob.unit is None else knob.unit,
+                }
+            )
     return {"list": rows, "knobs": knobs}

@@ -1,5 +1,4 @@
-"""Finds the line of each key in a TOML text, and the characters of its value, which tomllib does not report.
-"""
+"""Finds the line of each key in a TOML text, and the characters of its value, which tomllib does not report."""
 
 from __future__ import annotations
 

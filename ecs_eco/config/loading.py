@@ -27,8 +27,12 @@ from ecs_eco.engine.errors import MOST, ConfigError, Problem
 
 
 def load(
-    world: str | Path | Mapping[str, Any] | WorldConfig, overrides: Overrides = None,
-    systems: Iterable[Any] = (), *, reporters: Mapping[str, Any] = MappingProxyType({}), trust: bool = False,
+    world: str | Path | Mapping[str, Any] | WorldConfig,
+    overrides: Overrides = None,
+    systems: Iterable[Any] = (),
+    *,
+    reporters: Mapping[str, Any] = MappingProxyType({}),
+    trust: bool = False,
     places: Sequence[Path] = (),
 ) -> WorldConfig:
     """The checked world; `overrides` are dotted keys with values, or texts like "species.deer.count=50".
@@ -75,8 +79,10 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
     ramp, data["training"]["ramp"], data["training"]["vary"] = data["training"]["ramp"], [], {}
     data["interventions"], data["reporters"] = [], {}  # what happens in a run
     new = load(
-        Document(data, config._source, config._folder, set_by="[training] set", code=config._code,
-                 original=config), wanted  # type: ignore[arg-type]
+        Document(
+            data, config._source, config._folder, set_by="[training] set", code=config._code, original=config
+        ),
+        wanted,  # type: ignore[arg-type]
     )
     if not ramp:
         return new
@@ -92,31 +98,37 @@ def island_of(config: WorldConfig, name: str) -> WorldConfig:
     data["archipelago"]["here"], data["seed"] = name, seed_of(config.seed, plan.names.index(name))
     by = f"[archipelago] islands.{name}"
     return load(
-        Document(data, config._source, config._folder, set_by=by, code=config._code,
-                 original=config), plan.islands[name]  # type: ignore[arg-type]
+        Document(data, config._source, config._folder, set_by=by, code=config._code, original=config),
+        plan.islands[name],  # type: ignore[arg-type]
     )
 
 
 def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) -> WorldConfig:
     """The world with new values while it lives; raises ConfigError."""
-    names = values if isinstance(values, Mapping) else [text.partition("=")[0].strip()
-                                                        for text in values or ()]
+    names = (
+        values if isinstance(values, Mapping) else [text.partition("=")[0].strip() for text in values or ()]
+    )
     kept: dict[str, Any] = {}
     data, touched = config.model_dump(), {name.partition(".")[0] for name in names}
     if "interventions" not in touched:  # checked already: not again for each change
         data["interventions"], kept["interventions"] = [], config.interventions
     if "training" not in touched:
         data["training"]["set"], data["training"]["vary"], data["training"]["ramp"], kept["training"] = (
-            {}, {}, [], config.training
+            {},
+            {},
+            [],
+            config.training,
         )
     new = load(
-        Document(data, config._source, folder or config._folder, code=config._code, original=config), values  # type: ignore[arg-type]
+        Document(data, config._source, folder or config._folder, code=config._code, original=config),
+        values,  # type: ignore[arg-type]
     )
     return new.model_copy(update=kept)
 
 
-def intervention(config: WorldConfig, request: Mapping[str, Any],
-                 before: Iterable[Mapping[str, Any]] = ()) -> Any:
+def intervention(
+    config: WorldConfig, request: Mapping[str, Any], before: Iterable[Mapping[str, Any]] = ()
+) -> Any:
     """An intervention for a living world, checked as one in its file;
     `before` are those that it may depend on. Raises ConfigError."""
     listed_ = [*before, dict(request)]
@@ -127,22 +139,30 @@ def intervention(config: WorldConfig, request: Mapping[str, Any],
         _refuse_code(config, new.interventions[-1])
         return new.interventions[-1]
     except ConfigError as error:
-        problems = [p.moved(key=p.key[2:] if p.key[:1] == ("interventions",) else p.key)
-                    for p in error.problems]
+        problems = [
+            p.moved(key=p.key[2:] if p.key[:1] == ("interventions",) else p.key) for p in error.problems
+        ]
         raise ConfigError(problems, "this intervention is refused") from None
 
 
 def _refuse_code(config: WorldConfig, request: Any) -> None:
-    """Raise ConfigError if an intervention from outside names code: only functions themselves are accepted.
-    """
+    """Raise ConfigError if an intervention from outside names code: only functions themselves are accepted."""
     if request.kind != "set":
         return
     before = {_home(key): value for key, value in names_in(config)}
     for key, value in names_in(changed(config, request.set)):
         if isinstance(value, str) and before.get(_home(key)) != value:
             allowed = "a world file may name code, and Python may pass the function itself"
-            raise ConfigError([Problem(("set", ".".join(map(str, key))),
-                                       "an intervention from outside names no code", value, allowed)])
+            raise ConfigError(
+                [
+                    Problem(
+                        ("set", ".".join(map(str, key))),
+                        "an intervention from outside names no code",
+                        value,
+                        allowed,
+                    )
+                ]
+            )
 
 
 def _home(key: Key) -> Key:
@@ -154,8 +174,9 @@ def _check_training(config: WorldConfig) -> list[Problem]:
     plan, problems = config.training, []
     for name, (low, high) in plan.vary.items():
         if not low < high:
-            problems.append(Problem(("training", "vary", name), "is no range", [low, high],
-                                    "[low, high] with low < high"))
+            problems.append(
+                Problem(("training", "vary", name), "is no range", [low, high], "[low, high] with low < high")
+            )
     ends = (0, 1) if plan.vary else (None,) if plan.set else ()
     training = config
     for end in ends:
@@ -188,8 +209,9 @@ def _check_ramp(config: WorldConfig, number: int, ramp: Any) -> list[Problem]:
 def _moved_to_training(problem: Problem, plan: Any) -> Problem:
     """The problem at the entry of [training] set or vary that it comes from."""
     path = ".".join(map(str, problem.key))
-    part, written = next(((part, k) for part in ("vary", "set") for k in getattr(plan, part) if k == path),
-                         ("set", None))
+    part, written = next(
+        ((part, k) for part in ("vary", "set") for k in getattr(plan, part) if k == path), ("set", None)
+    )
     key = ("training", part) if written is None else ("training", part, written)
     fault = problem.what if written is not None else f"{problem.what}, at {problem.path} while training"
     return problem.moved(key=key, what=fault, source="", line=None)
@@ -202,8 +224,7 @@ def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
 
 
 def document_of(world: Any, overrides: Overrides = None) -> Document:
-    """A world before it is checked, with its text as it is written; its `changes` are what `overrides` set.
-    """
+    """A world before it is checked, with its text as it is written; its `changes` are what `overrides` set."""
     document = read_document(world)
     if problems := apply_overrides(document, overrides):
         raise document.refused(problems)
@@ -246,8 +267,9 @@ def _read_code(document: Document, entries: Any = None) -> tuple[Code, list[Prob
     own = list(dict.fromkeys(s.module if s.of_session else s.entry for s in document.code.sources))
     if entries != own:
         fault = "cannot be set from here"
-        return document.code, [Problem(("code",), fault, entries,
-                                       f"the world's own, {own}, or another world file")]
+        return document.code, [
+            Problem(("code",), fault, entries, f"the world's own, {own}, or another world file")
+        ]
     return document.code, []
 
 

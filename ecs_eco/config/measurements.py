@@ -64,8 +64,13 @@ def measured(config: Any, source: str = "") -> Outside | None:
     return outside_of(data.model_dump(), config.folder, [*config.species, *config.reporters], source)
 
 
-def read_outside(file: str | Path, names: Sequence[str], match: Mapping[str, str] | None = None,
-                 place: Place | None = None, time: str | None = None) -> Outside:
+def read_outside(
+    file: str | Path,
+    names: Sequence[str],
+    match: Mapping[str, str] | None = None,
+    place: Place | None = None,
+    time: str | None = None,
+) -> Outside:
     """Read a CSV whose column `time`, or the first, is time; `match` gives the species or reporter, of
     `names`, that a column stands beside, where it is not named as one.
 
@@ -74,8 +79,18 @@ def read_outside(file: str | Path, names: Sequence[str], match: Mapping[str, str
     place = place or Place()
     head, rows = _rows(Path(file), place)
     if time is not None and time not in head:
-        raise ConfigError([Problem((*place.file[:-1], "time"), "no column of this name", time, listed(head),
-                                   nearest(time, head), place.of_file)])
+        raise ConfigError(
+            [
+                Problem(
+                    (*place.file[:-1], "time"),
+                    "no column of this name",
+                    time,
+                    listed(head),
+                    nearest(time, head),
+                    place.of_file,
+                )
+            ]
+        )
     time = time or head[0]
     named = _named(file, [name for name in head if name != time], names, match or {}, place)
     table = np.array([[_number(row[head.index(name)]) for name in (time, *named)] for row in rows], float)
@@ -83,11 +98,16 @@ def read_outside(file: str | Path, names: Sequence[str], match: Mapping[str, str
     whole = np.flatnonzero(np.isfinite(table).all(1))
     table = table[whole[0] : whole[-1] + 1] if whole.size else table[:0]
     faults = (
-        (not FEWEST <= len(table) <= MOST_ROWS or not np.isfinite(table).all(),
-         f"has {len(whole):,} rows of numbers, or gaps between them",
-         f"{FEWEST} rows at least, {MOST_ROWS:,} at most, one after the other"),
-        (not _even(table[:, 0]), f"its times ({time}) are not evenly spaced",
-         "times that rise by the same step"),
+        (
+            not FEWEST <= len(table) <= MOST_ROWS or not np.isfinite(table).all(),
+            f"has {len(whole):,} rows of numbers, or gaps between them",
+            f"{FEWEST} rows at least, {MOST_ROWS:,} at most, one after the other",
+        ),
+        (
+            not _even(table[:, 0]),
+            f"its times ({time}) are not evenly spaced",
+            "times that rise by the same step",
+        ),
         ((table[:, 1:] < 0).any(), "has numbers below 0", "counts or densities"),
         (not table[:, 1:].any(0).all(), "has a column of zeros alone", "counts or densities"),
     )
@@ -98,21 +118,35 @@ def read_outside(file: str | Path, names: Sequence[str], match: Mapping[str, str
     return Outside(table[:, 0], columns, {v: k for k, v in named.items()}, time)
 
 
-def _named(file: str | Path, head: list[str], names: Sequence[str], match: Mapping[str, str],
-           place: Place) -> dict[str, str]:
+def _named(
+    file: str | Path, head: list[str], names: Sequence[str], match: Mapping[str, str], place: Place
+) -> dict[str, str]:
     """The columns that are used, and what each stands beside."""
     named = {name: name for name in head if name in names}
     for column, name in match.items():
         for what, value, known in (("column", column, head), ("species or reporter", name, names)):
             if value not in known:
-                raise ConfigError([Problem((*place.columns, *(place.columns and (column,))),
-                                           f"no {what} of this name", value, listed(known),
-                                           nearest(value, known), place.of_columns)])
+                raise ConfigError(
+                    [
+                        Problem(
+                            (*place.columns, *(place.columns and (column,))),
+                            f"no {what} of this name",
+                            value,
+                            listed(known),
+                            nearest(value, known),
+                            place.of_columns,
+                        )
+                    ]
+                )
         named = {k: v for k, v in named.items() if v != name} | {column: name}
     if not named:
-        how = "[data] columns = { COLUMN = \"SPECIES\" }" if place.columns else "--match COLUMN=SPECIES"
-        raise _refused(place, "no column is named as a species", file,
-                       f"{how}, of columns {listed(head)} and species {listed(names)}")
+        how = '[data] columns = { COLUMN = "SPECIES" }' if place.columns else "--match COLUMN=SPECIES"
+        raise _refused(
+            place,
+            "no column is named as a species",
+            file,
+            f"{how}, of columns {listed(head)} and species {listed(names)}",
+        )
     return named
 
 
@@ -133,8 +167,9 @@ def _rows(file: Path, place: Place) -> tuple[list[str], list[list[str]]]:
         raise _refused(place, "has no head of two columns", file, "time, then numbers")
     head = [name.strip() for name in rows[0]]
     if short := next((i for i, row in enumerate(rows[1:], 2) if len(row) != len(head)), None):
-        raise _refused(place, f"row {short} has not as many columns as the head", file,
-                       f"{len(head)} columns")
+        raise _refused(
+            place, f"row {short} has not as many columns as the head", file, f"{len(head)} columns"
+        )
     return head, rows[1:]
 
 

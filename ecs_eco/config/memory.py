@@ -29,19 +29,25 @@ def require_memory(config: WorldConfig, available: float | None = None) -> None:
         return
     largest = [part for part in parts if part[1] > total / 10][:MOST_SHOWN]
     problems = [_problem(config, key, size, available) for key, size in largest]
-    title = (f"it would need about {in_words(total)} of memory at its start, "
-             f"and there are {in_words(available)}")
+    title = (
+        f"it would need about {in_words(total)} of memory at its start, and there are {in_words(available)}"
+    )
     raise ConfigError(problems, f"{config._source}: {title}")
 
 
 def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
     """Key and bytes of all that a world allocates before its first tick, and in its first rollout."""
     for name, field in config.fields.items():
-        yield ("fields", name, "cell"), (12 if field.substance is None else 32) * math.prod(
-            max(1.0, s / field.cell) for s in config.space.size)
+        yield (
+            ("fields", name, "cell"),
+            (12 if field.substance is None else 32)
+            * math.prod(max(1.0, s / field.cell) for s in config.space.size),
+        )
     if config.terrain is not None:
-        yield ("terrain", "cell"), 16 * math.prod(max(1.0, s / config.terrain.cell)
-                                                  for s in config.space.size[:2])
+        yield (
+            ("terrain", "cell"),
+            16 * math.prod(max(1.0, s / config.terrain.cell) for s in config.space.size[:2]),
+        )
     for name, kind in config.objects.items():
         yield ("objects", name, "count"), ROW * (kind.count + len(kind.at))
     for name, species in config.species.items():
@@ -59,8 +65,11 @@ def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tu
     rows, key, channels = max(64, 1.5 * species.count), ("species", name), len(species.channels(config.dims))
     yield (*key, "count"), rows * (ROW + 8 * channels + 4 * len(config.substances))
     if species.genome is not None:
-        loci = (species.genome.longest or species.genome.loci
-                or sum(_loci(gene, species, config.dims) for gene in species.genome.genes))
+        loci = (
+            species.genome.longest
+            or species.genome.loci
+            or sum(_loci(gene, species, config.dims) for gene in species.genome.genes)
+        )
         yield (*key, "genome"), 2.0 * rows * species.genome.ploidy * loci
     if not species.policy.thinks:
         return
@@ -73,8 +82,10 @@ def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tu
         yield (*key, "ppo", "horizon"), blocks * horizon * (4 * channels + 24)
     else:
         yield (*key, "policy", "hidden"), 16.0 * size + 16.0 * 2048 * sum(species.policy.hidden)
-        yield ((*key, "ppo", "horizon"),
-               float(species.count) * min(horizon, config.ticks) * (4 * channels + 24) * species.policy.learn)
+        yield (
+            (*key, "ppo", "horizon"),
+            float(species.count) * min(horizon, config.ticks) * (4 * channels + 24) * species.policy.learn,
+        )
 
 
 def _loci(gene: Gene, species: Species, dims: int) -> int:

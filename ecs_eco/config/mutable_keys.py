@@ -116,8 +116,11 @@ def _of_genes(key: Key, old: Any, new: Any, config: WorldConfig) -> Iterator[Pro
     for section, component in (("reflex", "Reflexes"), ("happiness", "Desires"), ("lethal", "LifeHistory")):
         names = [[n for n, t in traits.items() if t.component == component] for traits in (before, now)]
         if component in used and names[0] != names[1]:
-            yield Problem((*key, section),
-                          "cannot change in a living world: its genes code for what is in it", allowed=SHAPE)
+            yield Problem(
+                (*key, section),
+                "cannot change in a living world: its genes code for what is in it",
+                allowed=SHAPE,
+            )
     for name, gene in genes.items():
         if name in before and name in now and before[name].default != now[name].default:
             fault = f"the gene {gene} codes for it, so each organism has its own"

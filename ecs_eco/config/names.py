@@ -1,5 +1,4 @@
-"""The keys of a world that name code: derived from the types of its fields, so that no new key is forgotten.
-"""
+"""The keys of a world that name code: derived from the types of its fields, so that no new key is forgotten."""
 
 from __future__ import annotations
 
@@ -59,9 +58,10 @@ def fields_of(model: type[BaseModel]) -> frozenset[str]:
 @cache
 def _fields_of(model: type[BaseModel]) -> frozenset[str]:
     return frozenset(
-        name for name, field in model.model_fields.items()
+        name
+        for name, field in model.model_fields.items()
         if any(isinstance(m, NamesCode) for m in field.metadata) or _marked(field.annotation)
-    )  # fmt: skip
+    )
 
 
 def _marked(annotation: Any) -> bool:
@@ -78,8 +78,10 @@ def is_component(thing: Any) -> bool:
 
 def code_of(config: Any) -> list[str]:
     """The entries of `code`, then the modules of functions that were passed in Python."""
-    modules = [function_name(value).partition(":")[0] for key, value in names_in(config)
-               if key[0] != "search" and not isinstance(value, str)
-               and function_name(value) not in SHIPPED]  # fmt: skip
+    modules = [
+        function_name(value).partition(":")[0]
+        for key, value in names_in(config)
+        if key[0] != "search" and not isinstance(value, str) and function_name(value) not in SHIPPED
+    ]
     known = [entry.removesuffix(".py") for entry in config.code]
     return [*config.code, *(m for m in dict.fromkeys(modules) if m not in known)]

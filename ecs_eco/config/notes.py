@@ -17,9 +17,14 @@ def notes(config: WorldConfig) -> list[str]:
     """Return the notes on a world, a line each."""
     found = list(_on_land(config))
     for name, species in config.species.items():
-        about = (*_on_energy(config, species), *_on_decisions(species), *_on_lives(config, name, species),
-                 *_on_founders(species), *_on_weights(config, species),
-                 *(f".ppo: {hint(word)}" for word in species._words))
+        about = (
+            *_on_energy(config, species),
+            *_on_decisions(species),
+            *_on_lives(config, name, species),
+            *_on_founders(species),
+            *_on_weights(config, species),
+            *(f".ppo: {hint(word)}" for word in species._words),
+        )
         found += [f"species.{name}{note}" for note in about]
     return found
 
@@ -30,28 +35,41 @@ def _on_land(config: WorldConfig) -> Iterator[str]:
         return
     x, y = (1 / (per * (terrain.scale or 1.0)) for per in land.place[2:])
     if max(abs(x - 1), abs(y - 1)) > 1e-6:
-        yield (f"terrain.raster: one unit of its coordinates ({land.crs[:40]}) is taken as {x:.6g} m from "
-               f"west to east and {y:.6g} m from south to north, its length in the middle of the raster")
+        yield (
+            f"terrain.raster: one unit of its coordinates ({land.crs[:40]}) is taken as {x:.6g} m from "
+            f"west to east and {y:.6g} m from south to north, its length in the middle of the raster"
+        )
 
 
 def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
     most = species.metabolism.energy_max
     if why := meaningless_debt(config, species):
-        yield (f": its energy can fall below 0 ({why}), and nothing happens then: give it "
-               'lethal = [{ property = "energy", min = 0.0 }] or metabolism.torpor = true, or no costs')
+        yield (
+            f": its energy can fall below 0 ({why}), and nothing happens then: give it "
+            'lethal = [{ property = "energy", min = 0.0 }] or metabolism.torpor = true, or no costs'
+        )
     way = species.reproduction
-    if isinstance(way, Bearing) and (each := _from_mother(way)) > 0 and not any(
-            trait.startswith("reproduction.") for trait in _coded(species)):
+    if (
+        isinstance(way, Bearing)
+        and (each := _from_mother(way)) > 0
+        and not any(trait.startswith("reproduction.") for trait in _coded(species))
+    ):
         if (litter := way.litter) > 1 and litter * each >= most:
-            yield (f".reproduction.litter = {litter}: no mother can pay for all, metabolism.energy_max is "
-                   f"{most:g} and each costs her {each:g}")
+            yield (
+                f".reproduction.litter = {litter}: no mother can pay for all, metabolism.energy_max is "
+                f"{most:g} and each costs her {each:g}"
+            )
         if way.energy_min < each:
-            yield (f".reproduction.energy_min = {way.energy_min:g}: less than the {each:g} that a newborn "
-                   "costs its mother; she has none until she can pay for it")
+            yield (
+                f".reproduction.energy_min = {way.energy_min:g}: less than the {each:g} that a newborn "
+                "costs its mother; she has none until she can pay for it"
+            )
     for i, food in enumerate(species.diet):
         if food.until is not None and food.until > most:
-            yield (f".diet.{i}.until = {food.until:g}: it never holds so much, metabolism.energy_max is "
-                   f"{most:g}; it eats when it is full, too, and gains nothing")
+            yield (
+                f".diet.{i}.until = {food.until:g}: it never holds so much, metabolism.energy_max is "
+                f"{most:g}; it eats when it is full, too, and gains nothing"
+            )
 
 
 def _from_mother(way: Bearing) -> float:
@@ -61,18 +79,25 @@ def _from_mother(way: Bearing) -> float:
 
 def _on_decisions(species: Species) -> Iterator[str]:
     groups = species.groups()
-    free = [f"{group}.{action}" for group, actions in groups.items() for action in actions
-            if not {action, f"{group}.{action}"} & set(species.automatic)
-            and species.neutral.get(group) != action]
+    free = [
+        f"{group}.{action}"
+        for group, actions in groups.items()
+        for action in actions
+        if not {action, f"{group}.{action}"} & set(species.automatic) and species.neutral.get(group) != action
+    ]
     if free and species.reflex is None and species.policy.kind == "none":
-        yield (f".actions: nothing decides on {', '.join(free)}: give it a reflex or a policy, "
-               "or name under automatic what it always does")
+        yield (
+            f".actions: nothing decides on {', '.join(free)}: give it a reflex or a policy, "
+            "or name under automatic what it always does"
+        )
     formulas = species.reflex.formulas if species.reflex is not None else {}
     for group, actions in groups.items():
         always = [a for a in actions if _is_positive(formulas.get(f"{group}.{a}", formulas.get(a, "")))]
         if always and (never := actions[actions.index(always[0]) + 1 :]):
-            yield (f".reflex.formulas.{always[0]} forces it always, and of a group the first that is on "
-                   f"is done: {', '.join(never)} never")
+            yield (
+                f".reflex.formulas.{always[0]} forces it always, and of a group the first that is on "
+                f"is done: {', '.join(never)} never"
+            )
 
 
 def _is_positive(formula: str) -> bool:
@@ -88,11 +113,15 @@ def _on_founders(species: Species) -> Iterator[str]:
         return
     if species.age is not None:
         if species.age[1] > oldest:
-            yield (f".age = [{species.age[0]:g}, {species.age[1]:g}]: it dies at {oldest:g}, older "
-                   "founders in the first tick")
+            yield (
+                f".age = [{species.age[0]:g}, {species.age[1]:g}]: it dies at {oldest:g}, older "
+                "founders in the first tick"
+            )
     elif oldest > (adult := max(_adult(species).values())) >= LATE * oldest:
-        yield (f": all founders are of age 0: none breeds before {adult:g} s, and all left die at once at "
-               f"{oldest:g} s, so numbers swing by generations; give them ages, as age = [0, {oldest:g}]")
+        yield (
+            f": all founders are of age 0: none breeds before {adult:g} s, and all left die at once at "
+            f"{oldest:g} s, so numbers swing by generations; give them ages, as age = [0, {oldest:g}]"
+        )
 
 
 def _on_weights(config: WorldConfig, species: Species) -> Iterator[str]:
@@ -101,21 +130,27 @@ def _on_weights(config: WorldConfig, species: Species) -> Iterator[str]:
     from ecs_eco.learning.weights import NAMES
 
     if NAMES.encode() not in path.read_bytes():
-        yield (f".policy.file = {species.policy.file}: it names neither its channels nor its options: "
-               "nothing but the shapes of its weights is checked")
+        yield (
+            f".policy.file = {species.policy.file}: it names neither its channels nor its options: "
+            "nothing but the shapes of its weights is checked"
+        )
 
 
 def _oldest(species: Species) -> float | None:
     """The age at which a species dies, if there is one [s]."""
-    return min((limit.max for limit in species.lethal if limit.property == "age" and limit.max is not None),
-               default=None)
+    return min(
+        (limit.max for limit in species.lethal if limit.property == "age" and limit.max is not None),
+        default=None,
+    )
 
 
 def _adult(species: Species) -> dict[str, float]:
     """The ages from which a species can breed [s], by their keys."""
     breeding = species.breeding
-    return {"reproduction.age_min": getattr(species.reproduction, "age_min", 0.0),
-            "breeding.maturity": 0.0 if breeding is None else breeding.maturity}
+    return {
+        "reproduction.age_min": getattr(species.reproduction, "age_min", 0.0),
+        "breeding.maturity": 0.0 if breeding is None else breeding.maturity,
+    }
 
 
 def _on_lives(config: WorldConfig, name: str, species: Species) -> Iterator[str]:
@@ -125,14 +160,23 @@ def _on_lives(config: WorldConfig, name: str, species: Species) -> Iterator[str]
         if oldest is not None and age >= oldest:
             yield f".{key} = {age:g}: it never breeds, as it dies at the age of {oldest:g}"
     eaten = any(food.eats == name for other in config.species.values() for food in other.diet)
-    if (way is not None and way.kind != "spread" and not species.lethal and not eaten
-        and species.max_count is None):
-        yield (": it breeds, and nothing kills it: give it lethal limits, as "
-               '[{ property = "age", max = 1000.0 }], something that eats it, or max_count')
+    if (
+        way is not None
+        and way.kind != "spread"
+        and not species.lethal
+        and not eaten
+        and species.max_count is None
+    ):
+        yield (
+            ": it breeds, and nothing kills it: give it lethal limits, as "
+            '[{ property = "age", max = 1000.0 }], something that eats it, or max_count'
+        )
     ticks = config.search.ticks or config.ticks
     if config.search.ranges and oldest is not None and way is not None and ticks * config.dt < oldest:
-        yield (f": a search runs for {ticks * config.dt:g} s, less than a life of {oldest:g} s: "
-               "who is there at the end need not have been born there")
+        yield (
+            f": a search runs for {ticks * config.dt:g} s, less than a life of {oldest:g} s: "
+            "who is there at the end need not have been born there"
+        )
 
 
 def meaningless_debt(config: WorldConfig, species: Species) -> str:
@@ -155,8 +199,9 @@ def _costs(config: WorldConfig, species: Species) -> Iterator[str]:
         prey = config.species.get(food.eats)
         if prey is not None and (prey.defence.poison > 0 or "defence.poison" in _coded(prey)):
             yield f"species.{food.eats}.defence.poison"
-    yield from (trait for trait in _coded(species)
-                if trait.startswith(("metabolism.basal", "locomotion.cost")))
+    yield from (
+        trait for trait in _coded(species) if trait.startswith(("metabolism.basal", "locomotion.cost"))
+    )
 
 
 def _coded(species: Species) -> list[str]:

@@ -24,9 +24,11 @@ def _on_contacts(config: WorldConfig) -> Iterator[str]:
             fixes = [f"dt = {_below(config.dt * meet / way)}"]
             if fix:
                 fixes.append(f"{fix} = {_above(reach + way - meet)}")
-            yield (f"species.{name}.{key}: {name} and {other} move up to {way:.3g} m past each other in a "
-                   f"tick, and contacts within {meet:.3g} m are tested at its end: about "
-                   f"{share_met(way, meet):.0%} of those passed are met; {' or '.join(fixes)} makes it 96%")
+            yield (
+                f"species.{name}.{key}: {name} and {other} move up to {way:.3g} m past each other in a "
+                f"tick, and contacts within {meet:.3g} m are tested at its end: about "
+                f"{share_met(way, meet):.0%} of those passed are met; {' or '.join(fixes)} makes it 96%"
+            )
 
 
 def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]:
@@ -70,30 +72,41 @@ def _on_times(config: WorldConfig) -> Iterator[str]:
     """Times are whole ticks, rounded up."""
     for name, species in config.species.items():
         times = {"metabolism.digestion": species.metabolism.digestion}
-        times |= {f"reproduction.{key}": getattr(species.reproduction, key, 0.0)
-                  for key in ("gestation", "rest", "father_rest")}
+        times |= {
+            f"reproduction.{key}": getattr(species.reproduction, key, 0.0)
+            for key in ("gestation", "rest", "father_rest")
+        }
         times["hatch.incubation"] = 0.0 if species.hatch is None else species.hatch.incubation
         for key, time in times.items():
             lasts = math.ceil(time / config.dt - 1e-6) * config.dt
             if lasts > time * (1 + ROUNDED):
-                yield (f"species.{name}.{key} = {time:g}: times are whole ticks of dt = {config.dt:g} s, and "
-                       f"this one lasts {lasts:g} s; a smaller dt comes nearer")
+                yield (
+                    f"species.{name}.{key} = {time:g}: times are whole ticks of dt = {config.dt:g} s, and "
+                    f"this one lasts {lasts:g} s; a smaller dt comes nearer"
+                )
 
 
 def _on_cycles(config: WorldConfig) -> Iterator[str]:
     """Sun and year are looked at once in a tick."""
-    cycles = {"sun.day": config.sun and config.sun.day, "sun.year": config.sun and config.sun.year,
-              "year.length": config.year and config.year.length}
+    cycles = {
+        "sun.day": config.sun and config.sun.day,
+        "sun.year": config.sun and config.sun.year,
+        "year.length": config.year and config.year.length,
+    }
     for key, time in cycles.items():
         if time and time < 2 * config.dt:
-            yield (f"{key} = {time:g}: less than two ticks of dt = {config.dt:g} s, each of which looks at "
-                   "it once: most of it is never seen")
+            yield (
+                f"{key} = {time:g}: less than two ticks of dt = {config.dt:g} s, each of which looks at "
+                "it once: most of it is never seen"
+            )
     for i, use in enumerate(config.land_use):
         if use.season is not None and use.period is not None:
             first, last = use.season
             if (open_for := (last - first) % 1.0 * use.period) < config.dt:
-                yield (f"land_use.{i}.season lasts {open_for:g} s, less than a tick of "
-                       f"dt = {config.dt:g} s: there are years in which it is not done")
+                yield (
+                    f"land_use.{i}.season lasts {open_for:g} s, less than a tick of "
+                    f"dt = {config.dt:g} s: there are years in which it is not done"
+                )
 
 
 def _below(value: float) -> str:

@@ -126,10 +126,14 @@ def labels(entries: list[Any]) -> list[str]:
     """Return what keys call the entries of a list: by name, food or property, numbered where these are
     shared; else by their places."""
     words = ("label", "name", "eats", "property")
-    names = [next((str(own) for word in words if (own := getattr(entry, word, None))), str(i))
-             for i, entry in enumerate(entries)]
-    return [name if names.count(name) == 1 else f"{name}_{names[: i + 1].count(name)}"
-            for i, name in enumerate(names)]
+    names = [
+        next((str(own) for word in words if (own := getattr(entry, word, None))), str(i))
+        for i, entry in enumerate(entries)
+    ]
+    return [
+        name if names.count(name) == 1 else f"{name}_{names[: i + 1].count(name)}"
+        for i, name in enumerate(names)
+    ]
 
 
 def with_value(part: Any, key: Key, value: float) -> Any:

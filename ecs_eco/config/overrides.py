@@ -29,8 +29,11 @@ def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
             continue
         written = key = key_of(name)
         if re.search(r"(^|\.)(\.|$)", re.sub(r'"[^"]+"', "x", str(name))):  # a part of it is empty
-            problems.append(Problem(("",), "an empty key", str(name), "for example species.deer.count",
-                                    source=document.set_by))
+            problems.append(
+                Problem(
+                    ("",), "an empty key", str(name), "for example species.deer.count", source=document.set_by
+                )
+            )
             continue
         if len(key) == 3 and key[0] == "species" and key[2] in ALIASES:
             key = (*key[:2], *ALIASES[str(key[2])])
@@ -44,8 +47,9 @@ def parse(text: str) -> tuple[str, Any]:
     """Key and value of "a.b=c"; the value is TOML, and a bare word is a text."""
     name, sign, value = (part.strip() for part in text.partition("="))
     if not sign or not name.strip(". "):
-        return name, Problem((), "not of the form key=value", text, "for example species.deer.count=50",
-                             source="--set")
+        return name, Problem(
+            (), "not of the form key=value", text, "for example species.deer.count=50", source="--set"
+        )
     try:
         parsed = parse_toml(f"v = {value}")
         if parsed.keys() == {"v"}:
@@ -66,15 +70,21 @@ def _put(document: Document, key: Key, written: Key, value: Any) -> Problem | No
         if isinstance(node, list):
             number = place_in(node, part)
             if number is None:
-                return Problem(key, f"no entry {shortened(str(part))}", allowed=entries_in_words(node),
-                               nearest=nearest(part, names_of(node)))
+                return Problem(
+                    key,
+                    f"no entry {shortened(str(part))}",
+                    allowed=entries_in_words(node),
+                    nearest=nearest(part, names_of(node)),
+                )
             part = number
         elif not isinstance(node, dict):
-            return Problem(key, f"{'.'.join(map(str, real))} has no parts",
-                           allowed="the key of a table or list")
+            return Problem(
+                key, f"{'.'.join(map(str, real))} has no parts", allowed="the key of a table or list"
+            )
         elif not last and depth == 1 and key[0] in NAMED and part not in node:
-            return Problem(key, f'no {key[0]} named "{part}"', allowed=listed(node),
-                           nearest=nearest(part, node))
+            return Problem(
+                key, f'no {key[0]} named "{part}"', allowed=listed(node), nearest=nearest(part, node)
+            )
         real.append(part)
         if last:
             node[part] = copy.deepcopy(value)

@@ -22,15 +22,22 @@ def parameters(config: Any) -> list[dict[str, Any]]:
     """
     genes = coded(config)
     rows = _walk(config, (), {})
-    return [row for row in rows if row["key"] not in genes and row["key"].split(".")[0] not in NOT_NOW
-            and may_change(row["key"])]
+    return [
+        row
+        for row in rows
+        if row["key"] not in genes and row["key"].split(".")[0] not in NOT_NOW and may_change(row["key"])
+    ]
 
 
 def coded(config: Any) -> dict[str, str]:
     """Return the gene that codes for a value, by dotted key."""
-    return {".".join(map(str, ("species", name, *key))): gene.name
-            for name, species in config.species.items() if species.genome
-            for gene in species.genome.genes if gene.trait and (key := _key_of(species, gene.trait))}
+    return {
+        ".".join(map(str, ("species", name, *key))): gene.name
+        for name, species in config.species.items()
+        if species.genome
+        for gene in species.genome.genes
+        if gene.trait and (key := _key_of(species, gene.trait))
+    }
 
 
 def _key_of(species: Any, trait: str) -> tuple[str | int, ...] | None:
@@ -47,8 +54,14 @@ def _key_of(species: Any, trait: str) -> tuple[str | int, ...] | None:
     if kind == "happiness" and species.happiness is not None and rest in species.happiness.weights:
         return ("happiness", "weights", rest)
     if trait == "life.age_max":
-        return next((("lethal", i, "max") for i, limit in enumerate(species.lethal)
-                     if limit.property == "age" and limit.max is not None), None)
+        return next(
+            (
+                ("lethal", i, "max")
+                for i, limit in enumerate(species.lethal)
+                if limit.property == "age" and limit.max is not None
+            ),
+            None,
+        )
     key, value = [], species
     for part in trait.split("."):
         if isinstance(value, list):
@@ -90,5 +103,8 @@ def _field(info: Any) -> dict[str, Any]:
                 bound = getattr(rule, word, None)
                 if bound is not None and abs(bound) < LARGEST:
                     bounds[name] = bound
-    return {"unit": str(extra.get("unit", "")), **bounds,
-            "about": (info.description or "").rpartition(" [")[0] or info.description or ""}
+    return {
+        "unit": str(extra.get("unit", "")),
+        **bounds,
+        "about": (info.description or "").rpartition(" [")[0] or info.description or "",
+    }

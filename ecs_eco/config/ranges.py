@@ -37,14 +37,16 @@ def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
         unknown = [k for k in part if k not in PARTS]
         if "value" not in part:
             problems.append(Problem((*key, "value"), "is missing beside the range", allowed="a number"))
-        problems += [Problem((*key, k), "unknown key", part[k], listed(PARTS), nearest(k, PARTS))
-                     for k in unknown]
+        problems += [
+            Problem((*key, k), "unknown key", part[k], listed(PARTS), nearest(k, PARTS)) for k in unknown
+        ]
         holder[key[-1]] = part.get("value", 1)
         search = data.setdefault("search", {})
         if isinstance(search, dict) and isinstance(search.setdefault("ranges", {}), dict):
             if name_of(key) in search["ranges"]:
-                problems.append(Problem(key, "has a range here and in [search.ranges]", part["search"],
-                                        "one of them"))
+                problems.append(
+                    Problem(key, "has a range here and in [search.ranges]", part["search"], "one of them")
+                )
             ranges[name_of(key)] = key
             search["ranges"][name_of(key)] = {k: v for k, v in part.items() if k in ("search", "scale")}
     return ranges, problems
@@ -79,19 +81,32 @@ def _check_range(data: Any, name: str, span: Range, place: Key, set_: Mapping[Ke
     if wrong is not None:
         return [wrong.moved(key=place, value=name)]
     if key[0] == "search":
-        return [Problem(place, "is no number of the world", name,
-                        "a dotted key, for example species.deer.count")]
+        return [
+            Problem(place, "is no number of the world", name, "a dotted key, for example species.deer.count")
+        ]
     if isinstance(value, bool) or not isinstance(value, int | float):
         fault = "has no value yet" if value is None else "is a range, and its key holds no number"
-        return [Problem(place, f"{fault}: {name} = {'absent' if value is None else value!r}",
-                        list(span.search), "the key of a number")]
+        return [
+            Problem(
+                place,
+                f"{fault}: {name} = {'absent' if value is None else value!r}",
+                list(span.search),
+                "the key of a number",
+            )
+        ]
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         return [Problem(place, "is no range", list(span.search), "[low, high] with low < high")]
     if span.scale == "log" and low <= 0:
         return [Problem(place, "cannot be taken on a log scale", list(span.search), "low > 0")]
     if not low <= value <= high and key not in set_:
-        return [Problem(place, f"does not hold the world's own value, {value:g}", list(span.search),
-                        "a range around it")]
+        return [
+            Problem(
+                place,
+                f"does not hold the world's own value, {value:g}",
+                list(span.search),
+                "a range around it",
+            )
+        ]
     return []
 
 
@@ -101,8 +116,13 @@ def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
     for part in key:
         if isinstance(data, list) and (number := place_in(data, part)) is not None:
             part = number
-        known = ([*map(str, range(len(data))), *names_of(data)] if isinstance(data, list) else list(data)
-                 if isinstance(data, dict) else [])
+        known = (
+            [*map(str, range(len(data))), *names_of(data)]
+            if isinstance(data, list)
+            else list(data)
+            if isinstance(data, dict)
+            else []
+        )
         if str(part) not in known:
             where = name_of(tuple(real)) or "the world"
             fault = f"no {part!r} in {where}" if known else f"{where} has no parts"
@@ -117,10 +137,20 @@ def _check_objective(config: WorldConfig) -> list[Problem]:
     known = (*OBJECTIVES, *config.reporters)
     for i, (of, _) in enumerate(search.goals):
         if isinstance(of, str) and of not in known and ":" not in of:
-            key: Key = ("search", "objective", i, "of") if isinstance(search.objective, list) else (
-                "search", "objective")
-            problems.append(Problem(key, "no such objective", of, f"{listed(known, 20)}, or module:function",
-                                    nearest(of, known)))
+            key: Key = (
+                ("search", "objective", i, "of")
+                if isinstance(search.objective, list)
+                else ("search", "objective")
+            )
+            problems.append(
+                Problem(
+                    key,
+                    "no such objective",
+                    of,
+                    f"{listed(known, 20)}, or module:function",
+                    nearest(of, known),
+                )
+            )
     for part, names in (("wanted", [*config.species, *config.reporters]), ("persist", list(config.species))):
         for i, name in enumerate(getattr(search, part)):
             if name not in names:
@@ -128,9 +158,19 @@ def _check_objective(config: WorldConfig) -> list[Problem]:
                 kind = "species" if names == list(config.species) else "species or reporter"
                 problems.append(Problem(key, f"no such {kind}", name, listed(names), nearest(name, names)))
     if any(of == "data" for of, _ in search.goals) and config.data is None:
-        problems.append(Problem(("data",), "is missing: the objective of [search] is data",
-                                allowed="for example [data] file = \"pelts.csv\""))
+        problems.append(
+            Problem(
+                ("data",),
+                "is missing: the objective of [search] is data",
+                allowed='for example [data] file = "pelts.csv"',
+            )
+        )
     if any(of == "population" for of, _ in search.goals) and not set(search.wanted) & set(config.species):
-        problems.append(Problem(("search", "wanted"), "is missing: the objective is population",
-                                allowed="for example { deer = 500 }"))
+        problems.append(
+            Problem(
+                ("search", "wanted"),
+                "is missing: the objective is population",
+                allowed="for example { deer = 500 }",
+            )
+        )
     return problems

@@ -16,8 +16,9 @@ from ecs_eco.engine.errors import ConfigError, Problem
 
 MOST_BYTES = 500_000  # of a world file: tomllib takes seconds for more; the longest shipped file has 20,000
 DEEPEST = 32  # tables and lists within each other; the shipped worlds have 7
-LONG_KEY = re.compile(r"""(?:^|[{,\[])[ \t]*(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){32}""",
-                      re.MULTILINE)
+LONG_KEY = re.compile(
+    r"""(?:^|[{,\[])[ \t]*(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){32}""", re.MULTILINE
+)
 NESTED = re.compile(r"(?:[\[{][^\[\]{}\n]{0,80}){32}")
 DIGITS = re.compile(r"\d[\d_]{4000}")
 
@@ -55,8 +56,9 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
         text = read_bytes(path, MOST_BYTES).decode("utf-8-sig")
     except (OSError, ValueError) as error:  # ValueError: not UTF-8, or an impossible file name
         why = getattr(error, "strerror", None) or error
-        raise ConfigError([Problem((), f"cannot be read: {why}", str(path), allowed,
-                                   source="WORLD")]) from None
+        raise ConfigError(
+            [Problem((), f"cannot be read: {why}", str(path), allowed, source="WORLD")]
+        ) from None
     text = text.replace("\r\n", "\n")
     try:
         return text, parse_toml(text)
@@ -90,8 +92,11 @@ def too_deep(data: Any) -> Problem | None:
         level = inner
     if not level:
         return None
-    return Problem(level[0][0][:3], "is nested too deeply",
-                   allowed=f"at most {DEEPEST} tables or lists within each other")
+    return Problem(
+        level[0][0][:3],
+        "is nested too deeply",
+        allowed=f"at most {DEEPEST} tables or lists within each other",
+    )
 
 
 def _at(text: str, match: re.Match[str] | None, fault: str) -> ValueError:
@@ -99,15 +104,18 @@ def _at(text: str, match: re.Match[str] | None, fault: str) -> ValueError:
     if match is None:
         return ValueError(f"{fault} (at end of document)")
     before = text[: match.start()]
-    return ValueError(f"{fault} (at line {before.count(chr(10)) + 1}, "
-                      f"column {match.start() - before.rfind(chr(10))})")
+    return ValueError(
+        f"{fault} (at line {before.count(chr(10)) + 1}, column {match.start() - before.rfind(chr(10))})"
+    )
 
 
 def _syntax(path: Path, text: str, message: str) -> ConfigError:
     match = re.search(r"^(.*) \(at line (\d+), column (\d+)\)$", message, re.DOTALL)
     lines = text.rstrip("\n").split("\n")  # where the error is at the end of the document
-    fault, line, column = ((match[1], int(match[2]), int(match[3]))
-                           if match else (message, len(lines), len(lines[-1]) + 1))
-    problem = Problem((), f"not TOML: {fault:.200}", allowed="TOML 1.0", source=path.name, line=line,
-                      column=column)
+    fault, line, column = (
+        (match[1], int(match[2]), int(match[3])) if match else (message, len(lines), len(lines[-1]) + 1)
+    )
+    problem = Problem(
+        (), f"not TOML: {fault:.200}", allowed="TOML 1.0", source=path.name, line=line, column=column
+    )
     return ConfigError([problem], f"{path.name}: 1 problem")

@@ -25,13 +25,20 @@ def _of_some(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 AGGREGATES: dict[str, Callable[..., Any]] = {
-    "mean": _of_some(np.mean), "sum": np.sum, "min": _of_some(np.min), "max": _of_some(np.max),
-    "median": _of_some(np.median), "std": _of_some(np.std), "quantile": _of_some(np.quantile),
+    "mean": _of_some(np.mean),
+    "sum": np.sum,
+    "min": _of_some(np.min),
+    "max": _of_some(np.max),
+    "median": _of_some(np.median),
+    "std": _of_some(np.std),
+    "quantile": _of_some(np.quantile),
     "count": np.count_nonzero,
-}  # fmt: skip
-ALLOWED = (f"{', '.join(AGGREGATES)} of Component.field or species.Component.field, count() and "
-           "count(species); numbers, + - * / **, comparisons, and, or, not, a if b else c, "
-           f"{', '.join(f for f in FUNCTIONS if f not in AGGREGATES)}")
+}
+ALLOWED = (
+    f"{', '.join(AGGREGATES)} of Component.field or species.Component.field, count() and "
+    "count(species); numbers, + - * / **, comparisons, and, or, not, a if b else c, "
+    f"{', '.join(f for f in FUNCTIONS if f not in AGGREGATES)}"
+)
 USUAL = ("Metabolism", "Body", "Biology", "Nervous", "Position")  # is meant first by a field's bare name
 Field = tuple[str | None, str, str]  # species or None for each, component, field
 Fields = Mapping[str, Mapping[str, Any]]  # of each component: its fields, as `component.fields`
@@ -102,8 +109,9 @@ class ReporterFormula:
         return f"ReporterFormula({self.text!r})"
 
 
-def compile_reporter(text: str, kinds: Collection[str], fields: Fields,
-                     complete: bool = True) -> ReporterFormula:
+def compile_reporter(
+    text: str, kinds: Collection[str], fields: Fields, complete: bool = True
+) -> ReporterFormula:
     """Compile the text of a reporter in a world of these kinds of organisms and objects.
 
     `fields` are those of all components; unless they are `complete`, others may be named. Raises FormulaError
@@ -138,20 +146,25 @@ class _Compiler(Compiler):
         if self.within is not None:
             raise self._error(f"{name} within another", tree, "one at a time, as in mean(x) / max(x)")
         self.aggregates += 1
-        return self._count(tree) if name == "count" and self._counts_all(tree) else self._aggregate(tree,
-                                                                                                    name)
+        return (
+            self._count(tree) if name == "count" and self._counts_all(tree) else self._aggregate(tree, name)
+        )
 
     def _counts_all(self, tree: ast.Call) -> bool:
-        return not tree.keywords and (not tree.args
-                                      or (len(tree.args) == 1 and isinstance(tree.args[0], ast.Name)))
+        return not tree.keywords and (
+            not tree.args or (len(tree.args) == 1 and isinstance(tree.args[0], ast.Name))
+        )
 
     def _count(self, tree: ast.Call) -> Node:
         """All of the species that the number is of, or of one kind."""
         of = tree.args[0].id if tree.args else None  # type: ignore[attr-defined]
         if of is not None and of not in self.kinds:
-            raise self._error(f'no species or object type named "{of}"', tree.args[0],
-                              f"{listed(self.kinds, 30)}; or a condition, as in count(Metabolism.energy > 1)",
-                              nearest(of, self.kinds))
+            raise self._error(
+                f'no species or object type named "{of}"',
+                tree.args[0],
+                f"{listed(self.kinds, 30)}; or a condition, as in count(Metabolism.energy > 1)",
+                nearest(of, self.kinds),
+            )
         self.each |= of is None
 
         def run(scope: Any) -> Any:
@@ -163,8 +176,11 @@ class _Compiler(Compiler):
         function, more = AGGREGATES[name], []
         wanted = 2 if name == "quantile" else 1
         if tree.keywords or len(tree.args) != wanted:
-            raise self._error(f"{len(tree.args)} arguments for {name}", tree,
-                              "quantile(values, share)" if wanted == 2 else f"{name}(values)")
+            raise self._error(
+                f"{len(tree.args)} arguments for {name}",
+                tree,
+                "quantile(values, share)" if wanted == 2 else f"{name}(values)",
+            )
         if wanted == 2:
             more = [self._share(tree.args[1])]
         self.within = set()
@@ -172,8 +188,11 @@ class _Compiler(Compiler):
         self.within = None
         if len(of) != 1:
             fault = "no field is read" if not of else "fields of several species are read in one"
-            raise self._error(f"{name}: {fault}", tree,
-                              "Component.field of the species, or species.Component.field of one other")
+            raise self._error(
+                f"{name}: {fault}",
+                tree,
+                "Component.field of the species, or species.Component.field of one other",
+            )
         (owner,) = of
         self.each |= owner is None
 
@@ -184,35 +203,52 @@ class _Compiler(Compiler):
         return run
 
     def _share(self, tree: ast.AST) -> float:
-        if not isinstance(tree, ast.Constant) or not isinstance(tree.value, int | float) or not (
-            0 <= tree.value <= 1):
+        if (
+            not isinstance(tree, ast.Constant)
+            or not isinstance(tree.value, int | float)
+            or not (0 <= tree.value <= 1)
+        ):
             raise self._error("quantile of no share", tree, "a number from 0 to 1, as in quantile(x, 0.9)")
         return float(tree.value)
 
     def _name(self, tree: ast.Name) -> Node:
         if tree.id in self.known:
             fields = self._numbers_of(tree.id)
-            raise self._error(f"{tree.id} is a component", tree, f"one of its fields: {listed(fields)}",
-                              f"{tree.id}.{fields[0]}" if fields else "")
+            raise self._error(
+                f"{tree.id} is a component",
+                tree,
+                f"one of its fields: {listed(fields)}",
+                f"{tree.id}.{fields[0]}" if fields else "",
+            )
         named = [f"{c}.{f}" for c in (*USUAL, *self.known) for f in self.known.get(c, ())]
         exact = [name for name in named if name.endswith(f".{tree.id}")]
-        raise self._error(f'unknown name "{tree.id}"', tree, "Component.field, or species.Component.field",
-                          exact[0] if exact else nearest(tree.id, named))
+        raise self._error(
+            f'unknown name "{tree.id}"',
+            tree,
+            "Component.field, or species.Component.field",
+            exact[0] if exact else nearest(tree.id, named),
+        )
 
     def _attribute(self, tree: ast.Attribute) -> Node:
         parts = _parts(tree)
         if not 2 <= len(parts) <= 3:
-            raise self._error(f'"{ast.unparse(tree):.60}" is no field', tree,
-                              "Component.field, or species.Component.field")
+            raise self._error(
+                f'"{ast.unparse(tree):.60}" is no field', tree, "Component.field, or species.Component.field"
+            )
         owner, (component, field) = parts[0] if len(parts) == 3 else None, parts[-2:]
         if owner is not None and owner not in self.kinds:
-            raise self._error(f'no species or object type named "{owner}"', tree, listed(self.kinds, 30),
-                              nearest(owner, self.kinds))
+            raise self._error(
+                f'no species or object type named "{owner}"',
+                tree,
+                listed(self.kinds, 30),
+                nearest(owner, self.kinds),
+            )
         self._check_field(tree, component, field)
         if self.within is None:
             text = ".".join(parts)
-            raise self._error(f"{text} is one number for each organism", tree,
-                              f"mean({text}), sum({text}), …")
+            raise self._error(
+                f"{text} is one number for each organism", tree, f"mean({text}), sum({text}), …"
+            )
         self.within.add(owner)
         self.fields.add((owner, component, field))
         return lambda living: living[component, field]  # type: ignore[index]
@@ -224,11 +260,15 @@ class _Compiler(Compiler):
                 raise self._error(f'unknown component "{component}"', tree, listed(self.known, 50), close)
         elif field not in self.known[component]:
             fields = self._numbers_of(component)
-            raise self._error(f'{component} has no field "{field}"', tree, listed(fields, 30),
-                              nearest(field, fields))
+            raise self._error(
+                f'{component} has no field "{field}"', tree, listed(fields, 30), nearest(field, fields)
+            )
         elif field not in self._numbers_of(component):
-            raise self._error(f"{component}.{field} is more than one number", tree,
-                              f"fields of one number: {listed(self._numbers_of(component), 30)}")
+            raise self._error(
+                f"{component}.{field} is more than one number",
+                tree,
+                f"fields of one number: {listed(self._numbers_of(component), 30)}",
+            )
 
     def _numbers_of(self, component: str) -> list[str]:
         return [name for name, (kind, _) in self.known[component].items() if not kind.shape]

@@ -25,16 +25,29 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
     `extra_components` are components of the user's own: each number of theirs is the trait Component.field.
     Of the traits in Traits those that a gene of the species codes for have an index.
     """
-    traits = [*_of_body(species), *_of_state(species), *_of_sensors(species),
-              *_of_nerves(species), *_of_instincts(species), *_of_learning(species), *_of_breeding(species),
-              *_of_life(species), *_of_section(species), *_of_organs(species)]
+    traits = [
+        *_of_body(species),
+        *_of_state(species),
+        *_of_sensors(species),
+        *_of_nerves(species),
+        *_of_instincts(species),
+        *_of_learning(species),
+        *_of_breeding(species),
+        *_of_life(species),
+        *_of_section(species),
+        *_of_organs(species),
+    ]
     for component in extra_components:
         traits += _of_component(component)
     in_traits = {trait.name for trait in traits if trait.component == "Traits"}
     genes = species.genome.genes if species.genome is not None else ()
     places = [gene.trait for gene in genes if gene.trait in in_traits]  # their order stays, whatever changes
-    return {trait.name: replace(trait, index=places.index(trait.name))
-            if trait.component == "Traits" and trait.name in places else trait for trait in traits}
+    return {
+        trait.name: replace(trait, index=places.index(trait.name))
+        if trait.component == "Traits" and trait.name in places
+        else trait
+        for trait in traits
+    }
 
 
 def numbers_of_species() -> dict[str, Number]:
@@ -45,8 +58,16 @@ def numbers_of_species() -> dict[str, Number]:
     for field in fields(PPO):
         if field.type in ("int", "float"):
             low, high, above = (field.metadata[word] for word in ("low", "high", "above"))
-            number = Number(("ppo", field.name), float(low), min(float(high), LARGEST), above,
-                            field.type == "int", "1", field.metadata["doc"], field.metadata["own"])
+            number = Number(
+                ("ppo", field.name),
+                float(low),
+                min(float(high), LARGEST),
+                above,
+                field.type == "int",
+                "1",
+                field.metadata["doc"],
+                field.metadata["own"],
+            )
             known[number.name] = number
     return known
 
@@ -57,7 +78,8 @@ def why_shared(key: str) -> str:
     parts = key.split(".")
     for number in numbers_of_species().values():
         fits = len(number.pattern) == len(parts) and all(
-            a in (PLACE, b) for a, b in zip(number.pattern, parts, strict=True))
+            a in (PLACE, b) for a, b in zip(number.pattern, parts, strict=True)
+        )
         if fits and isinstance(number.own, str) and number.own != COLUMN:
             return number.own
     return ""
@@ -71,34 +93,68 @@ def label_of(connection: Connection) -> str:
 def _of_body(species: Species) -> Iterator[Trait]:
     body, moves, metabolism = species.body, species.locomotion, species.metabolism
     owner = "Body" if species.growth is None else "Stature"
-    yield Trait("body.radius", owner, "radius", None, body.radius, TINY, LARGEST, "number", "m",
-                "radius of the body")
-    yield Trait("body.mass", owner, "mass", None, body.mass, TINY, LARGEST, "number", "kg",
-                "mass of the body")
+    yield Trait(
+        "body.radius", owner, "radius", None, body.radius, TINY, LARGEST, "number", "m", "radius of the body"
+    )
+    yield Trait(
+        "body.mass", owner, "mass", None, body.mass, TINY, LARGEST, "number", "kg", "mass of the body"
+    )
     if moves is not None:
         text = "factor of all its speeds; the cost of moving grows with its square"
         yield Trait("locomotion.pace", "Vigour", "pace", None, 1.0, 0.0, LARGEST, "number", "1", text)
     text = "energy made in full light"
-    yield Trait("metabolism.growth", "Growth", "growth", None, metabolism.growth, 0.0, LARGEST, "number",
-                "energy/s", text)
+    yield Trait(
+        "metabolism.growth",
+        "Growth",
+        "growth",
+        None,
+        metabolism.growth,
+        0.0,
+        LARGEST,
+        "number",
+        "energy/s",
+        text,
+    )
     if species.heat is not None:
         text = "insulation of its fur, feathers or fat"
-        yield Trait("heat.insulation", "Coat", "insulation", None, species.heat.insulation, 0.0, LARGEST,
-                    "number", "K m^2/W", text)
+        yield Trait(
+            "heat.insulation",
+            "Coat",
+            "insulation",
+            None,
+            species.heat.insulation,
+            0.0,
+            LARGEST,
+            "number",
+            "K m^2/W",
+            text,
+        )
     defence = species.defence
     text = "share of the bites into it that fail"
-    yield Trait("defence.toughness", "Defence", "toughness", None, defence.toughness, 0.0, 1.0,
-                "number", "1", text)
+    yield Trait(
+        "defence.toughness", "Defence", "toughness", None, defence.toughness, 0.0, 1.0, "number", "1", text
+    )
     text = "energy that its eater loses"
-    yield Trait("defence.poison", "Defence", "poison", None, defence.poison, 0.0, LARGEST, "number",
-                "energy", text)
+    yield Trait(
+        "defence.poison", "Defence", "poison", None, defence.poison, 0.0, LARGEST, "number", "energy", text
+    )
 
 
 def _of_state(species: Species) -> Iterator[Trait]:
     """What an organism is born with, and what may change in its life."""
     for name, value in species.properties.items():
-        yield Trait(f"properties.{name}", "Physical", name, None, value, -LARGEST, LARGEST, "number",
-                    PROPERTIES.get(name, "1"), f"{name.replace('_', ' ')} at birth")
+        yield Trait(
+            f"properties.{name}",
+            "Physical",
+            name,
+            None,
+            value,
+            -LARGEST,
+            LARGEST,
+            "number",
+            PROPERTIES.get(name, "1"),
+            f"{name.replace('_', ' ')} at birth",
+        )
 
 
 def _of_section(species: Species) -> Iterator[Trait]:
@@ -108,47 +164,100 @@ def _of_section(species: Species) -> Iterator[Trait]:
         if number.own is not True or name == "lethal.age.max":
             continue
         low = SMALLEST if number.above and number.low == 0 else number.low
-        yield Trait(name, "Traits", "value", None, value, low, number.high,
-                    "whole" if number.whole else "number", number.unit, number.text)
+        yield Trait(
+            name,
+            "Traits",
+            "value",
+            None,
+            value,
+            low,
+            number.high,
+            "whole" if number.whole else "number",
+            number.unit,
+            number.text,
+        )
 
 
 def _of_sensors(species: Species) -> Iterator[Trait]:
     for i, sensor in enumerate(species.sensors):
         if (radius := getattr(sensor, "radius", None)) is not None:
             text = f"how far the sensor {sensor.name} reaches"
-            yield Trait(f"sensors.{sensor.name}.radius", "Senses", "radius", i, radius, TINY, LARGEST,
-                        "number", "m", text)
+            yield Trait(
+                f"sensors.{sensor.name}.radius",
+                "Senses",
+                "radius",
+                i,
+                radius,
+                TINY,
+                LARGEST,
+                "number",
+                "m",
+                text,
+            )
         if (at := getattr(sensor, "at", None)) is None or sensor.kind in ("touch", "own"):
             continue  # of the own body only the height of the place counts, and that is no gene
         for axis, way in enumerate(("forward", "left")):
             text = f"where on the body the sensor {sensor.name} is, {way}, in radii of the body"
-            yield Trait(f"sensors.{sensor.name}.{way}", "Senses", way, i, at[axis], -LARGEST, LARGEST,
-                        "number", "1", text)
+            yield Trait(
+                f"sensors.{sensor.name}.{way}",
+                "Senses",
+                way,
+                i,
+                at[axis],
+                -LARGEST,
+                LARGEST,
+                "number",
+                "1",
+                text,
+            )
 
 
 def _of_nerves(species: Species) -> Iterator[Trait]:
     for i, c in enumerate(species.reflex.connections if species.reflex else ()):
         name, way = label_of(c), "above" if c.above is not None else "below"
         threshold = c.above if c.above is not None else c.below
-        text = (f"while {c.sensor} is {way} the threshold: −1 blocks {c.action}, 0 leaves it to the policy, "
-                "1 forces it")
+        text = (
+            f"while {c.sensor} is {way} the threshold: −1 blocks {c.action}, 0 leaves it to the policy, "
+            "1 forces it"
+        )
         yield Trait(f"reflex.{name}.weight", "Reflexes", "weight", i, c.weight, -1.0, 1.0, "sign", "1", text)
         text = f"{c.action} answers to {c.sensor} {way} this reading"
         own = float(threshold or 0.0)
-        yield Trait(f"reflex.{name}.threshold", "Reflexes", "threshold", i, own, -LARGEST, LARGEST, "number",
-                    "reading", text)
+        yield Trait(
+            f"reflex.{name}.threshold",
+            "Reflexes",
+            "threshold",
+            i,
+            own,
+            -LARGEST,
+            LARGEST,
+            "number",
+            "reading",
+            text,
+        )
     for i, (channel, weight) in enumerate(species.happiness.weights.items() if species.happiness else ()):
         text = f"what {channel} adds to happiness"
-        yield Trait(f"happiness.{channel}", "Desires", "weight", i, weight, -LARGEST, LARGEST,
-                    "number", "1", text)
+        yield Trait(
+            f"happiness.{channel}", "Desires", "weight", i, weight, -LARGEST, LARGEST, "number", "1", text
+        )
 
 
 def _of_instincts(species: Species) -> Iterator[Trait]:
     """The weights of networks that evolution alone changes: functions that `fit_network` made."""
     for word in ("reflex", "happiness"):
         if getattr(getattr(species, word), "function", None) is not None:
-            yield Trait(f"{word}.weights", "Instincts", word, None, 0.0, -LARGEST, LARGEST, "weights", "1",
-                        f"weights of its {word} network, where the function is one of fit_network")
+            yield Trait(
+                f"{word}.weights",
+                "Instincts",
+                word,
+                None,
+                0.0,
+                -LARGEST,
+                LARGEST,
+                "weights",
+                "1",
+                f"weights of its {word} network, where the function is one of fit_network",
+            )
 
 
 def _of_learning(species: Species) -> Iterator[Trait]:
@@ -168,8 +277,18 @@ def _of_learning(species: Species) -> Iterator[Trait]:
         value = settings.get(name.removeprefix("ppo."))
         if name.startswith("ppo.") and number.own is True and isinstance(value, int | float):
             low = SMALLEST if number.above else number.low
-            yield Trait(name, "Traits", "value", None, float(value), low, number.high,
-                        "whole" if number.whole else "number", "1", number.text)
+            yield Trait(
+                name,
+                "Traits",
+                "value",
+                None,
+                float(value),
+                low,
+                number.high,
+                "whole" if number.whole else "number",
+                "1",
+                number.text,
+            )
 
 
 def _of_breeding(species: Species) -> Iterator[Trait]:
@@ -177,18 +296,42 @@ def _of_breeding(species: Species) -> Iterator[Trait]:
     if way is None:
         if getattr(species.reproduction, "kind", "spread") == "spread":
             return  # nothing asks for it
-        yield Trait("fertility", "Biology", "fertility", None, species.fertility, 0.0, 1.0, "number", "1",
-                    "its fertility")
+        yield Trait(
+            "fertility",
+            "Biology",
+            "fertility",
+            None,
+            species.fertility,
+            0.0,
+            1.0,
+            "number",
+            "1",
+            "its fertility",
+        )
         return
-    values = {"maturity": (way.maturity, LARGEST, "s", "age from which it is fertile"),
-              "prime": (way.age_of_prime(), LARGEST, "s", "age at which it is most fertile"),
-              "end": (LARGEST if way.end is None else way.end, LARGEST, "s", "age at which fertility ends")}
+    values = {
+        "maturity": (way.maturity, LARGEST, "s", "age from which it is fertile"),
+        "prime": (way.age_of_prime(), LARGEST, "s", "age at which it is most fertile"),
+        "end": (LARGEST if way.end is None else way.end, LARGEST, "s", "age at which fertility ends"),
+    }
     if way.season is not None:
         text = "length of its season: standard deviation, as a share of a year"
-        values |= {"season": (way.season, 1.0, "1", "time of the year when it is most fertile"),
-                   "width": (way.width, 1.0, "1", text)}
-    yield Trait("fertility", "Breeding", "peak", None, species.fertility, 0.0, 1.0, "number", "1",
-                "height of its fertility")
+        values |= {
+            "season": (way.season, 1.0, "1", "time of the year when it is most fertile"),
+            "width": (way.width, 1.0, "1", text),
+        }
+    yield Trait(
+        "fertility",
+        "Breeding",
+        "peak",
+        None,
+        species.fertility,
+        0.0,
+        1.0,
+        "number",
+        "1",
+        "height of its fertility",
+    )
     for field, (own, high, unit, text) in values.items():
         yield Trait(f"breeding.{field}", "Breeding", field, None, own, 0.0, high, "number", unit, text)
 
@@ -196,19 +339,44 @@ def _of_breeding(species: Species) -> Iterator[Trait]:
 def _of_life(species: Species) -> Iterator[Trait]:
     age = next((x.max for x in species.lethal if x.property == "age" and x.max is not None), None)
     if age is not None:
-        yield Trait("life.age_max", "LifeHistory", "age_max", None, age, TINY, LARGEST, "number", "s",
-                    "age at which it dies")
+        yield Trait(
+            "life.age_max",
+            "LifeHistory",
+            "age_max",
+            None,
+            age,
+            TINY,
+            LARGEST,
+            "number",
+            "s",
+            "age at which it dies",
+        )
     way = species.reproduction
     if way is not None and way.kind == "spread":
-        yield Trait("reproduction.spread", "Growth", "spread", None, 1.0, 0.0, 1.0, "number", "1",
-                    "share of its seeds that sprout")
+        yield Trait(
+            "reproduction.spread",
+            "Growth",
+            "spread",
+            None,
+            1.0,
+            0.0,
+            1.0,
+            "number",
+            "1",
+            "share of its seeds that sprout",
+        )
     fields: dict[str, tuple[float, float, Kind, str, str]] = {
         "age_min": (0.0, LARGEST, "number", "s", "least age to reproduce"),
         "energy_min": (0.0, LARGEST, "number", "energy", "least energy to reproduce"),
         "energy_given": (0.0, LARGEST, "number", "energy", "energy of each of its newborn"),
         "litter": (1.0, 10_000.0, "whole", "1", "newborn at a time"),
-        "choice": (0.0, 3.0, "whole", "1",
-                   "whom it mates with: 0 the nearest, 1 any, 2 the richest, 3 the oldest"),
+        "choice": (
+            0.0,
+            3.0,
+            "whole",
+            "1",
+            "whom it mates with: 0 the nearest, 1 any, 2 the richest, 3 the oldest",
+        ),
     }
     for field, (low, high, kind, unit, text) in fields.items():
         value = getattr(way, field, None)
@@ -219,16 +387,30 @@ def _of_life(species: Species) -> Iterator[Trait]:
 
 def _of_organs(species: Species) -> Iterator[Trait]:
     """Which of its sensors, actions and hidden units an organism has."""
-    switches = {f"sensors.{s.name}.present": f"whether it has the sensor {s.name}; without, it reads 0"
-                for s in species.sensors}
-    switches |= {f"actions.{group}.{action}.present": f"whether it can do {action}; without, it never does"
-                 for group, action in species.action_list()}
+    switches = {
+        f"sensors.{s.name}.present": f"whether it has the sensor {s.name}; without, it reads 0"
+        for s in species.sensors
+    }
+    switches |= {
+        f"actions.{group}.{action}.present": f"whether it can do {action}; without, it never does"
+        for group, action in species.action_list()
+    }
     for name, text in switches.items():
         yield Trait(name, "Traits", "value", None, 1.0, 0.0, 1.0, "whole", "1", text)
     if species.policy.kind == "individual" and species.policy.network is None and not species.ranges():
         for i, units in enumerate(species.policy.hidden):
-            yield Trait(f"policy.hidden.{i}", "Traits", "value", None, units, 1.0, units, "whole", "1",
-                        f"units of the hidden layer {i} that its policy network has")
+            yield Trait(
+                f"policy.hidden.{i}",
+                "Traits",
+                "value",
+                None,
+                units,
+                1.0,
+                units,
+                "whole",
+                "1",
+                f"units of the hidden layer {i} that its policy network has",
+            )
 
 
 def _of_component(component: Any) -> Iterator[Trait]:
@@ -242,5 +424,4 @@ def _of_component(component: Any) -> Iterator[Trait]:
             low, high, kind = 0.0, 1.0, "whole"
         name = f"{component.__name__}.{field}"
         text = " ".join((component.__doc__ or name).partition("\n\n")[0].split())
-        yield Trait(name, component.__name__, field, None, float(default), low,
-                    high, kind, "own", text)  # type: ignore[arg-type]
+        yield Trait(name, component.__name__, field, None, float(default), low, high, kind, "own", text)  # type: ignore[arg-type]

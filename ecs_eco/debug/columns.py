@@ -26,8 +26,9 @@ def budget(table: Table) -> dict[str, np.ndarray]:
     """Return energy and flows of a table with Metabolism; nothing of another."""
     from ecs_eco.components import Metabolism
 
-    return ({n: getattr(table[Metabolism], n) for n in ("energy", *FLOWS.values())}
-            if Metabolism in table else {})
+    return (
+        {n: getattr(table[Metabolism], n) for n in ("energy", *FLOWS.values())} if Metabolism in table else {}
+    )
 
 
 def bytes_of(array: np.ndarray) -> np.ndarray:

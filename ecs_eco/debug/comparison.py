@@ -28,13 +28,17 @@ class Before:
         self.fail = self.invariants.fail
         self.identity = {t.name: {c: getattr(t, c).copy() for c in IDENTITY} for t in world.tables.values()}
         self.counts = {t.name: (t.n, t.high, t.version) for t in world.tables.values()}
-        self.shapes = {t.name: {(c, n): (a.dtype, a.shape) for c, n, a in columns(t)}
-                       for t in world.tables.values()}
+        self.shapes = {
+            t.name: {(c, n): (a.dtype, a.shape) for c, n, a in columns(t)} for t in world.tables.values()
+        }
         self.free = {t.name: np.flatnonzero(~t.alive) for t in world.tables.values()}
-        self.empty = {t.name: {(c, n): a[self.free[t.name]] for c, n, a in columns(t)}
-                      for t in world.tables.values()}
-        self.places = {t.name: {n: a.copy() for c, n, a in columns(t) if c.__name__ == "Position"}
-                       for t in world.tables.values()}
+        self.empty = {
+            t.name: {(c, n): a[self.free[t.name]] for c, n, a in columns(t)} for t in world.tables.values()
+        }
+        self.places = {
+            t.name: {n: a.copy() for c, n, a in columns(t) if c.__name__ == "Position"}
+            for t in world.tables.values()
+        }
         self.budget = {t.name: {n: a.copy() for n, a in budget(t).items()} for t in world.tables.values()}
         self.page = _page(system)
 
@@ -57,25 +61,37 @@ class Before:
         for column in IDENTITY:
             was, now = self.identity[table.name][column], getattr(table, column)
             if was.shape != now.shape:
-                self.fail(table, f"{column} has {len(now)} rows and had {len(was)}; "
-                                 "births make room at the end of `reproduce`")
+                self.fail(
+                    table,
+                    f"{column} has {len(now)} rows and had {len(was)}; "
+                    "births make room at the end of `reproduce`",
+                )
             if (rows := np.flatnonzero(was != now)).size:
                 r = rows[0]
                 owner = owner_of(self.identity[table.name]["uid"], r)
-                self.fail(table, f"{column} of {owner} was {was[r]} and is {now[r]}{more(rows.size)}; "
-                                 "births and deaths are asked for: table.request, world.spawn, table.cause, "
-                                 "world.kill")
+                self.fail(
+                    table,
+                    f"{column} of {owner} was {was[r]} and is {now[r]}{more(rows.size)}; "
+                    "births and deaths are asked for: table.request, world.spawn, table.cause, "
+                    "world.kill",
+                )
         if self.counts[table.name][:2] != (table.n, table.high):
-            self.fail(table, f"(n, high) was {self.counts[table.name][:2]} is {(table.n, table.high)}; "
-                             "births and deaths alone change it")
+            self.fail(
+                table,
+                f"(n, high) was {self.counts[table.name][:2]} is {(table.n, table.high)}; "
+                "births and deaths alone change it",
+            )
 
     def _shapes(self, table: Table) -> None:
         now = {(c, n): (a.dtype, a.shape) for c, n, a in columns(table)}
         for (component, name), was in self.shapes[table.name].items():
             if (shape := now.get((component, name))) != was and component in table:
                 is_now = "gone" if shape is None else f"{shape[0]}{list(shape[1])}"
-                self.fail(table, f"column {component.__name__}.{name} was {was[0]}{list(was[1])} and is "
-                                 f"{is_now}; write into it: table[{component.__name__}].{name}[rows] = …")
+                self.fail(
+                    table,
+                    f"column {component.__name__}.{name} was {was[0]}{list(was[1])} and is "
+                    f"{is_now}; write into it: table[{component.__name__}].{name}[rows] = …",
+                )
 
     def _free_rows(self, table: Table) -> None:
         free = self.free[table.name]
@@ -94,23 +110,33 @@ class Before:
             wrong = (now != old).any(axis=1) & now.any(axis=1)  # clearing a free row is nobody's loss
             if wrong.any():
                 i = int(np.flatnonzero(wrong)[0])
-                self.fail(table, f"{component.__name__}.{name} of row {free[i]}, which is free, "
-                                 f"was {kept[i]} and is {now_free[i]}{more(int(wrong.sum()))}; "
-                                 "write to the living only: table.rows() or table.alive")
+                self.fail(
+                    table,
+                    f"{component.__name__}.{name} of row {free[i]}, which is free, "
+                    f"was {kept[i]} and is {now_free[i]}{more(int(wrong.sum()))}; "
+                    "write to the living only: table.rows() or table.alive",
+                )
 
     def _moved(self, table: Table) -> None:
         """Check that the index was invalidated where places changed; plain processors need not do that."""
-        if (table.version != self.counts[table.name][2]
-            or (self.system is not None and not isinstance(self.system, System))):
+        if table.version != self.counts[table.name][2] or (
+            self.system is not None and not isinstance(self.system, System)
+        ):
             return
         for name, was in self.places[table.name].items():
             now = getattr(next(c for k, c in table.columns.items() if k.__name__ == "Position"), name)
-            if (name != "heading" and was.shape == now.shape
-                and (rows := np.flatnonzero((was != now) & table.alive)).size):
+            if (
+                name != "heading"
+                and was.shape == now.shape
+                and (rows := np.flatnonzero((was != now) & table.alive)).size
+            ):
                 r = rows[0]
-                self.fail(table, f"Position.{name} of {owner_of(table.uid, r)} was {was[r]} and is "
-                                 f"{now[r]}{more(rows.size)}, but table.version is the same; "
-                                 "say `table.version += 1`, or neighbours are looked for where they were")
+                self.fail(
+                    table,
+                    f"Position.{name} of {owner_of(table.uid, r)} was {was[r]} and is "
+                    f"{now[r]}{more(rows.size)}, but table.version is the same; "
+                    "say `table.version += 1`, or neighbours are looked for where they were",
+                )
 
     def _energy(self, table: Table) -> None:
         from ecs_eco.systems import ResetFlows
@@ -119,8 +145,10 @@ class Before:
         if not was or not now or not any(isinstance(s, ResetFlows) for s in self.world.systems):
             return  # without ResetFlows there is no ledger
         n = min(len(was["energy"]), len(now["energy"]))
-        same = table.alive[:n] & self.identity[table.name]["alive"][:n] & (
-            table.uid[:n] == self.identity[table.name]["uid"][:n]
+        same = (
+            table.alive[:n]
+            & self.identity[table.name]["alive"][:n]
+            & (table.uid[:n] == self.identity[table.name]["uid"][:n])
         )
         rows = np.flatnonzero(same)
         opens = isinstance(self.system, ResetFlows)  # a new page: all flows are zero
@@ -130,8 +158,9 @@ class Before:
         if opens:
             was |= dict.fromkeys(FLOWS.values(), np.zeros(rows.size))
         gained = now["energy"] - was["energy"]
-        booked = sum(sign * (now[flow] - was[flow])
-                     for flow, sign in zip(FLOWS.values(), (1, -1, -1), strict=True))
+        booked = sum(
+            sign * (now[flow] - was[flow]) for flow, sign in zip(FLOWS.values(), (1, -1, -1), strict=True)
+        )
         scale = np.max([np.abs(a) for book in (was, now) for a in book.values()], axis=0)
         gap = gained - booked
         # energy that moves between two organisms cancels in the sum
@@ -140,10 +169,13 @@ class Before:
         if abs(off) > room:
             i = int(np.abs(gap).argmax())
             owner, came = owner_of(table.uid, rows[i]), "came from nothing" if off > 0 else "went to nowhere"
-            self.fail(table, f"energy {came}: that of all living changed by {gained.sum():.6g}, but taken − "
-                             f"burnt − given by {booked.sum():.6g}, {abs(off):.6g} apart; the largest gap, "
-                             f"{gap[i]:.6g}, is that of {owner}, Metabolism.energy {was['energy'][i]:.6g} to "
-                             f"{now['energy'][i]:.6g}; book it in taken, burnt or given")
+            self.fail(
+                table,
+                f"energy {came}: that of all living changed by {gained.sum():.6g}, but taken − "
+                f"burnt − given by {booked.sum():.6g}, {abs(off):.6g} apart; the largest gap, "
+                f"{gap[i]:.6g}, is that of {owner}, Metabolism.energy {was['energy'][i]:.6g} to "
+                f"{now['energy'][i]:.6g}; book it in taken, burnt or given",
+            )
 
     def _ledger(self) -> None:
         """Check that the ledger page that the recorder has just written closes."""
@@ -153,15 +185,19 @@ class Before:
         for s, name in enumerate(self.system.names):
             page, table = self.system._ledger[at, s], self.world.tables[name]
             apart = imbalance(page) + self.world.debug.drift.get(name, 0.0)
-            size = sum(abs(page[column]) for column in LEDGER) + np.abs(
-                budget(table).get("energy", np.zeros(1))
-            ).sum()
+            size = (
+                sum(abs(page[column]) for column in LEDGER)
+                + np.abs(budget(table).get("energy", np.zeros(1))).sum()
+            )
             if abs(apart) > 1e-5 * size + 1e-9:
-                self.fail(table, "the energy ledger does not close: stock_before {stock_before:.6g} + "
-                                 "endowed {endowed:.6g} + taken_in {taken_in:.6g} − burnt {burnt:.6g} − "
-                                 "given {given:.6g} − lost {lost:.6g} is not stock_after "
-                                 "{stock_after:.6g}".format(**{column: page[column] for column in LEDGER})
-                          + f", {abs(apart):.6g} apart; no system did it: a death or a birth did")
+                self.fail(
+                    table,
+                    "the energy ledger does not close: stock_before {stock_before:.6g} + "
+                    "endowed {endowed:.6g} + taken_in {taken_in:.6g} − burnt {burnt:.6g} − "
+                    "given {given:.6g} − lost {lost:.6g} is not stock_after "
+                    "{stock_after:.6g}".format(**{column: page[column] for column in LEDGER})
+                    + f", {abs(apart):.6g} apart; no system did it: a death or a birth did",
+                )
 
 
 def _page(system: Any) -> int | None:

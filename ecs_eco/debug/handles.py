@@ -27,11 +27,15 @@ class Guard(Columns):
         if table.uid[row] != uid:
             here = int(table.uid[row])
             now = f"row {row} belongs to uid {here} now" if here else f"row {row} is free now"
-            fate = (f"uid {uid} is dead, and {now}; keep uids and ask world.get again"
-                    if not (table.uid == uid).any() else (
-                        f"uid {uid} is no longer in row {row}: rows were reordered; ask world.get again"))
-            raise StaleHandle(f"tables[{table.name!r}]: {self._component.__name__}.{name} through a handle "
-                              f"kept too long: {fate}")
+            fate = (
+                f"uid {uid} is dead, and {now}; keep uids and ask world.get again"
+                if not (table.uid == uid).any()
+                else (f"uid {uid} is no longer in row {row}: rows were reordered; ask world.get again")
+            )
+            raise StaleHandle(
+                f"tables[{table.name!r}]: {self._component.__name__}.{name} through a handle "
+                f"kept too long: {fate}"
+            )
         return getattr(table[self._component], name)
 
     @property

@@ -27,8 +27,9 @@ class Invariants:
 
     def fail(self, table: Table | None, fault: str, kind: type[DebugError] = DebugError) -> NoReturn:
         """Raise with the place: the system, the tick, the species."""
-        where = ("" if table is None
-                 else f", {'objects' if table.species.is_object else 'species'} {table.name!r}")
+        where = (
+            "" if table is None else f", {'objects' if table.species.is_object else 'species'} {table.name!r}"
+        )
         raise kind(f"after {self.name}, tick {self.world.tick}{where}: {fault}")
 
     def check(self) -> None:
@@ -43,21 +44,31 @@ class Invariants:
         self._uids()
         for name, field in self.world.fields.items():
             if (bad := np.argwhere(~np.isfinite(field.value))).size:
-                self.fail(None, f"field {name!r} is {field.value[tuple(bad[0])]} in the cell (z, y, "
-                                f"x) = {tuple(bad[0].tolist())}{more(len(bad))}; allowed are finite numbers")
+                self.fail(
+                    None,
+                    f"field {name!r} is {field.value[tuple(bad[0])]} in the cell (z, y, "
+                    f"x) = {tuple(bad[0].tolist())}{more(len(bad))}; allowed are finite numbers",
+                )
         if not isinstance(self.system, System):
             self._registry()
 
     def _living(self, table: Table) -> None:
         if table.n != np.count_nonzero(table.alive) or table.alive[table.high :].any():
-            self.fail(table, f"n is {table.n} and high {table.high}, "
-                             f"but {np.count_nonzero(table.alive)} rows are alive")
-        for name, wrong, fault in (("uid", table.alive & (table.uid == 0), "lives and has none"),
-                                  ("uid", ~table.alive & (table.uid != 0), "is free and has one"),
-                                  ("cause", ~table.alive & (table.cause != 0), "is free: who lives dies")):
+            self.fail(
+                table,
+                f"n is {table.n} and high {table.high}, but {np.count_nonzero(table.alive)} rows are alive",
+            )
+        for name, wrong, fault in (
+            ("uid", table.alive & (table.uid == 0), "lives and has none"),
+            ("uid", ~table.alive & (table.uid != 0), "is free and has one"),
+            ("cause", ~table.alive & (table.cause != 0), "is free: who lives dies"),
+        ):
             if (rows := np.flatnonzero(wrong)).size:
-                self.fail(table, f"{name} of row {rows[0]} is {getattr(table, name)[rows[0]]}; "
-                                 f"the row {fault}{more(rows.size)}")
+                self.fail(
+                    table,
+                    f"{name} of row {rows[0]} is {getattr(table, name)[rows[0]]}; "
+                    f"the row {fault}{more(rows.size)}",
+                )
 
     def _uids(self) -> None:
         seen: dict[int, str] = {}
@@ -72,8 +83,10 @@ class Invariants:
                 if u in seen:
                     self.fail(table, f"uid {u} lives in row {row} and in {seen[u]}; a uid is given once")
                 if not is_given(u, self.world.next_uid):
-                    self.fail(table, f"uid {u} lives in row {row}, "
-                                     f"but the next to be given is {self.world.next_uid}")
+                    self.fail(
+                        table,
+                        f"uid {u} lives in row {row}, but the next to be given is {self.world.next_uid}",
+                    )
                 seen[u] = f"row {row} of {table.name!r}"
 
     def _registry(self) -> None:
@@ -87,9 +100,13 @@ class Invariants:
                     continue
                 for component, handle in dict.items(entity):
                     if component in table.columns and (
-                        handle._row != row or getattr(handle._columns, "_table", None) is not table):
-                        self.fail(table, f"{component.__name__} of esper's entity {number} is not that of "
-                                         f"{owner}; write into its fields, and do not replace or remove it")
+                        handle._row != row or getattr(handle._columns, "_table", None) is not table
+                    ):
+                        self.fail(
+                            table,
+                            f"{component.__name__} of esper's entity {number} is not that of "
+                            f"{owner}; write into its fields, and do not replace or remove it",
+                        )
 
     def _finite(self, table: Table) -> None:
         for component, name, array in columns(table):
@@ -99,29 +116,43 @@ class Invariants:
             values = array[rows].reshape(rows.size, -1)
             if (bad := np.argwhere(~np.isfinite(values))).size:
                 i, j = bad[0]
-                at = (f"[{', '.join(map(str, np.unravel_index(j, array.shape[1:])))}]"
-                      if len(array.shape) > 1 else "")
-                self.fail(table, f"{component.__name__}.{name}{at} of {owner_of(table.uid, rows[i])} is "
-                                 f"{values[i, j]}"
-                                 f"{more(len(np.unique(bad[:, 0])))}; allowed are finite numbers")
+                at = (
+                    f"[{', '.join(map(str, np.unravel_index(j, array.shape[1:])))}]"
+                    if len(array.shape) > 1
+                    else ""
+                )
+                self.fail(
+                    table,
+                    f"{component.__name__}.{name}{at} of {owner_of(table.uid, rows[i])} is "
+                    f"{values[i, j]}"
+                    f"{more(len(np.unique(bad[:, 0])))}; allowed are finite numbers",
+                )
 
     def _bounds(self, table: Table) -> None:
         places = {n: a for c, n, a in columns(table) if c.__name__ == "Position"}
         space = self.world.space
         for axis, length in zip("xyz"[: len(space.size)], space.lengths, strict=False):
             if axis in places:
-                self._within(table, f"Position.{axis}", places[axis],
-                             table.alive & ~((places[axis] >= 0) & (places[axis] < length)),
-                             f"[0, {length:g})")
+                self._within(
+                    table,
+                    f"Position.{axis}",
+                    places[axis],
+                    table.alive & ~((places[axis] >= 0) & (places[axis] < length)),
+                    f"[0, {length:g})",
+                )
         if "heading" in places:
             h = places["heading"]
-            self._within(table, "Position.heading", h, table.alive & ~((h > -1e-5) & (h < FULL_TURN + 1e-5)),
-                         "[0, 2π)")
+            self._within(
+                table, "Position.heading", h, table.alive & ~((h > -1e-5) & (h < FULL_TURN + 1e-5)), "[0, 2π)"
+            )
 
     def _within(self, table: Table, name: str, column: np.ndarray, wrong: np.ndarray, allowed: str) -> None:
         if (rows := np.flatnonzero(wrong)).size:
-            self.fail(table, f"{name} of {owner_of(table.uid, rows[0])} is "
-                             f"{column[rows[0]]}{more(rows.size)}; allowed is {allowed}")
+            self.fail(
+                table,
+                f"{name} of {owner_of(table.uid, rows[0])} is "
+                f"{column[rows[0]]}{more(rows.size)}; allowed is {allowed}",
+            )
 
     def _resolution(self, table: Table) -> None:
         """Check that steps of energy and place are not rounded away at the present values."""
@@ -131,37 +162,57 @@ class Invariants:
         basal = np.float32(species.metabolism.basal if species is not None else 0) * dt
         if basal > 0 and Metabolism in table:
             energy = table[Metabolism].energy[rows]
-            self._lost(table, rows, "Metabolism.energy", energy,
-                       (energy - basal == energy) & np.isfinite(energy), basal)
-        speeds = [v for v in (table.species.gaits[1] * dt if table.species.gaits is not None else ())
-                  if v > 0]
+            self._lost(
+                table,
+                rows,
+                "Metabolism.energy",
+                energy,
+                (energy - basal == energy) & np.isfinite(energy),
+                basal,
+            )
+        speeds = [
+            v for v in (table.species.gaits[1] * dt if table.species.gaits is not None else ()) if v > 0
+        ]
         for axis in "xy" if speeds and Position in table else "":
             place = getattr(table[Position], axis)[rows]
             self._lost(table, rows, f"Position.{axis}", place, place + min(speeds) == place, min(speeds))
 
-    def _lost(self, table: Table, rows: np.ndarray, name: str, values: np.ndarray,
-              lost: np.ndarray, step: Any) -> None:
+    def _lost(
+        self, table: Table, rows: np.ndarray, name: str, values: np.ndarray, lost: np.ndarray, step: Any
+    ) -> None:
         if (at := np.flatnonzero(lost)).size:
             least = np.spacing(np.abs(values[at[0]]))
-            self.fail(table, f"{name} of {owner_of(table.uid, rows[at[0]])} is "
-                             f"{values[at[0]]}{more(at.size)}, and a step of {step:g} is "
-                             f"rounded away there; float32 holds steps of {least:g} and more")
+            self.fail(
+                table,
+                f"{name} of {owner_of(table.uid, rows[at[0]])} is "
+                f"{values[at[0]]}{more(at.size)}, and a step of {step:g} is "
+                f"rounded away there; float32 holds steps of {least:g} and more",
+            )
 
     def _nerves(self, table: Table) -> None:
         nerves = table.species.nerves
-        x, rows, brain = (getattr(nerves, "x", None), getattr(nerves, "rows", None),
-                          getattr(nerves, "brain", None))
+        x, rows, brain = (
+            getattr(nerves, "x", None),
+            getattr(nerves, "rows", None),
+            getattr(nerves, "brain", None),
+        )
         if x is not None and rows is not None and not np.isfinite(x).all():
             bad = np.argwhere(~np.isfinite(x))
             i, j = bad[0].tolist()
-            self.fail(table, f"the reading {nerves.channels[j]!r} of {owner_of(table.uid, rows[i])} is "
-                             f"{x[i, j]}{more(len(np.unique(bad[:, 0])))}; allowed are finite numbers")
+            self.fail(
+                table,
+                f"the reading {nerves.channels[j]!r} of {owner_of(table.uid, rows[i])} is "
+                f"{x[i, j]}{more(len(np.unique(bad[:, 0])))}; allowed are finite numbers",
+            )
         if brain is not None:
             for name, w in brain.named().items():
                 if not np.isfinite(w).all():
                     bad = np.argwhere(~np.isfinite(w))
-                    self.fail(table, f"weight {name}{bad[0].tolist()} of the policy is "
-                                     f"{w[tuple(bad[0])]}{more(len(bad))}; allowed are finite numbers")
+                    self.fail(
+                        table,
+                        f"weight {name}{bad[0].tolist()} of the policy is "
+                        f"{w[tuple(bad[0])]}{more(len(bad))}; allowed are finite numbers",
+                    )
 
     def _index(self, table: Table) -> None:
         index = self.world._indexes.get(table.name)
@@ -169,13 +220,19 @@ class Invariants:
             return
         cell = np.repeat(np.arange(index.space.n_cells), np.diff(index.start))
         if index.n != table.n or cell.size != index.n or (table.uid[index.rows] != index.uid).any():
-            self.fail(table, f"the index of neighbours holds {index.n} entries that are not the {table.n} "
-                             "living; systems only read it")
+            self.fail(
+                table,
+                f"the index of neighbours holds {index.n} entries that are not the {table.n} "
+                "living; systems only read it",
+            )
         back = np.flatnonzero((np.diff(cell) == 0) & (index.uid[1:] <= index.uid[:-1]))
         if back.size:
             i = back[0] + 1
-            self.fail(table, f"entry {i} of the index of neighbours, uid {index.uid[i]}, "
-                             f"follows uid {index.uid[i - 1]} in one cell; systems only read it")
+            self.fail(
+                table,
+                f"entry {i} of the index of neighbours, uid {index.uid[i]}, "
+                f"follows uid {index.uid[i - 1]} in one cell; systems only read it",
+            )
 
 
 def _all_finite(array: Any) -> bool:

@@ -36,11 +36,16 @@ class Debug:
         self.before: Before | None = None  # the world before the running system
         self.drift: dict[str, float] = {}  # change of a species' energy between ticks, which no ledger has
         kind, proxy = type(world), self.world
-        for name, title in (("flush_deaths", "the deaths of the phase die"),
-                            ("flush_births", "the births of the phase reproduce")):
+        for name, title in (
+            ("flush_deaths", "the deaths of the phase die"),
+            ("flush_births", "the births of the phase reproduce"),
+        ):
             flush = getattr(kind, name)
-            setattr(world, name,
-                    lambda flush=flush, title=title: self.watch(title, lambda: flush(proxy), flush=True))
+            setattr(
+                world,
+                name,
+                lambda flush=flush, title=title: self.watch(title, lambda: flush(proxy), flush=True),
+            )
         world.context.add(Opening(world), "environment", 0)
 
     def guard(self, table: Table, component: type[Any], row: int) -> Guard:
@@ -50,8 +55,11 @@ class Debug:
     def follow(self, system: esper.Processor) -> None:
         """Check after each time that this system acts."""
         act, name = system.process, type(system).__name__
-        system.process = lambda *args, **kwargs: self.watch(name,  # type: ignore[method-assign]
-                                                            lambda: act(*args, **kwargs), system)
+        system.process = lambda *args, **kwargs: self.watch(
+            name,  # type: ignore[method-assign]
+            lambda: act(*args, **kwargs),
+            system,
+        )
 
     def watch(self, name: str, act: Callable[[], None], system: Any = None, flush: bool = False) -> None:
         """Run a system, or a flush, and check what it did; a flush within a system splits
@@ -85,8 +93,10 @@ class Opening(esper.Processor):
         Invariants(self.world, BETWEEN).check()
         recorder = self.world.recorder
         for s, name in enumerate(recorder.names if recorder is not None else ()):
-            page, energy = (recorder._ledger[recorder._at, s],
-                            budget(table := self.world.tables[name]).get("energy"))
+            page, energy = (
+                recorder._ledger[recorder._at, s],
+                budget(table := self.world.tables[name]).get("energy"),
+            )
             stock = 0.0 if energy is None else energy[table.rows()].sum(dtype=np.float64)
             known = recorder._stock[s] + page["endowed"] - page["lost"]
             if recorder.migrations is not None:

@@ -44,8 +44,9 @@ class Addresses:
             flat = [array for row in arrays for array in row]
             if len(flat) != len(self._arrays) or not all(map(is_, flat, self._arrays)):
                 self._arrays = flat
-                self._found = np.array([[0 if a is None else address_of(a) for a in row] for row in arrays],
-                                       np.uint64)
+                self._found = np.array(
+                    [[0 if a is None else address_of(a) for a in row] for row in arrays], np.uint64
+                )
             self._made_from = current
         return self._found
 

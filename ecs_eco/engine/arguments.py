@@ -18,8 +18,11 @@ def whole_number(name: str, value: Any, least: int = 0, most: int | None = None,
 
     Raises TypeError for any other type, bool too; ValueError out of range.
     """
-    allowed = (f"a whole number from {least}" + (f" to {most}" if most is not None else " on")
-               + (f" {unit}" if unit else ""))
+    allowed = (
+        f"a whole number from {least}"
+        + (f" to {most}" if most is not None else " on")
+        + (f" {unit}" if unit else "")
+    )
     try:
         if isinstance(value, bool) or type(value).__name__ in ("bool", "bool_"):
             raise TypeError
@@ -50,8 +53,7 @@ def positive(name: str, value: Any, unit: str) -> float:
 
 
 def takes(function: Callable[..., Any], n: int, given: Mapping[str, Any] = MappingProxyType({})) -> str:
-    """Say why a function cannot be called with `n` arguments and `given` parameters, or ""; it is not called.
-    """
+    """Say why a function cannot be called with `n` arguments and `given` parameters, or ""; it is not called."""
     try:
         inspect.signature(function).bind(*[None] * n, **given)
     except TypeError as error:
@@ -77,8 +79,16 @@ def by_species(name: str, value: Any, species: Iterable[str], kinds: tuple[type,
     pairs = value.items() if isinstance(value, Mapping) else [(None, value)]
     for name_of, item in pairs:
         if name_of is not None and name_of not in known:
-            problems.append(Problem((name,), "no such species", str(name_of), listed(known),
-                                    nearest(str(name_of), known), "argument"))
+            problems.append(
+                Problem(
+                    (name,),
+                    "no such species",
+                    str(name_of),
+                    listed(known),
+                    nearest(str(name_of), known),
+                    "argument",
+                )
+            )
         elif item is not None and not isinstance(item, kinds):
             key = (name,) if name_of is None else (name, str(name_of))
             problems.append(Problem(key, "wrong type", item, allowed, source="argument"))

@@ -104,8 +104,7 @@ class OneBand:
         return arrays
 
     def undivided(self, world: Any) -> Any:
-        """Return the whole world, in the one process that looks at it or writes it to a file; None elsewhere.
-        """
+        """Return the whole world, in the one process that looks at it or writes it to a file; None elsewhere."""
         return world
 
     def ask(self, what: Callable[[Any], Any]) -> Any:

@@ -29,9 +29,10 @@ from ecs_eco.engine.sources import Source, of_file, of_module, of_session
 SHIPPED = (
     "ecs_eco.learning.mlp:MLP",
     "ecs_eco.worlds.diel_migration.senses:whim",
-    "ecs_eco.worlds.lamb.systems:Breathe", "ecs_eco.worlds.lamb.systems:Burn",
+    "ecs_eco.worlds.lamb.systems:Breathe",
+    "ecs_eco.worlds.lamb.systems:Burn",
     "ecs_eco.worlds.lamb.systems:Suckle",
-)  # fmt: skip
+)
 """All code of this package that data may name without listing it."""
 ENTRY = re.compile(r"(__main__:)?[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
 _loaded: dict[tuple[Source, ...], dict[str, ModuleType | Exception]] = {}
@@ -67,22 +68,26 @@ class Code:
 
     def lists(self, name: str) -> bool:
         """Whether "module:name" is shipped, or its module is listed."""
-        return name in SHIPPED or any(name == s.entry if s.of_session else name.partition(":")[0] == s.module
-                                      for s in self.sources)
+        return name in SHIPPED or any(
+            name == s.entry if s.of_session else name.partition(":")[0] == s.module for s in self.sources
+        )
 
     def require(self, where: str = "") -> None:
         """Raise CodeError unless all of it may run."""
         if not self.allowed:
             place = f"{where}: " if where else ""
-            raise CodeError(self.problems(),
-                            f"{place}names code that nobody has allowed to run here; nothing of it was run")
+            raise CodeError(
+                self.problems(),
+                f"{place}names code that nobody has allowed to run here; nothing of it was run",
+            )
 
     def problems(self) -> list[Problem]:
         """A problem for each text that is not allowed."""
-        return [Problem(("code", i), f"may not run yet: {s.path or 'no file'}, SHA-256 {s.sha256}",
-                        s.entry, HOW)
-                for i, s in enumerate(self.sources)
-                if not (self.passed_on or s.allowed)]  # fmt: skip
+        return [
+            Problem(("code", i), f"may not run yet: {s.path or 'no file'}, SHA-256 {s.sha256}", s.entry, HOW)
+            for i, s in enumerate(self.sources)
+            if not (self.passed_on or s.allowed)
+        ]
 
     def function(self, name: Any) -> Any:
         """The object that "module:name" stands for; anything but a string is returned.
@@ -98,8 +103,9 @@ class Code:
             raise CodeError([self.unlisted((), name)])
         self.require(name)
         thing = getattr(self._module(module), attribute)
-        if ((inspect.isroutine(thing) or inspect.isclass(thing))
-            and not self._is_home(module, getattr(thing, "__module__", None))):
+        if (inspect.isroutine(thing) or inspect.isclass(thing)) and not self._is_home(
+            module, getattr(thing, "__module__", None)
+        ):
             raise AttributeError(f"{module} only imports {attribute}, from {thing.__module__}")
         return thing
 
@@ -114,8 +120,9 @@ class Code:
         except AttributeError as error:
             return self._missing(key, str(name), str(error))
         except Exception as error:
-            return Problem(key, f"cannot be imported: {type(error).__name__}: {error}", name,
-                           "code that runs")
+            return Problem(
+                key, f"cannot be imported: {type(error).__name__}: {error}", name, "code that runs"
+            )
         if not callable(thing) and not callable(getattr(thing, "process", None)):
             return Problem(key, f"{name} is no function", name, "a function or a class")
         return None
@@ -124,21 +131,34 @@ class Code:
         """A problem for each listed text that does not run, where all may."""
         if not self.allowed:
             return []
-        return [Problem(("code", i), f"cannot be imported: {type(error).__name__}: {error}{_line(error, s)}",
-                        s.entry, "code that runs")
-                for i, s in enumerate(self.sources)
-                if isinstance(error := self._modules[s.module], Exception)]
+        return [
+            Problem(
+                ("code", i),
+                f"cannot be imported: {type(error).__name__}: {error}{_line(error, s)}",
+                s.entry,
+                "code that runs",
+            )
+            for i, s in enumerate(self.sources)
+            if isinstance(error := self._modules[s.module], Exception)
+        ]
 
     def _unseen(self, name: Any) -> bool:
         """Whether a name is of a listed text that may not run, or does not."""
-        return (isinstance(name, str) and name not in SHIPPED and self.lists(name) and (
-            not self.allowed or isinstance(self._modules[name.partition(":")[0]], Exception)))
+        return (
+            isinstance(name, str)
+            and name not in SHIPPED
+            and self.lists(name)
+            and (not self.allowed or isinstance(self._modules[name.partition(":")[0]], Exception))
+        )
 
     def _missing(self, key: tuple[str | int, ...], name: str, why: str) -> Problem:
         module, _, attribute = name.partition(":")
         names = vars(self._module(module))
-        own = [n for n, f in names.items()
-               if callable(f) and n[0] != "_" and self._is_home(module, getattr(f, "__module__", None))]
+        own = [
+            n
+            for n, f in names.items()
+            if callable(f) and n[0] != "_" and self._is_home(module, getattr(f, "__module__", None))
+        ]
         fault = why if "only imports" in why else f"{module} has no function {attribute}"
         return Problem(key, fault, name, listed(own), nearest(attribute, own))
 
@@ -150,8 +170,10 @@ class Code:
     def unlisted(self, key: tuple[str | int, ...], name: str) -> Problem:
         """The problem of a name whose module `code` does not list."""
         module, known = name.partition(":")[0], [s.module for s in self.sources]
-        allowed = (f'a module that `code` lists ({listed(known)}), '
-                   f'for example code = ["{module.partition(".")[0]}.py"]')
+        allowed = (
+            f"a module that `code` lists ({listed(known)}), "
+            f'for example code = ["{module.partition(".")[0]}.py"]'
+        )
         near = next((n for n in SHIPPED if n.lower() == name.lower()), "") or nearest(module, known)
         return Problem(key, f"names code in {module}, which `code` does not list", name, allowed, near)
 
@@ -173,8 +195,11 @@ class Code:
         """Whether a function or class with this `__module__` is the module's own: from its file,
         or its package."""
         own = self._module(module).__name__
-        return (home is None or home == own
-                or (not own.startswith(PRIVATE) and home.partition(".")[0] == own.partition(".")[0]))
+        return (
+            home is None
+            or home == own
+            or (not own.startswith(PRIVATE) and home.partition(".")[0] == own.partition(".")[0])
+        )
 
 
 HOW = "read it; then, if you trust it, the same command with --trust, or trust=True in Python"
@@ -192,8 +217,9 @@ def public_module(module: str) -> str:
     return getattr(sys.modules.get(module), "__public__", module) if module.startswith(PRIVATE) else module
 
 
-def read(entries: Iterable[str], places: Sequence[Path],
-         wanted: Mapping[str, str] = MappingProxyType({})) -> tuple[Code, list[Problem]]:
+def read(
+    entries: Iterable[str], places: Sequence[Path], wanted: Mapping[str, str] = MappingProxyType({})
+) -> tuple[Code, list[Problem]]:
     """The code that a world lists, and what is wrong with it; nothing runs.
 
     A file is taken from the first of `places` that has it, with the hash in `wanted` if there is one.
@@ -203,13 +229,24 @@ def read(entries: Iterable[str], places: Sequence[Path],
     for i, entry in enumerate(entries):
         if not ENTRY.fullmatch(entry):
             continue  # the type of the field says so already
-        source, fault = (of_session(entry) if ":" in entry else of_file(entry, places, wanted.get(entry))
-                         if entry.endswith(".py") else of_module(entry))
+        source, fault = (
+            of_session(entry)
+            if ":" in entry
+            else of_file(entry, places, wanted.get(entry))
+            if entry.endswith(".py")
+            else of_module(entry)
+        )
         if source is not None and source.module in [s.module for s in sources if not source.of_session]:
             source, fault = None, "another entry has the same module"
         if source is None:
-            problems.append(Problem(("code", i), fault, entry,
-                                    "a file beside the world file, or an installed module of your own"))
+            problems.append(
+                Problem(
+                    ("code", i),
+                    fault,
+                    entry,
+                    "a file beside the world file, or an installed module of your own",
+                )
+            )
         else:
             sources.append(source)
     return Code(tuple(sources)), problems
@@ -225,8 +262,11 @@ def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Excep
         try:
             if not source.is_file and source.module not in sys.modules:
                 _require_unchanged(source)
-            loaded = (_run(source, f"{PRIVATE}{digest}_{source.module}", dict(earlier)) if source.is_file
-                      else importlib.import_module(source.module))
+            loaded = (
+                _run(source, f"{PRIVATE}{digest}_{source.module}", dict(earlier))
+                if source.is_file
+                else importlib.import_module(source.module)
+            )
         except Exception as error:
             loaded = error
         if source.is_file:
@@ -235,11 +275,12 @@ def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Excep
 
 
 def _require_unchanged(source: Source) -> None:
-    """Raise CodeError where the file of an installed module is no longer the one that was read, and allowed.
-    """
+    """Raise CodeError where the file of an installed module is no longer the one that was read, and allowed."""
     if source.text is not None and (now := of_module(source.entry)[0]) != source:
-        fault = (f"has changed since it was read: its SHA-256 was {source.sha256}, "
-                 f"and is {'none' if now is None else now.sha256}")
+        fault = (
+            f"has changed since it was read: its SHA-256 was {source.sha256}, "
+            f"and is {'none' if now is None else now.sha256}"
+        )
         raise CodeError([Problem(("code",), fault, source.entry, HOW)])
 
 
@@ -252,8 +293,9 @@ def _line(error: Exception, source: Source) -> str:
 def _run(source: Source, name: str, earlier: dict[str, ModuleType | Exception]) -> ModuleType:
     """Execute the text that was read, as a module with a private name that no other import finds."""
 
-    def find(wanted: str, globals_: Any = None, locals_: Any = None, fromlist: Any = (),
-             level: int = 0) -> Any:
+    def find(
+        wanted: str, globals_: Any = None, locals_: Any = None, fromlist: Any = (), level: int = 0
+    ) -> Any:
         if level == 0 and wanted in earlier:
             if isinstance(module := earlier[wanted], Exception):
                 raise ImportError(f"{wanted}.py cannot be imported")

@@ -29,15 +29,25 @@ def to_bytes(result: Any) -> bytes:
         bitcode = library._get_module_for_linking().as_bitcode()  # type: ignore[no-untyped-call]
     else:
         code, module = library._get_compiled_object(), library._final_module
-        symbols = [symbol.name for group in (module.functions, module.global_variables)
-                   for symbol in group if not symbol.is_declaration]
+        symbols = [
+            symbol.name
+            for group in (module.functions, module.global_variables)
+            for symbol in group
+            if not symbol.is_declaration
+        ]
     called = ([] if not code else undefined(code)) if sys.platform == "linux" else None
     description.typemap = description.calltypes = None  # of no use, and not all of it can be written
     environments = result._find_referenced_environments()
     bare = [one.env_name for one in environments if _is_bare(one)]
     others = [one for one in environments if not _is_bare(one)]
-    rest = (description, result.environment, result.signature, result.objectmode, result.lifted,
-            result.reload_init)
+    rest = (
+        description,
+        result.environment,
+        result.signature,
+        result.objectmode,
+        result.lifted,
+        result.reload_init,
+    )
     content = library.name, code, bitcode, symbols, called, rest, bare, others
     return bytes(serialize.dumps(content))  # type: ignore[no-untyped-call]
 
@@ -62,10 +72,19 @@ def from_bytes(content: bytes, target_context: Any) -> CompileResult:
         library = _Bitcode(codegen, name, bitcode)
         function = stand_in(description, own, library)
     return compile_result(  # type: ignore[no-untyped-call]
-        target_context=target_context, typing_context=target_context.typing_context, library=library,
-        environment=own, entry_point=function, fndesc=description, type_annotation="", signature=signature,
-        objectmode=objects, lifted=lifted, reload_init=reload,
-        referenced_envs=environments)
+        target_context=target_context,
+        typing_context=target_context.typing_context,
+        library=library,
+        environment=own,
+        entry_point=function,
+        fndesc=description,
+        type_annotation="",
+        signature=signature,
+        objectmode=objects,
+        lifted=lifted,
+        reload_init=reload,
+        referenced_envs=environments,
+    )
 
 
 class _Library(JITCodeLibrary):

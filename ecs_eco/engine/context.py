@@ -25,15 +25,19 @@ class Context:
         self.name = f"ecs-eco {next(_serial)}"
         self.registry = Registry(world)
         if {len(state) for state in esper._context_map.values()} != {PARTS}:
-            raise RuntimeError(f"esper {esper.version} keeps its worlds otherwise than esper 3.9, "
-                               "for which this package is made; install esper==3.9")
+            raise RuntimeError(
+                f"esper {esper.version} keeps its worlds otherwise than esper 3.9, "
+                "for which this package is made; install esper==3.9"
+            )
         esper._context_map[self.name] = self.registry.state
 
     def require(self) -> None:
         """Raise RuntimeError where esper has deleted this world."""
         if self.name not in esper._context_map:
-            raise RuntimeError(f"esper.delete_world({self.name!r}) has deleted {self.registry.called}; "
-                               "it may still be looked at and saved")
+            raise RuntimeError(
+                f"esper.delete_world({self.name!r}) has deleted {self.registry.called}; "
+                "it may still be looked at and saved"
+            )
 
     def show(self) -> None:
         """Let esper show this world; RuntimeError where esper has deleted it."""

@@ -48,9 +48,11 @@ class Components(dict[Any, Any]):
     def clear(self) -> None:
         """What `esper.clear_database` comes to first: a refusal."""
         esper._entity_count = self.registry.numbers  # it has put another one there
-        self.registry.refuse("clear_database",
-                             "would take all organisms out of it; esper.delete_entity, or world.kill(uid), "
-                             "lets one die; an empty world is another World")
+        self.registry.refuse(
+            "clear_database",
+            "would take all organisms out of it; esper.delete_entity, or world.kill(uid), "
+            "lets one die; an empty world is another World",
+        )
 
 
 class Entities(dict[Any, Any]):
@@ -119,8 +121,10 @@ class Dead(set[Any]):
         whether there is something to clear."""
         world = self.registry.world()
         if world is not None and world.ticking:
-            self.registry.refuse("clear_dead_entities",
-                                 "deaths take effect at the end of the phase `die`; between ticks it works")
+            self.registry.refuse(
+                "clear_dead_entities",
+                "deaths take effect at the end of the phase `die`; between ticks it works",
+            )
         return world is not None and any(t.doomed().size for t in world.tables.values())
 
     def __iter__(self) -> Iterator[Any]:
@@ -237,6 +241,8 @@ class Tick(esper.Processor):
     def process(self, *arguments: Any, **named: Any) -> None:
         """Let one tick pass."""
         if arguments or named:
-            raise TypeError(f"esper.process: systems of the world {self.world.name!r} take no arguments; "
-                            "world.dt is the length of a tick")
+            raise TypeError(
+                f"esper.process: systems of the world {self.world.name!r} take no arguments; "
+                "world.dt is the length of a tick"
+            )
         self.world.run(1)

@@ -1,5 +1,4 @@
-"""What esper is handed for one entity, and for all that have a component: made of the tables, when asked.
-"""
+"""What esper is handed for one entity, and for all that have a component: made of the tables, when asked."""
 
 from __future__ import annotations
 
@@ -83,21 +82,26 @@ class Entity(dict[Any, Any]):
         if not own:
             self.registry.strike(kind, self.number)
         name = name_of(kind)
-        how = (f"its {name} is there: write into its fields, as in esper.component_for_entity({self.number}, "
-               f"{name}).{_first(kind)} = …")
+        how = (
+            f"its {name} is there: write into its fields, as in esper.component_for_entity({self.number}, "
+            f"{name}).{_first(kind)} = …"
+        )
         if not own:
             how = f"a component belongs to all of a table: world.table({self.table!r}).add_component({name})"
-        raise TypeError(f"esper.add_component: entity {self.number} is one of the table {self.table!r}, "
-                        f"and {how}")
+        raise TypeError(
+            f"esper.add_component: entity {self.number} is one of the table {self.table!r}, and {how}"
+        )
 
     def pop(self, kind: Any, *default: Any) -> Any:
         """What `esper.remove_component` does with it: a plain object goes, a column stays."""
         if kind not in self or not is_column(kind):
             return super().pop(kind, *default)
-        raise TypeError(f"esper.remove_component: entity {self.number} is one of the table {self.table!r}, "
-                        f"all of which have {name_of(kind)}; "
-                        "give what it says another value, or keep those without it in a table of their own: "
-                        "world.add_table(…)")
+        raise TypeError(
+            f"esper.remove_component: entity {self.number} is one of the table {self.table!r}, "
+            f"all of which have {name_of(kind)}; "
+            "give what it says another value, or keep those without it in a table of their own: "
+            "world.add_table(…)"
+        )
 
 
 class Members:

@@ -15,8 +15,7 @@ LONGEST = 200  # characters of a name that are compared with others
 
 
 def nearest(name: object, known: Iterable[str]) -> str:
-    """The known name most like `name`, or "" if none is; very many names or very long ones are not compared.
-    """
+    """The known name most like `name`, or "" if none is; very many names or very long ones are not compared."""
     text = str(name) if isinstance(name, str | Path) else _written(name)
     if len(text) > LONGEST:
         return ""
@@ -101,8 +100,12 @@ def _short(value: object, width: int = 90) -> str:
     """A value as TOML writes it, cut to `width` characters: a path at its start, anything else at its end."""
     if isinstance(value, bool):
         return "true" if value else "false"
-    if (isinstance(value, str) and len(value) > width and value.startswith(("/", "~", "./", "../"))
-        and value.isprintable()):
+    if (
+        isinstance(value, str)
+        and len(value) > width
+        and value.startswith(("/", "~", "./", "../"))
+        and value.isprintable()
+    ):
         return f'"…{value[-width:]}"'
     if isinstance(value, str):
         text = '"' + value[:width].replace("\n", "\\n") + ('"' if len(value) <= width else "")
@@ -115,16 +118,18 @@ def _written(value: object, levels: int = 8) -> str:
     """repr of the first entries of a value, whatever is in it: Python writes no numbers of 5,000 digits,
     and no endless lists."""
     if isinstance(value, int) and value.bit_length() > 1000:
-        return (f"{'-' if value < 0 else ''}a whole number of some "
-                f"{int(value.bit_length() * 0.30103) + 1} digits")
+        return (
+            f"{'-' if value < 0 else ''}a whole number of some {int(value.bit_length() * 0.30103) + 1} digits"
+        )
     if isinstance(value, list | tuple | dict) and not levels:
         return "…"
     if isinstance(value, dict):
         parts = [f"{_written(k)}: {_written(v, levels - 1)}" for k, v in islice(value.items(), 40)]
         return "{" + ", ".join(parts + ["…"] * (len(value) > 40)) + "}"
     if isinstance(value, list):
-        return ("[" + ", ".join([_written(v, levels - 1) for v in value[:40]] + ["…"] * (len(value) > 40))
-                + "]")
+        return (
+            "[" + ", ".join([_written(v, levels - 1) for v in value[:40]] + ["…"] * (len(value) > 40)) + "]"
+        )
     return repr(value[:200] if isinstance(value, str | bytes) else value)
 
 

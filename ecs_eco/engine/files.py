@@ -57,8 +57,9 @@ def writing(path: str | Path) -> Iterator[Path]:
         raise OSError(error.errno, error.strerror or os.strerror(error.errno), str(path)) from error
 
 
-def write_tensors(path: str | Path, arrays: Mapping[str, np.ndarray],
-                  metadata: Mapping[str, str] | None = None) -> Path:
+def write_tensors(
+    path: str | Path, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, str] | None = None
+) -> Path:
     """Write numpy arrays as a safetensors file, whole or not at all: equal arrays give equal bytes.
 
     The library would write to a file of a name of its own first, which stays where a process is killed, and

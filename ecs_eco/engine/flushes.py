@@ -124,8 +124,14 @@ def depart(world: Any, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
     table.vacate(rows)
 
 
-def arrive(world: Any, table: Table, uid: np.ndarray, born: np.ndarray,
-           values: dict[tuple[type, str], np.ndarray], origin: np.ndarray) -> None:
+def arrive(
+    world: Any,
+    table: Table,
+    uid: np.ndarray,
+    born: np.ndarray,
+    values: dict[tuple[type, str], np.ndarray],
+    origin: np.ndarray,
+) -> None:
     """Give rows to migrants with these uids u64[k] and columns that come from islands `origin` i64[k]: no
     birth."""
     rows = table.settle(uid, born, values)

@@ -37,19 +37,28 @@ def of_world(world: Any) -> str:
     """Return a world: its clock, and a row for each table."""
     size = " × ".join(f"{side:g}" for side in getattr(getattr(world, "space", None), "size", ()))
     caption = f"World {world.name!r} at tick {world.tick:,}, seed {world.seed}{f', {size} m' if size else ''}"
-    rows = [(name, table.n, ", ".join(kind.__name__ for kind in table.columns))
-            for name, table in world.tables.items()]
+    rows = [
+        (name, table.n, ", ".join(kind.__name__ for kind in table.columns))
+        for name, table in world.tables.items()
+    ]
     return grid(("table", "alive", "components"), rows, caption)
 
 
 def of_table(table: Any) -> str:
     """Return a table: the first of its living, with their fields of one number each."""
     rows = np.flatnonzero(table.alive)[:ROWS]
-    fields = [(f"{kind.__name__}.{field}", column) for kind, columns in table.columns.items()
-              for field in kind.fields
-              if isinstance(column := getattr(columns, field), np.ndarray) and column.ndim == 1]
+    fields = [
+        (f"{kind.__name__}.{field}", column)
+        for kind, columns in table.columns.items()
+        for field in kind.fields
+        if isinstance(column := getattr(columns, field), np.ndarray) and column.ndim == 1
+    ]
     body = [(int(table.uid[row]), *(column[row] for _, column in fields[:COLUMNS])) for row in rows]
     left = [f"{table.n - rows.size:,} more alive"] * (table.n > rows.size)
     left += [f"{len(fields) - COLUMNS} more fields"] * (len(fields) > COLUMNS)
-    return grid(("uid", *(name for name, _ in fields[:COLUMNS])), body,
-                f"Table {table.name!r}: {table.n:,} alive", "; ".join(left))
+    return grid(
+        ("uid", *(name for name, _ in fields[:COLUMNS])),
+        body,
+        f"Table {table.name!r}: {table.n:,} alive",
+        "; ".join(left),
+    )

@@ -78,8 +78,9 @@ class OuterLower(Lower):
         about, context = self.fndesc, self.context
         if _holds(about.restype, *NUMBERS) and all(_holds(a, *NUMBERS, types.Array) for a in about.argtypes):
             context = context.subtarget(enable_nrt=False)  # who counts no references, owns nothing
-        context.create_cpython_wrapper(self.library, about, self.env, self.call_helper,
-                                       release_gil=release_gil)
+        context.create_cpython_wrapper(
+            self.library, about, self.env, self.call_helper, release_gil=release_gil
+        )
 
 
 def _holds(kind: Any, *allowed: type) -> bool:
@@ -120,8 +121,9 @@ class _Pipeline(CompilerBase):
     def define_pipelines(self) -> list[Any]:
         """Return the only pipeline: kernels never fall back to Python's objects."""
         passes: Any = DefaultPassBuilder.define_nopython_pipeline(self.state)  # type: ignore[no-untyped-call]
-        passes.passes = [(self.lowering if one is NativeLowering else one, about)
-                         for one, about in passes.passes]
+        passes.passes = [
+            (self.lowering if one is NativeLowering else one, about) for one, about in passes.passes
+        ]
         passes.finalize()
         return [passes]
 

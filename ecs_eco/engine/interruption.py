@@ -18,8 +18,10 @@ from ecs_eco.engine.flushes import Births, Deaths
 # `signal` makes enums of all it returns, which takes longer than a small tick
 _signal: Any = importlib.import_module("_signal")
 MAIN = threading.main_thread().ident
-FLUSHES: dict[type, str] = {Deaths: "the deaths of the phase die",
-                            Births: "the births of the phase reproduce"}
+FLUSHES: dict[type, str] = {
+    Deaths: "the deaths of the phase die",
+    Births: "the births of the phase reproduce",
+}
 
 
 class Underway:
@@ -74,8 +76,9 @@ def require_whole(world: Any, wanted: str, within: bool = False) -> None:
     if mark is None or (within and mark.running):
         return
     if mark.running:
-        raise RuntimeError(f"cannot {wanted} within a tick: {mark.text(world)} is under way; "
-                           "do it between two ticks")
+        raise RuntimeError(
+            f"cannot {wanted} within a tick: {mark.text(world)} is under way; do it between two ticks"
+        )
     by = f" ({mark.cause}{f' in {mark.where}' if mark.where else ''})" if mark.cause else ""
     raise UnfinishedTick(
         f"world {world.name!r}: cannot {wanted}: {mark.text(world)} began and did not end{by}, "
@@ -109,8 +112,9 @@ class Patience:
             _signal.signal(signal.SIGINT, self._hear)
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if self.installed:
             _signal.signal(signal.SIGINT, signal.default_int_handler)
 

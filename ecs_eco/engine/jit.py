@@ -1,5 +1,4 @@
-"""The `njit` of this package: kept on disk, free of the GIL, and recompiled when any kernel's source changes.
-"""
+"""The `njit` of this package: kept on disk, free of the GIL, and recompiled when any kernel's source changes."""
 
 import os
 from collections.abc import Callable

@@ -29,8 +29,15 @@ from ecs_eco.engine.compiled import from_bytes, to_bytes
 
 SEAL = 32  # [bytes] of SHA-256, at the head of a file
 CLAIM, PATIENCE = ".claim", 120.0  # of a process that compiles; how long another waits for it [s]
-_SWITCHES = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT",
-             "DISABLE_INTEL_SVML", "FULL_TRACEBACKS")
+_SWITCHES = (
+    "BOUNDSCHECK",
+    "OPT",
+    "LOOP_VECTORIZE",
+    "SLP_VECTORIZE",
+    "DEBUGINFO_DEFAULT",
+    "DISABLE_INTEL_SVML",
+    "FULL_TRACEBACKS",
+)
 _FORMAT = ("compiled.py", "elf.py", "inner.py")  # what files of the cache look like
 _PACKAGE = Path(__file__).parent.parent
 
@@ -54,8 +61,9 @@ def cache_folder() -> Path:
     """The folder that compiled kernels are kept in; `ECS_ECO_CACHE` overrides its parent."""
     parent = os.environ.get("ECS_ECO_CACHE") or os.environ.get("NUMBA_CACHE_DIR")
     if not parent:
-        parent = os.path.join(os.environ.get("XDG_CACHE_HOME")
-                              or os.path.join(os.path.expanduser("~"), ".cache"), "ecs-eco")
+        parent = os.path.join(
+            os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache"), "ecs-eco"
+        )
     return Path(parent).absolute() / f"kernels-{'portable-' * portable.on()}{_sources_hash()}"
 
 
@@ -81,8 +89,11 @@ def _why_not_safe(part: Path) -> str:
     if stat.S_ISLNK(status.st_mode):
         real = Path(os.path.realpath(part))
         return next(filter(None, map(_why_not_safe, (*reversed(real.parents), real))), "")
-    return (_open_to_others(part, status) if _others_may_write(status)
-            and not status.st_mode & stat.S_ISVTX else "")
+    return (
+        _open_to_others(part, status)
+        if _others_may_write(status) and not status.st_mode & stat.S_ISVTX
+        else ""
+    )
 
 
 def _open_to_others(part: Path, status: os.stat_result) -> str:
@@ -90,8 +101,9 @@ def _open_to_others(part: Path, status: os.stat_result) -> str:
 
 
 def _others_may_write(status: os.stat_result) -> bool:
-    return (bool(status.st_mode & stat.S_IWOTH)
-            or (bool(status.st_mode & stat.S_IWGRP) and not _is_own_group(status.st_gid)))
+    return bool(status.st_mode & stat.S_IWOTH) or (
+        bool(status.st_mode & stat.S_IWGRP) and not _is_own_group(status.st_gid)
+    )
 
 
 def _is_own_group(gid: int) -> bool:
@@ -140,8 +152,10 @@ class Folder:
         self._complain(f"{self.path}: {error.strerror or error}")
 
     def _complain(self, why: str) -> None:
-        text = (f"compiled kernels are not kept, so every start compiles them: {why}. "
-                "ECS_ECO_CACHE names another folder for them.")
+        text = (
+            f"compiled kernels are not kept, so every start compiles them: {why}. "
+            "ECS_ECO_CACHE names another folder for them."
+        )
         warnings.warn(text, RuntimeWarning, stacklevel=3)
 
     def _make(self) -> None:
@@ -155,8 +169,7 @@ class Folder:
 
 
 class KernelCache(NullCache):
-    """The compiled forms of one function, each in a file named after its types, the processor and its source.
-    """
+    """The compiled forms of one function, each in a file named after its types, the processor and its source."""
 
     def __init__(self, function: Callable[..., Any], folder: Folder, options: str = "") -> None:
         self.folder, self.options, code = folder, options, function.__code__
@@ -166,8 +179,9 @@ class KernelCache(NullCache):
         ).replace(">", "")[:100]
         where = os.stat(code.co_filename)
         source = _content(code.co_filename, where.st_mtime_ns, where.st_size)
-        self._source = hashlib.sha256(source + code.co_code
-                                      + repr((code.co_firstlineno, code.co_filename, options)).encode())
+        self._source = hashlib.sha256(
+            source + code.co_code + repr((code.co_firstlineno, code.co_filename, options)).encode()
+        )
         if cells:
             self._source.update(serialize.dumps(cells))  # type: ignore[no-untyped-call]
 
@@ -201,9 +215,12 @@ class KernelCache(NullCache):
         that of a script which runpy.run_path has run.
         """
         self.folder.compiled += 1
-        if (not self.folder.writable() or data.library.has_dynamic_globals
+        if (
+            not self.folder.writable()
+            or data.library.has_dynamic_globals
             or data.fndesc.modname not in sys.modules
-            or any(not lifted.can_cache for lifted in data.lifted)):
+            or any(not lifted.can_cache for lifted in data.lifted)
+        ):
             return
         path = self._path(sig, data.codegen)
         content = to_bytes(data)
@@ -262,8 +279,9 @@ def _content(path: str, _mtime: int, _size: int) -> bytes:
 
 def _read(path: Path) -> bytes:
     """Return the content of a plain file of our own; OSError where it is something else."""
-    with open(os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)),
-              "rb") as file:
+    with open(
+        os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)), "rb"
+    ) as file:
         status = os.fstat(file.fileno())
         if not stat.S_ISREG(status.st_mode) or (os.name == "posix" and status.st_uid != os.geteuid()):
             raise PermissionError(f"{path} is not ours")

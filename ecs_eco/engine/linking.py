@@ -19,9 +19,35 @@ from ecs_eco.engine.kernel_cache import Folder, KernelCache
 
 NAMES = frozenset(f"{name}{kind}" for name in (*libm.ONE, *libm.TWO, "sincos") for kind in ("", "f"))
 """The names of the C library that lead to functions of the portable mode."""
-EXACT = frozenset({"memcpy", "memset", "memmove", "fmod", "fmodf", "floor", "floorf", "ceil", "ceilf",
-                   "trunc", "truncf", "rint", "rintf", "sqrt", "sqrtf", "nearbyint", "nearbyintf", "round",
-                   "roundf", "fma", "fmaf", "ldexp", "ldexpf", "frexp", "frexpf"})  # fmt: skip
+EXACT = frozenset(
+    {
+        "memcpy",
+        "memset",
+        "memmove",
+        "fmod",
+        "fmodf",
+        "floor",
+        "floorf",
+        "ceil",
+        "ceilf",
+        "trunc",
+        "truncf",
+        "rint",
+        "rintf",
+        "sqrt",
+        "sqrtf",
+        "nearbyint",
+        "nearbyintf",
+        "round",
+        "roundf",
+        "fma",
+        "fmaf",
+        "ldexp",
+        "ldexpf",
+        "frexp",
+        "frexpf",
+    }
+)
 """Names of the C library whose results are the same everywhere: they are exact, or correctly rounded."""
 _kept: list[Any] = []  # machine code that names lead to
 
@@ -36,8 +62,13 @@ def install(folder: Folder) -> None:
         for name, function in libm.TWO.items():
             _link(name + suffix, function, _of_two(function, kind is types.float32), kind(kind, kind), folder)
         place = types.CPointer(kind)  # type: ignore[no-untyped-call]
-        _link("sincos" + suffix, libm.sin, _sincos(kind is types.float32), types.void(kind, place, place),
-              folder)
+        _link(
+            "sincos" + suffix,
+            libm.sin,
+            _sincos(kind is types.float32),
+            types.void(kind, place, place),
+            folder,
+        )
 
 
 def _link(name: str, origin: Any, function: Callable[..., Any], signature: Any, folder: Folder) -> None:

@@ -20,8 +20,9 @@ def applied(thing: Any, given: Mapping[str, Any]) -> Any:
     return thing(**given) if isinstance(thing, type) else partial(thing, **given)
 
 
-def problems_of_parameters(thing: Any, given: Mapping[str, Any], n: int,
-                           key: tuple[str | int, ...]) -> list[Problem]:
+def problems_of_parameters(
+    thing: Any, given: Mapping[str, Any], n: int, key: tuple[str | int, ...]
+) -> list[Problem]:
     """Return what is wrong with the parameters of a function or class that is called with `n` arguments
     besides: unknown names, wrong types, and those that are missing. Nothing is called."""
     try:
@@ -31,13 +32,17 @@ def problems_of_parameters(thing: Any, given: Mapping[str, Any], n: int,
     named = [p for p in every[n:] if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
     hints, known = _hints(thing), {p.name: p for p in named}
     anything = any(p.kind is p.VAR_KEYWORD for p in every)
-    problems = [Problem((*key, p.name), "is missing", allowed=_in_words(p, hints))
-                for p in named if p.default is p.empty and p.name not in given]
+    problems = [
+        Problem((*key, p.name), "is missing", allowed=_in_words(p, hints))
+        for p in named
+        if p.default is p.empty and p.name not in given
+    ]
     for name, value in given.items():
         if name in known:
             if fault := _fault(value, known[name], hints):
-                problems.append(Problem((*key, name), "wrong value", value,
-                                        f"{fault} ({_in_words(known[name], hints)})"))
+                problems.append(
+                    Problem((*key, name), "wrong value", value, f"{fault} ({_in_words(known[name], hints)})")
+                )
         elif not anything:
             fault = f"no parameter of {getattr(thing, '__name__', 'it')}"
             allowed = listed(_in_words(p, hints) for p in named) if named else "none: it takes no parameters"
@@ -48,8 +53,9 @@ def problems_of_parameters(thing: Any, given: Mapping[str, Any], n: int,
 def _hints(thing: Any) -> dict[str, Any]:
     """Return the annotations of its parameters; none that cannot be resolved."""
     try:
-        return typing.get_type_hints(vars(thing).get("__init__", thing) if isinstance(thing, type) else thing,
-                                     include_extras=True)
+        return typing.get_type_hints(
+            vars(thing).get("__init__", thing) if isinstance(thing, type) else thing, include_extras=True
+        )
     except Exception:  # names that only type checkers know
         return {}
 
@@ -65,8 +71,9 @@ def _kind(parameter: inspect.Parameter, hints: Mapping[str, Any]) -> Any:
 def _in_words(parameter: inspect.Parameter, hints: Mapping[str, Any]) -> str:
     kind = _kind(parameter, hints)
     word = "" if kind is None else f": {getattr(kind, '__name__', kind)}"
-    return f"{parameter.name}{word}" + ("" if parameter.default is parameter.empty
-                                        else f" = {parameter.default!r:.30}")
+    return f"{parameter.name}{word}" + (
+        "" if parameter.default is parameter.empty else f" = {parameter.default!r:.30}"
+    )
 
 
 def _fault(value: Any, parameter: inspect.Parameter, hints: Mapping[str, Any]) -> str:

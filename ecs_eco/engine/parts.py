@@ -52,8 +52,9 @@ def _call(typing: Any, code: Any, first: Any, last: Any, held: Any) -> Any:
 
     def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         code, first, last, held = arguments
-        return builder.call(builder.inttoptr(code, _PART.as_pointer()),
-                            [first, last, builder.inttoptr(held, _BYTE)])
+        return builder.call(
+            builder.inttoptr(code, _PART.as_pointer()), [first, last, builder.inttoptr(held, _BYTE)]
+        )
 
     return types.int64(types.int64, types.int64, types.int64, types.int64), make
 
@@ -66,8 +67,10 @@ def _lay_out(typing: Any, of: Any, room: Any, arguments: Any) -> Any:
     def make(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         kind = given[2].type
         if context.get_abi_sizeof(kind) > ROOM:
-            raise ValueError(f"kernel {of.dispatcher.__name__}: its arguments take "
-                             f"{context.get_abi_sizeof(kind)} bytes; at most {ROOM} can be divided")
+            raise ValueError(
+                f"kernel {of.dispatcher.__name__}: its arguments take "
+                f"{context.get_abi_sizeof(kind)} bytes; at most {ROOM} can be divided"
+            )
         compiled = of.dispatcher.overloads[call.args]
         context.active_code_library.add_linking_library(compiled.library)
         part = ir.Function(builder.module, _PART, f"{builder.function.name}.part")
@@ -76,8 +79,12 @@ def _lay_out(typing: Any, of: Any, room: Any, arguments: Any) -> Any:
         held = inside.load(inside.bitcast(part.args[2], kind.as_pointer()))
         about = compiled.fndesc
         status, value = context.call_conv.call_function(
-            inside, context.declare_function(builder.module, about), about.restype, about.argtypes,
-            [*part.args[:2], *_unpacked(inside, held, len(arguments.types))])
+            inside,
+            context.declare_function(builder.module, about),
+            about.restype,
+            about.argtypes,
+            [*part.args[:2], *_unpacked(inside, held, len(arguments.types))],
+        )
         if context.enable_nrt:  # nobody wants what it returns
             context.nrt.decref(inside, about.restype, value)
         inside.ret(inside.zext(status.is_error, _I64))
@@ -161,8 +168,7 @@ def divided(one: Any) -> Any:
 
 def can_be_divided(one: Any) -> bool:
     """Whether this is a kernel of ours that is given all its arguments, and kernels are compiled."""
-    return (isinstance(one, Kernel) and not one.py_func.__defaults__
-            and not numba.config.DISABLE_JIT)  # type: ignore[attr-defined]
+    return isinstance(one, Kernel) and not one.py_func.__defaults__ and not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
 
 
 def record_of_a_team() -> np.ndarray:

@@ -4,8 +4,19 @@ from typing import Any, ClassVar
 
 import esper
 
-PHASES = ("environment", "sense", "feel", "learn", "decide", "move", "interact", "metabolise", "die",
-          "reproduce", "record")
+PHASES = (
+    "environment",
+    "sense",
+    "feel",
+    "learn",
+    "decide",
+    "move",
+    "interact",
+    "metabolise",
+    "die",
+    "reproduce",
+    "record",
+)
 """The phases of a tick, in order.
 
 Deaths take effect at the end of `die`, births at the end of `reproduce`.

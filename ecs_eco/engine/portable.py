@@ -23,11 +23,14 @@ CPU = "x86-64-v2"
 
 _LEVELS = "X86_V3 X86_V4 AVX512_ICL AVX512_SPR"  # what numpy >= 2.4 calls its other code
 _FEATURES = "SSE41 POPCNT SSE42 AVX F16C FMA3 AVX2 AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL " + (
-    "AVX512_ICL AVX512_SPR")  # and earlier ones
+    "AVX512_ICL AVX512_SPR"
+)  # and earlier ones
 _LIBRARIES = {
-    "MKL_CBWR": "COMPATIBLE", "ATEN_CPU_CAPABILITY": "default", "ONEDNN_MAX_CPU_ISA": "SSE41",
+    "MKL_CBWR": "COMPATIBLE",
+    "ATEN_CPU_CAPABILITY": "default",
+    "ONEDNN_MAX_CPU_ISA": "SSE41",
     "OPENBLAS_CORETYPE": "Nehalem",
-}  # fmt: skip
+}
 _on = False
 
 
@@ -69,10 +72,15 @@ def other_mode(noted: Mapping[str, Any]) -> str:
     theirs = noted.get("target", {}).get("mode", "native")  # those of before have no word about it
     if theirs == mode():
         return ""
-    how = (f"{VARIABLE}=1 or ecs-eco --portable" if theirs == "portable"
-           else f"neither {VARIABLE} nor --portable")
-    return (f"was computed in the {theirs} mode, and this process is in the {mode()} one, which gives other "
-            f"bytes; go on there, with {how}")
+    how = (
+        f"{VARIABLE}=1 or ecs-eco --portable"
+        if theirs == "portable"
+        else f"neither {VARIABLE} nor --portable"
+    )
+    return (
+        f"was computed in the {theirs} mode, and this process is in the {mode()} one, which gives other "
+        f"bytes; go on there, with {how}"
+    )
 
 
 def variables() -> dict[str, str]:
@@ -81,9 +89,15 @@ def variables() -> dict[str, str]:
     ECS_ECO_PORTABLE=1 alone does, where ecs_eco is imported before numpy: it sets the others.
     """
     numpy = tuple(int(n) for n in _version("numpy").split(".")[:2])
-    return {VARIABLE: "1", "NUMBA_CPU_NAME": CPU, "NUMBA_CPU_FEATURES": "", "NUMBA_OPT": "3",
-            "NUMBA_DISABLE_INTEL_SVML": "1",
-            "NPY_DISABLE_CPU_FEATURES": _LEVELS if numpy >= (2, 4) else _FEATURES, **_LIBRARIES}  # fmt: skip
+    return {
+        VARIABLE: "1",
+        "NUMBA_CPU_NAME": CPU,
+        "NUMBA_CPU_FEATURES": "",
+        "NUMBA_OPT": "3",
+        "NUMBA_DISABLE_INTEL_SVML": "1",
+        "NPY_DISABLE_CPU_FEATURES": _LEVELS if numpy >= (2, 4) else _FEATURES,
+        **_LIBRARIES,
+    }
 
 
 def enable() -> None:
@@ -110,19 +124,24 @@ def check() -> None:
     """Raise PortableError where the variable says neither 0 nor 1, or where the mode cannot be had here."""
     asked = os.environ.get(VARIABLE, "")
     if asked not in ("", "0", "1"):
-        raise PortableError(f"{VARIABLE}={asked}: allowed is 1, for the same bytes on every x86-64 machine, "
-                            "or 0")
+        raise PortableError(
+            f"{VARIABLE}={asked}: allowed is 1, for the same bytes on every x86-64 machine, or 0"
+        )
     if not _on:
         return
     if not possible():
         raise PortableError(f"the portable mode is for x86-64, and this machine is {platform.machine()}")
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
-        raise PortableError("NUMBA_DISABLE_JIT: interpreted kernels compute in another precision; "
-                            "the portable mode needs compiled ones")
+        raise PortableError(
+            "NUMBA_DISABLE_JIT: interpreted kernels compute in another precision; "
+            "the portable mode needs compiled ones"
+        )
     if "numpy" in sys.modules and (others := _numpys_own()):
-        raise PortableError(f"numpy was loaded before the portable mode, and uses {', '.join(others)}: "
-                            f"import ecs_eco first, with {VARIABLE}=1, or set NPY_DISABLE_CPU_FEATURES="
-                            f"'{variables()['NPY_DISABLE_CPU_FEATURES']}' too")
+        raise PortableError(
+            f"numpy was loaded before the portable mode, and uses {', '.join(others)}: "
+            f"import ecs_eco first, with {VARIABLE}=1, or set NPY_DISABLE_CPU_FEATURES="
+            f"'{variables()['NPY_DISABLE_CPU_FEATURES']}' too"
+        )
 
 
 def _numpys_own() -> list[str]:

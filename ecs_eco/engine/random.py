@@ -16,8 +16,7 @@ from ecs_eco.engine.jit import njit
 _MASK = (1 << 64) - 1
 
 # What a number is drawn for. One organism may draw one number per purpose, salt and tick.
-(PLACE, SEX, DECIDE, FEED, BIRTH, SPREAD, WANDER, USER, MATE, GENES, BRAIN, CULL, MIGRATE,
- LOT) = range(1, 15)
+(PLACE, SEX, DECIDE, FEED, BIRTH, SPREAD, WANDER, USER, MATE, GENES, BRAIN, CULL, MIGRATE, LOT) = range(1, 15)
 
 
 @njit

@@ -35,16 +35,33 @@ class Registry:
         self.places: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # by table: numbers ascending, their rows
         self.looked_at: tuple[int, Table, int] | None = None  # the one that esper's loop stands at
         self.waiting: dict[int, Entity] = {}  # not born yet, by the identity of what was asked of the table
-        parts: tuple[Any, ...] = (self.components, self.entities, self.dead, *self.caches, self.processors,
-                                  self.kinds, self.events)
+        parts: tuple[Any, ...] = (
+            self.components,
+            self.entities,
+            self.dead,
+            *self.caches,
+            self.processors,
+            self.kinds,
+            self.events,
+        )
         for part in parts:
             part.registry = self
 
     @property
     def state(self) -> tuple[Any, ...]:
         """The state of a context, as `esper.switch_world` keeps it."""
-        return (self.numbers, self.components, self.entities, self.dead, *self.caches, self.processors,
-                self.kinds, False, {}, self.events)
+        return (
+            self.numbers,
+            self.components,
+            self.entities,
+            self.dead,
+            *self.caches,
+            self.processors,
+            self.kinds,
+            False,
+            {},
+            self.events,
+        )
 
     @property
     def called(self) -> str:
@@ -189,13 +206,15 @@ class Registry:
 
     def count_with(self, kind: Any) -> int:
         """Return how many have a component of columns."""
-        return (sum(table.n for table in self._tables() if kind in table.columns or kind in table.derived)
-                + sum(kind in one for one in self.waiting.values()))
+        return sum(
+            table.n for table in self._tables() if kind in table.columns or kind in table.derived
+        ) + sum(kind in one for one in self.waiting.values())
 
     def all_numbers(self) -> tuple[int, ...]:
         """Return the numbers of all entities."""
         return tuple(number for table in self._tables() for number in table.entity[table.rows()].tolist()) + (
-            tuple(one.number for one in self.waiting.values()))
+            tuple(one.number for one in self.waiting.values())
+        )
 
     def kinds_of(self, entity: Entity) -> list[Any]:
         """Return the components of columns that an entity has."""
@@ -251,20 +270,27 @@ class Registry:
         asked = f"esper.create_entity({', '.join(name_of(k) for k in named)})"
         if fitting:
             names = [t.name for t in fitting]
-            raise TypeError(f"{asked}: {listed(names)} of {self.called} have these components; "
-                            f"world.spawn({names[0]!r}, …), say, tells which")
-        tables = "; ".join(f"{t.name} ({listed(name_of(c) for c in (*t.columns, *t.derived))})"
-                           for t in world.tables.values())
-        raise TypeError(f"{asked}: no table of {self.called} has them all; "
-                        f"its tables are {tables or 'none'}. An entity is a row of a table: "
-                        "world.add_table(name, Component, …) declares another")
+            raise TypeError(
+                f"{asked}: {listed(names)} of {self.called} have these components; "
+                f"world.spawn({names[0]!r}, …), say, tells which"
+            )
+        tables = "; ".join(
+            f"{t.name} ({listed(name_of(c) for c in (*t.columns, *t.derived))})"
+            for t in world.tables.values()
+        )
+        raise TypeError(
+            f"{asked}: no table of {self.called} has them all; "
+            f"its tables are {tables or 'none'}. An entity is a row of a table: "
+            "world.add_table(name, Component, …) declares another"
+        )
 
     def newborn(self, request: Any) -> tuple[Handle, ...] | None:
         """Return what an entity that waits for its birth has been given, as it is now;
         None where no entity waits for this one."""
         entity = self.waiting.get(id(request))
-        return None if entity is None else tuple(thing
-                                                 for thing in entity.values() if isinstance(thing, Handle))
+        return (
+            None if entity is None else tuple(thing for thing in entity.values() if isinstance(thing, Handle))
+        )
 
     def bear(self, request: Any, table: Table, row: int) -> None:
         """Let the entity that has waited for this birth be that of a row."""
@@ -287,9 +313,11 @@ class Registry:
             self._changed()
             return
         if immediate and world.ticking:
-            self.refuse("delete_entity",
-                        "immediate=True: within a tick deaths take effect at the end of the phase `die`; "
-                        "leave `immediate` away")
+            self.refuse(
+                "delete_entity",
+                "immediate=True: within a tick deaths take effect at the end of the phase `die`; "
+                "leave `immediate` away",
+            )
         world.kill(entity.uid, "deleted")
         if immediate:
             with whole(world, f"the death of esper's entity {number}"):

@@ -23,8 +23,13 @@ def changes(table: Any, version: int) -> list[np.ndarray]:
         while k and noted[k - 1][0] > version:  # the latest are few
             k -= 1
         later = noted[k:]
-        changed += (NOBODY if not later else later[0][1:] if not later[1:]
-                    else map(np.concatenate, [*zip(*later, strict=True)][1:]))
+        changed += (
+            NOBODY
+            if not later
+            else later[0][1:]
+            if not later[1:]
+            else map(np.concatenate, [*zip(*later, strict=True)][1:])
+        )
     return changed
 
 
@@ -50,13 +55,20 @@ class Layout(NamedTuple):
             return self
         values = {(c, f): value for c in table.columns for f, value in table.defaults[c].items()}
         fields = {(c, f): vars(table.columns[c])[f] for c, f in values}
-        plain = [key for key, array in fields.items()
-                 if type(array) is np.ndarray and array.dtype == values[key].dtype]
+        plain = [
+            key
+            for key, array in fields.items()
+            if type(array) is np.ndarray and array.dtype == values[key].dtype
+        ]
         columns = [(address_of(fields[key]), address_of(values[key]), values[key].nbytes) for key in plain]
-        return Layout(arrays, np.array([address_of(array) for array in own], np.uint64),
-                      np.array(columns, np.uint64).reshape(-1, 3).T.copy(), fields,
-                      {key: value.shape for key, value in values.items()},
-                      tuple(key for key in fields if key not in plain))
+        return Layout(
+            arrays,
+            np.array([address_of(array) for array in own], np.uint64),
+            np.array(columns, np.uint64).reshape(-1, 3).T.copy(),
+            fields,
+            {key: value.shape for key, value in values.items()},
+            tuple(key for key in fields if key not in plain),
+        )
 
 
 @njit

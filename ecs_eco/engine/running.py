@@ -11,8 +11,9 @@ from ecs_eco.engine.context import switch_back
 from ecs_eco.engine.interruption import Patience, Underway, stopped
 
 
-def live(world: Any, ticks: int, progress: Callable[[int, int], Any] | None, outside: str,
-         mark: Underway) -> None:
+def live(
+    world: Any, ticks: int, progress: Callable[[int, int], Any] | None, outside: str, mark: Underway
+) -> None:
     """Let ticks of a world pass as `World.run` says, and let esper show the context `outside` again."""
     with Patience(world) as patience:
         try:

@@ -15,8 +15,13 @@ class Type:
 
     __slots__ = ("blocked", "dtype", "limits", "shape")
 
-    def __init__(self, dtype: Any, shape: tuple[int | str, ...] = (), blocked: bool = False,
-                 limits: tuple[float, float | str] | None = None) -> None:
+    def __init__(
+        self,
+        dtype: Any,
+        shape: tuple[int | str, ...] = (),
+        blocked: bool = False,
+        limits: tuple[float, float | str] | None = None,
+    ) -> None:
         self.dtype = np.dtype(dtype)
         self.shape = shape
         self.blocked = blocked
@@ -42,8 +47,9 @@ class Type:
 
     def __repr__(self) -> str:
         inner = ", ".join(map(str, self.shape))
-        return ((f"{self.dtype.name}[{inner}]" if inner else self.dtype.name)
-                + (".heavy" if self.blocked else ""))
+        return (f"{self.dtype.name}[{inner}]" if inner else self.dtype.name) + (
+            ".heavy" if self.blocked else ""
+        )
 
     def check(self, value: Any, where: str) -> None:
         """Raise ValueError where a value does not fit: of another kind, out of range, or of another shape."""
@@ -59,8 +65,10 @@ class Type:
         """Return the shape with every word replaced by its size in `dims`."""
         unknown = [d for d in self.shape if isinstance(d, str) and d not in dims]
         if unknown:
-            raise ValueError(f"{where}: the shape {self!r} needs the size {unknown[0]!r}; "
-                             f"declared are {sorted(dims) or 'none'}")
+            raise ValueError(
+                f"{where}: the shape {self!r} needs the size {unknown[0]!r}; "
+                f"declared are {sorted(dims) or 'none'}"
+            )
         return tuple(dims[d] if isinstance(d, str) else d for d in self.shape)
 
 
@@ -108,13 +116,21 @@ class Columns:
         old = self.__dict__.get(name)
         if old is not None and value is not old:
             given = getattr(value, "dtype", type(value).__name__), getattr(value, "shape", ())
-            if (given[0] != old.dtype or given[1][1:] != old.shape[1:] or not given[1]
-                or given[1][0] < old.shape[0]):
-                raise ValueError(f"column {name} is {old.dtype}{list(old.shape)} and cannot become "
-                                 f"{given[0]}{list(given[1])}; write into it: {name}[rows] = …")
+            if (
+                given[0] != old.dtype
+                or given[1][1:] != old.shape[1:]
+                or not given[1]
+                or given[1][0] < old.shape[0]
+            ):
+                raise ValueError(
+                    f"column {name} is {old.dtype}{list(old.shape)} and cannot become "
+                    f"{given[0]}{list(given[1])}; write into it: {name}[rows] = …"
+                )
             if isinstance(value, np.ndarray) and not value.flags.c_contiguous:
-                raise ValueError(f"column {name} cannot become an array with gaps between its rows; "
-                                 f"write into it: {name}[rows] = …")
+                raise ValueError(
+                    f"column {name} cannot become an array with gaps between its rows; "
+                    f"write into it: {name}[rows] = …"
+                )
         self.__dict__[name] = value
         Columns.replaced = object()  # after the change: whoever has looked before it looks again
 
@@ -140,8 +156,11 @@ class Handle:
             kind.check(value, f"{type(self).__name__}.{name}")
             array = np.asarray(value, kind.dtype)
             fixed = all(not isinstance(d, str) for d in kind.shape)
-            setattr(self._columns, name, np.broadcast_to(array, kind.resolve({}, name))[None].copy()
-                                         if fixed else array[None].copy())
+            setattr(
+                self._columns,
+                name,
+                np.broadcast_to(array, kind.resolve({}, name))[None].copy() if fixed else array[None].copy(),
+            )
 
     @classmethod
     def attach(cls, columns: Columns, row: int) -> "Handle":
@@ -152,8 +171,9 @@ class Handle:
         return handle
 
     def __repr__(self) -> str:
-        values = ", ".join(f"{n}={getattr(self._columns, n)[self._row]}"
-                           for n in self.fields if hasattr(self._columns, n))
+        values = ", ".join(
+            f"{n}={getattr(self._columns, n)[self._row]}" for n in self.fields if hasattr(self._columns, n)
+        )
         return f"{type(self).__name__}({values})"
 
 
@@ -177,14 +197,18 @@ def component(cls: type[C]) -> type[C]:
     field without column type or default, ValueError for a default that its type cannot hold.
     """
     if cls.__bases__ != (object,):
-        raise TypeError(f"{cls.__name__}: a component inherits nothing; "
-                        f"write its fields out instead of {cls.__bases__[0].__name__}")
+        raise TypeError(
+            f"{cls.__name__}: a component inherits nothing; "
+            f"write its fields out instead of {cls.__bases__[0].__name__}"
+        )
     fields: dict[str, tuple[Type, Any]] = {}
     for name, hint in _hints(cls).items():
         kind = next((mark for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Type)), hint)
         if not isinstance(kind, Type):
-            raise TypeError(f"{cls.__name__}.{name}: {kind!r} is not a column type; use f32, f64, i32, i64, "
-                            "u8, u64, boolean, or f32[3]")
+            raise TypeError(
+                f"{cls.__name__}.{name}: {kind!r} is not a column type; use f32, f64, i32, i64, "
+                "u8, u64, boolean, or f32[3]"
+            )
         if name in ("fields", "attach") or name.startswith("_"):
             raise TypeError(f"{cls.__name__}.{name}: this name is taken by the handle; choose another")
         if name not in cls.__dict__:
@@ -193,8 +217,11 @@ def component(cls: type[C]) -> type[C]:
         kind.check(cls.__dict__[name], f"{cls.__name__}.{name}")
     if not fields:
         raise TypeError(f"{cls.__name__}: a component needs at least one field, as in `energy: f32 = 1.0`")
-    body = {k: v for k, v in cls.__dict__.items()
-            if k not in fields and k not in ("__dict__", "__weakref__", "__annotations__")}
+    body = {
+        k: v
+        for k, v in cls.__dict__.items()
+        if k not in fields and k not in ("__dict__", "__weakref__", "__annotations__")
+    }
     body |= {name: _accessor(name, not kind.shape) for name, (kind, _) in fields.items()}
     body |= {"__slots__": (), "fields": fields}
     return cast("type[C]", type(cls.__name__, (Handle,), body))

@@ -89,19 +89,36 @@ class Section(BaseModel):
         cls, change: str | None = None, own: bool | str | None = None, **other: Any
     ) -> None:
         super().__init_subclass__(**other)
-        cls.marks = (cls.marks[0] if change is None else Change(change),
-                     cls.marks[1] if own is None else Own(own))
+        cls.marks = (
+            cls.marks[0] if change is None else Change(change),
+            cls.marks[1] if own is None else Own(own),
+        )
 
 
-def quantity(text: str, unit: str, default: Any = ..., *, change: str | None = None,
-             own: bool | str | None = None, **limits: Any) -> Any:
+def quantity(
+    text: str,
+    unit: str,
+    default: Any = ...,
+    *,
+    change: str | None = None,
+    own: bool | str | None = None,
+    **limits: Any,
+) -> Any:
     """A field of a section with its description and its unit ("1": a pure number)."""
-    return about(f"{text} [{unit}]", default, change=change, own=own, json_schema_extra={"unit": unit},
-                 **limits)
+    return about(
+        f"{text} [{unit}]", default, change=change, own=own, json_schema_extra={"unit": unit}, **limits
+    )
 
 
-def about(text: str, default: Any = ..., *, change: str | None = None, entries: str | None = None,
-          own: bool | str | None = None, **limits: Any) -> Any:
+def about(
+    text: str,
+    default: Any = ...,
+    *,
+    change: str | None = None,
+    entries: str | None = None,
+    own: bool | str | None = None,
+    **limits: Any,
+) -> Any:
     """A field of a section that has no unit: a name, a choice, a table."""
     field = Field(default, description=text, **limits)
     if change is not None or entries is not None:
@@ -185,6 +202,7 @@ WithParameters = Annotated[
     *OF_CODE,
 ]
 """In a file "module:name", or { use = "module:name", … } with parameters; from Python also the function."""
-CodeEntry = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*$",
-                                 max_length=200)]
+CodeEntry = Annotated[
+    str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*$", max_length=200)
+]
 """A file beside the world, "sir.py", or an installed module, "mypackage.ecology"."""

@@ -43,8 +43,11 @@ def _cells(thing: Any) -> Iterator[str]:
 def _definition(text: str, name: str) -> str | None:
     """Return the lines of the last definition of a name in a text, None where there is none."""
     try:
-        nodes = [node for node in ast.walk(ast.parse(text))
-                 if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == name]
+        nodes = [
+            node
+            for node in ast.walk(ast.parse(text))
+            if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == name
+        ]
     except (SyntaxError, ValueError):
         return None
     if not nodes:
@@ -57,8 +60,11 @@ def _compiled(thing: Any) -> Any:
     """Return what a function or class is made of, as numbers and texts that do not change from session to
     session."""
     if inspect.isclass(thing):
-        return [[name, _compiled(value)] for name, value in sorted(vars(thing).items())
-                if name not in ("__dict__", "__weakref__", "__firstlineno__")]
+        return [
+            [name, _compiled(value)]
+            for name, value in sorted(vars(thing).items())
+            if name not in ("__dict__", "__weakref__", "__firstlineno__")
+        ]
     if inspect.isfunction(thing):
         return [_compiled(thing.__code__), _compiled(thing.__defaults__)]
     if isinstance(thing, CodeType):

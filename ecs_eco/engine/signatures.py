@@ -22,8 +22,7 @@ def text(signature: tuple[Any, ...]) -> str:
 
 
 def read(written: str) -> tuple[Any, ...]:
-    """Return the types of arguments; ValueError for a text that names others than numbers, arrays and tuples.
-    """
+    """Return the types of arguments; ValueError for a text that names others than numbers, arrays and tuples."""
     return tuple(_type(one) for one in written.split("; ")) if written else ()
 
 

@@ -20,11 +20,35 @@ _pow, _atan2, _hypot = libm.TWO.values()
 @njit
 def _value(which, x, y):
     if which < 7:
-        return (_exp(x) if which == 0 else _exp2(x) if which == 1 else _expm1(x) if which == 2 else
-                _log(x) if which == 3 else _log2(x) if which == 4 else _log10(x) if which == 5 else _log1p(x))
+        return (
+            _exp(x)
+            if which == 0
+            else _exp2(x)
+            if which == 1
+            else _expm1(x)
+            if which == 2
+            else _log(x)
+            if which == 3
+            else _log2(x)
+            if which == 4
+            else _log10(x)
+            if which == 5
+            else _log1p(x)
+        )
     if which < 13:
-        return (_sin(x) if which == 7 else _cos(x) if which == 8 else _tan(x) if which == 9 else
-                _asin(x) if which == 10 else _acos(x) if which == 11 else _atan(x))
+        return (
+            _sin(x)
+            if which == 7
+            else _cos(x)
+            if which == 8
+            else _tan(x)
+            if which == 9
+            else _asin(x)
+            if which == 10
+            else _acos(x)
+            if which == 11
+            else _atan(x)
+        )
     if which < 16:
         return _sinh(x) if which == 13 else _cosh(x) if which == 14 else _tanh(x)
     return _pow(x, y) if which == 16 else _atan2(x, y) if which == 17 else _hypot(x, y)

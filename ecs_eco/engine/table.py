@@ -1,5 +1,4 @@
-"""A table holds all entities of one kind: an array per component field, rows stable for life, an alive mask.
-"""
+"""A table holds all entities of one kind: an array per component field, rows stable for life, an alive mask."""
 
 from __future__ import annotations
 
@@ -32,14 +31,50 @@ class Table(dict[type, Any]):
     """
 
     # without these, each reading of an attribute of a dict takes three times as long
-    __slots__ = ("__dict__", "__weakref__", "_laid_out", "_layout", "alive", "births", "born", "capacity",
-                 "cause", "columns", "defaults", "derived", "dims", "entity", "entity_uid", "followed",
-                 "gone", "high", "killer", "limits", "n", "name", "newborn", "own", "place", "registry",
-                 "renewed", "species", "steady", "uid", "version")
+    __slots__ = (
+        "__dict__",
+        "__weakref__",
+        "_laid_out",
+        "_layout",
+        "alive",
+        "births",
+        "born",
+        "capacity",
+        "cause",
+        "columns",
+        "defaults",
+        "derived",
+        "dims",
+        "entity",
+        "entity_uid",
+        "followed",
+        "gone",
+        "high",
+        "killer",
+        "limits",
+        "n",
+        "name",
+        "newborn",
+        "own",
+        "place",
+        "registry",
+        "renewed",
+        "species",
+        "steady",
+        "uid",
+        "version",
+    )
     __hash__, __eq__ = object.__hash__, object.__eq__  # type: ignore[assignment]  # each is itself alone
 
-    def __init__(self, name: str, components: Iterable[type[Any]], *, capacity: int = 64,
-                 dims: Mapping[str, int] | None = None, place: int = 0) -> None:
+    def __init__(
+        self,
+        name: str,
+        components: Iterable[type[Any]],
+        *,
+        capacity: int = 64,
+        dims: Mapping[str, int] | None = None,
+        place: int = 0,
+    ) -> None:
         if capacity < 1:
             raise ValueError(f"table {name!r}: capacity is {capacity}; it must be at least 1")
         self.name = name
@@ -88,12 +123,17 @@ class Table(dict[type, Any]):
 
     def __missing__(self, component: Any) -> NoReturn:
         known = [c.__name__ for c in (*self.columns, *self.derived)]
-        raise UnknownName(unknown_name(f"table {self.name!r}", "component",
-                                       getattr(component, "__name__", component), known))
+        raise UnknownName(
+            unknown_name(
+                f"table {self.name!r}", "component", getattr(component, "__name__", component), known
+            )
+        )
 
     def __setitem__(self, component: Any, columns: Any) -> NoReturn:
-        raise TypeError(f"table {self.name!r}: its components are not replaced; write into their columns, "
-                        "as in table[Position].x[rows] = …")
+        raise TypeError(
+            f"table {self.name!r}: its components are not replaced; write into their columns, "
+            "as in table[Position].x[rows] = …"
+        )
 
     def has(self, components: Iterable[type]) -> bool:
         """Return whether the table has all these components."""
@@ -103,11 +143,13 @@ class Table(dict[type, Any]):
         """Give every entity of this table, living or to come, a component;
         `defaults` replace the component's own."""
         if not (isinstance(component, type) and issubclass(component, Handle) and component.fields):
-            raise TypeError(f"table {self.name!r}: {component!r} is not a component; "
-                            "declare it with @component")
+            raise TypeError(
+                f"table {self.name!r}: {component!r} is not a component; declare it with @component"
+            )
         if component in self.derived:
-            raise ValueError(f"table {self.name!r} has {component.__name__} already: "
-                             "it is made of what organisms sense")
+            raise ValueError(
+                f"table {self.name!r} has {component.__name__} already: it is made of what organisms sense"
+            )
         if component in self.columns:
             self.set_defaults(component, **defaults)
             return
@@ -132,8 +174,11 @@ class Table(dict[type, Any]):
         """Set what a newborn of this table has in these fields."""
         for field, value in defaults.items():
             if field not in component.fields:
-                raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", field,
-                                               component.fields))
+                raise UnknownName(
+                    unknown_name(
+                        f"{component.__name__} in table {self.name!r}", "field", field, component.fields
+                    )
+                )
             self.defaults[component][field][...] = value
 
     def field(self, component: type[Any], name: str) -> np.ndarray:
@@ -168,8 +213,12 @@ class Table(dict[type, Any]):
             self._layout, self._laid_out = self._layout.renewed(self), now
         return self._layout
 
-    def request(self, parents: np.ndarray, values: Mapping[tuple[type, str], np.ndarray],
-                second: np.ndarray | None = None) -> None:
+    def request(
+        self,
+        parents: np.ndarray,
+        values: Mapping[tuple[type, str], np.ndarray],
+        second: np.ndarray | None = None,
+    ) -> None:
         """Ask for one birth per entry of `parents` (u64[k], 0 for none);
         they take effect at the end of `reproduce`.
 
@@ -192,8 +241,9 @@ class Table(dict[type, Any]):
     def _refuse(self, component: Any, name: str) -> NoReturn:
         """Raise what is wrong with a field that newborn are to have."""
         if component in self.derived:
-            raise TypeError(f"newborn of {self.name!r}: {component.__name__} is read, not written: "
-                            "nobody is born with it")
+            raise TypeError(
+                f"newborn of {self.name!r}: {component.__name__} is read, not written: nobody is born with it"
+            )
         known = self.defaults[component] if component in self.columns else self[component]
         raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, known))
 
@@ -203,8 +253,15 @@ class Table(dict[type, Any]):
         if self.n + k > self.capacity:
             self.reserve(self.n + k)
         layout, rows = self.layout(), np.empty(k, np.int64)
-        self.high = occupy(rows, self.capacity, layout.rows, first_uid, tick, self.high,
-                           layout.columns if whole else NO_LAYOUT.columns)
+        self.high = occupy(
+            rows,
+            self.capacity,
+            layout.rows,
+            first_uid,
+            tick,
+            self.high,
+            layout.columns if whole else NO_LAYOUT.columns,
+        )
         self.n += k
         self._goes_on(self.newborn, rows)
         if self.registry is not None:
@@ -284,8 +341,10 @@ class Table(dict[type, Any]):
         """
         rows = np.asarray(rows, np.int64)
         if not np.array_equal(np.sort(rows), self.rows()):
-            raise ValueError(f"table {self.name!r}: reorder takes its {self.n} living rows, each once; "
-                             f"here are {rows.size} others")
+            raise ValueError(
+                f"table {self.name!r}: reorder takes its {self.n} living rows, each once; "
+                f"here are {rows.size} others"
+            )
         rest = np.setdiff1d(np.arange(self.capacity), rows)
         order = np.concatenate([rows, rest])
         for name in (*ROWS, "entity", "entity_uid"):
@@ -322,6 +381,7 @@ class Table(dict[type, Any]):
 
 def _following(table: Callable[[], Table | None]) -> Callable[[], None]:
     """Return what lets a table be the dict of its columns and what is derived, as they are now."""
+
     def follow() -> None:
         if (it := table()) is not None:
             dict.clear(it)

@@ -37,8 +37,10 @@ class Team:
             if not done:
                 self._wait()
         if self.record[parts.FAILED]:
-            raise RuntimeError(f"kernel {kernel.__name__}: it failed in one of {k} parts; run the world with "
-                               "one thread to see how")
+            raise RuntimeError(
+                f"kernel {kernel.__name__}: it failed in one of {k} parts; run the world with "
+                "one thread to see how"
+            )
 
     def _wait(self) -> None:
         """Wait until no helper is at work on a kernel's arrays, whatever happens meanwhile."""

@@ -75,5 +75,6 @@ def remember(texts: Mapping[str, str]) -> None:
             raise
     except OSError as error:
         fault = f"cannot be written: {error.strerror or error}"
-        raise ConfigError([Problem((), fault, str(path), "a folder of your own as XDG_CONFIG_HOME",
-                                   source="--trust")]) from None
+        raise ConfigError(
+            [Problem((), fault, str(path), "a folder of your own as XDG_CONFIG_HOME", source="--trust")]
+        ) from None

@@ -83,8 +83,7 @@ turn = _Turn()
 
 @contextmanager
 def apart() -> Iterator[None]:
-    """Let this thread make worlds beside those of other threads; for threads that only this package starts.
-    """
+    """Let this thread make worlds beside those of other threads; for threads that only this package starts."""
     _apart.allowed = True
     try:
         yield
@@ -102,7 +101,7 @@ def enter(world: Any) -> None:
                 f"world {world.name!r}: the thread {other[0].owner.name!r} has the world {other[0].name!r}, "
                 "and worlds of several threads would mix: esper has one state per process. "
                 "Run worlds in processes, as ecs_eco.search and `ecs-eco compare` "
-                "do (multiprocessing with the context \"spawn\"), or one after the other in one thread"
+                'do (multiprocessing with the context "spawn"), or one after the other in one thread'
             )
     world.owner, world.apart = me, getattr(_apart, "allowed", False)
     _worlds.add(world)

@@ -83,8 +83,11 @@ def _spread(typing: Any, number: Any) -> Any:
 
 def _repeated(builder: Any, number: Any) -> Any:
     nothing, first = ir.Constant(_LLVM, ir.Undefined), ir.Constant(ir.IntType(32), 0)
-    return builder.shuffle_vector(builder.insert_element(nothing, number, first), nothing,
-                                  ir.Constant(ir.VectorType(ir.IntType(32), LANES), None))
+    return builder.shuffle_vector(
+        builder.insert_element(nothing, number, first),
+        nothing,
+        ir.Constant(ir.VectorType(ir.IntType(32), LANES), None),
+    )
 
 
 def _where_less(typing: Any, a: Any, b: Any, x: Any, y: Any) -> Any:
@@ -144,8 +147,10 @@ def _operator(of: Callable[[Any, Any], Any], name: str) -> None:
             return _typing.signature(_vector, *args) if args in kinds else None
 
     def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        a, b = (value if kind == _vector else _repeated(builder, value)
-                for kind, value in zip(signature.args, arguments, strict=True))
+        a, b = (
+            value if kind == _vector else _repeated(builder, value)
+            for kind, value in zip(signature.args, arguments, strict=True)
+        )
         return getattr(builder, name)(a, b)
 
     for kind in kinds:

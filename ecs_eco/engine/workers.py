@@ -94,8 +94,9 @@ class Workers:
             return
         bounds = [start + (stop - start) * i // k for i in range(k + 1)]
         first, *others = zip(bounds, bounds[1:], strict=False)
-        self._take_turns(partial(kernel, *first, *arguments),
-                         [partial(kernel, *part, *arguments) for part in others])
+        self._take_turns(
+            partial(kernel, *first, *arguments), [partial(kernel, *part, *arguments) for part in others]
+        )
 
     def together(self, tables: Iterable[Any], *work: Callable[[], Any]) -> None:
         """Do independent pieces of work, the first on this thread and the others on all where there are many

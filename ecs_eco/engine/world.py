@@ -77,8 +77,10 @@ class World:
         weakref.finalize(self, _forget, self.context, self.workers, self._outer, threading.get_ident())
 
     def __repr__(self) -> str:
-        return (f"<World {self.name!r} at tick {self.tick}: "
-                f"{', '.join(f'{t.n} {n}' for n, t in self.tables.items())}>")
+        return (
+            f"<World {self.name!r} at tick {self.tick}: "
+            f"{', '.join(f'{t.n} {n}' for n, t in self.tables.items())}>"
+        )
 
     @property
     def time(self) -> float:
@@ -92,18 +94,21 @@ class World:
 
     # --- what there is --------------------------------------------------------------------------------------
 
-    def add_table(self, name: str, *components: type[Any], capacity: int = 64,
-                  dims: Mapping[str, int] | None = None) -> Table:
+    def add_table(
+        self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None
+    ) -> Table:
         """Declare a kind of entity with these components; `dims` gives the sizes that their shapes name."""
         if name in self.tables:
             raise ValueError(f"table {name!r} exists already; choose another name")
-        table = self.tables[name] = Table(name, components, capacity=capacity, dims=dims,
-                                          place=len(self.tables))
+        table = self.tables[name] = Table(
+            name, components, capacity=capacity, dims=dims, place=len(self.tables)
+        )
         table.registry = self.context.registry
         return table
 
-    def add_system(self, system: esper.Processor, phase: str | None = None,
-                   priority: int | None = None) -> Any:
+    def add_system(
+        self, system: esper.Processor, phase: str | None = None, priority: int | None = None
+    ) -> Any:
         """Add a system at the end of its phase; a plain esper.Processor goes
         to `interact` unless `phase` says otherwise.
 
@@ -112,13 +117,16 @@ class World:
         """
         phase = phase or getattr(system, "phase", "interact")
         if not isinstance(system, esper.Processor):
-            raise TypeError(f"system {system!r} is no ecs_eco.System or esper.Processor; "
-                            "hand in an instance, as in Move()")
+            raise TypeError(
+                f"system {system!r} is no ecs_eco.System or esper.Processor; "
+                "hand in an instance, as in Move()"
+            )
         if phase not in PHASES:
             raise ValueError(unknown_name(f"system {type(system).__name__}", "phase", phase, PHASES))
         if getattr(system, "world", None) is not None:
-            raise ValueError(f"system {type(system).__name__} is in a world already; "
-                             "make another instance for this one")
+            raise ValueError(
+                f"system {type(system).__name__} is in a world already; make another instance for this one"
+            )
         system.phase = phase  # type: ignore[attr-defined]
         # esper keeps the system: it must not keep the world
         system.world = weakref.proxy(self)  # type: ignore[attr-defined]
@@ -138,11 +146,16 @@ class World:
         """Take a plain esper.Processor out of the schedule again; RuntimeError for a system,
         which others count on."""
         if isinstance(processor, Scheduled) or processor not in self.systems:
-            raise RuntimeError(f"world {self.name!r}: {type(processor).__name__} is part of its schedule "
-                               "and stays; "
-                               "build a world without it, or let a system of your own take its place")
-        for one in [p for p in list.__iter__(self.context.registry.processors)
-                    if p is processor or getattr(p, "after", None) is processor]:
+            raise RuntimeError(
+                f"world {self.name!r}: {type(processor).__name__} is part of its schedule "
+                "and stays; "
+                "build a world without it, or let a system of your own take its place"
+            )
+        for one in [
+            p
+            for p in list.__iter__(self.context.registry.processors)
+            if p is processor or getattr(p, "after", None) is processor
+        ]:
             self.context.drop(one)
         self.systems.remove(processor)
 
@@ -171,23 +184,25 @@ class World:
             raise ValueError(f"spawn {name!r}: parent is {parent}; it must be a uid, or 0 for none")
         table.request(np.full(n, parent, np.uint64), values)
 
-    def _values(self, table: Table,
-                components: Iterable[Any], n: int = 1) -> dict[tuple[type, str], np.ndarray]:
+    def _values(
+        self, table: Table, components: Iterable[Any], n: int = 1
+    ) -> dict[tuple[type, str], np.ndarray]:
         """Return what `n` newborn with these components are born with, as it may come to life."""
         values = {}
         for handle in components:
             if type(handle) not in table:
                 table[type(handle)]  # raises the error that names what there is
             if type(handle) in table.derived:
-                raise TypeError(f"spawn {table.name!r}: {type(handle).__name__} is read, not written: "
-                                "nobody is born with it")
+                raise TypeError(
+                    f"spawn {table.name!r}: {type(handle).__name__} is read, not written: "
+                    "nobody is born with it"
+                )
             for field, array in vars(handle._columns).items():
                 values[type(handle), field] = np.repeat(array, n, axis=0)
         return self.admit_newborn(table, values, f"spawn {table.name!r}")
 
     def kill(self, uid: int, cause: str = "culled", killer: int = 0) -> None:
-        """Let the organism `uid` die of a cause at the end of the phase `die`. Killing twice changes nothing.
-        """
+        """Let the organism `uid` die of a cause at the end of the phase `die`. Killing twice changes nothing."""
         table, row = self.locate(uid)
         if not table.cause[row]:
             table.cause[row] = self.cause(cause)
@@ -210,8 +225,9 @@ class World:
     def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
         """Yield (uid, handle, …) for all living entities that have these components, in the order of uids;
         not for those that die or are born within the loop."""
-        living = [(int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components)
-                  for r in t.rows()]
+        living = [
+            (int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components) for r in t.rows()
+        ]
         for uid, table, row in sorted(living, key=lambda one: one[0]):
             if table.uid[row] != uid:  # it has died, or is in another row now
                 if not (there := np.flatnonzero(table.uid[: table.high] == uid)).size:
@@ -220,8 +236,9 @@ class World:
             yield uid, *(self._handle(table, row, component) for component in components)
 
     def _handle(self, table: Table, row: int, component: type[Any]) -> Any:
-        return component.attach(table[component]
-                                if self.debug is None else self.debug.guard(table, component, row), row)
+        return component.attach(
+            table[component] if self.debug is None else self.debug.guard(table, component, row), row
+        )
 
     # --- time -----------------------------------------------------------------------------------------------
 
@@ -281,8 +298,9 @@ class World:
     def admit(self, refuse: bool = True) -> None:
         """Check what was written between ticks, before kernels read it; a world with a space does this."""
 
-    def admit_newborn(self, table: Table,
-                      values: dict[tuple[type, str], Any], label: str) -> dict[tuple[type, str], Any]:
+    def admit_newborn(
+        self, table: Table, values: dict[tuple[type, str], Any], label: str
+    ) -> dict[tuple[type, str], Any]:
         """Return the values of newborn as they may come to life."""
         return values
 

@@ -59,9 +59,18 @@ def compare(
         write_plan(folder, comparison.plan)
         prepare(pool, folder, arms[0].config)
         for work, jobs in ((train_or_find, comparison.trainings), (run_arm, comparison.runs)):
-            run_jobs(work, {key: job for key, job in jobs.items() if not job.done}, pool,
-                     progress or (lambda done, total: None), failed)
+            run_jobs(
+                work,
+                {key: job for key, job in jobs.items() if not job.done},
+                pool,
+                progress or (lambda done, total: None),
+                failed,
+            )
             if errors:
                 raise errors[0]
-        return differences(comparison.folders(), folder, training=comparison.training_seeds_of_runs(),
-                           policies=comparison.policies_in_words())
+        return differences(
+            comparison.folders(),
+            folder,
+            training=comparison.training_seeds_of_runs(),
+            policies=comparison.policies_in_words(),
+        )

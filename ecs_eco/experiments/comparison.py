@@ -98,8 +98,7 @@ class Comparison:
         """All trainings."""
         owners = {self.policies_folder(arm): arm for arm in reversed(self.arms) if self.trains(arm)}
         return {
-            Key(place.name, seed): Training(inside(self.folder, place / f"seed-{seed}"), arm.config,
-                                                  seed)
+            Key(place.name, seed): Training(inside(self.folder, place / f"seed-{seed}"), arm.config, seed)
             for place, arm in owners.items()
             for seed in self.training_seeds or ()
         }
@@ -115,8 +114,9 @@ class Comparison:
                     treated = arm.with_policies(self.policies_folder(arm) / f"seed-{k}")
                     folder = folder / f"training-{k}"
                 for seed in self.world_seeds:
-                    jobs[Key(arm.name, seed, k)] = Run(treated, seed, self.ticks,
-                                                       inside(self.folder, folder / f"seed-{seed}"))
+                    jobs[Key(arm.name, seed, k)] = Run(
+                        treated, seed, self.ticks, inside(self.folder, folder / f"seed-{seed}")
+                    )
         return jobs
 
     def folders(self) -> dict[str, list[Path]]:

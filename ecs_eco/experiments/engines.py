@@ -40,8 +40,10 @@ def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") 
     """
     check_engine(on, source)
     if on == SLURM:
-        allowed = ("local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN --on slurm`, and any command "
-                   "with --on local inside a job of your own")
+        allowed = (
+            "local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN --on slurm`, and any command "
+            "with --on local inside a job of your own"
+        )
         raise ConfigError([Problem((), "takes whole sweeps only", on, allowed, source=source)])
     if on == RAY:
         from ecs_eco.experiments.ray_executor import RayExecutor

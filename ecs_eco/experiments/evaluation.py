@@ -12,33 +12,44 @@ from ecs_eco.config import WorldConfig, for_training
 
 SEEDS = 3
 TICKS = 300  # of each run, at most
-MEASURES = {"happiness": "mean happiness", "intake": "intake per animal and second",
-            "deaths": "deaths per animal and second"}
+MEASURES = {
+    "happiness": "mean happiness",
+    "intake": "intake per animal and second",
+    "deaths": "deaths per animal and second",
+}
 
 
-def against_random(config: WorldConfig, policies: Path | str, seed: int, ticks: int = TICKS,
-                   seeds: int = SEEDS) -> dict[str, Any]:
+def against_random(
+    config: WorldConfig, policies: Path | str, seed: int, ticks: int = TICKS, seeds: int = SEEDS
+) -> dict[str, Any]:
     """Run trained and random policies, neither learning, in `seeds` worlds each of the training, with numbers
     held constant by respawn.
 
     Returns species → measure → {"trained": [mean, low, high], "random": …, "difference": …} with 95 %
     intervals (Student's t over seeds, which arms share).
     """
-    found = {arm: [_measured(config, chosen, seed + 1 + k, ticks) for k in range(seeds)]
-             for arm, chosen in (("trained", str(policies)), ("random", "random"))}
+    found = {
+        arm: [_measured(config, chosen, seed + 1 + k, ticks) for k in range(seeds)]
+        for arm, chosen in (("trained", str(policies)), ("random", "random"))
+    }
     out: dict[str, Any] = {}
     for s in found["trained"][0]:
         out[s] = {}
         for word in MEASURES:
-            trained, random = (np.array([run[s][word] for run in found[arm]])
-                               for arm in ("trained", "random"))
-            out[s][word] = {"trained": _interval(trained), "random": _interval(random),
-                            "difference": _interval(trained - random)}
+            trained, random = (
+                np.array([run[s][word] for run in found[arm]]) for arm in ("trained", "random")
+            )
+            out[s][word] = {
+                "trained": _interval(trained),
+                "random": _interval(random),
+                "difference": _interval(trained - random),
+            }
     return out
 
 
-def train_and_evaluate(config: WorldConfig, seed: int, ticks: int, out: Path,
-                       progress: Callable[[int, int], None] | None = None) -> dict[str, Any]:
+def train_and_evaluate(
+    config: WorldConfig, seed: int, ticks: int, out: Path, progress: Callable[[int, int], None] | None = None
+) -> dict[str, Any]:
     """Train policies into a folder; return what `pretrain` does, with how they do beside random ones under
     "against_random"."""
     from ecs_eco.experiments.pretraining import pretrain, save
@@ -62,9 +73,11 @@ def _measured(config: WorldConfig, policies: str, seed: int, ticks: int) -> dict
     for i, name in enumerate(names):
         if world.tables[name].species.nerves is not None and world.tables[name].species.nerves.policy:
             lived = max(float(series["n"][:, i].sum()) * config.dt, 1e-12)
-            out[name] = {"happiness": float(series["happiness_mean"][:, i].mean()),
-                         "intake": float(series["taken_in"][:, i].sum()) / lived,
-                         "deaths": float(series["deaths"][:, i].sum()) / lived}
+            out[name] = {
+                "happiness": float(series["happiness_mean"][:, i].mean()),
+                "intake": float(series["taken_in"][:, i].sum()) / lived,
+                "deaths": float(series["deaths"][:, i].sum()) / lived,
+            }
     return out
 
 

@@ -51,15 +51,20 @@ def plan_of(arms: Sequence[Arm], ticks: int, trains: bool, retrain: bool) -> dic
     """Return the settings that identify a comparison."""
     by_name = {
         arm.name: {
-            "config_hash": arm.config.config_hash, "policies": arm.policies, "learn": arm.learn,
+            "config_hash": arm.config.config_hash,
+            "policies": arm.policies,
+            "learn": arm.learn,
             "controls": list(arm.controls),
         }
         for arm in arms
-    }  # fmt: skip
+    }
     return {
-        "world": arms[0].config.name, "ticks": ticks, "training seeds": trains, "retrain": retrain,
+        "world": arms[0].config.name,
+        "ticks": ticks,
+        "training seeds": trains,
+        "retrain": retrain,
         "arms": by_name,
-    }  # fmt: skip
+    }
 
 
 def write_plan(folder: Path, plan: dict[str, Any]) -> None:

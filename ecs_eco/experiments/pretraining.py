@@ -24,9 +24,17 @@ if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
 
 
-def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out: str | Path | None = None,
-             progress: Callable[[int, int], None] | None = None, *, threads: int = 1, points: int = 30,
-             trust: bool = False) -> dict[str, Any]:
+def pretrain(
+    config: Any,
+    seed: int | None = None,
+    ticks: int | None = None,
+    out: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    *,
+    threads: int = 1,
+    points: int = 30,
+    trust: bool = False,
+) -> dict[str, Any]:
     """Train the policies of all species of a world that have one; return the curves,
     and the networks under "policies".
 
@@ -54,10 +62,18 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
             for name, brain in training_worlds.brains().items():
                 last.setdefault(name, []).append(brain.state())
     policies = {name: mean_weights(states) for name, states in last.items()}
-    result = {"world": config.name, "config_hash": config.config_hash, "seed": training_worlds.seed,
-              "ticks": ticks, "seconds": time.perf_counter() - begin, "curves": training_worlds.curves(every),
-              "policies": policies, "names": {name: names_of(config, name) for name in policies},
-              "reports": training_worlds.reports(), **over_time(training_worlds)}
+    result = {
+        "world": config.name,
+        "config_hash": config.config_hash,
+        "seed": training_worlds.seed,
+        "ticks": ticks,
+        "seconds": time.perf_counter() - begin,
+        "curves": training_worlds.curves(every),
+        "policies": policies,
+        "names": {name: names_of(config, name) for name in policies},
+        "reports": training_worlds.reports(),
+        **over_time(training_worlds),
+    }
     if out is not None:
         save(result, Path(out))
     return result
@@ -69,13 +85,17 @@ def over_time(training_worlds: TrainingWorlds) -> dict[str, Any]:
     from ecs_eco.analysis.learning import acts_of, thinned, updates_of
 
     updates, actions = training_worlds.history()
-    learning = {s: {"tick": u.ticks.tolist(), **{word: _plain(v) for word, v in u.columns.items()}}
-                for s, u in updates_of(updates).items()}
+    learning = {
+        s: {"tick": u.ticks.tolist(), **{word: _plain(v) for word, v in u.columns.items()}}
+        for s, u in updates_of(updates).items()
+    }
     acts = {}
     for s, a in acts_of(actions).items():
         curves = [thinned(a.ticks, a.share[:, i]) for i in range(len(a.actions))]
-        acts[s] = {"tick": curves[0][0].tolist(),
-                   **{name: _plain(c[1]) for name, c in zip(a.actions, curves, strict=True)}}
+        acts[s] = {
+            "tick": curves[0][0].tolist(),
+            **{name: _plain(c[1]) for name, c in zip(a.actions, curves, strict=True)},
+        }
     return {"learning": learning, "actions": acts}
 
 
@@ -108,12 +128,17 @@ def save(result: dict[str, Any], out: Path) -> None:
     for name, weights in result["policies"].items():
         save_weights(out / f"{name}.safetensors", weights, result["names"][name])
     hashes = {name: hash_of(out / f"{name}.safetensors") for name in result["policies"]}
-    write_manifest(out, {k: v for k, v in result.items() if k not in ("policies", "names")}
-                   | {"weights": hashes}, "training.json")
+    write_manifest(
+        out,
+        {k: v for k, v in result.items() if k not in ("policies", "names")} | {"weights": hashes},
+        "training.json",
+    )
 
 
 def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Return the average of several states of one network: steadier than the last
     of them (Polyak & Juditsky 1992)."""
-    return {k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32)
-            for k in states[0]}
+    return {
+        k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32)
+        for k in states[0]
+    }

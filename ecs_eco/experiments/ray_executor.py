@@ -73,8 +73,9 @@ class RayExecutor(Executor):
     is missing or no cluster answers.
     """
 
-    def __init__(self, workers: int | None = None, address: str | None = None,
-                 retries: int = RETRIES) -> None:
+    def __init__(
+        self, workers: int | None = None, address: str | None = None, retries: int = RETRIES
+    ) -> None:
         self.ray = _ray()
         self._connected = not self.ray.is_initialized()
         if self._connected:
@@ -108,11 +109,16 @@ class RayExecutor(Executor):
         raises, and ConfigError naming the machines that do not have a folder."""
         from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy as At
 
-        machines = {node["NodeManagerHostname"]: node["NodeID"] for node in self.ray.nodes()
-                    if node["Alive"] and node["Resources"].get("CPU")}
+        machines = {
+            node["NodeManagerHostname"]: node["NodeID"]
+            for node in self.ray.nodes()
+            if node["Alive"] and node["Resources"].get("CPU")
+        }
         there = self.ray.remote(**self._options)(_prepare)
-        asked = [there.options(scheduling_strategy=At(node, soft=True)).remote(str(folder), fn, args)
-                 for node in machines.values()]
+        asked = [
+            there.options(scheduling_strategy=At(node, soft=True)).remote(str(folder), fn, args)
+            for node in machines.values()
+        ]
         try:
             without = sorted({name for name in self.ray.get(asked) if name})
         except BaseException as error:
@@ -196,8 +202,11 @@ class RayExecutor(Executor):
 def settings() -> dict[str, str]:
     """Return the variables that tasks run with: one thread each, no modules of the folder that they run in,
     and what results depend on as it is set here."""
-    here = {name: value for name, value in os.environ.items()
-            if name.startswith(SETTINGS) and name not in OF_A_MACHINE}
+    here = {
+        name: value
+        for name, value in os.environ.items()
+        if name.startswith(SETTINGS) and name not in OF_A_MACHINE
+    }
     return here | dict.fromkeys((*PINS, SAFE), "1")
 
 
@@ -218,8 +227,17 @@ def _connect(ray: Any, workers: int | None, address: str | None) -> None:
     quiet = {"log_to_driver": False, "logging_level": "ERROR", "job_config": job}
     if address is not None and address.startswith("ray://"):
         allowed = "HOST:PORT from a machine of the cluster, or `ray job submit` from elsewhere"
-        raise ConfigError([Problem((), "is Ray's client, which ends with its connection", address, allowed,
-                                   source="RAY_ADDRESS")])
+        raise ConfigError(
+            [
+                Problem(
+                    (),
+                    "is Ray's client, which ends with its connection",
+                    address,
+                    allowed,
+                    source="RAY_ADDRESS",
+                )
+            ]
+        )
     try:
         if address != LOCAL:
             _knock(address)
@@ -229,8 +247,9 @@ def _connect(ray: Any, workers: int | None, address: str | None) -> None:
         if address is not None:
             why = getattr(error, "strerror", None) or str(error).splitlines()[0]
             allowed = "the address that `ray start --head` printed, or none for this machine's own"
-            raise ConfigError([Problem((), f"no Ray cluster answers there: {why}", address, allowed,
-                                       source="RAY_ADDRESS")]) from None
+            raise ConfigError(
+                [Problem((), f"no Ray cluster answers there: {why}", address, allowed, source="RAY_ADDRESS")]
+            ) from None
     ray.init(address=LOCAL, num_cpus=workers or os.cpu_count(), include_dashboard=False, **quiet)
 
 
@@ -280,9 +299,14 @@ def _plain(error: BaseException, retries: int) -> BaseException:
         return cause if isinstance(cause, BaseException) else RuntimeError(str(error))
     if isinstance(error, exceptions.TaskCancelledError):
         return WorkerLost("was cancelled in the cluster")
-    lost = (exceptions.WorkerCrashedError, exceptions.NodeDiedError, exceptions.OutOfMemoryError,
-            exceptions.LocalRayletDiedError)
+    lost = (
+        exceptions.WorkerCrashedError,
+        exceptions.NodeDiedError,
+        exceptions.OutOfMemoryError,
+        exceptions.LocalRayletDiedError,
+    )
     if isinstance(error, lost):
-        return WorkerLost(f"its worker was lost {retries + 1} times (out of memory?): "
-                          f"{str(error).splitlines()[0]}")
+        return WorkerLost(
+            f"its worker was lost {retries + 1} times (out of memory?): {str(error).splitlines()[0]}"
+        )
     return error

@@ -16,8 +16,14 @@ from ecs_eco.record.seal import read_manifest
 EVERY = 2_000  # least ticks between the checkpoints of a run
 
 
-def run_arm(arm: Arm, seed: int, ticks: int, folder: Path, every: int | None = None,
-            progress: Callable[[int, int], None] | None = None) -> dict[str, Any]:
+def run_arm(
+    arm: Arm,
+    seed: int,
+    ticks: int,
+    folder: Path,
+    every: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, Any]:
     """Run an arm with a seed into a folder, with a checkpoint `every` so many ticks; return its manifest.
 
     A stopped run continues from its checkpoint, or restarts if it has none; nothing is removed. Raises
@@ -34,9 +40,18 @@ def run_arm(arm: Arm, seed: int, ticks: int, folder: Path, every: int | None = N
             check_run(folder, read_manifest(folder), arm, seed)
             return resume(folder, ticks, progress, report=False, complain=lambda _: None)
         return run_to_folder(
-            arm.config, seed=seed, ticks=ticks, out=folder, policies=arm.policies, learn=arm.learn,
-            controls=arm.controls, progress=progress, report=False, checkpoint_every=every, keep=1,
-        )  # fmt: skip
+            arm.config,
+            seed=seed,
+            ticks=ticks,
+            out=folder,
+            policies=arm.policies,
+            learn=arm.learn,
+            controls=arm.controls,
+            progress=progress,
+            report=False,
+            checkpoint_every=every,
+            keep=1,
+        )
 
 
 def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
@@ -60,9 +75,12 @@ def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> No
 
     weights = {name: hash_of(file) for name, file in weights_files(arm.config, arm.policies).items()}
     wanted = {
-        "config_hash": arm.config.config_hash, "seed": seed, "learn": arm.learn,
-        "controls": list(arm.controls), "weights": weights,
-    }  # fmt: skip
+        "config_hash": arm.config.config_hash,
+        "seed": seed,
+        "learn": arm.learn,
+        "controls": list(arm.controls),
+        "weights": weights,
+    }
     if not weights:  # the folder may have been moved
         wanted["policies"] = policies_as_json(arm.policies)
     different = [key for key, value in wanted.items() if manifest.get(key) != value]

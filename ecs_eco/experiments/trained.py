@@ -39,8 +39,10 @@ def train_or_find(
             pretrain(config, seed=seed, ticks=ticks, out=part)
             if not is_trained(folder, config, seed, ticks, verify=verify):
                 if not remove(folder, WRITTEN):
-                    raise RecordingError(f"{folder}: has no {FILE}, and holds other files than a training "
-                                         "writes; move them away, or name another folder")
+                    raise RecordingError(
+                        f"{folder}: has no {FILE}, and holds other files than a training "
+                        "writes; move them away, or name another folder"
+                    )
                 _keep(part, folder)
         finally:
             remove(part, WRITTEN)

@@ -1,5 +1,4 @@
-"""The worlds of pre-training: one, or several at once with values of their own, that train the same networks.
-"""
+"""The worlds of pre-training: one, or several at once with values of their own, that train the same networks."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -49,13 +48,19 @@ class TrainingWorlds:
     def _pace(self) -> int:
         """Ticks that one world runs before the next: at most a rollout,
         so that none delivers a second one meanwhile."""
-        return (min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
-                if len(self.worlds) > 1 else 10**9)
+        return (
+            min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
+            if len(self.worlds) > 1
+            else 10**9
+        )
 
     def brains(self) -> dict[str, Any]:
         """Return the networks that learn, by species."""
-        nerves = {name: t.species.nerves
-                  for name, t in self.worlds[0].tables.items() if t.species.nerves is not None}
+        nerves = {
+            name: t.species.nerves
+            for name, t in self.worlds[0].tables.items()
+            if t.species.nerves is not None
+        }
         return {name: n.brain for name, n in nerves.items() if n.brain is not None}
 
     def reports(self) -> dict[str, dict[str, float | None]]:
@@ -65,8 +70,9 @@ class TrainingWorlds:
         for name, table in self.worlds[0].tables.items():
             if table.species.nerves is not None and table.species.nerves.learning:
                 reports = [w.tables[name].species.nerves.reports for w in self.worlds]
-                last: dict[str, float] = max((r[-1] for r in reports if r),
-                                             key=lambda r: r["tick"], default={})
+                last: dict[str, float] = max(
+                    (r[-1] for r in reports if r), key=lambda r: r["tick"], default={}
+                )
                 last_reports[name] = {k: v if np.isfinite(v) else None for k, v in last.items()}
         return last_reports
 
@@ -80,11 +86,12 @@ class TrainingWorlds:
             starts = range(0, len(column["n"]), every)
             total = {k: np.array([v[a : a + every].sum() for a in starts]) for k, v in column.items()}
             alive = np.maximum(total["n"], 1) * self.config.dt
-            out[name] = {"tick": [min(a + every, len(column["n"])) for a in starts],
-                         "intake": (total["taken_in"] / alive).tolist(),
-                         "deaths": (total["deaths"] / alive).tolist(),
-                         "happiness": [float(column["happiness"][a : a + every].mean())
-                                       for a in starts]}  # fmt: skip
+            out[name] = {
+                "tick": [min(a + every, len(column["n"])) for a in starts],
+                "intake": (total["taken_in"] / alive).tolist(),
+                "deaths": (total["deaths"] / alive).tolist(),
+                "happiness": [float(column["happiness"][a : a + every].mean()) for a in starts],
+            }
         return out
 
     def _past(self) -> dict[str, np.ndarray]:
@@ -93,11 +100,19 @@ class TrainingWorlds:
         parts = []
         for world in self.worlds:
             series, s = world.series().to_pydict(), len(world.recorder.names)
-            parts.append([np.asarray(series[k], float).reshape(-1, s)
-                          for k in ("n", "taken_in", "deaths", "happiness_mean")])
+            parts.append(
+                [
+                    np.asarray(series[k], float).reshape(-1, s)
+                    for k in ("n", "taken_in", "deaths", "happiness_mean")
+                ]
+            )
         n, taken, deaths, happiness = (np.array(columns) for columns in zip(*parts, strict=True))
-        return {"n": n.sum(0), "taken_in": taken.sum(0), "deaths": deaths.sum(0),
-                "happiness": happiness.mean(0)}
+        return {
+            "n": n.sum(0),
+            "taken_in": taken.sum(0),
+            "deaths": deaths.sum(0),
+            "happiness": happiness.mean(0),
+        }
 
     def history(self) -> tuple[Any, Any]:
         """Return all updates, and the actions in all worlds, as tables with the ticks of the training."""
@@ -113,7 +128,8 @@ class TrainingWorlds:
                 kind.append(table.set_column(0, "tick", pa.array(table["tick"].to_numpy() + begin)))
         updates, actions = (pa.concat_tables(tables) for tables in plain)
         return updates.sort_by("tick"), actions.group_by(["tick", "species", "action"]).aggregate(
-            [("n", "sum"), ("of", "sum")]).rename_columns(["tick", "species", "action", "n", "of"])
+            [("n", "sum"), ("of", "sum")]
+        ).rename_columns(["tick", "species", "action", "n", "of"])
 
     def _recordings(self) -> list[tuple[int, Any, Any]]:
         begin = self.tick - self.worlds[0].tick
@@ -138,8 +154,11 @@ class TrainingWorlds:
             config = for_training(self.config, values[i])
             number = self.stage * k + i
             seed = self.seed if number == 0 else int(random.tick_key(self.seed, number)) & 0x7FFFFFFFFFFFFFFF
-            self.worlds.append(World.from_config(config, seed=seed, policies="untrained",
-                                                 threads=self.threads, training=True, learn=True))
+            self.worlds.append(
+                World.from_config(
+                    config, seed=seed, policies="untrained", threads=self.threads, training=True, learn=True
+                )
+            )
         if first and (k > 1 or self.plan.renew):
             self._share()
         for name, learner in self.learners.items():
@@ -159,8 +178,9 @@ class TrainingWorlds:
         """Give a species of world i the network that learns, or an earlier one of the pool."""
         share, pool = together.shares[i], self.pool.get(name, [])
         key = random.tick_key(self.seed, self.stage * self.plan.worlds + i)
-        u = random.draw_many(key, np.arange(2, dtype=np.uint64),
-                             random.PLACE + (list(self.learners).index(name) << 8))
+        u = random.draw_many(
+            key, np.arange(2, dtype=np.uint64), random.PLACE + (list(self.learners).index(name) << 8)
+        )
         earlier = i > 0 and bool(pool) and float(u[0]) < self.plan.pool
         share.renew(active=not earlier)
         if earlier:
@@ -180,8 +200,9 @@ def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: Any) -> list[di
     """
     out: list[dict[str, Any]] = [{} for _ in range(worlds)]
     for j, (name, (low, high)) in enumerate(vary.items()):
-        u = random.draw_many(key, np.arange(2 * worlds, dtype=np.uint64),
-                             random.PLACE + ((j + 1) << 16)).astype(float)
+        u = random.draw_many(
+            key, np.arange(2 * worlds, dtype=np.uint64), random.PLACE + ((j + 1) << 16)
+        ).astype(float)
         share = (np.argsort(np.argsort(u[:worlds])) + u[worlds:]) / worlds
         numbers = low * (high / low) ** share if low > 0 and high > 0 else low + (high - low) * share
         whole = isinstance(low, int) and isinstance(high, int)

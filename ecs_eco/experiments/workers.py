@@ -17,8 +17,7 @@ ENDED = 130  # exit code of a worker that was told to end
 
 @contextmanager
 def one_thread_each() -> Iterator[None]:
-    """Processes that start within use one thread each, and import nothing from the folder that they run in.
-    """
+    """Processes that start within use one thread each, and import nothing from the folder that they run in."""
     before = {name: os.environ.get(name) for name in (*PINS, SAFE)}
     os.environ.update(dict.fromkeys(before, "1"))
     try:

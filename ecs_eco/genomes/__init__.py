@@ -23,12 +23,38 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.variety import diversity, frequencies, statistics
 
 _HOME = {
-    "Alphabet": "alphabet", "DNA": "alphabet", "CHOICES": "choices", "Gene": "models", "Layout": "layout",
-    "Operators": "batch", "toolbox_of": "operators", "Trait": "traits", "diversity": "variety",
-    "frequencies": "variety", "statistics": "variety", "Fitted": "fit", "fit_network": "fit",
-    "layout_of": "of_section", "operators_of": "of_section",
-}  # fmt: skip
-__all__ = ["CHOICES", "DNA", "Alphabet", "Fitted", "Gene", "Layout", "Operators", "Trait", "diversity",
-           "fit_network", "frequencies", "layout_of", "operators_of", "statistics", "toolbox_of"]  # fmt: skip
+    "Alphabet": "alphabet",
+    "DNA": "alphabet",
+    "CHOICES": "choices",
+    "Gene": "models",
+    "Layout": "layout",
+    "Operators": "batch",
+    "toolbox_of": "operators",
+    "Trait": "traits",
+    "diversity": "variety",
+    "frequencies": "variety",
+    "statistics": "variety",
+    "Fitted": "fit",
+    "fit_network": "fit",
+    "layout_of": "of_section",
+    "operators_of": "of_section",
+}
+__all__ = [
+    "CHOICES",
+    "DNA",
+    "Alphabet",
+    "Fitted",
+    "Gene",
+    "Layout",
+    "Operators",
+    "Trait",
+    "diversity",
+    "fit_network",
+    "frequencies",
+    "layout_of",
+    "operators_of",
+    "statistics",
+    "toolbox_of",
+]
 __getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})
 __dir__ = listing(globals(), __all__)

@@ -40,13 +40,21 @@ class Operators:
             self._operator(word)
 
     @classmethod
-    def from_config(cls, section: GenomeSection, layout: Layout, select_mate: str = "nearest",
-                    find: Callable[[Any], Any] = handed_over, mates: bool = True) -> Operators:
+    def from_config(
+        cls,
+        section: GenomeSection,
+        layout: Layout,
+        select_mate: str = "nearest",
+        find: Callable[[Any], Any] = handed_over,
+        mates: bool = True,
+    ) -> Operators:
         """Return the operators of a world file; `select_mate` is the rule of its species,
         `find` and `mates` are as in `toolbox_of`."""
         if layout.longest is not None:
-            raise ValueError("Operators.from_config: strings of this layout vary in length; "
-                             "ecs_eco.genomes.operators_of takes it")
+            raise ValueError(
+                "Operators.from_config: strings of this layout vary in length; "
+                "ecs_eco.genomes.operators_of takes it"
+            )
         return cls(toolbox_of(section, layout, select_mate, find, mates), layout, section.mate.chance, mates)
 
     @property
@@ -94,18 +102,27 @@ class Operators:
         crossed = toss(keys, salt, kernels.CROSS) < self.chance
         out = np.empty_like(a, order="C")
         if function in (tools.cxOnePoint, tools.cxTwoPoint):
-            kernels.cross_points(a, b, swapped, crossed, keys, salt, 1 if function is tools.cxOnePoint else 2,
-                                 out)
+            kernels.cross_points(
+                a, b, swapped, crossed, keys, salt, 1 if function is tools.cxOnePoint else 2, out
+            )
         elif function is tools.cxUniform:
             kernels.cross_uniform(a, b, swapped, crossed, keys, salt, np.float32(arguments["indpb"]), out)
         else:
             np.copyto(out, np.where(swapped[:, None], b, a))
-            self._cross_each(out, np.where(swapped[:, None], a, b), np.flatnonzero(crossed), keys,
-                             salt, function)
+            self._cross_each(
+                out, np.where(swapped[:, None], a, b), np.flatnonzero(crossed), keys, salt, function
+            )
         return out
 
-    def _cross_each(self, out: np.ndarray, other: np.ndarray, births: np.ndarray, keys: np.ndarray, salt: int,
-                    function: Any) -> None:
+    def _cross_each(
+        self,
+        out: np.ndarray,
+        other: np.ndarray,
+        births: np.ndarray,
+        keys: np.ndarray,
+        salt: int,
+        function: Any,
+    ) -> None:
         size, mate, name = len(self.layout.alphabet), self.toolbox.mate, named(function)
         state = random.getstate()
         try:
@@ -121,8 +138,11 @@ class Operators:
 
         function, arguments = self._operator("mutate")
         if self._loci is None or self._loci[0] is not self.toolbox.mutate:
-            self._loci = (self.toolbox.mutate, self.layout.rates(arguments.get("indpb", 0.0)),
-                          *self._bounds(arguments))
+            self._loci = (
+                self.toolbox.mutate,
+                self.layout.rates(arguments.get("indpb", 0.0)),
+                *self._bounds(arguments),
+            )
         _, rates, low, up = self._loci
         if function is tools.mutUniformInt:
             kernels.mutate_uniform(strings, keys, salt, rates, low, up)
@@ -136,19 +156,24 @@ class Operators:
     def _bounds(self, arguments: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Return the lowest and the highest letter of each locus: i64[length] each."""
         n, highest = self.layout.length, len(self.layout.alphabet) - 1
-        low, up = (np.atleast_1d(np.asarray(arguments.get(k, v), np.int64))[:n]
-                   for k, v in (("low", 0), ("up", highest)))
+        low, up = (
+            np.atleast_1d(np.asarray(arguments.get(k, v), np.int64))[:n]
+            for k, v in (("low", 0), ("up", highest))
+        )
         return np.broadcast_to(low, n).copy(), np.broadcast_to(up, n).copy()
 
-    def _mutate_each(self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any,
-                     arguments: dict[str, Any]) -> None:
+    def _mutate_each(
+        self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any, arguments: dict[str, Any]
+    ) -> None:
         """Mutate birth by birth; loci of genes with mutation rates of their own are passed
         to the operator separately."""
         size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, named(function)
         rates = self.layout.rates(arguments.get("indpb", 0.0))
         lists = {k: v for k, v in arguments.items() if isinstance(v, list | tuple)}
-        parts = [(at, {"indpb": float(rates[at[0]])} | {k: [v[i] for i in at] for k, v in lists.items()})
-                 for at in (np.flatnonzero(rates == r) for r in np.unique(rates))]  # fmt: skip
+        parts = [
+            (at, {"indpb": float(rates[at[0]])} | {k: [v[i] for i in at] for k, v in lists.items()})
+            for at in (np.flatnonzero(rates == r) for r in np.unique(rates))
+        ]
         if all(code.gene.mutation is None for code in self.layout.genes):
             parts = [(np.arange(strings.shape[1]), {})]
         state = random.getstate()

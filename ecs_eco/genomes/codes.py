@@ -41,13 +41,13 @@ class Codons:
         """Write numbers i64[n, codons] into u8[n, loci]."""
         from ecs_eco.genomes.kernels import write_codons
 
-        write_codons(numbers, start + self.first, self.gene.letters, self.size,
-                     self.gene.code == "gray", loci)
+        write_codons(
+            numbers, start + self.first, self.gene.letters, self.size, self.gene.code == "gray", loci
+        )
 
 
 class Code:
-    """Base of all codes; `trait` is what the gene codes for, None for a neutral marker or an unknown trait.
-    """
+    """Base of all codes; `trait` is what the gene codes for, None for a neutral marker or an unknown trait."""
 
     dtype: type = np.float32
     width: tuple[int, ...] = ()  # shape of one organism's value
@@ -140,14 +140,19 @@ class Range(Code):
         if not clip and outside.any():
             raise self.refuse(values[outside][0], f"{self.low:g} to {self.high:g}")
         values = np.clip(values, self.low, self.high)
-        share = (arrays.log(values / self.low) / arrays.log(self.high / self.low)
-                 if self.log else (values - self.low) / (self.high - self.low))
+        share = (
+            arrays.log(values / self.low) / arrays.log(self.high / self.low)
+            if self.log
+            else (values - self.low) / (self.high - self.low)
+        )
         total = np.rint(share * self.steps).astype(np.int64)
         if self.log:  # the nearest logarithm need not be that of the nearest value
             ratio = self.high / self.low
             low = np.clip(np.floor(share * self.steps), 0, self.steps - 1)
-            below, above = (self.low * power(ratio, low / self.steps),
-                            self.low * power(ratio, (low + 1) / self.steps))
+            below, above = (
+                self.low * power(ratio, low / self.steps),
+                self.low * power(ratio, (low + 1) / self.steps),
+            )
             total = (low + (above - values < values - below)).astype(np.int64)
         n = self.codons.n
         return total[:, None] // n + (np.arange(n) < total[:, None] % n)
@@ -169,8 +174,11 @@ class Weights(Code):
         self.resolution = (self.high - self.low) / (codons.levels - 1)
         self.shapes = [tuple(shape) for shape in shapes]
         self.width = (sum(math.prod(shape) for shape in self.shapes),)
-        self.bases = ([cosines(shape, gene.coefficients or 1) for shape in self.shapes]
-                      if gene.form == "cosine" else None)
+        self.bases = (
+            [cosines(shape, gene.coefficients or 1) for shape in self.shapes]
+            if gene.form == "cosine"
+            else None
+        )
 
     @property
     def text(self) -> str:

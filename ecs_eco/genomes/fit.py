@@ -51,8 +51,12 @@ class Fitted:
             allowed = f"(n, {self.weights.size}), n = 1 or {len(x)}"
             raise ValueError(f"network: weights of the shape {weights.shape}; allowed is {allowed}")
         out = np.empty((len(x), self.sizes[-1]), np.float32)
-        forward(np.ascontiguousarray(x, np.float32), np.array(self.sizes),
-                np.ascontiguousarray(weights, np.float32), out)
+        forward(
+            np.ascontiguousarray(x, np.float32),
+            np.array(self.sizes),
+            np.ascontiguousarray(weights, np.float32),
+            out,
+        )
         if self.kind == "happiness":
             return out[:, 0]
         return (out.reshape(len(x), self.sizes[-1] // 3, 3).argmax(axis=2) - 1).astype(np.int8)
@@ -62,8 +66,9 @@ class Fitted:
         raises ValueError for another number of them."""
         weights = np.array(weights, np.float32)
         if weights.shape != self.weights.shape:
-            raise ValueError(f"network: weights of the shape {weights.shape}; "
-                             f"allowed is {self.weights.shape}")
+            raise ValueError(
+                f"network: weights of the shape {weights.shape}; allowed is {self.weights.shape}"
+            )
         return replace(self, weights=weights, error=float("nan"))
 
 
@@ -117,25 +122,31 @@ def _answers(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, kind: 
     y = np.asarray(function(x.copy()), np.float32)
     if y.ndim != (2 if kind == "reflex" else 1) or len(y) != len(x):
         allowed = "(n, actions)" if kind == "reflex" else "(n,)"
-        raise ValueError(f"fit_network: the function gives the shape {y.shape} for {len(x)} readings; "
-                         f"allowed is {allowed}")
+        raise ValueError(
+            f"fit_network: the function gives the shape {y.shape} for {len(x)} readings; allowed is {allowed}"
+        )
     if not np.isfinite(y).all():
-        raise ValueError("fit_network: the function gives numbers that are not finite; "
-                         "allowed are finite ones between low and high")
+        raise ValueError(
+            "fit_network: the function gives numbers that are not finite; "
+            "allowed are finite ones between low and high"
+        )
     return np.sign(y) if kind == "reflex" else y
 
 
-def _train(x: np.ndarray, y: np.ndarray, sizes: tuple[int, ...], rng: np.random.Generator,
-           steps: int, kind: str) -> list[list[np.ndarray]]:
+def _train(
+    x: np.ndarray, y: np.ndarray, sizes: tuple[int, ...], rng: np.random.Generator, steps: int, kind: str
+) -> list[list[np.ndarray]]:
     """Return the matrix (in, out) and the bias of each layer, trained by Adam on minibatches."""
     import torch
 
     def start(*shape: int) -> torch.Tensor:
-        return torch.tensor(rng.normal(0, 1 / np.sqrt(shape[0]), shape), dtype=torch.float32,
-                            requires_grad=True)
+        return torch.tensor(
+            rng.normal(0, 1 / np.sqrt(shape[0]), shape), dtype=torch.float32, requires_grad=True
+        )
 
-    layers = [[start(a, b), torch.zeros(b, requires_grad=True)]
-              for a, b in zip(sizes, sizes[1:], strict=False)]
+    layers = [
+        [start(a, b), torch.zeros(b, requires_grad=True)] for a, b in zip(sizes, sizes[1:], strict=False)
+    ]
     optimiser = torch.optim.Adam([part for layer in layers for part in layer], lr=RATE)
     inputs, targets = torch.from_numpy(x), torch.from_numpy(y)
     for step in range(steps):

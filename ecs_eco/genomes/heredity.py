@@ -24,13 +24,25 @@ class Heredity:
     founders share bool[loci]).
     """
 
-    def __init__(self, layout: Any = None, operators: Any = None,
-                 targets: Mapping[str, tuple[type, str, int | None]] | None = None, *, minds: Any = None,
-                 inherit: str = "none", noise: float = 0.0, founder: np.ndarray | None = None,
-                 alike: tuple[np.ndarray, np.ndarray] | None = None) -> None:
+    def __init__(
+        self,
+        layout: Any = None,
+        operators: Any = None,
+        targets: Mapping[str, tuple[type, str, int | None]] | None = None,
+        *,
+        minds: Any = None,
+        inherit: str = "none",
+        noise: float = 0.0,
+        founder: np.ndarray | None = None,
+        alike: tuple[np.ndarray, np.ndarray] | None = None,
+    ) -> None:
         self.layout, self.operators, self.targets = layout, operators, dict(targets or {})
         self.minds, self.inherit, self.noise, self.founder, self.alike = (
-            minds, inherit, float(noise), founder, alike
+            minds,
+            inherit,
+            float(noise),
+            founder,
+            alike,
         )
         self.mutation = self.expression = True
         self.shuffled = False
@@ -38,8 +50,11 @@ class Heredity:
     def state(self) -> dict[str, np.ndarray]:
         """Return the state that no column holds: the weights of founders, empty if these are random, and how
         often strings of variable length were at their limit."""
-        out = {} if self.minds is None else {"founder": np.zeros(0, np.float32)
-                                             if self.founder is None else self.founder}
+        out = (
+            {}
+            if self.minds is None
+            else {"founder": np.zeros(0, np.float32) if self.founder is None else self.founder}
+        )
         counts = getattr(self.operators, "at_limit", None)
         return out if counts is None else out | {"at_limit": counts.copy()}
 
@@ -64,13 +79,21 @@ class Heredity:
             if self.founder is None:
                 values[Policy, "weights"] = self.minds.draw(identity, keys_of(world, table))
             else:
-                values[Policy, "weights"] = self._noisy(np.repeat(self.founder[None], identity.size, axis=0),
-                                                        keys)
+                values[Policy, "weights"] = self._noisy(
+                    np.repeat(self.founder[None], identity.size, axis=0), keys
+                )
         self._prune(table, values)
         return values
 
-    def offspring(self, world: Any, table: Any, first: np.ndarray, second: np.ndarray | None,
-                  identity: np.ndarray, sperm: np.ndarray | None = None) -> Values:
+    def offspring(
+        self,
+        world: Any,
+        table: Any,
+        first: np.ndarray,
+        second: np.ndarray | None,
+        identity: np.ndarray,
+        sperm: np.ndarray | None = None,
+    ) -> Values:
         """Return the inherited columns of the children of rows `first` i64[k] and `second` i64[k] (None:
         of one parent; −1: dead).
 
@@ -80,8 +103,11 @@ class Heredity:
         keys = _keys(world, table, identity)
         values: Values = {}
         if self.shuffled:
-            first, second, sperm = (_anyone(table, keys, 0),
-                                    None if second is None else _anyone(table, keys, 1), None)
+            first, second, sperm = (
+                _anyone(table, keys, 0),
+                None if second is None else _anyone(table, keys, 1),
+                None,
+            )
         if self.layout is not None:
             loci = table[Genome].loci
             fathers = None if second is None else (loci[second] if sperm is None else sperm)
@@ -90,11 +116,13 @@ class Heredity:
             values = {(Genome, "loci"): children} | self.express(table, children)
         if self.minds is not None and (Policy, "weights") not in values:
             if self.inherit == "learned":
-                values[Policy, "weights"] = self._noisy(table[Policy].weights[_one_of(keys, first, second)],
-                                                        keys)
+                values[Policy, "weights"] = self._noisy(
+                    table[Policy].weights[_one_of(keys, first, second)], keys
+                )
                 if hidden_units(table):  # a child may have units that the parent lacked
-                    self.minds.complete(values[Policy, "weights"],
-                                        self.minds.draw(identity, keys_of(world, table)))
+                    self.minds.complete(
+                        values[Policy, "weights"], self.minds.draw(identity, keys_of(world, table))
+                    )
             else:
                 values[Policy, "weights"] = self.minds.draw(identity, keys_of(world, table))
         self._prune(table, values)
@@ -105,8 +133,9 @@ class Heredity:
         for layer, at in hidden_units(table).items():
             if (Policy, "weights") in values and (Traits, "value") in values:
                 values[Policy, "weights"] = np.ascontiguousarray(values[Policy, "weights"])
-                self.minds.prune(values[Policy, "weights"], values[Traits, "value"][:, at].astype(np.int64),
-                                 layer)
+                self.minds.prune(
+                    values[Policy, "weights"], values[Traits, "value"][:, at].astype(np.int64), layer
+                )
 
     def express(self, table: Any, loci: np.ndarray) -> Values:
         """Return the traits that genomes u8[k, loci] code for, as columns."""
@@ -134,8 +163,7 @@ class Heredity:
 def hidden_units(table: Any) -> dict[int, int]:
     """Return the hidden layers whose number of units a gene codes for, and their places in Traits."""
     traits = {} if table.species is None else table.species.traits
-    return {int(key.rpartition(".")[2]): at for key, at in traits.items()
-            if key.startswith("policy.hidden.")}
+    return {int(key.rpartition(".")[2]): at for key, at in traits.items() if key.startswith("policy.hidden.")}
 
 
 def keys_of(world: Any, table: Any) -> np.uint64:

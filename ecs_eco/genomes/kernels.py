@@ -34,8 +34,7 @@ def read_codons(loci, first, letters, size, gray, out):
 
 @njit
 def write_codons(numbers, first, letters, size, gray, loci):
-    """Write numbers i64[n, codons] as the letters of codons from locus `first` on: what `read_codons` reads.
-    """
+    """Write numbers i64[n, codons] as the letters of codons from locus `first` on: what `read_codons` reads."""
     for row in range(numbers.shape[0]):
         for codon in range(numbers.shape[1]):
             left = numbers[row, codon]

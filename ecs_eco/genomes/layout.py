@@ -16,9 +16,9 @@ from ecs_eco.genomes.problems import is_weights, n_codons, places, problems, sha
 if TYPE_CHECKING:
     from ecs_eco.genomes.traits import Shapes, Trait
 
+
 class Piece(NamedTuple):
-    """A part of a genome's text: its string, its gene ("" where it is neutral), its first locus, its letters.
-    """
+    """A part of a genome's text: its string, its gene ("" where it is neutral), its first locus, its letters."""
 
     string: int
     gene: str
@@ -53,24 +53,30 @@ class Layout:
         self.alphabet = alphabet if isinstance(alphabet, Alphabet) else Alphabet(alphabet)
         shapes, size = shapes or {}, len(self.alphabet)
         wrong = list(problems(genes, size, loci, traits, shapes))
-        for key, value, allowed in (("ploidy", ploidy, (1, 2)),
-                                    ("dominance", dominance, get_args(Dominance))):
+        for key, value, allowed in (
+            ("ploidy", ploidy, (1, 2)),
+            ("dominance", dominance, get_args(Dominance)),
+        ):
             if value not in allowed:
                 wrong.append(Problem((key,), "not possible", value, listed(allowed)))
         if wrong:
-            raise ConfigError(wrong,     "this genome is refused")
+            raise ConfigError(wrong, "this genome is refused")
         self.ploidy, self.dominance = ploidy, dominance
         at = places(genes, traits or {}, shapes) or []
-        self.genes = tuple(_code(gene, first, size, (traits or {}).get(gene.trait or ""), shapes)
-                           for gene, (first, _) in zip(genes, at, strict=True))  # fmt: skip
+        self.genes = tuple(
+            _code(gene, first, size, (traits or {}).get(gene.trait or ""), shapes)
+            for gene, (first, _) in zip(genes, at, strict=True)
+        )
         self.length = loci or max(stop for _, stop in at)  # of one string
         self.row = self.length * ploidy  # letters of an organism
         self._by_name = {code.name: code for code in self.genes}
 
     @classmethod
     def from_config(
-        cls, section: GenomeSection, traits: Mapping[str, Trait] | None = None,
-        shapes: Mapping[str, Shapes] | Shapes | None = None
+        cls,
+        section: GenomeSection,
+        traits: Mapping[str, Trait] | None = None,
+        shapes: Mapping[str, Shapes] | Shapes | None = None,
     ) -> Layout:
         """Return the layout of a world file's genome; `shapes` given as a list are those of policy.weights.
 
@@ -79,10 +85,13 @@ class Layout:
         if shapes is not None and not isinstance(shapes, Mapping):
             shapes = {"policy.weights": shapes}
         if section.longest is not None:
-            raise ValueError("Layout.from_config: strings of this section vary in length; "
-                             "ecs_eco.genomes.layout_of takes it")
-        return cls(section.genes, section.alphabet, section.ploidy, section.dominance, section.loci,
-                   traits, shapes)
+            raise ValueError(
+                "Layout.from_config: strings of this section vary in length; "
+                "ecs_eco.genomes.layout_of takes it"
+            )
+        return cls(
+            section.genes, section.alphabet, section.ploidy, section.dominance, section.loci, traits, shapes
+        )
 
     def __getitem__(self, name: str) -> Code:
         """Return the gene of this name; raises UnknownName."""
@@ -93,8 +102,9 @@ class Layout:
     def __str__(self) -> str:
         rows = [list(self.table()[0]), *([str(v) for v in row.values()] for row in self.table())]
         widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-        return "\n".join("  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
-                         for row in rows)
+        return "\n".join(
+            "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows
+        )
 
     def table(self) -> list[dict[str, Any]]:
         """Return a row for each gene: gene, loci, trait, codes for, resolution."""
@@ -102,9 +112,15 @@ class Layout:
         for code in self.genes:
             unit = code.trait.unit if code.trait and code.trait.unit not in ("1", "own") else ""
             fine = f"{code.resolution:.3g} {unit}".strip() if code.resolution else "exact"
-            out.append({"gene": code.name, "loci": f"{code.first}-{code.stop - 1}",
-                        "trait": code.gene.trait or "none",
-                        "codes for": code.text, "resolution": fine})  # fmt: skip
+            out.append(
+                {
+                    "gene": code.name,
+                    "loci": f"{code.first}-{code.stop - 1}",
+                    "trait": code.gene.trait or "none",
+                    "codes for": code.text,
+                    "resolution": fine,
+                }
+            )
         return out
 
     def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
@@ -120,8 +136,9 @@ class Layout:
     def alleles(self, loci: np.ndarray, name: str) -> np.ndarray:
         """Return each string's value of one gene, before dominance: [n, ploidy, …]."""
         code, loci = self[name], self.check(loci)
-        return np.stack([code.values(code.codons.read(loci, s * self.length)) for s in range(self.ploidy)],
-                        axis=1).astype(code.dtype)
+        return np.stack(
+            [code.values(code.codons.read(loci, s * self.length)) for s in range(self.ploidy)], axis=1
+        ).astype(code.dtype)
 
     def encode(self, values: Mapping[str, Any], clip: bool = False) -> np.ndarray:
         """Return rows u8[n, loci] that code for these values, one or n for each gene, the same in both
@@ -134,15 +151,19 @@ class Layout:
         """
         for name in values:
             self[name]
-        arrays = {code.name: self._array(code, values)
-                  for code in self.genes if code.name in values or code.gene.trait}
+        arrays = {
+            code.name: self._array(code, values)
+            for code in self.genes
+            if code.name in values or code.gene.trait
+        }
         n = max((len(a) for a in arrays.values()), default=1)
         out = np.zeros((n, self.row), np.uint8)
         for code in (c for c in self.genes if c.name in arrays):
             array = arrays[code.name]
             if len(array) not in (1, n):
-                raise ValueError(f"gene {code.name!r}: {len(array)} values, and {n} of another gene; "
-                                 f"allowed are 1 or {n}")
+                raise ValueError(
+                    f"gene {code.name!r}: {len(array)} values, and {n} of another gene; allowed are 1 or {n}"
+                )
             numbers = np.broadcast_to(code.numbers(array, clip), (n, code.codons.n))
             for string in range(self.ploidy):
                 code.codons.write(numbers, out, string * self.length)
@@ -158,8 +179,9 @@ class Layout:
         out = self.random(np.zeros(n, np.uint64))
         for code in self.genes:
             if code.trait is not None and not isinstance(code, Weights):
-                numbers = np.broadcast_to(code.numbers(np.array([code.trait.default]), clip=False),
-                                          (n, code.codons.n))
+                numbers = np.broadcast_to(
+                    code.numbers(np.array([code.trait.default]), clip=False), (n, code.codons.n)
+                )
                 for string in range(self.ploidy):
                     code.codons.write(numbers, out, string * self.length)
         return out
@@ -169,8 +191,9 @@ class Layout:
         not neutral ones, nor those of a network."""
         out = np.zeros(self.row, np.bool_)
         for code in self.genes:
-            for string in range(self.ploidy if code.trait is not None
-                                and not isinstance(code, Weights) else 0):
+            for string in range(
+                self.ploidy if code.trait is not None and not isinstance(code, Weights) else 0
+            ):
                 out[string * self.length + code.first : string * self.length + code.stop] = True
         return out
 
@@ -200,8 +223,11 @@ class Layout:
 
     def rows(self, texts: Sequence[str]) -> np.ndarray:
         """Return the rows u8[n, loci] of texts; raises ValueError for one of another length or letters."""
-        return self.check(np.stack([self.alphabet.encode(text) for text in texts])
-                          if texts else np.zeros((0, self.row), np.uint8))
+        return self.check(
+            np.stack([self.alphabet.encode(text) for text in texts])
+            if texts
+            else np.zeros((0, self.row), np.uint8)
+        )
 
     def mark(self, genome: str | np.ndarray) -> list[Piece]:
         """Return the pieces of one genome, text or u8[loci], in order:
@@ -214,8 +240,9 @@ class Layout:
             for code in sorted(self.genes, key=lambda c: c.first):
                 if code.first > at:
                     pieces.append(Piece(string, "", at, text[start + at : start + code.first]))
-                pieces.append(Piece(string, code.name, code.first,
-                                    text[start + code.first : start + code.stop]))
+                pieces.append(
+                    Piece(string, code.name, code.first, text[start + code.first : start + code.stop])
+                )
                 at = code.stop
             if at < self.length:
                 pieces.append(Piece(string, "", at, text[start + at : start + self.length]))
@@ -227,15 +254,22 @@ class Layout:
         return self._checked(loci, len(self.alphabet) - 1)
 
     def _checked(self, loci: np.ndarray, highest: int) -> np.ndarray:
-        if (not isinstance(loci, np.ndarray) or loci.dtype != np.uint8 or loci.ndim != 2
-            or loci.shape[1] != self.row):
-            given = (f"an array of {getattr(loci, 'dtype', type(loci).__name__)} with the shape "
-                     f"{np.shape(loci)}")
+        if (
+            not isinstance(loci, np.ndarray)
+            or loci.dtype != np.uint8
+            or loci.ndim != 2
+            or loci.shape[1] != self.row
+        ):
+            given = (
+                f"an array of {getattr(loci, 'dtype', type(loci).__name__)} with the shape {np.shape(loci)}"
+            )
             raise ValueError(f"genome: {given}; allowed are rows of u8[n, {self.row}]")
         if highest < 255 and loci.size and loci.max() > highest:
             row, place = np.argwhere(loci > highest)[0]
-            raise ValueError(f"genome {row}: {loci[row, place]} at place {place} is no letter's number; "
-                             f"allowed are 0 to {highest}")
+            raise ValueError(
+                f"genome {row}: {loci[row, place]} at place {place} is no letter's number; "
+                f"allowed are 0 to {highest}"
+            )
         return loci
 
     def _expressed(self, code: Code, loci: np.ndarray) -> np.ndarray:

@@ -15,8 +15,11 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.traits import Shapes, Trait
 
 
-def layout_of(section: GenomeSection, traits: Mapping[str, Trait] | None = None,
-              shapes: Mapping[str, Shapes] | Shapes | None = None) -> Layout:
+def layout_of(
+    section: GenomeSection,
+    traits: Mapping[str, Trait] | None = None,
+    shapes: Mapping[str, Shapes] | Shapes | None = None,
+) -> Layout:
     """Return the layout of a world file's genome; `shapes` given as a list are those of policy.weights."""
     if section.longest is None:
         return Layout.from_config(section, traits, shapes)
@@ -25,8 +28,13 @@ def layout_of(section: GenomeSection, traits: Mapping[str, Trait] | None = None,
     return VariableLayout(section, traits, shapes)
 
 
-def operators_of(section: GenomeSection, layout: Layout, select_mate: str = "nearest",
-                 find: Callable[[Any], Any] = handed_over, mates: bool = True) -> Operators:
+def operators_of(
+    section: GenomeSection,
+    layout: Layout,
+    select_mate: str = "nearest",
+    find: Callable[[Any], Any] = handed_over,
+    mates: bool = True,
+) -> Operators:
     """Return the operators of a world file's genome; arguments as `Operators.from_config`."""
     from ecs_eco.genomes.batch import Operators
     from ecs_eco.genomes.variable_births import VariableOperators

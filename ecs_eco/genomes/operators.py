@@ -29,28 +29,46 @@ LONGEST_TRIED = 10_000  # loci of the strings on which an operator is tried
 # the only operators of DEAP that data may name, and the arguments of each
 SAFE: dict[str, dict[str, tuple[str, ...]]] = {
     "mate": {"cxOnePoint": (), "cxTwoPoint": (), "cxUniform": ("indpb",)},
-    "mutate": {"mutFlipBit": ("indpb",), "mutInversion": (), "mutShuffleIndexes": ("indpb",),
-               "mutUniformInt": ("low", "up", "indpb")},
+    "mutate": {
+        "mutFlipBit": ("indpb",),
+        "mutInversion": (),
+        "mutShuffleIndexes": ("indpb",),
+        "mutUniformInt": ("low", "up", "indpb"),
+    },
 }
 # those beside them for strings of variable length: our own, and DEAP's
 VARIABLE: dict[str, dict[str, tuple[str, ...]]] = {
-    "mate": {"cxUnequal": ("slip",), "cxMessyOnePoint": ()}, "mutate": {},
+    "mate": {"cxUnequal": ("slip",), "cxMessyOnePoint": ()},
+    "mutate": {},
 }
 _NUMBERS = "it makes numbers between letters"
 _STRATEGY = "it needs a strategy besides the genome"
 _ORDER = "it permutes, and needs a genome that has every letter once"
 REFUSED = {  # operators of DEAP that cannot work on letters
-    "cxBlend": _NUMBERS, "cxSimulatedBinary": _NUMBERS, "cxSimulatedBinaryBounded": _NUMBERS,
-    "mutGaussian": _NUMBERS, "mutPolynomialBounded": _NUMBERS, "cxESBlend": _STRATEGY,
-    "cxESTwoPoint": _STRATEGY, "cxESTwoPoints": _STRATEGY, "mutESLogNormal": _STRATEGY,
-    "cxPartialyMatched": _ORDER, "cxUniformPartialyMatched": _ORDER, "cxOrdered": _ORDER,
+    "cxBlend": _NUMBERS,
+    "cxSimulatedBinary": _NUMBERS,
+    "cxSimulatedBinaryBounded": _NUMBERS,
+    "mutGaussian": _NUMBERS,
+    "mutPolynomialBounded": _NUMBERS,
+    "cxESBlend": _STRATEGY,
+    "cxESTwoPoint": _STRATEGY,
+    "cxESTwoPoints": _STRATEGY,
+    "mutESLogNormal": _STRATEGY,
+    "cxPartialyMatched": _ORDER,
+    "cxUniformPartialyMatched": _ORDER,
+    "cxOrdered": _ORDER,
     "cxMessyOnePoint": "it changes the length of a genome, which needs genome.longest",
     "cxTwoPoints": "its name is now cxTwoPoint",
-}  # fmt: skip
+}
 
 
-def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, select_mate: str = "nearest",
-               find: Callable[[Any], Any] = handed_over, mates: bool = True) -> Toolbox:
+def toolbox_of(
+    section: GenomeSection | Mapping[str, Any],
+    layout: Layout,
+    select_mate: str = "nearest",
+    find: Callable[[Any], Any] = handed_over,
+    mates: bool = True,
+) -> Toolbox:
     """Return a DEAP toolbox with `mate` and `mutate` from a section, or a dict with these keys,
     and a rule as `select_mate`.
 
@@ -65,8 +83,11 @@ def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, selec
     section = _section(section)
     for word in ("mate", "mutate"):
         entry = getattr(section, word)
-        toolbox.register(word, operator_of(word, entry.operator, layout, find),
-                         **defaults(entry.operator, layout) | entry.arguments)
+        toolbox.register(
+            word,
+            operator_of(word, entry.operator, layout, find),
+            **defaults(entry.operator, layout) | entry.arguments,
+        )
     if select_mate not in RULES:
         raise UnknownName(unknown_name("select_mate", "rule", select_mate, RULES))
     toolbox.register("select_mate", RULES[select_mate])
@@ -83,8 +104,9 @@ def _section(section: GenomeSection | Mapping[str, Any]) -> GenomeSection:
     return GenomeSection(**{"genes": [Gene(name="any", letters=1, low=0.0, high=1.0)], **section})
 
 
-def operator_of(word: str, name: Any, layout: Layout,
-                find: Callable[[Any], Any] = handed_over) -> Callable[..., Any]:
+def operator_of(
+    word: str, name: Any, layout: Layout, find: Callable[[Any], Any] = handed_over
+) -> Callable[..., Any]:
     """Return the operator of this name, or what `find` returns for a function or "module:name"."""
     if not isinstance(name, str) or ":" in name:
         return find(name)
@@ -107,11 +129,14 @@ def check_name(word: str, name: str, layout: Layout) -> None:
     """Raise ValueError or UnknownName for a name that is not one of the operators on letters."""
     known = known_operators(word, layout)
     if name == "cxUnequal" and name not in known:
-        raise ValueError(f"{word}: {name} cuts strings at genes, which needs genome.longest; "
-                         f"allowed are {listed(known, 30)}")
+        raise ValueError(
+            f"{word}: {name} cuts strings at genes, which needs genome.longest; "
+            f"allowed are {listed(known, 30)}"
+        )
     if name in REFUSED and name not in known and name.startswith(PREFIX[word]):
-        raise ValueError(f"{word}: {name} does not work on genomes: {REFUSED[name]}; "
-                         f"allowed are {listed(known, 30)}")
+        raise ValueError(
+            f"{word}: {name} does not work on genomes: {REFUSED[name]}; allowed are {listed(known, 30)}"
+        )
     if name not in known:
         raise UnknownName(unknown_name(word, "operator", name, known))
 
@@ -131,8 +156,9 @@ def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout, 
     check_name(word, name, layout)
     takes, given = known_operators(word, layout)[name], defaults(name, layout) | dict(given)
     if wrong := [k for k in given if k not in takes]:
-        raise ValueError(f"{word}: {name}: got an unexpected keyword argument '{wrong[0]}'; "
-                         f"{_takes(takes, wrong[0])}")
+        raise ValueError(
+            f"{word}: {name}: got an unexpected keyword argument '{wrong[0]}'; {_takes(takes, wrong[0])}"
+        )
     if missing := [k for k in takes if k not in given]:
         raise ValueError(f"{word}: {name}: missing a required argument: '{missing[0]}'; {_takes(takes)}")
     if used:
@@ -159,8 +185,10 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
     """Raise ValueError where these arguments, or this operator, do not fit genomes of the layout."""
     if name == "mutFlipBit" and len(layout.alphabet) > 2:
         letters = layout.alphabet.letters
-        raise ValueError(f"{word}: mutFlipBit turns 0 and 1 into each other, "
-                         f"and {letters!r} has {len(letters)} letters; use mutUniformInt")
+        raise ValueError(
+            f"{word}: mutFlipBit turns 0 and 1 into each other, "
+            f"and {letters!r} has {len(letters)} letters; use mutUniformInt"
+        )
     if layout.length < 2 and name in ("cxOnePoint", "cxTwoPoint", "mutShuffleIndexes"):
         raise ValueError(f"{word}: {name} needs at least two loci, and the genome has {layout.length}")
     if name == "mutUniformInt":
@@ -170,8 +198,10 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
             raise ValueError(f"{word}: {name} with {share} = {arguments[share]}; allowed are 0 to 1")
     own = [code.name for code in layout.genes if code.gene.mutation is not None]
     if own and layout.longest is not None and word == "mutate" and name not in (*SAFE[word],):
-        raise ValueError(f"mutate: {name} does not know where genes are, so the gene {own[0]!r} cannot have "
-                         "a mutation of its own")
+        raise ValueError(
+            f"mutate: {name} does not know where genes are, so the gene {own[0]!r} cannot have "
+            "a mutation of its own"
+        )
     if word == "mutate" and own and ("indpb" not in arguments or name == "mutShuffleIndexes"):
         why = "moves letters from gene to gene" if name == "mutShuffleIndexes" else "has no indpb"
         raise ValueError(f"mutate: {name} {why}, so the gene {own[0]!r} cannot have a mutation of its own")
@@ -182,19 +212,27 @@ def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> N
     or low is above up."""
     for key in ("low", "up"):
         if not _letters(arguments[key], len(layout.alphabet)):
-            raise ValueError(f"{word}: mutUniformInt with {key} = {arguments[key]}; "
-                             f"allowed are 0 to {len(layout.alphabet) - 1}")
+            raise ValueError(
+                f"{word}: mutUniformInt with {key} = {arguments[key]}; "
+                f"allowed are 0 to {len(layout.alphabet) - 1}"
+            )
         if isinstance(arguments[key], list | tuple) and layout.longest is not None:
-            raise ValueError(f"{word}: mutUniformInt with {len(arguments[key])} numbers as {key}; allowed is "
-                             "one, as genes have no fixed place")
+            raise ValueError(
+                f"{word}: mutUniformInt with {len(arguments[key])} numbers as {key}; allowed is "
+                "one, as genes have no fixed place"
+            )
         if isinstance(arguments[key], list | tuple) and len(arguments[key]) < layout.length:
             n = len(arguments[key])
-            raise ValueError(f"{word}: mutUniformInt with {n} numbers as {key}; allowed is one, "
-                             f"or {layout.length}: one each locus")
+            raise ValueError(
+                f"{word}: mutUniformInt with {n} numbers as {key}; allowed is one, "
+                f"or {layout.length}: one each locus"
+            )
     low, up = (np.atleast_1d(arguments[key])[: layout.length] for key in ("low", "up"))
     if (low > up).any():
-        raise ValueError(f"{word}: mutUniformInt with low = {arguments['low']} above up = {arguments['up']}; "
-                         "allowed is low at most up")
+        raise ValueError(
+            f"{word}: mutUniformInt with low = {arguments['low']} above up = {arguments['up']}; "
+            "allowed is low at most up"
+        )
 
 
 def taken_apart(word: str, operator: Callable[..., Any]) -> tuple[Callable[..., Any], dict[str, Any]]:
@@ -203,8 +241,7 @@ def taken_apart(word: str, operator: Callable[..., Any]) -> tuple[Callable[..., 
     function, named = getattr(operator, "func", operator), dict(getattr(operator, "keywords", {}))
     name = getattr(function, "__name__", repr(function))
     if getattr(operator, "args", ()):
-        raise ValueError(f"{word}: "
-                         f"{name} is registered with {operator.args!r}; give its arguments by name")  # type: ignore[attr-defined]
+        raise ValueError(f"{word}: {name} is registered with {operator.args!r}; give its arguments by name")  # type: ignore[attr-defined]
     signature = inspect.signature(function)
     genomes = 2 if word == "mate" else 1
     takes = list(signature.parameters)[genomes:]
@@ -236,8 +273,9 @@ def strings_of(word: str, name: str, result: Any, length: int | None, size: int)
     n = 2 if word == "mate" else 1
     if not isinstance(result, tuple) or len(result) != n:
         allowed = f"a tuple of {'two genomes' if n == 2 else 'one genome'}, as DEAP's operators return"
-        raise ValueError(f"{word}: {name} returns {type(result).__name__} {str(result)[:60]}; "
-                         f"allowed is {allowed}")
+        raise ValueError(
+            f"{word}: {name} returns {type(result).__name__} {str(result)[:60]}; allowed is {allowed}"
+        )
     return [_string(word, name, genome, length, size) for genome in result]
 
 
@@ -245,8 +283,10 @@ def _string(word: str, name: str, genome: Any, length: int | None, size: int) ->
     if length is None and not len(genome):
         return np.zeros(0, np.uint8)
     if length is not None and len(genome) != length:
-        raise ValueError(f"{word}: {name} returns a genome of {len(genome)} loci; allowed are {length}: "
-                         "genomes keep their length")
+        raise ValueError(
+            f"{word}: {name} returns a genome of {len(genome)} loci; allowed are {length}: "
+            "genomes keep their length"
+        )
     try:
         letters = np.frombuffer(bytes(list(genome)), np.uint8)  # the fastest check of a list of whole numbers
         if letters.max() < size:
@@ -255,8 +295,9 @@ def _string(word: str, name: str, genome: Any, length: int | None, size: int) ->
         pass
     at, letter = next((i, x) for i, x in enumerate(genome) if not (_is_whole(x) and 0 <= x < size))
     allowed = f"whole numbers from 0 to {size - 1}"
-    raise ValueError(f"{word}: {name} puts {letter!r} at place {at}, which is no letter; "
-                     f"allowed are {allowed}")
+    raise ValueError(
+        f"{word}: {name} puts {letter!r} at place {at}, which is no letter; allowed are {allowed}"
+    )
 
 
 def _is_whole(letter: Any) -> bool:
@@ -283,11 +324,13 @@ def _try(word: str, name: str, operator: Callable[..., Any], layout: Layout) -> 
             pair = [[random.randrange(size) for _ in range(n)] for n in lengths[: 2 if word == "mate" else 1]]
             strings_of(word, name, operator(*pair), expected, size)
     except (TypeError, AttributeError, IndexError, KeyError, ZeroDivisionError, OverflowError) as error:
-        raise ValueError(f"{word}: {name} fails on a list of letters' numbers: "
-                         f"{type(error).__name__}: {error}") from error
+        raise ValueError(
+            f"{word}: {name} fails on a list of letters' numbers: {type(error).__name__}: {error}"
+        ) from error
     finally:
         random.setstate(chance)
     if str(np.random.get_state()) != numbers:  # noqa: NPY002
-        raise ValueError(f"{word}: {name} draws from numpy's global random numbers; use Python's random, "
-                         "which is seeded for each birth")
-
+        raise ValueError(
+            f"{word}: {name} draws from numpy's global random numbers; use Python's random, "
+            "which is seeded for each birth"
+        )

@@ -19,8 +19,11 @@ LONGEST = 50_000_000  # loci of a string
 
 
 def problems(
-    genes: Sequence[Gene], size: int, loci: int | None, traits: Mapping[str, Trait] | None,
-    shapes: Mapping[str, Shapes]
+    genes: Sequence[Gene],
+    size: int,
+    loci: int | None,
+    traits: Mapping[str, Trait] | None,
+    shapes: Mapping[str, Shapes],
 ) -> Iterator[Problem]:
     """All problems of genes over an alphabet of `size` letters, on a string of `loci` (None:
     as long as they need).
@@ -37,12 +40,21 @@ def problems(
             yield Problem((*key, "name"), "another gene has this name", gene.name, "each name once")
         names[gene.name] = gene.name
         if gene.trait is not None and gene.trait in coded:
-            yield Problem((*key, "trait"), f"the gene {coded[gene.trait]} codes for it too", gene.trait,
-                          "one gene for each trait")
+            yield Problem(
+                (*key, "trait"),
+                f"the gene {coded[gene.trait]} codes for it too",
+                gene.trait,
+                "one gene for each trait",
+            )
         coded.setdefault(gene.trait or "", gene.name)
         if gene.trait is not None and traits is not None and gene.trait not in traits:
-            yield Problem((*key, "trait"), "the species has no such trait", gene.trait, listed(traits, 40),
-                          nearest(gene.trait, traits))
+            yield Problem(
+                (*key, "trait"),
+                "the species has no such trait",
+                gene.trait,
+                listed(traits, 40),
+                nearest(gene.trait, traits),
+            )
             continue
         trait = (traits or {}).get(gene.trait or "")
         most = MOST_WEIGHT_LEVELS if is_weights(gene, trait) else MOST_LEVELS
@@ -58,8 +70,11 @@ def problems(
 
 def is_weights(gene: Gene, trait: Trait | None) -> bool:
     """Whether a gene codes for the weights of a network."""
-    return (gene.form is not None or (trait is not None and trait.kind == "weights")
-            or gene.trait == "policy.weights")
+    return (
+        gene.form is not None
+        or (trait is not None and trait.kind == "weights")
+        or gene.trait == "policy.weights"
+    )
 
 
 def shapes_of(gene: Gene, shapes: Mapping[str, Shapes]) -> Shapes | None:
@@ -78,8 +93,9 @@ def n_codons(gene: Gene, trait: Trait | None, shapes: Mapping[str, Shapes]) -> i
     return sum(n_coefficients(tuple(shape), most) for shape in known)
 
 
-def places(genes: Sequence[Gene], traits: Mapping[str, Trait],
-           shapes: Mapping[str, Shapes]) -> list[tuple[int, int]] | None:
+def places(
+    genes: Sequence[Gene], traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]
+) -> list[tuple[int, int]] | None:
     """The first locus and the one after the last of each gene; None where a length is not known."""
     spans, at = [], 0
     for gene in genes:
@@ -92,44 +108,60 @@ def places(genes: Sequence[Gene], traits: Mapping[str, Trait],
     return spans
 
 
-def _of_places(genes: Sequence[Gene], loci: int | None, traits: Mapping[str, Trait],
-               shapes: Mapping[str, Shapes]) -> Iterator[Problem]:
+def _of_places(
+    genes: Sequence[Gene], loci: int | None, traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]
+) -> Iterator[Problem]:
     spans = places(genes, traits, shapes)
     if spans is None:
         return
     order = sorted(range(len(genes)), key=lambda i: spans[i])
     for before, i in zip(order, order[1:], strict=False):
         if spans[i][0] < spans[before][1]:
-            fault = (f"overlaps the gene {genes[before].name}, "
-                     f"which has the loci {spans[before][0]} to {spans[before][1] - 1}")
+            fault = (
+                f"overlaps the gene {genes[before].name}, "
+                f"which has the loci {spans[before][0]} to {spans[before][1] - 1}"
+            )
             yield Problem(("genes", i, "at"), fault, spans[i][0], f"at least {spans[before][1]}")
     needed = max((stop for _, stop in spans), default=0)
     if loci is not None and loci < needed:
-        yield Problem(("loci",), f"too short a string: the genes need {needed} loci", loci,
-                      f"at least {needed}")
+        yield Problem(
+            ("loci",), f"too short a string: the genes need {needed} loci", loci, f"at least {needed}"
+        )
     elif needed > LONGEST:
         yield Problem(("genes",), f"the genes need {needed} loci", allowed=f"at most {LONGEST}")
 
 
 def _of_weights(key: Key, gene: Gene, shapes: Mapping[str, Shapes]) -> Iterator[Problem]:
     if gene.form is None:
-        yield Problem((*key, "form"), "is missing: the gene codes for the weights of a network",
-                      allowed="direct or cosine")
-    for field, value in {"values": gene.values, "codons": gene.codons if gene.codons > 1 else None,
-                         "whole": gene.whole or None}.items():
+        yield Problem(
+            (*key, "form"),
+            "is missing: the gene codes for the weights of a network",
+            allowed="direct or cosine",
+        )
+    for field, value in {
+        "values": gene.values,
+        "codons": gene.codons if gene.codons > 1 else None,
+        "whole": gene.whole or None,
+    }.items():
         if value is not None:
             yield Problem((*key, field), "of no use for the weights of a network", value, "low and high")
     if gene.code == "additive":
-        yield Problem((*key, "code"), "not possible for the weights of a network", gene.code,
-                      "positional or gray")
+        yield Problem(
+            (*key, "code"), "not possible for the weights of a network", gene.code, "positional or gray"
+        )
     if gene.scale == "log":
         yield Problem((*key, "scale"), "not possible for the weights of a network", gene.scale, "linear")
     if gene.form == "cosine" and gene.coefficients is None:
-        yield Problem((*key, "coefficients"), "is missing: how many for each matrix",
-                      allowed="a whole number from 1")
+        yield Problem(
+            (*key, "coefficients"), "is missing: how many for each matrix", allowed="a whole number from 1"
+        )
     if gene.form == "direct" and gene.coefficients is not None:
-        yield Problem((*key, "coefficients"), "of no use: every weight has a codon", gene.coefficients,
-                      'form = "cosine", or nothing here')
+        yield Problem(
+            (*key, "coefficients"),
+            "of no use: every weight has a codon",
+            gene.coefficients,
+            'form = "cosine", or nothing here',
+        )
     yield from _of_range(key, gene, None)
     if shapes_of(gene, shapes) is None:
         allowed = 'trait = "policy.weights", or shapes = {gene: [...]}'
@@ -138,26 +170,33 @@ def _of_weights(key: Key, gene: Gene, shapes: Mapping[str, Shapes]) -> Iterator[
 
 def _of_value(key: Key, gene: Gene, size: int, trait: Trait | None) -> Iterator[Problem]:
     if gene.coefficients is not None:
-        yield Problem((*key, "coefficients"), "only for the weights of a network", gene.coefficients,
-                      "nothing here")
+        yield Problem(
+            (*key, "coefficients"), "only for the weights of a network", gene.coefficients, "nothing here"
+        )
     if gene.code == "additive" and gene.codons < 2:
-        yield Problem((*key, "codons"), 'too few to add up, with code = "additive"', gene.codons,
-                      "at least 2")
+        yield Problem(
+            (*key, "codons"), 'too few to add up, with code = "additive"', gene.codons, "at least 2"
+        )
     if gene.code != "additive" and gene.codons > 1:
-        yield Problem((*key, "codons"), f'of no use with code = "{gene.code}"', gene.codons,
-                      'code = "additive", or 1')
+        yield Problem(
+            (*key, "codons"), f'of no use with code = "{gene.code}"', gene.codons, 'code = "additive", or 1'
+        )
     if gene.values is None:
         yield from _of_range(key, gene, trait)
         return
     for field, value, allowed in (
-        ("low", gene.low, None), ("high", gene.high, None), ("code", gene.code, "positional"),
-        ("scale", gene.scale, "linear")
-    ):  # fmt: skip
+        ("low", gene.low, None),
+        ("high", gene.high, None),
+        ("code", gene.code, "positional"),
+        ("scale", gene.scale, "linear"),
+    ):
         if value != allowed:
             yield Problem((*key, field), "given together with values", value, "one of them")
     if len(gene.values) != size**gene.letters:
-        fault = (f"{len(gene.values)} of them, and a codon of {gene.letters} of {size} letters has "
-                 f"{size**gene.letters} values")
+        fault = (
+            f"{len(gene.values)} of them, and a codon of {gene.letters} of {size} letters has "
+            f"{size**gene.letters} values"
+        )
         yield Problem((*key, "values"), fault, gene.values, f"{size**gene.letters} numbers")
     for j, value in enumerate(gene.values):
         yield from _of_bound((*key, "values", j), gene, trait, value)
@@ -185,8 +224,9 @@ def _of_bound(key: Key, gene: Gene, trait: Trait | None, value: float) -> Iterat
         yield Problem(key, "not a whole number", value, "a whole number")
     if trait is not None and not trait.low <= value <= trait.high:
         unit = "" if trait.unit == "1" else f" {trait.unit}"
-        yield Problem(key, f"outside of what {trait.name} can be", value,
-                      f"{trait.low:g} to {trait.high:g}{unit}")
+        yield Problem(
+            key, f"outside of what {trait.name} can be", value, f"{trait.low:g} to {trait.high:g}{unit}"
+        )
 
 
 def _log(n: int, base: int) -> int:

@@ -39,11 +39,14 @@ def promoters_of(genes: Sequence[Gene], letters: str) -> list[str]:
     return [gene.promoter or word for gene, word in zip(genes, given, strict=True)]
 
 
-def spans_of(genes: Sequence[Gene], promoters: Sequence[str], traits: Mapping[str, Trait],
-             shapes: Mapping[str, Shapes]) -> list[int]:
+def spans_of(
+    genes: Sequence[Gene], promoters: Sequence[str], traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]
+) -> list[int]:
     """Return how many letters a copy of each gene has, with its promoter."""
-    return [len(word) + (n_codons(gene, traits.get(gene.trait or ""), shapes) or 0) * gene.letters
-            for gene, word in zip(genes, promoters, strict=True)]
+    return [
+        len(word) + (n_codons(gene, traits.get(gene.trait or ""), shapes) or 0) * gene.letters
+        for gene, word in zip(genes, promoters, strict=True)
+    ]
 
 
 def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:
@@ -57,23 +60,31 @@ def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:
     return table
 
 
-def copies_in(string: str, promoters: Mapping[str, str],
-              spans: Mapping[str, int]) -> Iterator[tuple[str, int]]:
+def copies_in(
+    string: str, promoters: Mapping[str, str], spans: Mapping[str, int]
+) -> Iterator[tuple[str, int]]:
     """Find the genes of a string, as text: the name of each copy and where its promoter begins.
 
     `promoters` and `spans` (letters of a copy, with its promoter) are by name of the gene.
     """
     at = 0
     while at < len(string):
-        here = next((name for name, word in promoters.items()
-                     if string.startswith(word, at) and at + spans[name] <= len(string)), None)
+        here = next(
+            (
+                name
+                for name, word in promoters.items()
+                if string.startswith(word, at) and at + spans[name] <= len(string)
+            ),
+            None,
+        )
         if here is not None:
             yield here, at
         at += 1 if here is None else spans[here]
 
 
-def problems_of_variable(section: GenomeSection, traits: Mapping[str, Trait] | None,
-                         shapes: Mapping[str, Shapes]) -> Iterator[Problem]:
+def problems_of_variable(
+    section: GenomeSection, traits: Mapping[str, Trait] | None, shapes: Mapping[str, Shapes]
+) -> Iterator[Problem]:
     """All problems of a genome section that have to do with strings of variable length."""
     if section.longest is None:
         for key in ("insertion", "deletion", "duplication", "loss"):
@@ -82,20 +93,36 @@ def problems_of_variable(section: GenomeSection, traits: Mapping[str, Trait] | N
         for i, gene in enumerate(section.genes):
             for key, default in ONLY.items():
                 if (value := getattr(gene, key)) != default:
-                    yield Problem(("genes", i, key), "strings keep their length here", value,
-                                  "genome.longest = …, or nothing here")
+                    yield Problem(
+                        ("genes", i, key),
+                        "strings keep their length here",
+                        value,
+                        "genome.longest = …, or nothing here",
+                    )
         return
     if len(section.alphabet) > MOST_LETTERS:
-        yield Problem(("alphabet",), "too many letters for strings of variable length", section.alphabet,
-                      f"at most {MOST_LETTERS}")
+        yield Problem(
+            ("alphabet",),
+            "too many letters for strings of variable length",
+            section.alphabet,
+            f"at most {MOST_LETTERS}",
+        )
     for first, second in (("insertion", "deletion"), ("duplication", "loss")):
         if (total := getattr(section, first) + getattr(section, second)) > 1:
-            yield Problem((second,), f"more than 1 together with {first}", getattr(section, second),
-                          f"at most {1 - (total - getattr(section, second)):g}")
+            yield Problem(
+                (second,),
+                f"more than 1 together with {first}",
+                getattr(section, second),
+                f"at most {1 - (total - getattr(section, second)):g}",
+            )
     for i, gene in enumerate(section.genes):
         if gene.at is not None:
-            yield Problem(("genes", i, "at"), "genes have no fixed place in strings of variable length",
-                          gene.at, "promoter = …, or nothing here")
+            yield Problem(
+                ("genes", i, "at"),
+                "genes have no fixed place in strings of variable length",
+                gene.at,
+                "promoter = …, or nothing here",
+            )
     yield from _of_words(section.genes, section.alphabet)
     yield from _of_lengths(section, traits or {}, shapes)
 
@@ -112,13 +139,18 @@ def _of_words(genes: Sequence[Gene], letters: str) -> Iterator[Problem]:
             yield Problem(key, f"too long with {len(letters)} letters", word, f"at most {most} letters")
         for j, other in enumerate(words[:i]):
             if word.startswith(other) or other.startswith(word):
-                yield Problem(key, f"one begins with the other: the promoter of {genes[j].name} is {other!r}",
-                              word, "words of which none begins with another")
+                yield Problem(
+                    key,
+                    f"one begins with the other: the promoter of {genes[j].name} is {other!r}",
+                    word,
+                    "words of which none begins with another",
+                )
                 break
 
 
-def _of_lengths(section: GenomeSection, traits: Mapping[str, Trait],
-                shapes: Mapping[str, Shapes]) -> Iterator[Problem]:
+def _of_lengths(
+    section: GenomeSection, traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]
+) -> Iterator[Problem]:
     """Whether a founder's genes fit into its string, and this into the longest."""
     longest = section.longest or 0
     if longest > LONGEST:
@@ -126,14 +158,22 @@ def _of_lengths(section: GenomeSection, traits: Mapping[str, Trait],
     spans = spans_of(section.genes, promoters_of(section.genes, section.alphabet), traits, shapes)
     needed = sum(span * gene.copies for span, gene in zip(spans, section.genes, strict=True))
     if section.loci is not None and section.loci < needed:
-        yield Problem(("loci",), f"too short a string: a founder's genes need {needed} letters",
-                      section.loci, f"at least {needed}")
+        yield Problem(
+            ("loci",),
+            f"too short a string: a founder's genes need {needed} letters",
+            section.loci,
+            f"at least {needed}",
+        )
     if needed == 0 and section.loci is None:
-        yield Problem(("genes",), "founders have no copy of any gene, and no letter",
-                      allowed="copies = 1 of a gene, or loci = …")
+        yield Problem(
+            ("genes",),
+            "founders have no copy of any gene, and no letter",
+            allowed="copies = 1 of a gene, or loci = …",
+        )
     if longest < max(needed, section.loci or 0):
-        yield Problem(("longest",), "founders have more letters", longest,
-                      f"at least {max(needed, section.loci or 0)}")
+        yield Problem(
+            ("longest",), "founders have more letters", longest, f"at least {max(needed, section.loci or 0)}"
+        )
 
 
 def _word(number: int, length: int, letters: str) -> str:

@@ -40,8 +40,12 @@ class UnequalCrossover:
     def pairs(self, a: list[int], b: list[int], slipped: bool) -> list[tuple[int, int]]:
         """Return the places in `a` and `b` where the promoters of counterparts begin."""
         first, second = (self._ranked(string) for string in (a, b))
-        return [(at, other) for gene, rank, at in first for same, level, other in second
-                if gene == same and (slipped or rank == level)]
+        return [
+            (at, other)
+            for gene, rank, at in first
+            for same, level, other in second
+            if gene == same and (slipped or rank == level)
+        ]
 
     def _ranked(self, string: list[int]) -> list[tuple[str, int, int]]:
         """Return each copy's gene, its rank among the copies of the gene, and its place."""

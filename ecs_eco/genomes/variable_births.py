@@ -34,19 +34,41 @@ class VariableOperators(Operators):
 
     layout: VariableLayout
 
-    def __init__(self, toolbox: Toolbox, layout: VariableLayout, chance: float = 1.0, *,
-                 insertion: float = 0.0, deletion: float = 0.0, duplication: float = 0.0,
-                 loss: float = 0.0, mates: bool = True) -> None:
+    def __init__(
+        self,
+        toolbox: Toolbox,
+        layout: VariableLayout,
+        chance: float = 1.0,
+        *,
+        insertion: float = 0.0,
+        deletion: float = 0.0,
+        duplication: float = 0.0,
+        loss: float = 0.0,
+        mates: bool = True,
+    ) -> None:
         self.insertion, self.deletion, self.duplication, self.loss = insertion, deletion, duplication, loss
         self.at_limit = np.zeros(len(EVENTS), np.int64)
         super().__init__(toolbox, layout, chance, mates)
 
     @classmethod
-    def from_config(cls, section: GenomeSection, layout: Any, select_mate: str = "nearest",
-                    find: Callable[[Any], Any] = handed_over, mates: bool = True) -> VariableOperators:
-        return cls(toolbox_of(section, layout, select_mate, find, mates), layout, section.mate.chance,
-                   insertion=section.insertion, deletion=section.deletion, duplication=section.duplication,
-                   loss=section.loss, mates=mates)
+    def from_config(
+        cls,
+        section: GenomeSection,
+        layout: Any,
+        select_mate: str = "nearest",
+        find: Callable[[Any], Any] = handed_over,
+        mates: bool = True,
+    ) -> VariableOperators:
+        return cls(
+            toolbox_of(section, layout, select_mate, find, mates),
+            layout,
+            section.mate.chance,
+            insertion=section.insertion,
+            deletion=section.deletion,
+            duplication=section.duplication,
+            loss=section.loss,
+            mates=mates,
+        )
 
     @property
     def genes(self) -> tuple[Any, ...]:
@@ -61,16 +83,34 @@ class VariableOperators(Operators):
         crossed = toss(keys, salt, kernels.CROSS) < self.chance
         out = np.empty_like(a)
         if isinstance(function, UnequalCrossover):
-            variable_kernels.cross_unequal(a, b, swapped, crossed, keys, salt, np.float32(arguments["slip"]),
-                                           *self.genes, self.at_limit, out)
+            variable_kernels.cross_unequal(
+                a,
+                b,
+                swapped,
+                crossed,
+                keys,
+                salt,
+                np.float32(arguments["slip"]),
+                *self.genes,
+                self.at_limit,
+                out,
+            )
         else:
             np.copyto(out, np.where(swapped[:, None], b, a))
-            self._cross_each(out, np.where(swapped[:, None], a, b), np.flatnonzero(crossed), keys, salt,
-                             function)
+            self._cross_each(
+                out, np.where(swapped[:, None], a, b), np.flatnonzero(crossed), keys, salt, function
+            )
         return out
 
-    def _cross_each(self, out: np.ndarray, other: np.ndarray, births: np.ndarray, keys: np.ndarray, salt: int,
-                    function: Any) -> None:
+    def _cross_each(
+        self,
+        out: np.ndarray,
+        other: np.ndarray,
+        births: np.ndarray,
+        keys: np.ndarray,
+        salt: int,
+        function: Any,
+    ) -> None:
         mate, name = self.toolbox.mate, named(function)
         state = random.getstate()
         try:
@@ -86,11 +126,20 @@ class VariableOperators(Operators):
         letters = np.ascontiguousarray(strings)
         size = len(self.layout.alphabet)
         if self.duplication or self.loss:
-            variable_kernels.rearrange(letters, keys, salt, float(self.duplication), float(self.loss),
-                                       *self.genes, self.at_limit)
+            variable_kernels.rearrange(
+                letters, keys, salt, float(self.duplication), float(self.loss), *self.genes, self.at_limit
+            )
         if self.insertion or self.deletion:
-            variable_kernels.insert_and_delete(letters, keys, salt, float(self.insertion),
-                                               float(self.deletion), self.layout.blank, size, self.at_limit)
+            variable_kernels.insert_and_delete(
+                letters,
+                keys,
+                salt,
+                float(self.insertion),
+                float(self.deletion),
+                self.layout.blank,
+                size,
+                self.at_limit,
+            )
         self._mutate_letters(letters, keys, salt)
         if letters is not strings:
             strings[:] = letters
@@ -99,8 +148,11 @@ class VariableOperators(Operators):
         from deap import tools
 
         function, arguments = self._operator("mutate")
-        ways = {tools.mutUniformInt: variable_kernels.UNIFORM, tools.mutFlipBit: variable_kernels.FLIP,
-                tools.mutShuffleIndexes: variable_kernels.SHUFFLE}
+        ways = {
+            tools.mutUniformInt: variable_kernels.UNIFORM,
+            tools.mutFlipBit: variable_kernels.FLIP,
+            tools.mutShuffleIndexes: variable_kernels.SHUFFLE,
+        }
         if function not in ways:
             self._mutate_each(letters, keys, salt, function, arguments)
             return
@@ -109,21 +161,27 @@ class VariableOperators(Operators):
         if all(code.gene.mutation is None for code in self.layout.genes):
             variable_kernels.mutate_letters(*given, int(low), int(up), self.layout.blank)
         else:
-            variable_kernels.mutate_by_gene(*given, self.layout.rates(chance), int(low), int(up), *self.genes,
-                                            self.layout.skipped)
+            variable_kernels.mutate_by_gene(
+                *given, self.layout.rates(chance), int(low), int(up), *self.genes, self.layout.skipped
+            )
 
-    def _mutate_each(self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any,
-                     arguments: dict[str, Any]) -> None:
+    def _mutate_each(
+        self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any, arguments: dict[str, Any]
+    ) -> None:
         mutate, name = self.toolbox.mutate, named(function)
         state = random.getstate()
         try:
             for birth in range(len(strings)):
                 random.seed(seed_of(keys[birth], MUTATE + 4 * salt))
-                mutated = strings_of("mutate", name, mutate(self._letters(strings[birth])), None,
-                                     self.layout.blank)[0]
+                mutated = strings_of(
+                    "mutate", name, mutate(self._letters(strings[birth])), None, self.layout.blank
+                )[0]
                 grows = mutated.size > (strings[birth] != self.layout.blank).sum()
-                self._take(strings[birth], mutated,
-                           variable_kernels.INSERTION if grows else variable_kernels.DELETION)
+                self._take(
+                    strings[birth],
+                    mutated,
+                    variable_kernels.INSERTION if grows else variable_kernels.DELETION,
+                )
         finally:
             random.setstate(state)
 

@@ -135,8 +135,9 @@ def slipped_of(pick, copies, gene_1, m_1, gene_2, m_2):
 
 
 @njit
-def cross_unequal(first, second, swapped, crossed, keys, salt, slip, blank, words, k, size, spans, at_limit,
-                  out):
+def cross_unequal(
+    first, second, swapped, crossed, keys, salt, slip, blank, words, k, size, spans, at_limit, out
+):
     """Copy `first` u8[n, longest] up to the promoter of one of its genes, and `second` from that of the
     counterpart on; `swapped` rows begin with `second`.
 

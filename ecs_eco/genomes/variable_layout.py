@@ -31,12 +31,17 @@ class VariableLayout(Layout):
 
     longest: int
 
-    def __init__(self, section: GenomeSection, traits: Mapping[str, Trait] | None = None,
-                 shapes: Mapping[str, Shapes] | None = None) -> None:
+    def __init__(
+        self,
+        section: GenomeSection,
+        traits: Mapping[str, Trait] | None = None,
+        shapes: Mapping[str, Shapes] | None = None,
+    ) -> None:
         if wrong := list(problems_of_variable(section, traits, shapes or {})):
             raise ConfigError(wrong, "this genome is refused")
-        super().__init__(section.genes, section.alphabet, section.ploidy, section.dominance, None, traits,
-                         shapes)
+        super().__init__(
+            section.genes, section.alphabet, section.ploidy, section.dominance, None, traits, shapes
+        )
         self.doubled = section.doubled
         self.length = self.longest = section.longest or 0
         self.row = self.length * self.ploidy
@@ -56,9 +61,15 @@ class VariableLayout(Layout):
     def table(self) -> list[dict[str, Any]]:
         """Return a row for each gene: gene, promoter, letters after it, trait, codes for, resolution."""
         rows = super().table()
-        return [{"gene": code.name, "promoter": self.promoters[code.name], "letters": code.codons.length,
-                 **{k: v for k, v in row.items() if k not in ("gene", "loci")}}
-                for code, row in zip(self.genes, rows, strict=True)]
+        return [
+            {
+                "gene": code.name,
+                "promoter": self.promoters[code.name],
+                "letters": code.codons.length,
+                **{k: v for k, v in row.items() if k not in ("gene", "loci")},
+            }
+            for code, row in zip(self.genes, rows, strict=True)
+        ]
 
     # --- reading --------------------------------------------------------------------------------------------
 
@@ -78,8 +89,10 @@ class VariableLayout(Layout):
     def copy_numbers(self, loci: np.ndarray) -> dict[str, np.ndarray]:
         """Return how many copies of each gene rows u8[n, row] have, in all strings: i64[n] by gene."""
         string, _, gene = self.copies(loci)
-        return {code.name: np.bincount(string[gene == g] // self.ploidy, minlength=len(loci))
-                for g, code in enumerate(self.genes)}
+        return {
+            code.name: np.bincount(string[gene == g] // self.ploidy, minlength=len(loci))
+            for g, code in enumerate(self.genes)
+        }
 
     def lengths(self, loci: np.ndarray) -> np.ndarray:
         """Return how many letters each string of rows u8[n, row] has: i64[n, ploidy]."""
@@ -110,18 +123,19 @@ class VariableLayout(Layout):
         """Return what an organism has that has no copy of a gene: the species' own value, else 0."""
         return 0.0 if code.trait is None else float(code.trait.default)
 
-    def _values(self, loci: np.ndarray, found: tuple[np.ndarray, ...],
-                code: Code) -> tuple[np.ndarray, np.ndarray]:
+    def _values(
+        self, loci: np.ndarray, found: tuple[np.ndarray, ...], code: Code
+    ) -> tuple[np.ndarray, np.ndarray]:
         number = self.genes.index(code)
         string, at = (column[found[2] == number] for column in found[:2])
         places = (at + self.skipped[number])[:, None] + np.arange(code.codons.length)
         letters = loci.reshape(-1, self.longest)[string[:, None], places]
         return string, np.asarray(code.values(code.codons.read(letters, 0)), np.float64)
 
-    def _by_string(self, loci: np.ndarray, found: tuple[np.ndarray, ...],
-                   code: Code) -> tuple[np.ndarray, np.ndarray]:
-        """Return what each string's copies of a gene make together f64[strings, …], and whether it has any.
-        """
+    def _by_string(
+        self, loci: np.ndarray, found: tuple[np.ndarray, ...], code: Code
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return what each string's copies of a gene make together f64[strings, …], and whether it has any."""
         string, values = self._values(loci, found, code)
         out = np.zeros((len(loci) * self.ploidy, *code.width))
         has = np.zeros(len(out), np.bool_)
@@ -147,8 +161,9 @@ class VariableLayout(Layout):
         if self.ploidy == 1:
             out, any_has = value, has
         else:
-            (a, b), (has_a, has_b) = (x.reshape(len(loci), 2, *x.shape[1:]).swapaxes(0, 1)
-                                      for x in (value, has))
+            (a, b), (has_a, has_b) = (
+                x.reshape(len(loci), 2, *x.shape[1:]).swapaxes(0, 1) for x in (value, has)
+            )
             how, any_has = code.gene.dominance or self.dominance, has_a | has_b
             both = {"first": a, "greater": np.maximum(a, b), "mean": (a + b) / 2}[how]
             a_only, b_only = (h.reshape(-1, *[1] * len(code.width)) for h in (has_a & ~has_b, has_b & ~has_a))
@@ -166,13 +181,17 @@ class VariableLayout(Layout):
         """
         for name in values:
             self[name]
-        arrays = {code.name: self._array(code, values)
-                  for code in self.genes if code.name in values or code.gene.trait}
+        arrays = {
+            code.name: self._array(code, values)
+            for code in self.genes
+            if code.name in values or code.gene.trait
+        }
         n = max((len(a) for a in arrays.values()), default=1)
         wrong = next((name for name, a in arrays.items() if len(a) not in (1, n)), None)
         if wrong is not None:
-            raise ValueError(f"gene {wrong!r}: {len(arrays[wrong])} values, and {n} of another gene; "
-                             f"allowed are 1 or {n}")
+            raise ValueError(
+                f"gene {wrong!r}: {len(arrays[wrong])} values, and {n} of another gene; allowed are 1 or {n}"
+            )
         order = [g for g, code in enumerate(self.genes) if code.name in arrays]
         if (needed := int(self.spans[order].sum())) > self.longest:
             raise ValueError(f"genome: these genes need {needed} letters; allowed are {self.longest}")
@@ -199,8 +218,12 @@ class VariableLayout(Layout):
         return out.ravel()
 
     def begins(self, code: Code) -> list[int]:
-        return [first + place for place, one in self._places(self.founder) if one is code
-                for first in range(0, self.row, self.longest)]
+        return [
+            first + place
+            for place, one in self._places(self.founder)
+            if one is code
+            for first in range(0, self.row, self.longest)
+        ]
 
     def random(self, keys: np.ndarray) -> np.ndarray:
         """Return rows u8[n, row] of founders for keys u64[n]: each gene as often as its `copies` say, and
@@ -211,7 +234,8 @@ class VariableLayout(Layout):
         letters_of(np.asarray(keys, np.uint64), len(self.alphabet), drawn)
         out = self._blanks(len(keys))
         out.reshape(len(keys), self.ploidy, self.longest)[:, :, : self.begin] = drawn.reshape(
-            len(keys), self.ploidy, self.begin)
+            len(keys), self.ploidy, self.begin
+        )
         for place, code in self._places(self.founder):
             self._write(out, place, code, None)
         return out
@@ -219,18 +243,19 @@ class VariableLayout(Layout):
     def rates(self, chance: float) -> np.ndarray:
         """Return each gene's chance of mutation of a letter behind its promoter f64[genes]: its own, else
         `chance`."""
-        return np.array([chance if code.gene.mutation is None else code.gene.mutation for code in self.genes],
-                        np.float64)
+        return np.array(
+            [chance if code.gene.mutation is None else code.gene.mutation for code in self.genes], np.float64
+        )
 
     def _blanks(self, n: int) -> np.ndarray:
         return np.full((n, self.row), self.blank, np.uint8)
 
     def _places(self, order: Sequence[int]) -> list[tuple[int, Code]]:
-        """Return where the letters behind its promoter begin, for each copy of a string made of these genes.
-        """
+        """Return where the letters behind its promoter begin, for each copy of a string made of these genes."""
         ends = accumulate(int(self.spans[g]) for g in order)
-        return [(end - self.genes[g].codons.length, self.genes[g])
-                for g, end in zip(order, ends, strict=True)]
+        return [
+            (end - self.genes[g].codons.length, self.genes[g]) for g, end in zip(order, ends, strict=True)
+        ]
 
     def _write(self, out: np.ndarray, place: int, code: Code, numbers: np.ndarray | None) -> None:
         """Write a promoter that ends at `place`, and behind it the numbers of its codons."""
@@ -245,8 +270,9 @@ class VariableLayout(Layout):
     def text(self, row: np.ndarray) -> str:
         """Return one genome u8[row] as text: its strings, with a separator between two."""
         (ends,) = self.lengths(np.asarray(row)[None])
-        return self.separator.join(self.alphabet.decode(row[s * self.longest : s * self.longest + end])
-                                   for s, end in enumerate(ends))
+        return self.separator.join(
+            self.alphabet.decode(row[s * self.longest : s * self.longest + end]) for s, end in enumerate(ends)
+        )
 
     def joined(self, loci: np.ndarray) -> np.ndarray:
         """Return the letters of rows u8[n, row] as in texts: u8[n, row + ploidy − 1], where `blank`
@@ -265,8 +291,10 @@ class VariableLayout(Layout):
             strings = text.split(self.separator)
             if len(strings) != self.ploidy or max(map(len, strings)) > self.longest:
                 allowed = f"{self.ploidy} of at most {self.longest} letters, with {self.separator!r} between"
-                raise ValueError(f"genome {text[:40]!r}: strings of {[len(s) for s in strings]} letters; "
-                                 f"allowed are {allowed}")
+                raise ValueError(
+                    f"genome {text[:40]!r}: strings of {[len(s) for s in strings]} letters; "
+                    f"allowed are {allowed}"
+                )
             for s, string in enumerate(strings):
                 out[i, s * self.longest : s * self.longest + len(string)] = self.alphabet.encode(string)
         return out

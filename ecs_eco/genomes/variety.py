@@ -35,8 +35,10 @@ def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
     Raises ValueError for strings of variable length, which have no loci in common.
     """
     if layout.longest is not None:
-        raise ValueError("diversity: strings of variable length have no loci in common; "
-                         "count values with frequencies(), or copies with layout.copy_numbers()")
+        raise ValueError(
+            "diversity: strings of variable length have no loci in common; "
+            "count values with frequencies(), or copies with layout.copy_numbers()"
+        )
     strings = layout.check(loci).reshape(-1, layout.length)
     if not len(strings):
         return np.zeros(layout.length)
@@ -72,8 +74,7 @@ class GenomeStatistics(tools.MultiStatistics):
 
 
 def statistics(layout: Layout) -> GenomeStatistics:
-    """Return statistics of genomes with mean, std, min and max; register more as with any tools.Statistics.
-    """
+    """Return statistics of genomes with mean, std, min and max; register more as with any tools.Statistics."""
     per_gene = GenomeStatistics(layout)
     for name, function in {"mean": np.mean, "std": np.std, "min": np.min, "max": np.max}.items():
         per_gene.register(name, function)

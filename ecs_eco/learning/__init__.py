@@ -22,8 +22,22 @@ if TYPE_CHECKING:
     from ecs_eco.learning.torch_ppo import TorchLearner
     from ecs_eco.learning.vector_env import Training, train
 
-__all__ = ["CONTINUOUS", "MLP", "PPO", "Brain", "Individuals", "Learner", "ModuleBrain", "Rollout",
-           "TorchLearner", "Training", "choose", "choose_best", "from_torch", "train"]
+__all__ = [
+    "CONTINUOUS",
+    "MLP",
+    "PPO",
+    "Brain",
+    "Individuals",
+    "Learner",
+    "ModuleBrain",
+    "Rollout",
+    "TorchLearner",
+    "Training",
+    "choose",
+    "choose_best",
+    "from_torch",
+    "train",
+]
 
 _HOME = {
     "PPO": "settings",

@@ -37,15 +37,31 @@ class Passes:
             self._workers.append((np.zeros(self._n_memory, np.float32), np.zeros_like(self._packed)))
         _pack(self.brain.weights, self.plan, self._packed)
 
-    def gradient(self, worker: int, index: np.ndarray, log: tuple[np.ndarray, ...], settings: np.ndarray,
-                 gradient: np.ndarray, terms: np.ndarray) -> None:
+    def gradient(
+        self,
+        worker: int,
+        index: np.ndarray,
+        log: tuple[np.ndarray, ...],
+        settings: np.ndarray,
+        gradient: np.ndarray,
+        terms: np.ndarray,
+    ) -> None:
         """Write the gradient f32[brain.size] of the loss over transitions i64[n] of a log, and its terms.
 
         A log is the observations, choices, numbers and steps of a rollout; `settings` f32[7] are clip …
         share, as `loss_slopes` takes them.
         """
-        _gradient(index, *log, self.brain.offsets, settings, self.plan, self._packed, *self._workers[worker],
-                  gradient, terms)
+        _gradient(
+            index,
+            *log,
+            self.brain.offsets,
+            settings,
+            self.plan,
+            self._packed,
+            *self._workers[worker],
+            gradient,
+            terms,
+        )
 
 
 def _plan(brain: Brain) -> tuple[np.ndarray, int, int]:
@@ -125,8 +141,21 @@ def _lay_turned(a, a_row, out, out_row, rows, columns):
 
 
 @fused_njit
-def _gradient(index, observations, choices, numbers, steps, offsets, settings, plan, packed, memory, sums,
-              gradient, terms):
+def _gradient(
+    index,
+    observations,
+    choices,
+    numbers,
+    steps,
+    offsets,
+    settings,
+    plan,
+    packed,
+    memory,
+    sums,
+    gradient,
+    terms,
+):
     """Write the gradient of the loss over the transitions `index`, and the sums of its terms."""
     sums[:] = 0
     terms[:] = 0
@@ -145,15 +174,32 @@ def _gradient(index, observations, choices, numbers, steps, offsets, settings, p
             _forward(tower, packed, memory, n)
             _turn(memory, tower[last, ABOVE], tower[last, WIDE_OUT], out[first : first + tower[last, OUT]])
             first += tower[last, OUT]
-        loss_slopes(out[: n_out - 1], out[n_out - 1], offsets, choices, numbers, steps, here, settings[0],
-                    settings[1], settings[2], settings[3], settings[4], settings[5], settings[6],
-                    d_out[: n_out - 1], d_out[n_out - 1], part)
+        loss_slopes(
+            out[: n_out - 1],
+            out[n_out - 1],
+            offsets,
+            choices,
+            numbers,
+            steps,
+            here,
+            settings[0],
+            settings[1],
+            settings[2],
+            settings[3],
+            settings[4],
+            settings[5],
+            settings[6],
+            d_out[: n_out - 1],
+            d_out[n_out - 1],
+            part,
+        )
         for i in range(5):
             terms[i] += part[i]
         first = 0
         for tower in plan:
-            _turn_back(d_out[first : first + tower[last, OUT]], memory, tower[last, SLOPES],
-                       tower[last, WIDE_OUT])
+            _turn_back(
+                d_out[first : first + tower[last, OUT]], memory, tower[last, SLOPES], tower[last, WIDE_OUT]
+            )
             first += tower[last, OUT]
             _backward(tower, packed, memory, n, sums)
     _unpack(sums, plan, gradient)
@@ -191,8 +237,22 @@ def _forward(tower, packed, memory, n):
     below, rows = 0, (n + 3) // 4 * 4
     for layer in tower:
         wide, to = layer[WIDE_OUT], layer[ABOVE]
-        _product(memory, below, layer[WIDE_IN], 1, rows, layer[IN], packed, layer[FORTH], wide,
-                 packed, layer[SHIFT], 0, memory, to)
+        _product(
+            memory,
+            below,
+            layer[WIDE_IN],
+            1,
+            rows,
+            layer[IN],
+            packed,
+            layer[FORTH],
+            wide,
+            packed,
+            layer[SHIFT],
+            0,
+            memory,
+            to,
+        )
         if layer[SLOPES] != tower[-1, SLOPES]:
             _tanh_all(memory[to : to + rows * wide])
         below = to
@@ -210,12 +270,40 @@ def _backward(tower, packed, memory, n, sums):
         a, a_wide, units, b, b_wide = below, layer[WIDE_IN], layer[IN], slopes, wide
         if level == len(tower) - 1:  # the few outputs of a head fill up rows of tiles better than vectors
             a, a_wide, units, b, b_wide = slopes, wide, layer[OUT], below, layer[WIDE_IN]
-        _product(memory, a, 1, a_wide, (units + 3) // 4 * 4, n, memory, b, b_wide,
-                 sums, layer[FORTH], b_wide, sums, layer[FORTH])
+        _product(
+            memory,
+            a,
+            1,
+            a_wide,
+            (units + 3) // 4 * 4,
+            n,
+            memory,
+            b,
+            b_wide,
+            sums,
+            layer[FORTH],
+            b_wide,
+            sums,
+            layer[FORTH],
+        )
         if level:
             under, size = tower[level - 1, SLOPES], rows * layer[WIDE_IN]
-            _product(memory, slopes, wide, 1, rows, layer[OUT], packed, layer[BACK], layer[WIDE_IN],
-                     packed, len(packed) - layer[WIDE_IN], 0, memory, under)
+            _product(
+                memory,
+                slopes,
+                wide,
+                1,
+                rows,
+                layer[OUT],
+                packed,
+                layer[BACK],
+                layer[WIDE_IN],
+                packed,
+                len(packed) - layer[WIDE_IN],
+                0,
+                memory,
+                under,
+            )
             _through_tanh(memory[under : under + size], memory[below : below + size])
 
 
@@ -256,11 +344,37 @@ def _product(a, at, row, step, rows, n, b, b_at, width, first, first_at, first_r
     even = width // (2 * LANES) * 2 * LANES if WIDE else 0
     for r in range(0, rows, 4):
         for lane in range(0, even, 2 * LANES):
-            _two(a, at + r * row, row, step, n, b, b_at + lane, width, first,
-                 first_at + r * first_row + lane, first_row, out, out_at + r * width + lane)
+            _two(
+                a,
+                at + r * row,
+                row,
+                step,
+                n,
+                b,
+                b_at + lane,
+                width,
+                first,
+                first_at + r * first_row + lane,
+                first_row,
+                out,
+                out_at + r * width + lane,
+            )
         for lane in range(even, width, LANES):
-            _one(a, at + r * row, row, step, n, b, b_at + lane, width, first,
-                 first_at + r * first_row + lane, first_row, out, out_at + r * width + lane)
+            _one(
+                a,
+                at + r * row,
+                row,
+                step,
+                n,
+                b,
+                b_at + lane,
+                width,
+                first,
+                first_at + r * first_row + lane,
+                first_row,
+                out,
+                out_at + r * width + lane,
+            )
 
 
 @fused_njit

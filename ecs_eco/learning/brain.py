@@ -47,8 +47,12 @@ class Brain:
         trunk: str = "shared",
     ) -> None:
         _check(n_observations, groups, hidden, trunk)
-        self.n_observations, self.groups, self.hidden, self.trunk = (n_observations, tuple(groups),
-                                                                     tuple(hidden), trunk)
+        self.n_observations, self.groups, self.hidden, self.trunk = (
+            n_observations,
+            tuple(groups),
+            tuple(hidden),
+            trunk,
+        )
         # categorical group g's logits are offsets[g]:offsets[g + 1]; then come means and spreads
         self.offsets, self.n_numbers = laid_out(groups)
         self.n_logits, self.spreads = sum(groups), spreads(groups)
@@ -81,8 +85,9 @@ class Brain:
         for layers, name in zip(self.layers, towers, strict=True):
             for level, layer in enumerate(layers[:-1]):
                 names[f"{name}.{level}.weight"], names[f"{name}.{level}.bias"] = layer.matrix.T, layer.bias
-            parts = ({"policy": slice(0, n), "value": slice(n, n + 1)}
-                     if name == "trunk" else {name: slice(None)})
+            parts = (
+                {"policy": slice(0, n), "value": slice(n, n + 1)} if name == "trunk" else {name: slice(None)}
+            )
             for part, rows in parts.items():
                 names[f"{part}.head.weight"] = layers[-1].matrix[rows]
                 names[f"{part}.head.bias"] = layers[-1].bias[rows]
@@ -97,12 +102,14 @@ class Brain:
         unknown or of another shape."""
         mine = self.named()
         if wrong := sorted(set(state) ^ set(mine)):
-            raise ValueError(f"weights {', '.join(wrong)}: missing or unknown; "
-                             f"this brain has {', '.join(mine)}")
+            raise ValueError(
+                f"weights {', '.join(wrong)}: missing or unknown; this brain has {', '.join(mine)}"
+            )
         for name, weights in mine.items():
             if np.shape(state[name]) != weights.shape:
-                raise ValueError(f"{name} has shape {np.shape(state[name])}; "
-                                 f"this brain needs {weights.shape}")
+                raise ValueError(
+                    f"{name} has shape {np.shape(state[name])}; this brain needs {weights.shape}"
+                )
         for name, weights in mine.items():
             weights[...] = state[name]
 
@@ -128,8 +135,9 @@ class Brain:
                 split(infer, n, x, self.weights, widths, starts, out, values, work=n * self.size // 800)
         return logits, values
 
-    def recall(self, observations: np.ndarray, memory: np.ndarray,
-               split: Split | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def recall(
+        self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return what `forward` does, and the memory f32[n, 0] as it is."""
         return *self.forward(observations, split), memory
 
@@ -183,8 +191,9 @@ def _check(n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...]
     if n_observations < 1:
         raise ValueError(f"n_observations = {n_observations}: allowed is a whole number >= 1")
     if not groups or min(groups) < 1:
-        raise ValueError(f"groups = {groups}: allowed is a tuple of one or more sizes >= 1, "
-                         "one per action group")
+        raise ValueError(
+            f"groups = {groups}: allowed is a tuple of one or more sizes >= 1, one per action group"
+        )
     if not hidden or min(hidden) < 1:
         raise ValueError(f"hidden = {hidden}: allowed is a tuple of one or more layer widths >= 1")
     if trunk not in ("shared", "separate"):

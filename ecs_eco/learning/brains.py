@@ -16,8 +16,14 @@ if TYPE_CHECKING:
     from ecs_eco.learning.torch_ppo import TorchLearner
 
 
-def brain_of(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...],
-             hidden: tuple[int, ...], seed: int, device: str = "cpu") -> PolicyNetwork:
+def brain_of(
+    network: Callable[..., Any] | None,
+    n_observations: int,
+    groups: tuple[int, ...],
+    hidden: tuple[int, ...],
+    seed: int,
+    device: str = "cpu",
+) -> PolicyNetwork:
     """Return a fresh brain: of `network(n_observations, groups)`, or the built-in one;
     without torch where that thinks on the CPU.
 
@@ -35,8 +41,15 @@ def brain_of(network: Callable[..., Any] | None, n_observations: int, groups: tu
     return brain
 
 
-def individuals_of(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...],
-                   hidden: tuple[int, ...], ppo: PPO, seed: int, device: str = "cpu") -> Individuals:
+def individuals_of(
+    network: Callable[..., Any] | None,
+    n_observations: int,
+    groups: tuple[int, ...],
+    hidden: tuple[int, ...],
+    ppo: PPO,
+    seed: int,
+    device: str = "cpu",
+) -> Individuals:
     """Return the networks of a species whose members each have their own: by kernels for the built-in one
     with categorical actions, by torch.func for others."""
     from ecs_eco.learning.individual import Individuals
@@ -48,8 +61,9 @@ def individuals_of(network: Callable[..., Any] | None, n_observations: int, grou
     from ecs_eco.learning.individual_modules import IndividualModules
     from ecs_eco.learning.mlp import MLP
 
-    return IndividualModules(network or partial(MLP, hidden=hidden), n_observations, groups, ppo,
-                             seed, device)
+    return IndividualModules(
+        network or partial(MLP, hidden=hidden), n_observations, groups, ppo, seed, device
+    )
 
 
 def learner_of(brain: PolicyNetwork, ppo: PPO, seed: int, workers: int = 1) -> TorchLearner:

@@ -92,5 +92,4 @@ def slopes(logits, first, numbers, index, gain, bonus, d_logits):
             z = (numbers[index[i], j] - logits[mean, i]) * exp(-s)
             d_logits[mean, i] = -gain[i] * z * exp(-s)
             held = logits[spread, i] < LEAST or logits[spread, i] > MOST
-            d_logits[spread, i] = (np.float32(0) if held
-                                   else -gain[i] * (z * z - np.float32(1)) - bonus)
+            d_logits[spread, i] = np.float32(0) if held else -gain[i] * (z * z - np.float32(1)) - bonus

@@ -21,8 +21,15 @@ from ecs_eco.learning.policy_network import PolicyNetwork, Split
 from ecs_eco.learning.settings import PPO
 
 # hyperparameters that the kernels get in one row for each animal
-SETTINGS = ("gae_lambda", "clip", "clip_value", "value_weight", "adam_epsilon", "max_grad_norm",
-            "weight_decay")
+SETTINGS = (
+    "gae_lambda",
+    "clip",
+    "clip_value",
+    "value_weight",
+    "adam_epsilon",
+    "max_grad_norm",
+    "weight_decay",
+)
 COUNTS = "epochs", "minibatch"
 WEIGHTS = 170  # used, there and back in learning, in the 30 ns that `split` counts as an organism
 
@@ -40,11 +47,16 @@ class Individuals:
     by_row = True  # what one thinks depends on no other, to the bit: processes may share the rows
     n_numbers = 0  # continuous actions: their kernels know categorical ones alone
 
-    def __init__(self, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...],
-                 ppo: PPO, seed: int) -> None:
+    def __init__(
+        self, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], ppo: PPO, seed: int
+    ) -> None:
         _check(n_observations, groups, hidden)
         self.n_observations, self.groups, self.hidden, self.ppo, self.seed = (
-            n_observations, tuple(groups), tuple(hidden), ppo, seed
+            n_observations,
+            tuple(groups),
+            tuple(hidden),
+            ppo,
+            seed,
         )
         self.bands = OneBand()  # the processes that share its work
         # group g's logits are offsets[g]:offsets[g + 1]
@@ -55,8 +67,12 @@ class Individuals:
         # matrix (in, out), bias, …
         self.shapes: list[tuple[int, ...]] = [shape for a, b in layers for shape in ((a, b), (b,))]
         self.size = sum(a * b + b for a, b in layers)
-        self.dims = {"weights": self.size, "horizon": ppo.horizon, "channels": n_observations,
-                     "groups": len(groups)}
+        self.dims = {
+            "weights": self.size,
+            "horizon": ppo.horizon,
+            "channels": n_observations,
+            "groups": len(groups),
+        }
         self.reset(ppo)
 
     def reset(self, ppo: PPO) -> None:
@@ -81,8 +97,9 @@ class Individuals:
         the value is the last output of the last layer."""
         ends = np.cumsum([int(np.prod(shape)) for shape in self.shapes])
         parts = np.split(weights, ends[:-1], axis=-1)
-        return [part.reshape(*weights.shape[:-1], *shape)
-                for part, shape in zip(parts, self.shapes, strict=True)]
+        return [
+            part.reshape(*weights.shape[:-1], *shape) for part, shape in zip(parts, self.shapes, strict=True)
+        ]
 
     def module(self, weights: np.ndarray) -> Any:
         """Return one organism's network, of weights f32[size], as a torch module."""
@@ -134,8 +151,9 @@ class Individuals:
             bias[:] = np.where(lacking, given[1], bias)
             out[:] = np.where(lacking[:, :, None], given[2], out)
 
-    def forward(self, policy: Any, rows: np.ndarray, x: np.ndarray,
-                split: Split) -> tuple[np.ndarray, np.ndarray]:
+    def forward(
+        self, policy: Any, rows: np.ndarray, x: np.ndarray, split: Split
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the logits f32[n, n_logits] and values f32[n] of what the animals
         of `rows` i64[n] observe, f32[n, c]."""
         n = len(rows)
@@ -144,12 +162,28 @@ class Individuals:
         x = np.ascontiguousarray(x, np.float32)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         if n:
-            split(kernels.think, n, rows, policy.weights.by_address(), self.widths, x, logits, values,
-                  work=n * self.size // WEIGHTS)
+            split(
+                kernels.think,
+                n,
+                rows,
+                policy.weights.by_address(),
+                self.widths,
+                x,
+                logits,
+                values,
+                work=n * self.size // WEIGHTS,
+            )
         return logits, values
 
-    def store(self, experience: Any, rows: np.ndarray, x: np.ndarray, choice: np.ndarray,
-              log_probability: np.ndarray, values: np.ndarray) -> None:
+    def store(
+        self,
+        experience: Any,
+        rows: np.ndarray,
+        x: np.ndarray,
+        choice: np.ndarray,
+        log_probability: np.ndarray,
+        values: np.ndarray,
+    ) -> None:
         """Append a transition to the rollout of each row i64[n]: f32[n, c], int[n, groups], f32[n], f32[n].
 
         Raises ValueError where a rollout is full: `learn` empties it.
@@ -157,24 +191,38 @@ class Individuals:
         if not len(rows):
             return
         full = kernels.record(
-            *(column.by_address() for column in (
-                experience.observations, experience.choices, experience.log_probability, experience.value,
-                experience.reward)),
-            rows, experience.length, np.ascontiguousarray(x, np.float32), choice, log_probability, values,
-        )  # fmt: skip
+            *(
+                column.by_address()
+                for column in (
+                    experience.observations,
+                    experience.choices,
+                    experience.log_probability,
+                    experience.value,
+                    experience.reward,
+                )
+            ),
+            rows,
+            experience.length,
+            np.ascontiguousarray(x, np.float32),
+            choice,
+            log_probability,
+            values,
+        )
         if full:
             horizon = self.ppo.horizon
-            raise ValueError(f"{full} of {len(rows)} rollouts have their {horizon} transitions already: "
-                             "`learn` from those `due` first")
+            raise ValueError(
+                f"{full} of {len(rows)} rollouts have their {horizon} transitions already: "
+                "`learn` from those `due` first"
+            )
 
     def credit(self, experience: Any, rows: np.ndarray, reward: np.ndarray) -> None:
-        """Add rewards f32[n] to the last transition of each row; rows without one (newborn) are passed over.
-        """
+        """Add rewards f32[n] to the last transition of each row; rows without one (newborn) are passed over."""
         if len(rows):
             kernels.credit(experience.reward.by_address(), rows, experience.length, reward)
 
-    def due(self, experience: Any, rows: np.ndarray, uid: np.ndarray,
-            born: np.ndarray, tick: int) -> np.ndarray:
+    def due(
+        self, experience: Any, rows: np.ndarray, uid: np.ndarray, born: np.ndarray, tick: int
+    ) -> np.ndarray:
         """Return whose rollout is at an end, bool[n].
 
         The first rollout of a life ends at an age drawn from the uid, the later ones when they are full:
@@ -184,9 +232,17 @@ class Individuals:
         kernels.full_rollouts(experience.length, rows, uid, born, tick, self.ppo.horizon, due)
         return due
 
-    def learn(self, policy: Any, experience: Any, rows: np.ndarray, uid: np.ndarray, bootstrap: np.ndarray,
-              plasticity: tuple[Any, Any, Any] | None, split: Split,
-              own: Mapping[str, np.ndarray] | None = None) -> dict[str, float]:
+    def learn(
+        self,
+        policy: Any,
+        experience: Any,
+        rows: np.ndarray,
+        uid: np.ndarray,
+        bootstrap: np.ndarray,
+        plasticity: tuple[Any, Any, Any] | None,
+        split: Split,
+        own: Mapping[str, np.ndarray] | None = None,
+    ) -> dict[str, float]:
         """Let the animals of `rows` i64[n] learn from their rollouts and empty these;
         they expect `bootstrap` f32[n] of what comes.
 
@@ -205,16 +261,38 @@ class Individuals:
 
         start, stop = self.bands.part(n)
         mine = slice(start, stop)
-        columns = (policy.weights, policy.moment_1, policy.moment_2, experience.observations,
-                   experience.choices, experience.log_probability, experience.value, experience.reward)
+        columns = (
+            policy.weights,
+            policy.moment_1,
+            policy.moment_2,
+            experience.observations,
+            experience.choices,
+            experience.log_probability,
+            experience.value,
+            experience.reward,
+        )
         if stop > start:
             split(
-                kernels.train, stop - start, *(column.by_address() for column in columns), rows[mine],
-                uid[mine], policy.steps, policy.updates, experience.length, bootstrap[mine],
-                np.ascontiguousarray(settings[:, mine]), others[mine], epochs[mine], minibatch[mine],
-                ppo.normalise_advantage, np.uint64(self.seed), self.widths, self.offsets, report[mine],
+                kernels.train,
+                stop - start,
+                *(column.by_address() for column in columns),
+                rows[mine],
+                uid[mine],
+                policy.steps,
+                policy.updates,
+                experience.length,
+                bootstrap[mine],
+                np.ascontiguousarray(settings[:, mine]),
+                others[mine],
+                epochs[mine],
+                minibatch[mine],
+                ppo.normalise_advantage,
+                np.uint64(self.seed),
+                self.widths,
+                self.offsets,
+                report[mine],
                 work=int(lengths[mine] @ epochs[mine]) * self.size // WEIGHTS,
-            )  # fmt: skip
+            )
         if self.bands.size > 1:
             self._tell(policy, rows, report)
             experience.length[rows] = 0
@@ -262,8 +340,10 @@ def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[
     """Return means over animals; of the reward over transitions; NaN where nobody learnt."""
     n, total = len(report), np.add.reduce
     if not n:
-        return dict.fromkeys((*kernels.TERMS, "learning_rate"), float("nan")) | {"n_transitions": 0,
-                                                                                 "n_animals": 0}
+        return dict.fromkeys((*kernels.TERMS, "learning_rate"), float("nan")) | {
+            "n_transitions": 0,
+            "n_animals": 0,
+        }
     sums, known, transitions = total(report), report[:, 6], int(total(lengths))
     means: dict[str, float] = dict(zip(kernels.TERMS, (sums / n).tolist(), strict=True))
     known = known[np.isfinite(known)]
@@ -278,7 +358,8 @@ def _check(n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...]
     if n_observations < 1:
         raise ValueError(f"n_observations = {n_observations}: allowed is a whole number >= 1")
     if not groups or min(groups) < 1:
-        raise ValueError(f"groups = {groups}: allowed is a tuple of one or more sizes >= 1, "
-                         "one per action group")
+        raise ValueError(
+            f"groups = {groups}: allowed is a tuple of one or more sizes >= 1, one per action group"
+        )
     if min(hidden, default=1) < 1:
         raise ValueError(f"hidden = {hidden}: allowed is a tuple of layer widths >= 1, or ()")

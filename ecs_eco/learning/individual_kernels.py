@@ -24,16 +24,23 @@ from ecs_eco.learning.ppo_kernels import adam
 from ecs_eco.learning.rollout import STEP
 from ecs_eco.learning.tiles import ROWS, up
 
-TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm",
-         "explained_variance", "reward")
+TERMS = (
+    "policy_loss",
+    "value_loss",
+    "entropy",
+    "approx_kl",
+    "clip_fraction",
+    "gradient_norm",
+    "explained_variance",
+    "reward",
+)
 SOON = 8  # animals: so many others are recorded while the places of one are fetched
 _BIRTH = 1 << 32  # purposes of the numbers drawn for newborn weights begin here
 
 
 @fused_njit
 def draw_newborn(key, who, deviations, weights):
-    """Fill f32[k, size] with normal numbers (Box and Muller 1958) of these deviations f32[size]; 0 stays 0.
-    """
+    """Fill f32[k, size] with normal numbers (Box and Muller 1958) of these deviations f32[size]; 0 stays 0."""
     for j in range(len(who)):
         for i in range(len(deviations)):
             weights[j, i] = 0
@@ -63,10 +70,14 @@ def think(first, last, rows, weights, widths, x, logits, values):
             for o in range(0, b, LANES):
                 here, y0, y1, y2, y3 = at + o, load(w, at + o + a * b), zero, zero, zero
                 for i in range(below, below + a // 4 * 4, 4):
-                    y0, y1 = (y0 + every(units, i) * load(w, here),
-                              y1 + every(units, i + 1) * load(w, here + b))
-                    y2, y3 = (y2 + every(units, i + 2) * load(w, here + 2 * b),
-                              y3 + every(units, i + 3) * load(w, here + 3 * b))
+                    y0, y1 = (
+                        y0 + every(units, i) * load(w, here),
+                        y1 + every(units, i + 1) * load(w, here + b),
+                    )
+                    y2, y3 = (
+                        y2 + every(units, i + 2) * load(w, here + 2 * b),
+                        y3 + every(units, i + 3) * load(w, here + 3 * b),
+                    )
                     for _ in range(4):
                         prefetch(w, here + ahead)
                         here += b
@@ -84,12 +95,13 @@ def think(first, last, rows, weights, widths, x, logits, values):
 @fused_njit
 def record(
     observations, choices, log_probabilities, values, rewards, rows, length, x, choice, log_probability, value
-):  # fmt: skip
+):
     """Append a transition to each animal's rollout; return how many had no room."""
     full, horizon = 0, rewards[1].shape[1]
     for j in range(len(rows)):
-        _prefetch_place(rows[min(j + SOON, len(rows) - 1)], length, observations, choices, log_probabilities,
-                        values)
+        _prefetch_place(
+            rows[min(j + SOON, len(rows) - 1)], length, observations, choices, log_probabilities, values
+        )
         row, at = rows[j], rows[j] % BLOCK
         t = length[row]
         if not 0 <= t < horizon:
@@ -137,10 +149,32 @@ def full_rollouts(length, rows, uid, born, tick, horizon, due):
 
 @fused_njit
 def train(
-    first, last, weights, moments_1, moments_2, observations, choices, log_probabilities, values, rewards,
-    rows, uid, steps, updates, length, bootstrap, plasticity, settings, epochs, minibatch, normalise, seed,
-    widths, offsets, report,
-):  # fmt: skip
+    first,
+    last,
+    weights,
+    moments_1,
+    moments_2,
+    observations,
+    choices,
+    log_probabilities,
+    values,
+    rewards,
+    rows,
+    uid,
+    steps,
+    updates,
+    length,
+    bootstrap,
+    plasticity,
+    settings,
+    epochs,
+    minibatch,
+    normalise,
+    seed,
+    widths,
+    offsets,
+    report,
+):
     """Let animals first … last − 1 learn from their rollouts and empty them; `report` f64[n, TERMS] gets the
     means over each one's steps.
 
@@ -159,15 +193,26 @@ def train(
         if n == 0 or rate == 0:
             continue
         shift, scale = _look_back(
-            lived[:n], block_of(row, log_probabilities)[at], block_of(row, values)[at],
-            block_of(row, rewards)[at], bootstrap[j], plasticity[1, j], np.float32(others[0]), normalise,
+            lived[:n],
+            block_of(row, log_probabilities)[at],
+            block_of(row, values)[at],
+            block_of(row, rewards)[at],
+            bootstrap[j],
+            plasticity[1, j],
+            np.float32(others[0]),
+            normalise,
             terms,
-        )  # fmt: skip
-        parts, chance = (max(1, (n + minibatch[j] - 1) // minibatch[j]),
-                         mix(mix(seed ^ uid[j]) + np.uint64(updates[row])))
+        )
+        parts, chance = (
+            max(1, (n + minibatch[j] - 1) // minibatch[j]),
+            mix(mix(seed ^ uid[j]) + np.uint64(updates[row])),
+        )
         updates[row] += 1
-        own, own_1, own_2 = (block_of(row, weights)[at], block_of(row, moments_1)[at],
-                             block_of(row, moments_2)[at])
+        own, own_1, own_2 = (
+            block_of(row, weights)[at],
+            block_of(row, moments_1)[at],
+            block_of(row, moments_2)[at],
+        )
         seen, taken = block_of(row, observations), block_of(row, choices)
         for i in range(n):
             index[i] = i
@@ -189,13 +234,21 @@ def train(
                 lines = up(len(chosen), ROWS)
                 unit = forward(room, where, widths, lines)
                 loss_slopes(
-                    room, unit, where[0] + unit, up(widths[-1], LANES), lines, len(chosen), offsets, others,
-                    plasticity[2, j], shift, scale, desk,
-                )  # fmt: skip
-                backward(room, where, widths, lines, len(chosen), unit)
-                terms[5] += adam(
-                    w, gradient, own_1, own_2, steps[row], rate, others[4], others[5], others[6]
+                    room,
+                    unit,
+                    where[0] + unit,
+                    up(widths[-1], LANES),
+                    lines,
+                    len(chosen),
+                    offsets,
+                    others,
+                    plasticity[2, j],
+                    shift,
+                    scale,
+                    desk,
                 )
+                backward(room, where, widths, lines, len(chosen), unit)
+                terms[5] += adam(w, gradient, own_1, own_2, steps[row], rate, others[4], others[5], others[6])
         for i in range(size):  # a copy of a slice asks of each number whether the slice repeats it
             own[np.uint64(i)] = w[np.uint64(i)]
         tell(desk, epochs[j] * parts, terms)

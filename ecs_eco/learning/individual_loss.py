@@ -26,9 +26,12 @@ def desk_for(offsets, horizon):
     """
     k, n_groups, n = offsets[-1], len(offsets) - 1, up(horizon, BLOCK)
     share, then, old, advantage, taken = (
-        np.zeros(n, np.float32), np.zeros(n, np.float32), np.zeros(n, np.float32), np.zeros(n, np.float32),
+        np.zeros(n, np.float32),
+        np.zeros(n, np.float32),
+        np.zeros(n, np.float32),
+        np.zeros(n, np.float32),
         np.zeros((n_groups, n), np.float32),
-    )  # fmt: skip
+    )
     side, p = np.zeros((k + 1, BLOCK), np.float32), np.zeros((k, BLOCK), np.float32)
     means, scales = np.zeros((n_groups, BLOCK), np.float32), np.zeros((n_groups, BLOCK), np.float32)
     now, sums = np.zeros(BLOCK, np.float32), np.zeros(5 * BLOCK, np.float32)
@@ -60,8 +63,11 @@ def loss_slopes(room, out, d_out, wide, rows, n, offsets, settings, entropy_weig
     """
     share, then, old, advantage, taken, side, p, means, scales, now, sums = desk
     n_groups, k, one, clip = len(offsets) - 1, offsets[-1], np.float32(1), np.float32(settings[1])
-    weight, clip_value, value_weight = (np.float32(entropy_weight), np.float32(settings[2]),
-                                        np.float32(settings[3]))
+    weight, clip_value, value_weight = (
+        np.float32(entropy_weight),
+        np.float32(settings[2]),
+        np.float32(settings[3]),
+    )
     flat = side.reshape(-1)
     for start in range(0, n, BLOCK):
         size = min(BLOCK, n - start)

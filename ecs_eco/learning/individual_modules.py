@@ -38,21 +38,36 @@ class IndividualModules(Individuals):
 
     by_row = False  # torch computes many at once
 
-    def __init__(self, network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], ppo: PPO,
-                 seed: int, device: str = "cpu") -> None:
+    def __init__(
+        self,
+        network: Callable[..., Any],
+        n_observations: int,
+        groups: tuple[int, ...],
+        ppo: PPO,
+        seed: int,
+        device: str = "cpu",
+    ) -> None:
         self.network = network
         self.brain = ModuleBrain(made(network, n_observations, groups, seed), n_observations, groups, device)
         module = self.brain.module
         self.n_observations, self.groups, self.hidden, self.ppo, self.seed = (
-            n_observations, tuple(groups), (), ppo, seed
+            n_observations,
+            tuple(groups),
+            (),
+            ppo,
+            seed,
         )
         self.offsets, self.n_logits, self.memory = self.brain.offsets, self.brain.n_logits, self.brain.memory
         self.n_numbers = self.brain.n_numbers
         self.names = [name for name, p in module.named_parameters() if p.requires_grad]
         self.shapes = [tuple(p.shape) for p in module.parameters() if p.requires_grad]
         self.size = sum(int(np.prod(shape)) for shape in self.shapes)
-        self.dims = {"weights": self.size, "horizon": ppo.horizon, "channels": n_observations,
-                     "groups": len(self.offsets) - 1}
+        self.dims = {
+            "weights": self.size,
+            "horizon": ppo.horizon,
+            "channels": n_observations,
+            "groups": len(self.offsets) - 1,
+        }
         self.dims |= {"memory": self.memory} if self.memory else {}
         self._each: Callable[..., Any] = vmap
         self._try()
@@ -68,8 +83,9 @@ class IndividualModules(Individuals):
         with torch.random.fork_rng(devices=[]), one_torch_thread():
             for i, one in enumerate(np.asarray(who, np.uint64).tolist()):
                 torch.manual_seed(mix_int(int(key) ^ mix_int(one)) & 0x7FFFFFFFFFFFFFFF)
-                parameters = [p for p in self.network(self.n_observations, self.groups).parameters()
-                              if p.requires_grad]
+                parameters = [
+                    p for p in self.network(self.n_observations, self.groups).parameters() if p.requires_grad
+                ]
                 weights[i] = torch.nn.utils.parameters_to_vector(parameters).detach().numpy()
         return weights
 
@@ -85,14 +101,16 @@ class IndividualModules(Individuals):
         torch.nn.utils.vector_to_parameters(torch.from_numpy(np.array(weights)), parameters)
         return module
 
-    def forward(self, policy: Any, rows: np.ndarray, x: np.ndarray,
-                split: Split) -> tuple[np.ndarray, np.ndarray]:
+    def forward(
+        self, policy: Any, rows: np.ndarray, x: np.ndarray, split: Split
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the logits f32[n, n_logits] and values f32[n] of what the animals of `rows` i64[n] observe,
         f32[n, c], without memory."""
         return self.recall(policy, rows, x, np.zeros((len(rows), self.memory), np.float32))[:2]
 
-    def recall(self, policy: Any, rows: np.ndarray, x: np.ndarray,
-               memory: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def recall(
+        self, policy: Any, rows: np.ndarray, x: np.ndarray, memory: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return logits, values, and the memory f32[n, memory] from here on, of animals with this memory."""
         n = len(rows)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
@@ -106,16 +124,28 @@ class IndividualModules(Individuals):
                     later[here] = out[2].cpu().numpy()
         return logits, values, later
 
-    def learn(self, policy: Any, experience: Any, rows: np.ndarray, uid: np.ndarray, bootstrap: np.ndarray,
-              plasticity: tuple[Any, Any, Any] | None, split: Split,
-              own: Mapping[str, np.ndarray] | None = None, memory: np.ndarray | None = None,
-              numbers: np.ndarray | None = None) -> dict[str, float]:
+    def learn(
+        self,
+        policy: Any,
+        experience: Any,
+        rows: np.ndarray,
+        uid: np.ndarray,
+        bootstrap: np.ndarray,
+        plasticity: tuple[Any, Any, Any] | None,
+        split: Split,
+        own: Mapping[str, np.ndarray] | None = None,
+        memory: np.ndarray | None = None,
+        numbers: np.ndarray | None = None,
+    ) -> dict[str, float]:
         """As `Individuals.learn`; `memory` f32[n, memory] is what the animals remembered when their rollouts
         began, `numbers` f32[n, horizon, n_numbers] what they drew for continuous actions. Nobody has `own`
         hyperparameters here."""
         settings = np.empty((3, len(rows)), np.float32)
-        settings[0], settings[1], settings[2] = plasticity or (self.ppo.learning_rate, self.ppo.discount,
-                                                               self.ppo.entropy)
+        settings[0], settings[1], settings[2] = plasticity or (
+            self.ppo.learning_rate,
+            self.ppo.discount,
+            self.ppo.entropy,
+        )
         lengths = experience.length[rows]
         learning = np.flatnonzero((settings[0] != 0) & (lengths > 0))
         report = np.zeros((len(rows), len(TERMS) + 3))
@@ -124,8 +154,16 @@ class IndividualModules(Individuals):
             for start in range(0, len(learning), ANIMALS):
                 here = learning[start : start + ANIMALS]
                 began = np.zeros((len(here), self.memory), np.float32) if memory is None else memory[here]
-                report[here] = self._fit(policy, experience, rows[here], uid[here], bootstrap[here],
-                                         settings[:, here], began, drawn[here])
+                report[here] = self._fit(
+                    policy,
+                    experience,
+                    rows[here],
+                    uid[here],
+                    bootstrap[here],
+                    settings[:, here],
+                    began,
+                    drawn[here],
+                )
         experience.length[rows] = 0
         require_finite(report, uid)
         return summary(report[learning], lengths[learning], settings[0, learning])
@@ -134,41 +172,65 @@ class IndividualModules(Individuals):
         """Let each animal's network see one observation."""
         tensor = self.brain.tensor
         inputs = (tensor(x[:, None]), tensor(memory[:, None])) if self.memory else (tensor(x[:, None]),)
-        out = self._each(
-            lambda w, *seen: functional_call(self.brain.module, self._named(w), seen)
-        )(tensor(weights), *inputs)
+        out = self._each(lambda w, *seen: functional_call(self.brain.module, self._named(w), seen))(
+            tensor(weights), *inputs
+        )
         return tuple(o[:, 0] for o in out)
 
     def _named(self, weights: torch.Tensor) -> dict[str, torch.Tensor]:
         """Return one animal's weights f32[size] by name."""
         sizes = [int(np.prod(shape)) for shape in self.shapes]
         parts = torch.split(weights, sizes)
-        return {name: part.view(shape)
-                for name, part, shape in zip(self.names, parts, self.shapes, strict=True)}
+        return {
+            name: part.view(shape) for name, part, shape in zip(self.names, parts, self.shapes, strict=True)
+        }
 
-    def _fit(self, policy: Any, experience: Any, rows: np.ndarray, uid: np.ndarray, bootstrap: np.ndarray,
-             settings: np.ndarray, began: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    def _fit(
+        self,
+        policy: Any,
+        experience: Any,
+        rows: np.ndarray,
+        uid: np.ndarray,
+        bootstrap: np.ndarray,
+        settings: np.ndarray,
+        began: np.ndarray,
+        numbers: np.ndarray,
+    ) -> np.ndarray:
         """Let animals learn, each from its own rollout, and write their weights and moments;
         return f64[k, terms …]."""
         ppo, tensor = self.ppo, self.brain.tensor
         lengths = experience.length[rows].astype(np.int64)
-        here = {name: getattr(experience, name)[rows]
-                for name in ("observations", "log_probability", "value", "reward")}
+        here = {
+            name: getattr(experience, name)[rows]
+            for name in ("observations", "log_probability", "value", "reward")
+        }
         there = np.arange(ppo.horizon) < lengths[:, None]
-        advantage = _advantages(here["reward"], here["value"], bootstrap, lengths, settings[1],
-                                ppo.gae_lambda)
+        advantage = _advantages(
+            here["reward"], here["value"], bootstrap, lengths, settings[1], ppo.gae_lambda
+        )
         report = np.zeros((len(rows), len(TERMS) + 3))
         report[:, -2:] = np.stack(
             [_explained(advantage, here["value"], there), (here["reward"] * there).sum(1) / lengths], axis=1
         )
-        shift, scale = (_normal(advantage, there)
-                        if ppo.normalise_advantage else (np.zeros(len(rows)), np.ones(len(rows))))
-        fixed = (tensor(here["observations"]), tensor(experience.choices[rows].astype(np.int64)),
-                 tensor(numbers), tensor(here["log_probability"]), tensor(here["value"]), tensor(advantage),
-                 tensor(began))
+        shift, scale = (
+            _normal(advantage, there)
+            if ppo.normalise_advantage
+            else (np.zeros(len(rows)), np.ones(len(rows)))
+        )
+        fixed = (
+            tensor(here["observations"]),
+            tensor(experience.choices[rows].astype(np.int64)),
+            tensor(numbers),
+            tensor(here["log_probability"]),
+            tensor(here["value"]),
+            tensor(advantage),
+            tensor(began),
+        )
         scalars = tuple(tensor(v.astype(np.float32)) for v in (settings[2], shift, scale))
-        weights, moments = tensor(policy.weights[rows]), [tensor(policy.moment_1[rows]),
-                                                          tensor(policy.moment_2[rows])]
+        weights, moments = (
+            tensor(policy.weights[rows]),
+            [tensor(policy.moment_1[rows]), tensor(policy.moment_2[rows])],
+        )
         steps, n_steps = policy.steps[rows].astype(np.int64), 0
         slope = self._each(grad_and_value(self._loss, has_aux=True))
         parts = 1 if self.memory else max(1, -(-ppo.horizon // ppo.minibatch))
@@ -188,21 +250,34 @@ class IndividualModules(Individuals):
         policy.steps[rows], policy.updates[rows] = steps, updates + 1
         return report
 
-    def _loss(self, weights: torch.Tensor, observations: torch.Tensor, choices: torch.Tensor,
-              numbers: torch.Tensor, log_probability: torch.Tensor, value: torch.Tensor,
-              advantage: torch.Tensor, began: torch.Tensor, chosen: torch.Tensor, entropy: torch.Tensor,
-              shift: torch.Tensor, scale: torch.Tensor) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
+    def _loss(
+        self,
+        weights: torch.Tensor,
+        observations: torch.Tensor,
+        choices: torch.Tensor,
+        numbers: torch.Tensor,
+        log_probability: torch.Tensor,
+        value: torch.Tensor,
+        advantage: torch.Tensor,
+        began: torch.Tensor,
+        chosen: torch.Tensor,
+        entropy: torch.Tensor,
+        shift: torch.Tensor,
+        scale: torch.Tensor,
+    ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
         """Return the mean loss of one animal over the transitions that are `chosen` f32[horizon],
         and its terms."""
         logits, values = self._replay(self._named(weights), observations, began)
         old = {"log_probability": log_probability, "value": value, "advantage": advantage}
-        loss, terms = ppo_loss(logits, values, choices, numbers, self.groups, old, self.ppo, self.ppo.clip,
-                               entropy, shift, scale)
+        loss, terms = ppo_loss(
+            logits, values, choices, numbers, self.groups, old, self.ppo, self.ppo.clip, entropy, shift, scale
+        )
         n = chosen.sum().clamp(min=1)
         return (loss * chosen).sum() / n, tuple((term.detach() * chosen).sum() / n for term in terms)
 
-    def _replay(self, named: dict[str, torch.Tensor], observations: torch.Tensor,
-                state: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    def _replay(
+        self, named: dict[str, torch.Tensor], observations: torch.Tensor, state: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor]:
         """Return logits [horizon, k] and values [horizon] of one animal;
         gradients go back `unroll` ticks of its memory."""
         module = self.brain.module
@@ -215,13 +290,23 @@ class IndividualModules(Individuals):
             outputs.append((logits, values))
         return torch.cat([o[0] for o in outputs]), torch.cat([o[1] for o in outputs])
 
-    def _adam(self, weights: torch.Tensor, gradient: torch.Tensor, moments: list[torch.Tensor],
-              norm: torch.Tensor, steps: np.ndarray, rate: np.ndarray) -> None:
+    def _adam(
+        self,
+        weights: torch.Tensor,
+        gradient: torch.Tensor,
+        moments: list[torch.Tensor],
+        norm: torch.Tensor,
+        steps: np.ndarray,
+        rate: np.ndarray,
+    ) -> None:
         """Take each animal's step of Adam in place; who has a gradient that is not finite stays as it is."""
         ppo, tensor = self.ppo, self.brain.tensor
         sound = torch.isfinite(norm)[:, None]
-        held = (torch.clamp(ppo.max_grad_norm / (norm + 1e-6), max=1.0)[:, None].float()
-                if ppo.max_grad_norm else 1.0)
+        held = (
+            torch.clamp(ppo.max_grad_norm / (norm + 1e-6), max=1.0)[:, None].float()
+            if ppo.max_grad_norm
+            else 1.0
+        )
         slope = torch.where(sound, torch.nan_to_num(gradient) * held, 0.0)
         first, second = moments
         first += torch.where(sound, 0.1 * (slope - first), 0.0)
@@ -238,11 +323,24 @@ class IndividualModules(Individuals):
         n, horizon = 2, 3
         flat = (horizon,)
         seen, chosen = (horizon, self.n_observations), (horizon, len(self.offsets) - 1)
-        shapes = ((self.size,), seen, chosen, (horizon, self.n_numbers), flat, flat, flat, (self.memory,),
-                  flat, (), (), ())
+        shapes = (
+            (self.size,),
+            seen,
+            chosen,
+            (horizon, self.n_numbers),
+            flat,
+            flat,
+            flat,
+            (self.memory,),
+            flat,
+            (),
+            (),
+            (),
+        )
         kinds = [np.int64 if shape is chosen else np.float32 for shape in shapes]
-        zeros = [self.brain.tensor(np.zeros((n, *shape), kind))
-                 for shape, kind in zip(shapes, kinds, strict=True)]
+        zeros = [
+            self.brain.tensor(np.zeros((n, *shape), kind)) for shape, kind in zip(shapes, kinds, strict=True)
+        ]
         for each in (vmap, one_by_one):
             self._each = each
             try:
@@ -251,13 +349,18 @@ class IndividualModules(Individuals):
                     warnings.simplefilter("error", UserWarning)
                     each(grad_and_value(self._loss, has_aux=True))(*zeros)
                     with torch.no_grad():  # operations may be others then
-                        self._think(np.zeros((n, self.size), np.float32), zeros[1][:, 0].cpu().numpy(),
-                                    zeros[7].cpu().numpy())
+                        self._think(
+                            np.zeros((n, self.size), np.float32),
+                            zeros[1][:, 0].cpu().numpy(),
+                            zeros[7].cpu().numpy(),
+                        )
                 return
             except Exception as error:
                 failed = error
-        raise ValueError(f"cannot be an individual's: torch.func raises {type(failed).__name__}: "
-                         f"{str(failed).strip().splitlines()[0][:200]}") from failed
+        raise ValueError(
+            f"cannot be an individual's: torch.func raises {type(failed).__name__}: "
+            f"{str(failed).strip().splitlines()[0][:200]}"
+        ) from failed
 
 
 def one_by_one(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -276,8 +379,14 @@ def _stacked(items: list[Any]) -> Any:
     return torch.stack(items)
 
 
-def _advantages(reward: np.ndarray, value: np.ndarray, bootstrap: np.ndarray, lengths: np.ndarray,
-                discount: np.ndarray, gae_lambda: float) -> np.ndarray:
+def _advantages(
+    reward: np.ndarray,
+    value: np.ndarray,
+    bootstrap: np.ndarray,
+    lengths: np.ndarray,
+    discount: np.ndarray,
+    gae_lambda: float,
+) -> np.ndarray:
     """Return the advantages f32[k, horizon] (Schulman et al. 2016, eq. 16),
     zero beyond each rollout's length."""
     out, later, gain = np.zeros_like(value), np.array(bootstrap, np.float32), np.zeros(len(value), np.float32)
@@ -313,8 +422,9 @@ def _explained(advantage: np.ndarray, value: np.ndarray, there: np.ndarray) -> n
     return np.where(target > 0, 1 - left / np.where(target > 0, target, 1), np.nan)
 
 
-def _shares(there: np.ndarray, parts: int, seed: int, uid: np.ndarray,
-            updates: np.ndarray, epoch: int) -> list[np.ndarray]:
+def _shares(
+    there: np.ndarray, parts: int, seed: int, uid: np.ndarray, updates: np.ndarray, epoch: int
+) -> list[np.ndarray]:
     """Return masks bool[k, horizon] that share out each animal's transitions
     at random among the gradient steps of an epoch."""
     if parts == 1:

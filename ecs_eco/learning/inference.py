@@ -37,8 +37,9 @@ def infer(first, last, observations, weights, widths, starts, logits, values):
             matrix = weights[starts[2 * level] : starts[2 * level] + n_in * n_out]
             bias = weights[starts[2 * level + 1] : starts[2 * level + 1] + n_out]
             hidden = level < n_layers - 1
-            _product(matrix, bias, n_in, n_out, n_out if hidden else 1, 1 if hidden else n_in, width, below,
-                     above)
+            _product(
+                matrix, bias, n_in, n_out, n_out if hidden else 1, 1 if hidden else n_in, width, below, above
+            )
             if hidden:
                 for i in range(0, n_out * BLOCK, LANES):
                     store(above, i, tanh(load(above, i)))
@@ -103,8 +104,12 @@ def _two(matrix, bias, n_in, j, step_in, step_out, below, above, lane):
     for k in range(n_in):
         x, y = load(below, k * BLOCK + lane), load(below, k * BLOCK + lane + LANES)
         at = k * step_in + j * step_out
-        p0, p1, p2, p3 = (every(matrix, at), every(matrix, at + step_out), every(matrix, at + 2 * step_out),
-                          every(matrix, at + 3 * step_out))
+        p0, p1, p2, p3 = (
+            every(matrix, at),
+            every(matrix, at + step_out),
+            every(matrix, at + 2 * step_out),
+            every(matrix, at + 3 * step_out),
+        )
         u0, u1, u2, u3 = u0 + x * p0, u1 + x * p1, u2 + x * p2, u3 + x * p3
         v0, v1, v2, v3 = v0 + y * p0, v1 + y * p1, v2 + y * p2, v3 + y * p3
     _put(above, j * BLOCK + lane, u0, u1, u2, u3)

@@ -19,8 +19,13 @@ class MLP(nn.Module):
     Weights are orthogonal with gain sqrt(2); 0.01 for the policy's head and 1 for the value's.
     """
 
-    def __init__(self, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...] = (64, 64),
-                 trunk: str = "shared") -> None:
+    def __init__(
+        self,
+        n_observations: int,
+        groups: tuple[int, ...],
+        hidden: tuple[int, ...] = (64, 64),
+        trunk: str = "shared",
+    ) -> None:
         super().__init__()
         widths = [n_observations, *hidden]
         shared = trunk == "shared"
@@ -81,8 +86,12 @@ def plain(module: Any, n_observations: int, n_logits: int) -> Plain | None:
     It is an `MLP`, or a Sequential of Linear and Tanh with n_logits outputs, or one more for the value.
     Raises ValueError for a Sequential with other numbers of inputs or outputs.
     """
-    if (type(module) is MLP and "forward" not in vars(module) and not module._forward_hooks
-        and not module._forward_pre_hooks):
+    if (
+        type(module) is MLP
+        and "forward" not in vars(module)
+        and not module._forward_hooks
+        and not module._forward_pre_hooks
+    ):
         state = {name: tensor.detach().cpu().numpy().copy() for name, tensor in module.state_dict().items()}
         return Plain(module.hidden, "shared" if module.shared else "separate", state)
     return None if type(module) is not nn.Sequential else _sequential(list(module), n_observations, n_logits)
@@ -91,8 +100,12 @@ def plain(module: Any, n_observations: int, n_logits: int) -> Plain | None:
 def _sequential(layers: list[nn.Module], n_observations: int, n_logits: int) -> Plain | None:
     linear: list[Any] = layers[::2]
     tanh = layers[1::2]
-    if (len(layers) < 3 or {type(x) for x in linear} != {nn.Linear} or {type(x) for x in tanh} != {nn.Tanh}
-        or len(layers) % 2 == 0):
+    if (
+        len(layers) < 3
+        or {type(x) for x in linear} != {nn.Linear}
+        or {type(x) for x in tanh} != {nn.Tanh}
+        or len(layers) % 2 == 0
+    ):
         return None
     inputs, outputs = int(linear[0].in_features), int(linear[-1].out_features)
     if inputs != n_observations or outputs not in (n_logits, n_logits + 1):
@@ -104,15 +117,21 @@ def _sequential(layers: list[nn.Module], n_observations: int, n_logits: int) -> 
     state: dict[str, np.ndarray] = {}
     for i, layer in enumerate(linear):
         weight = layer.weight.detach().cpu().numpy().astype(np.float32)
-        bias = (np.zeros(len(weight), np.float32)
-                if layer.bias is None else layer.bias.detach().cpu().numpy().astype(np.float32))
+        bias = (
+            np.zeros(len(weight), np.float32)
+            if layer.bias is None
+            else layer.bias.detach().cpu().numpy().astype(np.float32)
+        )
         if i < len(linear) - 1:
             state |= {f"trunk.{i}.weight": weight, f"trunk.{i}.bias": bias}
     value = slice(n_logits, n_logits + 1) if outputs > n_logits else slice(0, 1)
     unknown = outputs == n_logits  # nothing is known of values: they begin at 0
-    state |= {"policy.head.weight": weight[:n_logits], "policy.head.bias": bias[:n_logits],
-              "value.head.weight": weight[value] * (not unknown),
-              "value.head.bias": bias[value] * (not unknown)}
+    state |= {
+        "policy.head.weight": weight[:n_logits],
+        "policy.head.bias": bias[:n_logits],
+        "value.head.weight": weight[value] * (not unknown),
+        "value.head.bias": bias[value] * (not unknown),
+    }
     return Plain(tuple(int(x.out_features) for x in linear[:-1]), "shared", state)
 
 
@@ -123,13 +142,19 @@ def from_torch(module: nn.Module) -> nn.Module:
     value. Raises ValueError for other layers.
     """
     if type(module) is not nn.Sequential:
-        raise ValueError(f"{type(module).__name__}: allowed is a torch.nn.Sequential of Linear and Tanh, "
-                         "or `policy.network` for any other")
+        raise ValueError(
+            f"{type(module).__name__}: allowed is a torch.nn.Sequential of Linear and Tanh, "
+            "or `policy.network` for any other"
+        )
     layers = list(module)
     last: Any = layers[-1] if layers else None
     first: Any = layers[0] if layers else None
-    if not layers or _sequential(layers, getattr(first, "in_features", 0),
-                                 getattr(last, "out_features", 0)) is None:
-        raise ValueError(f"layers {', '.join(type(x).__name__ for x in layers)}: "
-                         "allowed are Linear and Tanh in turn, Linear at both ends")
+    if (
+        not layers
+        or _sequential(layers, getattr(first, "in_features", 0), getattr(last, "out_features", 0)) is None
+    ):
+        raise ValueError(
+            f"layers {', '.join(type(x).__name__ for x in layers)}: "
+            "allowed are Linear and Tanh in turn, Linear at both ends"
+        )
     return module

@@ -36,8 +36,9 @@ class ModuleBrain:
 
     by_row = False  # torch computes a chunk of rows at once
 
-    def __init__(self, module: torch.nn.Module, n_observations: int, groups: tuple[int, ...],
-                 device: str = "cpu") -> None:
+    def __init__(
+        self, module: torch.nn.Module, n_observations: int, groups: tuple[int, ...], device: str = "cpu"
+    ) -> None:
         if not isinstance(module, torch.nn.Module):
             raise ValueError(f"gives {type(module).__name__}; allowed: a torch.nn.Module")
         self.n_observations, self.groups, self.device = n_observations, tuple(groups), device
@@ -57,25 +58,29 @@ class ModuleBrain:
 
     def named(self) -> dict[str, np.ndarray]:
         """Return the parameters that learning changes, by name; on the CPU they are views."""
-        return {name: p.detach().cpu().numpy()
-                for name, p in self.module.named_parameters() if p.requires_grad}
+        return {
+            name: p.detach().cpu().numpy() for name, p in self.module.named_parameters() if p.requires_grad
+        }
 
     def state(self) -> dict[str, np.ndarray]:
         """Return a copy of the module's parameters and buffers by name."""
-        return {name: tensor.detach().cpu().numpy().copy()
-                for name, tensor in self.module.state_dict().items()}
+        return {
+            name: tensor.detach().cpu().numpy().copy() for name, tensor in self.module.state_dict().items()
+        }
 
     def load(self, state: dict[str, np.ndarray]) -> None:
         """Take the weights of `state()`; raises ValueError that names what is missing,
         unknown or of another shape."""
         mine = self.module.state_dict()
         if wrong := sorted(set(state) ^ set(mine)):
-            raise ValueError(f"weights {', '.join(wrong)}: missing or unknown; "
-                             f"this network has {', '.join(mine)}")
+            raise ValueError(
+                f"weights {', '.join(wrong)}: missing or unknown; this network has {', '.join(mine)}"
+            )
         for name, tensor in mine.items():
             if np.shape(state[name]) != tuple(tensor.shape):
-                raise ValueError(f"{name} has shape {np.shape(state[name])}; "
-                                 f"this network needs {tuple(tensor.shape)}")
+                raise ValueError(
+                    f"{name} has shape {np.shape(state[name])}; this network needs {tuple(tensor.shape)}"
+                )
         self.module.load_state_dict({name: torch.from_numpy(np.array(state[name])) for name in mine})
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -84,22 +89,24 @@ class ModuleBrain:
         memory = np.zeros((len(observations), self.memory), np.float32)
         return self.recall(observations, memory, split)[:2]
 
-    def recall(self, observations: np.ndarray, memory: np.ndarray,
-               split: Split | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return logits, values, and the memory f32[n, memory] from here on, of organisms with this memory.
-        """
+    def recall(
+        self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return logits, values, and the memory f32[n, memory] from here on, of organisms with this memory."""
         n = len(observations)
         if np.shape(observations) != (n, self.n_observations):
-            raise ValueError(f"observations have shape {np.shape(observations)}; allowed is (n, "
-                             f"{self.n_observations})")
+            raise ValueError(
+                f"observations have shape {np.shape(observations)}; allowed is (n, {self.n_observations})"
+            )
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         later = np.empty((n, self.memory), np.float32)
         with self.reproducible(), torch.inference_mode(), one_torch_thread():
             for start in range(0, n, CHUNK):
                 here = slice(start, min(start + CHUNK, n))
                 size = here.stop - start
-                out = self.run(_filled(observations[here]),
-                               self.tensor(_filled(memory[here])) if self.memory else None)
+                out = self.run(
+                    _filled(observations[here]), self.tensor(_filled(memory[here])) if self.memory else None
+                )
                 logits[here], values[here] = out[0][:size].cpu().numpy(), out[1][:size].cpu().numpy()
                 if self.memory:
                     later[here] = out[2][:size].cpu().numpy()
@@ -120,8 +127,10 @@ class ModuleBrain:
     def reproducible(self) -> Iterator[None]:
         """Within, torch takes deterministic algorithms alone;
         raises RuntimeError where an operation has none."""
-        before, warns = (torch.are_deterministic_algorithms_enabled(),
-                         torch.is_deterministic_algorithms_warn_only_enabled())
+        before, warns = (
+            torch.are_deterministic_algorithms_enabled(),
+            torch.is_deterministic_algorithms_warn_only_enabled(),
+        )
         torch.use_deterministic_algorithms(self.device == "cpu" or before, warn_only=warns and before)
         try:
             yield
@@ -141,11 +150,14 @@ class ModuleBrain:
             before = torch.get_rng_state()
             first, second = self._outputs(x, state), self._outputs(x, state)
             if not torch.equal(before, torch.get_rng_state()):
-                raise ValueError("draws random numbers in forward; allowed: "
-                                 "what follows from the observations alone")
+                raise ValueError(
+                    "draws random numbers in forward; allowed: what follows from the observations alone"
+                )
             if not all(torch.equal(a, b) for a, b in zip(first, second, strict=True)):
-                raise ValueError("gives two different answers to the same observations; "
-                                 "what it remembers belongs into its state")
+                raise ValueError(
+                    "gives two different answers to the same observations; "
+                    "what it remembers belongs into its state"
+                )
         if not (first[0].requires_grad and self.parameters()):
             raise ValueError("has logits that depend on no parameter; allowed: a module that can learn")
 
@@ -155,30 +167,38 @@ class ModuleBrain:
             {"state": (n, self.memory)} if self.memory else {}
         )
         wanted = " and ".join(f"{name} f32{list(shape)}" for name, shape in need.items())
-        given = ("forward(observations "
-                 f"f32{list(x.shape)}{f', state f32[{n}, {self.memory}]' if self.memory else ''})")
+        given = (
+            "forward(observations "
+            f"f32{list(x.shape)}{f', state f32[{n}, {self.memory}]' if self.memory else ''})"
+        )
         try:
             with one_torch_thread(), self.reproducible():
                 out: Any = self.run(x, state)
         except Exception as error:
-            raise ValueError(f"{given} raises {type(error).__name__}: {_first_line(error)}; "
-                             f"it should give {wanted}") from error
-        if (not isinstance(out, tuple) or len(out) != len(need)
-            or not all(isinstance(o, torch.Tensor) for o in out)):
+            raise ValueError(
+                f"{given} raises {type(error).__name__}: {_first_line(error)}; it should give {wanted}"
+            ) from error
+        if (
+            not isinstance(out, tuple)
+            or len(out) != len(need)
+            or not all(isinstance(o, torch.Tensor) for o in out)
+        ):
             raise ValueError(f"{given} gives {_described(out)}; it should give {wanted}")
         for (name, shape), tensor in zip(need.items(), out, strict=True):
             if tuple(tensor.shape) != shape or tensor.dtype != torch.float32:
                 raise ValueError(f"{given} gives {name} {_described(tensor)}; it should give {wanted}")
             if tensor.device.type != torch.device(self.device).type:
-                raise ValueError(f"{given} gives {name} on {tensor.device}; "
-                                 f"its species thinks on {self.device!r}")
+                raise ValueError(
+                    f"{given} gives {name} on {tensor.device}; its species thinks on {self.device!r}"
+                )
             if not bool(torch.isfinite(tensor).all()):
                 raise ValueError(f"{given} gives {name} that are not finite; it should give {wanted}")
         return out
 
 
-def make(network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], seed: int,
-         device: str = "cpu") -> PolicyNetwork:
+def make(
+    network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], seed: int, device: str = "cpu"
+) -> PolicyNetwork:
     """Return the brain of a network's class, or of a function that makes one:
     a `Brain` where it is a plain MLP and on the CPU.
 
@@ -196,12 +216,12 @@ def made(network: Callable[..., Any], n_observations: int, groups: tuple[int, ..
         try:
             return network(n_observations, groups)
         except Exception as error:
-            raise ValueError(f"({n_observations}, {groups}) raises {type(error).__name__}: "
-                             f"{_first_line(error)}") from error
+            raise ValueError(
+                f"({n_observations}, {groups}) raises {type(error).__name__}: {_first_line(error)}"
+            ) from error
 
 
-def as_brain(module: Any, n_observations: int, groups: tuple[int, ...],
-             device: str = "cpu") -> PolicyNetwork:
+def as_brain(module: Any, n_observations: int, groups: tuple[int, ...], device: str = "cpu") -> PolicyNetwork:
     """Return a module as the brain of a species: a `Brain` with its weights where it is a plain MLP on the
     CPU, else a `ModuleBrain`."""
     if device == "cpu" and (weights := plain(module, n_observations, sum(groups))) is not None:
@@ -230,18 +250,23 @@ def memory_of(module: torch.nn.Module) -> int:
     except (TypeError, ValueError):
         return int(getattr(module, "memory", 0))
     positional = [p for p in taken if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
-    takes_state = (len([p for p in positional if p.default is p.empty]) > 1
-                   or any(p.kind is p.VAR_POSITIONAL for p in taken))
+    takes_state = len([p for p in positional if p.default is p.empty]) > 1 or any(
+        p.kind is p.VAR_POSITIONAL for p in taken
+    )
     memory = getattr(module, "memory", 0)
     if isinstance(memory, bool) or not isinstance(memory, int) or memory < 0:
-        raise ValueError(f"has memory = {memory!r}; allowed: how many numbers each organism keeps, "
-                         "a whole number >= 0")
+        raise ValueError(
+            f"has memory = {memory!r}; allowed: how many numbers each organism keeps, a whole number >= 0"
+        )
     if takes_state and not memory:
-        raise ValueError("takes a state in forward and says not how large it is: "
-                         "set self.memory to the numbers that each organism keeps")
+        raise ValueError(
+            "takes a state in forward and says not how large it is: "
+            "set self.memory to the numbers that each organism keeps"
+        )
     if memory and len(positional) < 2 and not takes_state:
-        raise ValueError(f"has memory = {memory}, and its forward takes no state; allowed: "
-                         "forward(observations, state)")
+        raise ValueError(
+            f"has memory = {memory}, and its forward takes no state; allowed: forward(observations, state)"
+        )
     return memory
 
 
@@ -255,9 +280,7 @@ def _filled(rows: np.ndarray) -> np.ndarray:
 
 def _described(value: Any) -> str:
     if isinstance(value, torch.Tensor):
-        return (
-            f"{str(value.dtype).removeprefix('torch.').replace('float', 'f').replace('int', 'i')}{list(value.shape)}"  # noqa: E501
-        )
+        return f"{str(value.dtype).removeprefix('torch.').replace('float', 'f').replace('int', 'i')}{list(value.shape)}"  # noqa: E501
     if isinstance(value, tuple):
         return f"({', '.join(_described(v) for v in value)})"
     return type(value).__name__

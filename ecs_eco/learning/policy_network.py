@@ -30,10 +30,10 @@ class PolicyNetwork(Protocol):
         """Return outputs f32[n, n_logits] and values f32[n] of f32[n, n_observations]; one with a memory
         begins without any."""
 
-    def recall(self, observations: np.ndarray, memory: np.ndarray,
-               split: Split | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return outputs, values, and the memory f32[n, memory] from here on, of organisms with this memory.
-        """
+    def recall(
+        self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return outputs, values, and the memory f32[n, memory] from here on, of organisms with this memory."""
 
     def named(self) -> dict[str, np.ndarray]:
         """Return the weights that learning changes, by name."""

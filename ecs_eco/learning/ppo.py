@@ -40,8 +40,11 @@ class Learner(TorchLearner):
         return None  # Adam is a kernel here
 
     def _optimiser_state(self) -> dict[str, np.ndarray]:
-        return {"moment_1": self.moment_1.copy(), "moment_2": self.moment_2.copy(),
-                "steps": np.array(self.steps)}
+        return {
+            "moment_1": self.moment_1.copy(),
+            "moment_2": self.moment_2.copy(),
+            "steps": np.array(self.steps),
+        }
 
     def _load_optimiser(self, state: dict[str, np.ndarray]) -> None:
         self.moment_1[...], self.moment_2[...] = state["moment_1"], state["moment_2"]
@@ -74,7 +77,14 @@ class Learner(TorchLearner):
         self.steps += 1
         total: np.ndarray = terms.sum(axis=0) / len(chosen)
         total[-1] = adam(
-            brain.weights, self._gradient[:n_chunks], self.moment_1, self.moment_2,
-            self.steps, rate, ppo.adam_epsilon, ppo.max_grad_norm, ppo.weight_decay,
-        )  # fmt: skip
+            brain.weights,
+            self._gradient[:n_chunks],
+            self.moment_1,
+            self.moment_2,
+            self.steps,
+            rate,
+            ppo.adam_epsilon,
+            ppo.max_grad_norm,
+            ppo.weight_decay,
+        )
         return total

@@ -17,21 +17,51 @@ summing_njit: Any = partial(njit, fastmath={"contract", "reassoc"})
 
 
 @fused_njit
-def loss_slopes(logits, values, offsets, choices, numbers, steps, index, clip, clip_value, entropy_weight,
-                value_weight, shift, scale, share, d_logits, d_values, terms):
+def loss_slopes(
+    logits,
+    values,
+    offsets,
+    choices,
+    numbers,
+    steps,
+    index,
+    clip,
+    clip_value,
+    entropy_weight,
+    value_weight,
+    shift,
+    scale,
+    share,
+    d_logits,
+    d_values,
+    terms,
+):
     """Write the slope of the loss by each logit [k, n] and value [n], `share` per transition;
     add up the loss's terms. `offsets` are those of the categorical groups; outputs of continuous ones follow.
 
     Loss = -min(r A, clip(r) A) - entropy_weight H + value_weight (V - R)^2, with r the ratio of the choice's
     probabilities now and then, A the advantage, R = A + V then (Schulman et al. 2017, eq. 7 and 9)."""
     n, n_groups = len(index), len(offsets) - 1
-    then, kept, sums = np.empty((3, n), np.float32), np.empty((3 * n_groups, n), np.float32), np.zeros(
-        (7, n), np.float32)
+    then, kept, sums = (
+        np.empty((3, n), np.float32),
+        np.empty((3 * n_groups, n), np.float32),
+        np.zeros((7, n), np.float32),
+    )
     taken, levels, shares = kept[:n_groups], kept[n_groups : 2 * n_groups], kept[2 * n_groups :]
     _fetch(steps, choices, offsets, index, then, taken)
     for g in range(n_groups):
-        _softmax(logits, d_logits, offsets[g], offsets[g + 1], taken[g], levels[g], shares[g], sums[6],
-                 sums[2], sums[5])
+        _softmax(
+            logits,
+            d_logits,
+            offsets[g],
+            offsets[g + 1],
+            taken[g],
+            levels[g],
+            shares[g],
+            sums[6],
+            sums[2],
+            sums[5],
+        )
     entropy = 0.0
     if numbers.shape[1]:
         entropy = log_likelihood(logits, offsets[-1], numbers, index, sums[5])
@@ -39,8 +69,17 @@ def loss_slopes(logits, values, offsets, choices, numbers, steps, index, clip, c
     _value_slopes(values, then, clip_value, value_weight * share, d_values, sums[1])
     d_choice = sums[6]
     for g in range(n_groups):
-        _turn(logits, d_logits, offsets[g], offsets[g + 1], taken[g], levels[g], shares[g], d_choice,
-              entropy_weight * share)
+        _turn(
+            logits,
+            d_logits,
+            offsets[g],
+            offsets[g + 1],
+            taken[g],
+            levels[g],
+            shares[g],
+            d_choice,
+            entropy_weight * share,
+        )
     if numbers.shape[1]:
         slopes(logits, offsets[-1], numbers, index, d_choice, entropy_weight * share, d_logits)
     for i in range(5):

@@ -28,8 +28,9 @@ class Rollout:
     Transitions must be stored in an order that does not depend on rows, if results are not to depend on them.
     """
 
-    def __init__(self, n_observations: int, n_groups: int, discount: float, memory: int = 0,
-                 n_numbers: int = 0) -> None:
+    def __init__(
+        self, n_observations: int, n_groups: int, discount: float, memory: int = 0, n_numbers: int = 0
+    ) -> None:
         self.discount = discount
         self.n, self.ticks = 0, 0
         self._observations = np.empty((0, n_observations), np.float32)
@@ -41,11 +42,13 @@ class Rollout:
         self.last = np.empty(0, np.int64)  # row -> its open record, -1: none
 
     observations = property(lambda self: self._observations[: self.n], doc="f32[n, n_observations]")
-    memory = property(lambda self: self._memory[: self.n],
-                      doc="f32[n, memory] that the decision was made with")
+    memory = property(
+        lambda self: self._memory[: self.n], doc="f32[n, memory] that the decision was made with"
+    )
     choices = property(lambda self: self._choices[: self.n], doc="i16[n, n_groups]")
-    numbers = property(lambda self: self._numbers[: self.n],
-                       doc="f32[n, n_numbers] drawn for continuous actions")
+    numbers = property(
+        lambda self: self._numbers[: self.n], doc="f32[n, n_numbers] drawn for continuous actions"
+    )
     steps = property(lambda self: self._steps[: self.n], doc="STEP[n]")
     ended = property(lambda self: self._ended[: self.n], doc="bool[n]")
 
@@ -85,8 +88,7 @@ class Rollout:
         self.ticks += 1
 
     def credit(self, rows: np.ndarray, rewards: np.ndarray) -> None:
-        """Add rewards f32[n] to the open records of rows i64[n]; rows without one (newborn) are passed over.
-        """
+        """Add rewards f32[n] to the open records of rows i64[n]; rows without one (newborn) are passed over."""
         self._cover(rows)
         _credit(self._steps, self.last, rows, rewards)
 
@@ -105,8 +107,11 @@ class Rollout:
         then."""
         self._cover(rows)
         last = self.last[rows]
-        rest = np.where(last >= 0, self._steps["value"][last] - self._steps["reward"][last],
-                        0) if self.n else np.zeros(len(rows))
+        rest = (
+            np.where(last >= 0, self._steps["value"][last] - self._steps["reward"][last], 0)
+            if self.n
+            else np.zeros(len(rows))
+        )
         self.end(rows, rest.astype(np.float32))
 
     def advantages(self, rows: np.ndarray, values: np.ndarray, gae_lambda: float) -> None:
@@ -126,8 +131,13 @@ class Rollout:
     def joined(cls, parts: Sequence[Rollout]) -> Rollout:
         """Return one log of several whose advantages are known; its rows mean nothing."""
         first = parts[0]
-        out = cls(first._observations.shape[1], first._choices.shape[1], first.discount,
-                  first._memory.shape[1], first._numbers.shape[1])
+        out = cls(
+            first._observations.shape[1],
+            first._choices.shape[1],
+            first.discount,
+            first._memory.shape[1],
+            first._numbers.shape[1],
+        )
         columns = ([column[: p.n] for column in p._columns()] for p in parts)
         out._hold(np.concatenate(column) for column in zip(*columns, strict=True))
         row = 0
@@ -177,13 +187,15 @@ class Rollout:
                 raise ValueError(f"{name} of the rollout have {have} columns; this one needs {need}")
         n, last, row = len(state["ended"]), np.array(state["last"]), state["row"]
         if wrong := [name for name in (*flat, *_FIELDS) if len(state[name]) != n]:
-            raise ValueError(f"{wrong[0]} of the rollout has {len(state[wrong[0]])} transitions, "
-                             f"and ended has {n}")
+            raise ValueError(
+                f"{wrong[0]} of the rollout has {len(state[wrong[0]])} transitions, and ended has {n}"
+            )
         if last.dtype != np.int64 or (last.size and not -1 <= last.min() <= last.max() < n):
             raise ValueError(f"last of the rollout points beyond its {n} transitions, or back before them")
         if n and not 0 <= row.min() <= row.max() < len(last):
-            raise ValueError(f"row of the rollout is {row.min()} to {row.max()}; allowed: "
-                             f"0 to {len(last) - 1}")
+            raise ValueError(
+                f"row of the rollout is {row.min()} to {row.max()}; allowed: 0 to {len(last) - 1}"
+            )
         self.n, self.ticks = 0, int(state["ticks"])
         if n > len(self._ended):
             self._grow(n)
@@ -205,8 +217,9 @@ class Rollout:
         order, follows = _lives(row, ended)
         state["next"] = np.full(len(row), -1, np.int64)
         state["next"][order[:-1][follows]] = order[1:][follows]
-        state["open"] = np.concatenate([last,
-                                        np.full(max(0, int(rows.max(initial=-1)) + 1 - len(last)), -1)])[rows]
+        state["open"] = np.concatenate(
+            [last, np.full(max(0, int(rows.max(initial=-1)) + 1 - len(last)), -1)]
+        )[rows]
         return state
 
     def reorder(self, order: np.ndarray) -> None:

@@ -12,8 +12,9 @@ from ecs_eco.engine.errors import unknown_name
 from ecs_eco.learning.words import hint, ours
 
 
-def _setting(default: float, low: float, high: float, doc: str, above: bool = False,
-             own: bool | str = True) -> Any:
+def _setting(
+    default: float, low: float, high: float, doc: str, above: bool = False, own: bool | str = True
+) -> Any:
     """Declare a hyperparameter in [low, high], or in (low, high] with `above`; `own` says whether a gene may
     code for it, as of a number of a section (engine/section.py)."""
     return field(default=default, metadata={"low": low, "high": high, "above": above, "doc": doc, "own": own})
@@ -27,30 +28,53 @@ class PPO:
     ours. Raises ValueError that names the field, the value and what is allowed.
     """
 
-    horizon: int = _setting(64, 1, math.inf, "ticks of one rollout; with another dt, another time",
-                            own="it is the length of a rollout, which all of the species share")
+    horizon: int = _setting(
+        64,
+        1,
+        math.inf,
+        "ticks of one rollout; with another dt, another time",
+        own="it is the length of a rollout, which all of the species share",
+    )
     learning_rate: float = _setting(3e-4, 0, math.inf, "step size of Adam", above=True, own="COLUMN")
-    discount: float = _setting(0.99, 0, 1, "weight of a reward one tick later: per tick, whatever dt; "
-                             "0.99 ** dt is 0.99 per second", own="COLUMN")
-    gae_lambda: float = _setting(0.95, 0, 1,
-                                 "0: one-step advantages; 1: Monte Carlo (Schulman et al. 2016, eq. 16)")
+    discount: float = _setting(
+        0.99,
+        0,
+        1,
+        "weight of a reward one tick later: per tick, whatever dt; 0.99 ** dt is 0.99 per second",
+        own="COLUMN",
+    )
+    gae_lambda: float = _setting(
+        0.95, 0, 1, "0: one-step advantages; 1: Monte Carlo (Schulman et al. 2016, eq. 16)"
+    )
     epochs: int = _setting(3, 1, math.inf, "how often each transition is used")
     minibatch: int = _setting(8192, 1, math.inf, "most transitions per gradient step; parts are equal")
-    unroll: int = _setting(16, 1, math.inf, "ticks that gradients go back, of a network with a memory",
-                           own="of networks with a memory, which torch lets learn all at once")
-    clip: float = _setting(0.2, 0, math.inf, "how far the ratio of probabilities may leave 1 with profit",
-                           above=True)
-    clip_value: float = _setting(0.0, 0, math.inf,
-                                 "how far the value may leave its old one with profit; 0: any way")
+    unroll: int = _setting(
+        16,
+        1,
+        math.inf,
+        "ticks that gradients go back, of a network with a memory",
+        own="of networks with a memory, which torch lets learn all at once",
+    )
+    clip: float = _setting(
+        0.2, 0, math.inf, "how far the ratio of probabilities may leave 1 with profit", above=True
+    )
+    clip_value: float = _setting(
+        0.0, 0, math.inf, "how far the value may leave its old one with profit; 0: any way"
+    )
     entropy: float = _setting(0.01, 0, math.inf, "weight of the entropy bonus", own="COLUMN")
     value_weight: float = _setting(0.5, 0, math.inf, "weight of the mean squared error of the value")
     max_grad_norm: float = _setting(0.5, 0, math.inf, "longest gradient of a minibatch; 0: any length")
-    normalise_advantage: bool = _setting(True, False, True,
-                                         "bring a rollout's advantages to mean 0, deviation 1")
-    anneal: int = _setting(0, 0, math.inf,
-                           "ticks of learning, in training and in a run, over which learning rate and clip "
-                           "fall linearly to 0; 0: constant, as are animals that learn one by one",
-                           own="those that learn one by one are not annealed")
+    normalise_advantage: bool = _setting(
+        True, False, True, "bring a rollout's advantages to mean 0, deviation 1"
+    )
+    anneal: int = _setting(
+        0,
+        0,
+        math.inf,
+        "ticks of learning, in training and in a run, over which learning rate and clip "
+        "fall linearly to 0; 0: constant, as are animals that learn one by one",
+        own="those that learn one by one are not annealed",
+    )
     adam_epsilon: float = _setting(1e-5, 0, math.inf, "added to the root of Adam's second moment", above=True)
     weight_decay: float = _setting(
         0.0, 0, math.inf, "share of each weight lost per step, in units of the learning rate (AdamW)"

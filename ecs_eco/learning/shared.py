@@ -60,8 +60,7 @@ class Share:
             self._spare, self.ready = self.ready, None
 
     def renew(self, active: bool) -> None:
-        """Begin in another world: what was not learnt from is forgotten; whether it takes part from here on.
-        """
+        """Begin in another world: what was not learnt from is forgotten; whether it takes part from here on."""
         self.forget()
         self.rollout.clear()
         self.active = active

@@ -14,13 +14,14 @@ if TYPE_CHECKING:
 
 
 def as_vector(envs: Any) -> VectorEnv:
-    """Return a vector of environments, of a single one a vector of one; raises TypeError for anything else.
-    """
+    """Return a vector of environments, of a single one a vector of one; raises TypeError for anything else."""
     if hasattr(envs, "num_envs"):
         return envs
     if not all(hasattr(envs, name) for name in ("reset", "step", "observation_space", "action_space")):
-        raise TypeError(f"envs = {envs!r}: allowed is an environment of Gymnasium, or a vector of them, as "
-                        'gymnasium.make_vec("CartPole-v1", num_envs=8)')
+        raise TypeError(
+            f"envs = {envs!r}: allowed is an environment of Gymnasium, or a vector of them, as "
+            'gymnasium.make_vec("CartPole-v1", num_envs=8)'
+        )
     from gymnasium.vector import SyncVectorEnv
 
     return SyncVectorEnv([lambda: envs])
@@ -54,8 +55,10 @@ class Observations:
             return cls((), np.array([space.n]), np.array([space.start]))
         if kind == "MultiDiscrete" and space.nvec.ndim == 1:
             return cls(tuple(space.shape), np.asarray(space.nvec), np.asarray(space.start))
-        raise ValueError(f"observation space {space}: allowed is Box, Discrete, MultiDiscrete or "
-                         "MultiBinary; gymnasium.wrappers.FlattenObservation(env) makes a Box of others")
+        raise ValueError(
+            f"observation space {space}: allowed is Box, Discrete, MultiDiscrete or "
+            "MultiBinary; gymnasium.wrappers.FlattenObservation(env) makes a Box of others"
+        )
 
     def rows(self, observations: Any) -> np.ndarray:
         """Return f32[n, k] of n observations."""
@@ -88,12 +91,19 @@ class Actions:
             return cls((int(space.n),), (), space.dtype, np.array([space.start]))
         if kind == "MultiDiscrete" and space.nvec.ndim == 1:
             return cls(tuple(int(n) for n in space.nvec), space.shape, space.dtype, np.asarray(space.start))
-        if (kind == "Box" and len(space.shape) == 1 and space.is_bounded()
-            and np.issubdtype(space.dtype, np.floating)):
-            return cls((CONTINUOUS,) * space.shape[0], space.shape, space.dtype, low=space.low,
-                       high=space.high)
-        raise ValueError(f"action space {space}: allowed is Discrete, or MultiDiscrete or a bounded Box of "
-                         "numbers with one axis")
+        if (
+            kind == "Box"
+            and len(space.shape) == 1
+            and space.is_bounded()
+            and np.issubdtype(space.dtype, np.floating)
+        ):
+            return cls(
+                (CONTINUOUS,) * space.shape[0], space.shape, space.dtype, low=space.low, high=space.high
+            )
+        raise ValueError(
+            f"action space {space}: allowed is Discrete, or MultiDiscrete or a bounded Box of "
+            "numbers with one axis"
+        )
 
     def sent(self, choice: np.ndarray, numbers: np.ndarray) -> np.ndarray:
         """Return choices int[n, G] or numbers f32[n, K] as the environments take them."""

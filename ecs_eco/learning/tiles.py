@@ -53,8 +53,12 @@ def column_sums(room, matrix, rows, wide, out):
     row first, then these."""
     for c in range(0, wide, LANES):
         at = matrix + c
-        y0, y1, y2, y3 = (load(room, at), load(room, at + wide), load(room, at + 2 * wide),
-                          load(room, at + 3 * wide))
+        y0, y1, y2, y3 = (
+            load(room, at),
+            load(room, at + wide),
+            load(room, at + 2 * wide),
+            load(room, at + 3 * wide),
+        )
         for _ in range(ROWS, rows, ROWS):
             at += ROWS * wide
             y0, y1 = y0 + load(room, at), y1 + load(room, at + wide)

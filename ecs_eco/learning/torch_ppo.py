@@ -38,8 +38,9 @@ class TorchLearner:
 
     def __init__(self, brain: Any, ppo: PPO, seed: int, workers: int = 1) -> None:
         self.brain, self.ppo, self.seed, self.workers = brain, ppo, seed, workers
-        self.rollout = Rollout(brain.n_observations, len(brain.offsets) - 1, ppo.discount, brain.memory,
-                               brain.n_numbers)
+        self.rollout = Rollout(
+            brain.n_observations, len(brain.offsets) - 1, ppo.discount, brain.memory, brain.n_numbers
+        )
         self._lives = self._stretches = np.zeros(0, np.int64)  # of a brain with a memory, while it learns
         self.updates = 0
         self.bands = OneBand()  # the processes that share its work
@@ -98,8 +99,9 @@ class TorchLearner:
         """Return Adam (Kingma and Ba 2015); weights decay apart from the gradient (Loshchilov
         and Hutter 2019)."""
         ppo, parameters = self.ppo, self.brain.parameters()
-        optimiser = torch.optim.AdamW(parameters, ppo.learning_rate, eps=ppo.adam_epsilon,
-                                      weight_decay=ppo.weight_decay)
+        optimiser = torch.optim.AdamW(
+            parameters, ppo.learning_rate, eps=ppo.adam_epsilon, weight_decay=ppo.weight_decay
+        )
         # torch would do so at the first step: a checkpoint has the same parts before and after
         for p in parameters:
             zeros = torch.zeros_like(p.detach())
@@ -126,30 +128,46 @@ class TorchLearner:
         with self.brain.reproducible():
             in_parallel(work, self.workers if self.brain.device == "cpu" else 1)
             for parameter, *parts in zip(parameters, *gradients, strict=True):
-                parameter.grad = sum(part if part is not None else torch.zeros_like(parameter)
-                                     for part in parts)
+                parameter.grad = sum(
+                    part if part is not None else torch.zeros_like(parameter) for part in parts
+                )
             norm = float(torch.nn.utils.clip_grad_norm_(parameters, self.ppo.max_grad_norm or np.inf))
             if np.isfinite(norm):
                 for group in self.optimiser.param_groups:
-                    group.update({"lr": rate, "eps": self.ppo.adam_epsilon,
-                                  "weight_decay": self.ppo.weight_decay})
+                    group.update(
+                        {"lr": rate, "eps": self.ppo.adam_epsilon, "weight_decay": self.ppo.weight_decay}
+                    )
                 self.optimiser.step()
         total: np.ndarray = terms.sum(axis=0) / n
         total[-1] = norm
         return total
 
-    def _loss(self, piece: np.ndarray, clip: float, shift: float,
-              scale: float) -> tuple[torch.Tensor, list[float]]:
+    def _loss(
+        self, piece: np.ndarray, clip: float, shift: float, scale: float
+    ) -> tuple[torch.Tensor, list[float]]:
         """Return the summed loss of a piece of a minibatch, and the sums of its terms."""
         logits, values, index = self._replay(piece)
         rollout, device = self.rollout, self.brain.device
         step = rollout.steps[index]
-        old = {name: torch.from_numpy(step[name].copy()).to(device)
-               for name in ("log_probability", "value", "advantage")}
+        old = {
+            name: torch.from_numpy(step[name].copy()).to(device)
+            for name in ("log_probability", "value", "advantage")
+        }
         choices = torch.from_numpy(rollout.choices[index].astype(np.int64)).to(device)
         numbers = torch.from_numpy(rollout.numbers[index]).to(device)
-        loss, terms = ppo_loss(logits, values, choices, numbers, self.brain.groups, old, self.ppo, clip,
-                               self.ppo.entropy, shift, scale)
+        loss, terms = ppo_loss(
+            logits,
+            values,
+            choices,
+            numbers,
+            self.brain.groups,
+            old,
+            self.ppo,
+            clip,
+            self.ppo.entropy,
+            shift,
+            scale,
+        )
         return loss.sum(), [float(term.detach().sum()) for term in terms]
 
     def _replay(self, piece: np.ndarray) -> tuple[torch.Tensor, torch.Tensor, np.ndarray]:
@@ -212,9 +230,11 @@ class TorchLearner:
     def _optimiser_state(self) -> dict[str, np.ndarray]:
         """Return the optimiser's numbers as "optimiser.PARAMETER.WHAT"."""
         names = list(self.brain.named())
-        return {f"optimiser.{names[i]}.{word}": torch.as_tensor(value).detach().cpu().numpy().copy()
-                for i, held in self.optimiser.state_dict()["state"].items()
-                for word, value in held.items()}  # fmt: skip
+        return {
+            f"optimiser.{names[i]}.{word}": torch.as_tensor(value).detach().cpu().numpy().copy()
+            for i, held in self.optimiser.state_dict()["state"].items()
+            for word, value in held.items()
+        }
 
     def _load_optimiser(self, state: dict[str, np.ndarray]) -> None:
         numbers: dict[int, dict[str, torch.Tensor]] = {}
@@ -223,11 +243,13 @@ class TorchLearner:
             if key.startswith("optimiser."):
                 name, _, word = key.removeprefix("optimiser.").rpartition(".")
                 if name not in names:
-                    raise ValueError(f"{key}: this network has no parameter {name}; "
-                                     f"it has {', '.join(names)}")
+                    raise ValueError(
+                        f"{key}: this network has no parameter {name}; it has {', '.join(names)}"
+                    )
                 numbers.setdefault(names.index(name), {})[word] = torch.from_numpy(np.array(array))
-        self.optimiser.load_state_dict({"state": numbers,
-                                        "param_groups": self.optimiser.state_dict()["param_groups"]})
+        self.optimiser.load_state_dict(
+            {"state": numbers, "param_groups": self.optimiser.state_dict()["param_groups"]}
+        )
 
 
 def ppo_loss(

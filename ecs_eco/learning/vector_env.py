@@ -74,9 +74,18 @@ class Training:
         return self.steps[int(reached[0]) + episodes - 1] if len(reached) else None
 
 
-def train(envs: VectorEnv | Env, ppo: PPO, total_steps: int, seed: int, hidden: tuple[int, ...] = (64, 64),
-          trunk: str = "separate", workers: int = 1, stop: Callable[[Training], bool] | None = None,
-          network: Callable[..., Any] | None = None, device: str = "cpu") -> Training:
+def train(
+    envs: VectorEnv | Env,
+    ppo: PPO,
+    total_steps: int,
+    seed: int,
+    hidden: tuple[int, ...] = (64, 64),
+    trunk: str = "separate",
+    workers: int = 1,
+    stop: Callable[[Training], bool] | None = None,
+    network: Callable[..., Any] | None = None,
+    device: str = "cpu",
+) -> Training:
     """Train a new brain for `total_steps` steps of all environments, or until an update after which `stop`.
 
     It is the built-in network, or `network(n_observations, groups)`, any torch module (see module_brain.py).
@@ -107,8 +116,15 @@ def train(envs: VectorEnv | Env, ppo: PPO, total_steps: int, seed: int, hidden: 
         _decide(brain, logits, generator, choice, numbers, log_probability)
         resetting = over  # in this step they do nothing else, and ignore their action
         live = everyone[~resetting]
-        rollout.store(live, seen[live], choice[live], log_probability[live], values[live],
-                      memory[live] if brain.memory else None, numbers[live])
+        rollout.store(
+            live,
+            seen[live],
+            choice[live],
+            log_probability[live],
+            values[live],
+            memory[live] if brain.memory else None,
+            numbers[live],
+        )
         observed, rewards, dead, late, info = envs.step(actions.sent(choice, numbers))
         seen, rewards = observations.rows(observed), np.asarray(rewards, np.float32)
         score[live] += rewards[live]
@@ -116,8 +132,11 @@ def train(envs: VectorEnv | Env, ppo: PPO, total_steps: int, seed: int, hidden: 
         rollout.credit(everyone[live][~over[live]], rewards[live][~over[live]])
         rollout.end(everyone[over & dead], rewards[over & dead])
         if len(cut := everyone[over & ~dead]):
-            final = (observations.rows(np.stack([info["final_obs"][i] for i in cut])) if resets_itself
-                     else seen[cut])
+            final = (
+                observations.rows(np.stack([info["final_obs"][i] for i in cut]))
+                if resets_itself
+                else seen[cut]
+            )
             rollout.cut(cut, rewards[cut], brain.recall(final, later[cut])[1])
         memory = later
         memory[over | resetting] = 0
@@ -126,8 +145,15 @@ def train(envs: VectorEnv | Env, ppo: PPO, total_steps: int, seed: int, hidden: 
     return training
 
 
-def _brain(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...],
-           hidden: tuple[int, ...], trunk: str, seed: int, device: str) -> PolicyNetwork:
+def _brain(
+    network: Callable[..., Any] | None,
+    n_observations: int,
+    groups: tuple[int, ...],
+    hidden: tuple[int, ...],
+    trunk: str,
+    seed: int,
+    device: str,
+) -> PolicyNetwork:
     if network is None and device == "cpu":
         return Brain(n_observations, groups, hidden, seed, trunk)
     from ecs_eco.learning.mlp import MLP
@@ -136,13 +162,19 @@ def _brain(network: Callable[..., Any] | None, n_observations: int, groups: tupl
     return make(network or partial(MLP, hidden=hidden, trunk=trunk), n_observations, groups, seed, device)
 
 
-def _decide(brain: PolicyNetwork, logits: np.ndarray, generator: np.random.Generator, choice: np.ndarray,
-            numbers: np.ndarray, log_probability: np.ndarray) -> None:
+def _decide(
+    brain: PolicyNetwork,
+    logits: np.ndarray,
+    generator: np.random.Generator,
+    choice: np.ndarray,
+    numbers: np.ndarray,
+    log_probability: np.ndarray,
+) -> None:
     """Draw choices int[n, G], numbers f32[n, K] and their log-probability f32[n]."""
     choose(logits, brain.offsets, generator.random(choice.shape, dtype=np.float32), choice, log_probability)
     if numbers.shape[1]:
         chance = generator.random((len(numbers), 2 * numbers.shape[1]), dtype=np.float32)
-        draw_numbers(logits[:, brain.offsets[-1]:], chance, numbers, log_probability)
+        draw_numbers(logits[:, brain.offsets[-1] :], chance, numbers, log_probability)
 
 
 def act(brain: PolicyNetwork, observations: np.ndarray) -> np.ndarray:

@@ -27,8 +27,7 @@ def save(path: str | Path, weights: Weights, names: Names | None = None) -> Path
     """Write a policy with its seal and its names, whole or not at all; raises OSError that names the file."""
     arrays = {name: np.ascontiguousarray(array) for name, array in weights.items()}
     text = "" if names is None else json.dumps(names)
-    return files.write_tensors(path, arrays,
-                               {SEAL: seal_of(arrays, text)} | ({NAMES: text} if text else {}))
+    return files.write_tensors(path, arrays, {SEAL: seal_of(arrays, text)} | ({NAMES: text} if text else {}))
 
 
 def load(path: str | Path) -> dict[str, np.ndarray]:
@@ -44,8 +43,9 @@ def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
 
     try:
         weights = parsed(content)
-        metadata = (json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")]).get("__metadata__")
-                    or {})
+        metadata = (
+            json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")]).get("__metadata__") or {}
+        )
         text = metadata.get(NAMES, "")
         names = _named(json.loads(text)) if text else None
     except (SafetensorError, TypeError, KeyError, AttributeError, OverflowError, ValueError) as error:
@@ -58,9 +58,12 @@ def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
 def _named(names: Any) -> Names:
     """Return names as a file has them; raises ValueError, KeyError, TypeError, AttributeError for others."""
     options = {str(group): [str(option) for option in some] for group, some in names["options"].items()}
-    return {"channels": [str(channel) for channel in names["channels"]], "options": options,
-            "gaits": {str(gait): float(speed) for gait, speed in names["gaits"].items()},
-            "version": str(names["version"])}
+    return {
+        "channels": [str(channel) for channel in names["channels"]],
+        "options": options,
+        "gaits": {str(gait): float(speed) for gait, speed in names["gaits"].items()},
+        "version": str(names["version"]),
+    }
 
 
 def seal_of(weights: Weights, text: str = "") -> str:

@@ -5,12 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 WORDS = {  # their word → ours
-    "gamma": "discount", "lr": "learning_rate", "batch_size": "minibatch", "minibatch_size": "minibatch",
-    "n_steps": "horizon", "num_steps": "horizon", "n_epochs": "epochs", "update_epochs": "epochs",
-    "lam": "gae_lambda", "ent_coef": "entropy", "vf_coef": "value_weight", "clip_range": "clip",
-    "clip_coef": "clip", "clip_range_vf": "clip_value", "norm_adv": "normalise_advantage",
-    "normalize_advantage": "normalise_advantage", "adam_eps": "adam_epsilon",
-}  # fmt: skip
+    "gamma": "discount",
+    "lr": "learning_rate",
+    "batch_size": "minibatch",
+    "minibatch_size": "minibatch",
+    "n_steps": "horizon",
+    "num_steps": "horizon",
+    "n_epochs": "epochs",
+    "update_epochs": "epochs",
+    "lam": "gae_lambda",
+    "ent_coef": "entropy",
+    "vf_coef": "value_weight",
+    "clip_range": "clip",
+    "clip_coef": "clip",
+    "clip_range_vf": "clip_value",
+    "norm_adv": "normalise_advantage",
+    "normalize_advantage": "normalise_advantage",
+    "adam_eps": "adam_epsilon",
+}
 
 
 def ours(given: Iterable[str]) -> dict[str, str]:

@@ -35,8 +35,9 @@ def life_history(table: Table, way: Any) -> tuple[Any, ...]:
         return True, h.age_min, h.energy_min, h.energy_given, h.litter, h.choice
     known = table.species.life_history
     if known is None or known[0] is not way:
-        values = (np.array([v], np.float32)
-                  for v in (way.age_min, way.energy_min, way.energy_given, way.litter))
+        values = (
+            np.array([v], np.float32) for v in (way.age_min, way.energy_min, way.energy_given, way.litter)
+        )
         choice = np.array([CHOICES.index(getattr(way, "choice", "nearest"))], np.uint8)
         known = table.species.life_history = (way, (False, *values, choice))
     return known[1]
@@ -66,8 +67,9 @@ def room(table: Table, world: SpatialWorld, wanted: int) -> int:
     return n
 
 
-def share_out(table: Table, world: SpatialWorld, uid: np.ndarray, number: np.ndarray, come: int,
-              n: int) -> tuple[np.ndarray, int]:
+def share_out(
+    table: Table, world: SpatialWorld, uid: np.ndarray, number: np.ndarray, come: int, n: int
+) -> tuple[np.ndarray, int]:
     """Return how many newborn of each litter, i64[k], and how many immigrants get one of `n` places: each of
     the `number` i64[k] newborn of parents `uid` u64[k] and of those that `come` has the same probability."""
     uid = np.concatenate([uid, future(world, table, come)])
@@ -80,9 +82,16 @@ def share_out(table: Table, world: SpatialWorld, uid: np.ndarray, number: np.nda
     return got[: uid.size - come], int(got[uid.size - come :].sum())
 
 
-def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, number: np.ndarray,
-                given: np.ndarray,
-                fathers: np.ndarray | None = None, sperm: np.ndarray | None = None) -> np.ndarray:
+def bring_forth(
+    table: Table,
+    world: SpatialWorld,
+    way: Any,
+    parents: np.ndarray,
+    number: np.ndarray,
+    given: np.ndarray,
+    fathers: np.ndarray | None = None,
+    sperm: np.ndarray | None = None,
+) -> np.ndarray:
     """Request `number` i64[k] newborn of each parent (rows i64[k] in the order of uids);
     return how many there was room for.
     A species that lays eggs has them laid.
@@ -92,8 +101,13 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     places that `max_count` leaves.
     """
     alone = not world.bands.divided
-    litters = None if alone else world.bands.litters(
-        litters_of(table, parents, number, given, fathers), around(table, way, parents))
+    litters = (
+        None
+        if alone
+        else world.bands.litters(
+            litters_of(table, parents, number, given, fathers), around(table, way, parents)
+        )
+    )
     asked = number if litters is None else litters.number
     come = immigrants(table, world, way.immigration) if way.kind != "sexual" and way.immigration else 0
     wanted = sum(asked.tolist()) + come
@@ -113,27 +127,32 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
                 fathers = (fathers if litters is None else litters.father)[brood.which]
             request(table, world, parents, litters, brood, fathers, sperm)
     if come:
-        table.request(np.zeros(come, np.uint64), newcomers(table, world, table.species.config,
-                                                           future(world, table, come)))
+        table.request(
+            np.zeros(come, np.uint64),
+            newcomers(table, world, table.species.config, future(world, table, come)),
+        )
     return np.zeros(parents.size, np.int64) if born is None else born
 
 
 def immigrants(table: Table, world: SpatialWorld, rate: float) -> int:
     """Return how many immigrants come in this tick: the integer part of rate × dt, and one more with the
     probability of the rest."""
-    return int(rate * world.dt + float(random.draw(world.key, np.uint64(table.place),
-                                                   random.BIRTH + (2 << 8))))
+    return int(
+        rate * world.dt + float(random.draw(world.key, np.uint64(table.place), random.BIRTH + (2 << 8)))
+    )
 
 
-def litters_of(table: Table, parents: np.ndarray, number: np.ndarray, given: np.ndarray,
-               fathers: np.ndarray | None) -> Litters:
+def litters_of(
+    table: Table, parents: np.ndarray, number: np.ndarray, given: np.ndarray, fathers: np.ndarray | None
+) -> Litters:
     """Return the litters of parents in rows i64[k], as `bring_forth` has them."""
     father = np.zeros(parents.size, np.uint64) if fathers is None else fathers
     return Litters(table.uid[parents], number, given, father)
 
 
-def any_brood(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, litters: Litters,
-              n: int) -> tuple[Brood, np.ndarray]:
+def any_brood(
+    table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, litters: Litters, n: int
+) -> tuple[Brood, np.ndarray]:
     """Return the `n` newborn without those for whom there is no place, and the number of each parent
     i64[k]."""
     which, identity = np.empty(n, np.int64), np.empty(n, np.uint64)
@@ -143,13 +162,28 @@ def any_brood(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, 
     placed = places[:, 3] > 0
     if not np.logical_and.reduce(placed):
         which, identity, places = which[placed], identity[placed], places[placed]
-    brood = Brood(which, identity, litters.uid[which], places[:, 0], places[:, 1], places[:, 2],
-                  headings(world, identity), litters.given[which])
+    brood = Brood(
+        which,
+        identity,
+        litters.uid[which],
+        places[:, 0],
+        places[:, 1],
+        places[:, 2],
+        headings(world, identity),
+        litters.given[which],
+    )
     return brood, np.bincount(which, minlength=litters.uid.size)[litters.mine]
 
 
-def request(table: Table, world: SpatialWorld, parents: np.ndarray, litters: Litters | None, brood: Brood,
-            second: np.ndarray | None, sperm: np.ndarray | None) -> None:
+def request(
+    table: Table,
+    world: SpatialWorld,
+    parents: np.ndarray,
+    litters: Litters | None,
+    brood: Brood,
+    second: np.ndarray | None,
+    sperm: np.ndarray | None,
+) -> None:
     """Request newborn that have found a place, or the eggs from which they will hatch: `litters` are those of
     all processes, where there are several, `second` their fathers u64[n], `sperm` u8[k, loci] the genomes of
     the fathers of all litters."""
@@ -170,27 +204,48 @@ def request(table: Table, world: SpatialWorld, parents: np.ndarray, litters: Lit
     nest.request(brood.mother, values, second)
 
 
-def inherited(world: SpatialWorld, table: Table, parents: np.ndarray, litters: Any, which: np.ndarray,
-              identity: np.ndarray, y: np.ndarray, second: np.ndarray | None,
-              sperm: np.ndarray | None) -> dict[tuple[type, str], np.ndarray]:
+def inherited(
+    world: SpatialWorld,
+    table: Table,
+    parents: np.ndarray,
+    litters: Any,
+    which: np.ndarray,
+    identity: np.ndarray,
+    y: np.ndarray,
+    second: np.ndarray | None,
+    sperm: np.ndarray | None,
+) -> dict[tuple[type, str], np.ndarray]:
     """Return the columns that newborn inherit, of the litters `which` i64[n] of parents in rows `parents`."""
     living = None if second is None else rows_of(table, second)
     more = {} if sperm is None else {"sperm": sperm[which]}
     return table.species.heredity.offspring(world, table, parents[which], living, identity, **more)
 
 
-def newborn(table: Table, world: SpatialWorld, identity: np.ndarray, x: np.ndarray, y: np.ndarray,
-            z: np.ndarray, heading: np.ndarray, energy: np.ndarray) -> dict[tuple[type, str], np.ndarray]:
+def newborn(
+    table: Table,
+    world: SpatialWorld,
+    identity: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    z: np.ndarray,
+    heading: np.ndarray,
+    energy: np.ndarray,
+) -> dict[tuple[type, str], np.ndarray]:
     """Return the columns in which newborn differ from the table's defaults: place, heading, sex, energy.
 
     `identity` u64[k] identifies each one's random draws.
     """
     values: dict[tuple[type, str], np.ndarray] = {
-        (Position, "x"): x, (Position, "y"): y, (Position, "z"): z, (Position, "heading"): heading,
-        (Metabolism, "energy"): energy}
+        (Position, "x"): x,
+        (Position, "y"): y,
+        (Position, "z"): z,
+        (Position, "heading"): heading,
+        (Metabolism, "energy"): energy,
+    }
     if table.species.sex == "random":
-        values[Biology, "sex"] = np.where(random.draw_many(world.key, identity, random.SEX) < 0.5, 1,
-                                          2).astype(np.uint8)
+        values[Biology, "sex"] = np.where(
+            random.draw_many(world.key, identity, random.SEX) < 0.5, 1, 2
+        ).astype(np.uint8)
     return values
 
 
@@ -228,5 +283,3 @@ def affordable(energy, given, n):
     while n > 0 and given > 0 and not energy - np.float32(n) * given > 0:
         n -= 1
     return n
-
-

@@ -40,8 +40,15 @@ class Brood(NamedTuple):
     energy: np.ndarray
 
 
-def small_brood(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, number: np.ndarray,
-                given: np.ndarray, n: int) -> tuple[Brood, np.ndarray] | None:
+def small_brood(
+    table: Table,
+    world: SpatialWorld,
+    way: Any,
+    parents: np.ndarray,
+    number: np.ndarray,
+    given: np.ndarray,
+    n: int,
+) -> tuple[Brood, np.ndarray] | None:
     """Return the `n` newborn of parents in rows i64[k], as `bring_forth` has them, without those for
     whom there is no place, and the number of each parent i64[k]; None where others must look for places."""
     dispersal, spacing = range_of(table, way)
@@ -51,16 +58,35 @@ def small_brood(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     space, (place, high, apart) = world.space, others
     which, born = np.empty(n, np.int64), np.zeros(parents.size, np.int64)
     names, values = np.empty((2, n), np.uint64), np.empty((5, n), np.float32)
-    m = settle(parents, number, given, dispersal, spacing, place, world.whereabouts(), high, apart,
-               space.lengths, space.torus, space.volume, *rocks(world), world.key, which, names, values, born)
+    m = settle(
+        parents,
+        number,
+        given,
+        dispersal,
+        spacing,
+        place,
+        world.whereabouts(),
+        high,
+        apart,
+        space.lengths,
+        space.torus,
+        space.volume,
+        *rocks(world),
+        world.key,
+        which,
+        names,
+        values,
+        born,
+    )
     if m < n:
         which, names, values = which[:m], names[:, :m], values[:, :m]
     # one by one: to unpack an array ends with an IndexError within numpy, which takes longer than all else
     return Brood(which, names[0], names[1], values[0], values[1], values[2], values[3], values[4]), born
 
 
-def in_the_way(table: Table, world: SpatialWorld, n: int,
-               kin: bool) -> tuple[int, np.ndarray, np.ndarray] | None:
+def in_the_way(
+    table: Table, world: SpatialWorld, n: int, kin: bool
+) -> tuple[int, np.ndarray, np.ndarray] | None:
     """Return the number of a table among all, how many rows of each table to look at, and how near the
     surfaces of its bodies may be to a newborn's place f32 [m], below 0: they are not in the way; `kin` is
     whether its own kind is to be looked at. None where there are many, or bodies other than spheres."""
@@ -96,8 +122,27 @@ def name(uid, number, which, identity):
 
 
 @njit
-def settle(parents, number, given, dispersal, spacing, table, columns, high, apart, lengths, torus, volume,
-           ground, ground_inverse, key, which, names, values, born):
+def settle(
+    parents,
+    number,
+    given,
+    dispersal,
+    spacing,
+    table,
+    columns,
+    high,
+    apart,
+    lengths,
+    torus,
+    volume,
+    ground,
+    ground_inverse,
+    key,
+    which,
+    names,
+    values,
+    born,
+):
     """Name the newborn, find a place for each, and write those that have one, in order: `which` litter,
     `names` u64[2, n] identity and mother, `values` f32[5, n] place, heading and energy; count those of each
     parent, and return their number. `columns` u64[tables, …] are addresses of `SpatialWorld.whereabouts`."""
@@ -117,8 +162,23 @@ def settle(parents, number, given, dispersal, spacing, table, columns, high, apa
     homeless = by_lot(key, names[0], APART) if spacing > 0 else np.arange(n)
     for attempt in range(TRIES):
         some = homeless[:left]
-        draw_places(some, names[0], px, py, pz, dispersal, lengths, torus, volume, ground, ground_inverse,
-                    key, attempt, out, free)
+        draw_places(
+            some,
+            names[0],
+            px,
+            py,
+            pz,
+            dispersal,
+            lengths,
+            torus,
+            volume,
+            ground,
+            ground_inverse,
+            key,
+            attempt,
+            out,
+            free,
+        )
         crowded, taken = np.zeros(left, np.bool_), np.zeros(left, np.bool_)
         look(some, free, out, spacing, table, columns, high, apart, lengths, torus, crowded, taken)
         left = keep_apart(some, spacing, lengths, torus, crowded, taken, free, out)
@@ -145,8 +205,11 @@ def look(homeless, free, places, spacing, table, columns, high, apart, lengths, 
     for t in range(high.size):
         rows = high[t]
         alive = column_at(columns[t, 0], np.bool_, rows)
-        x, y, z = (column_at(columns[t, 2], np.float32, rows), column_at(columns[t, 3], np.float32, rows),
-                   column_at(columns[t, 4], np.float32, rows))
+        x, y, z = (
+            column_at(columns[t, 2], np.float32, rows),
+            column_at(columns[t, 3], np.float32, rows),
+            column_at(columns[t, 4], np.float32, rows),
+        )
         close = spacing * spacing if t == table and spacing > 0 else np.float32(0.0)
         # a table without bodies that are in the way has no radius to be read
         radius = column_at(columns[t, 5 if apart[t] >= 0 else 2], np.float32, rows)

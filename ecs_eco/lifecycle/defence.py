@@ -21,13 +21,17 @@ def left_by_defence(table: Table, high: int) -> np.ndarray | np.float32:
         return np.float32(1.0)
     cost = own_value(table, "defence.cost", np.float32(defence.cost))
     if isinstance(cost, np.ndarray):
-        spent = (table[Defence].toughness[:high] + table[Defence].poison[:high] if Defence in table
-                 else np.float32(defence.toughness + defence.poison))
+        spent = (
+            table[Defence].toughness[:high] + table[Defence].poison[:high]
+            if Defence in table
+            else np.float32(defence.toughness + defence.poison)
+        )
         return np.maximum(np.float32(1) - cost * spent, np.float32(0))
     if defence.cost == 0:
         return np.float32(1.0)
     if Defence not in table:
         return np.float32(max(0.0, 1 - defence.cost * (defence.toughness + defence.poison)))
     own = table[Defence]
-    return np.maximum(np.float32(1) - np.float32(defence.cost) * (own.toughness[:high] + own.poison[:high]),
-                      np.float32(0))
+    return np.maximum(
+        np.float32(1) - np.float32(defence.cost) * (own.toughness[:high] + own.poison[:high]), np.float32(0)
+    )

@@ -39,13 +39,17 @@ def dose_field(world: SpatialWorld, name: str, amount: float, region: Region | N
         world.matter.book(("field", name), BROUGHT, brought, world.substances.index(field.substance))
 
 
-def dose_bodies(world: SpatialWorld, table: Table, substance: str, amount: float,
-                region: Region | None) -> None:
+def dose_bodies(
+    world: SpatialWorld, table: Table, substance: str, amount: float, region: Region | None
+) -> None:
     """Give each living body of a table in a region an amount [mol] of a substance, or take as much from it as
     it holds."""
     if substance not in world.substances or Chemistry not in table:
-        raise UnknownName(unknown_name(f"dose {table.name}", "substance", substance,
-                                       world.substances if Chemistry in table else []))
+        raise UnknownName(
+            unknown_name(
+                f"dose {table.name}", "substance", substance, world.substances if Chemistry in table else []
+            )
+        )
     s, rows = world.substances.index(substance), table.by_uid()
     if region is not None:
         p = table[Position]
@@ -65,8 +69,10 @@ def _columns(field: Any, region: Region | None) -> np.ndarray:
     inside = region.has(*np.meshgrid(x, y))
     if not inside.any():
         middle = region.numbers[:2] if region.round else np.add(region.numbers[:2], region.numbers[2:]) / 2
-        i, j = (int(cells_of(np.array([at]), field.inverse[axis], n)[0])
-                for axis, (at, n) in enumerate(zip(middle, (nx, ny), strict=True)))
+        i, j = (
+            int(cells_of(np.array([at]), field.inverse[axis], n)[0])
+            for axis, (at, n) in enumerate(zip(middle, (nx, ny), strict=True))
+        )
         inside[j, i] = True
     return inside
 

@@ -22,8 +22,9 @@ def hatch(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld) -> No
     """Request the newborn that hatch from eggs, rows i64[k] in the order of uids: where these lie, with their
     energy, substances, genome and parents."""
     p, uid, parents = eggs[Position], eggs.uid[rows], eggs[Parentage]
-    values = newborn(into, world, uid, p.x[rows], p.y[rows], p.z[rows], headings(world, uid),
-                     eggs[Metabolism].energy[rows])
+    values = newborn(
+        into, world, uid, p.x[rows], p.y[rows], p.z[rows], headings(world, uid), eggs[Metabolism].energy[rows]
+    )
     mother, father = parents.mother[rows], parents.father[rows]
     if into.species.heredity is not None:
         values |= _inherited(eggs, rows, into, world, mother)
@@ -41,8 +42,9 @@ def _inherited(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld, 
     """Return the inherited columns of newborn; eggs that nobody laid are those of founders."""
     heredity = into.species.heredity
     assert heredity is not None
-    carried = {(c, f): eggs.field(c, f)[rows] for c in (Genome, Policy) if c in eggs
-               for f in eggs.defaults[c]}
+    carried = {
+        (c, f): eggs.field(c, f)[rows] for c in (Genome, Policy) if c in eggs for f in eggs.defaults[c]
+    }
     values = heredity.express(into, carried[Genome, "loci"]) if Genome in eggs else {}
     values |= carried
     if not (first := mother == 0).any():

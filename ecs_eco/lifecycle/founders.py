@@ -25,8 +25,14 @@ def future(world: SpatialWorld, table: Table, n: int) -> np.ndarray:
     return np.arange(n, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
 
 
-def newcomers(table: Table, world: SpatialWorld, kind: Any, identity: np.ndarray, within: Any = None,
-              place: Sequence[float] | None = None) -> Values:
+def newcomers(
+    table: Table,
+    world: SpatialWorld,
+    kind: Any,
+    identity: np.ndarray,
+    within: Any = None,
+    place: Sequence[float] | None = None,
+) -> Values:
     """Return the columns of newcomers of a species or object type, drawn for `identity` u64[k];
     only as many plants as have a site.
 
@@ -47,9 +53,10 @@ def newcomers(table: Table, world: SpatialWorld, kind: Any, identity: np.ndarray
     if spread := energy_spread(table, kind):
         u = random.draw_many(world.key, identity[:count], random.BIRTH + ((table.place + 1) << 20))
         values[Metabolism, "energy"] = (
-            np.float32(kind.metabolism.energy) * (np.float32(1 - spread) + np.float32(2 * spread) * u)
-        ).clip(
-            0, kind.metabolism.energy_max).astype(np.float32)
+            (np.float32(kind.metabolism.energy) * (np.float32(1 - spread) + np.float32(2 * spread) * u))
+            .clip(0, kind.metabolism.energy_max)
+            .astype(np.float32)
+        )
     if (heredity := table.species.heredity) is not None:
         values |= heredity.founders(world, table, identity[:count])
         _keep_within_stores(table, values)
@@ -86,22 +93,30 @@ def scatter(table: Table, world: SpatialWorld, identity: np.ndarray, within: Any
     if within is not None:
         place[:, :2] = within.places(draw(0, identity, 0), draw(1, identity, 0))
     for attempt in range(1, 64):
-        blocked = (np.zeros(len(identity), bool)
-                   if world.terrain is None else ~world.terrain.free(place[:, 0], place[:, 1]))
+        blocked = (
+            np.zeros(len(identity), bool)
+            if world.terrain is None
+            else ~world.terrain.free(place[:, 0], place[:, 1])
+        )
         if not blocked.any():
             break
         for axis in range(2) if within is None else ():
             place[blocked, axis] = draw(axis, identity[blocked], attempt) * space.lengths[axis]
         if within is not None:
-            place[blocked, :2] = within.places(draw(0, identity[blocked], attempt),
-                                               draw(1, identity[blocked], attempt))
-    values: Values = {(Position, "x"): place[:, 0], (Position, "y"): place[:, 1],
-              (Position, "z"): place[:, 2],
-              (Position, "heading"): random.draw_many(key, identity,
-                                                      random.SEX + (1 << 8) + salt) * np.float32(6.2831855)}
+            place[blocked, :2] = within.places(
+                draw(0, identity[blocked], attempt), draw(1, identity[blocked], attempt)
+            )
+    values: Values = {
+        (Position, "x"): place[:, 0],
+        (Position, "y"): place[:, 1],
+        (Position, "z"): place[:, 2],
+        (Position, "heading"): random.draw_many(key, identity, random.SEX + (1 << 8) + salt)
+        * np.float32(6.2831855),
+    }
     if Biology in table and table.species.sex == "random":
-        values[Biology, "sex"] = np.where(random.draw_many(key, identity, random.SEX + salt) < 0.5, 1,
-                                          2).astype(np.uint8)
+        values[Biology, "sex"] = np.where(
+            random.draw_many(key, identity, random.SEX + salt) < 0.5, 1, 2
+        ).astype(np.uint8)
     return values
 
 
@@ -110,8 +125,9 @@ def one_a_site(table: Table, world: SpatialWorld, spacing: float, values: Values
     nx, ny = (max(1, round(s / spacing)) for s in world.space.size[:2])
     # differs from the draws of Spread in the first tick, and from those of other species
     key, salt = world.key, (table.place + 1) << 20
-    order = np.argsort(random.draw_many(key, np.arange(nx * ny, dtype=np.uint64), random.SPREAD + salt),
-                       kind="stable")
+    order = np.argsort(
+        random.draw_many(key, np.arange(nx * ny, dtype=np.uint64), random.SPREAD + salt), kind="stable"
+    )
     x, y = _centres(order, nx, ny, world)
     open_ = ~_taken(table, world, nx, ny)[order]
     if world.terrain is not None:
@@ -121,16 +137,20 @@ def one_a_site(table: Table, world: SpatialWorld, spacing: float, values: Values
     order = order[open_]
     site = np.sort(order[: values[Position, "x"].size])
     identity = site.astype(np.uint64)
-    u, v = (random.draw_many(key, identity, random.PLACE + salt),
-            random.draw_many(key, identity, random.PLACE + (1 << 8) + salt))
+    u, v = (
+        random.draw_many(key, identity, random.PLACE + salt),
+        random.draw_many(key, identity, random.PLACE + (1 << 8) + salt),
+    )
     near = np.nextafter(world.space.lengths, np.float32(0))
     for axis, cells, fraction, n, i in (("x", site % nx, u, nx, 0), ("y", site // nx, v, ny, 1)):
-        values[Position, axis] = np.minimum((cells + fraction) * np.float32(world.space.size[i] / n),
-                                            near[i]).astype(np.float32)
+        values[Position, axis] = np.minimum(
+            (cells + fraction) * np.float32(world.space.size[i] / n), near[i]
+        ).astype(np.float32)
     if world.terrain is not None:
         middle = (each.astype(np.float32) for each in _centres(site, nx, ny, world))
         values[Position, "x"], values[Position, "y"] = world.terrain.within_sites(
-            values[Position, "x"], values[Position, "y"], *middle)
+            values[Position, "x"], values[Position, "y"], *middle
+        )
     for name in ("z", "heading"):
         values[Position, name] = values[Position, name][: site.size]
     for column in [k for k in values if k[0] is Biology]:

@@ -36,8 +36,12 @@ def own_gaits(table: Table) -> tuple[Any, ...]:
     turns, climbs, pitches = (
         _each(table, [(key, value)] * len(groups.get(group, ())))
         * np.array([SIGNS.get(a, 0.0) for a in groups.get(group, ())] or [0.0], np.float32)
-        for key, value, group in (("turn", way.turn, "turn"), ("climb", way.climb, "climb"),
-                                  ("pitch", way.pitch, "climb")))
+        for key, value, group in (
+            ("turn", way.turn, "turn"),
+            ("climb", way.climb, "climb"),
+            ("pitch", way.pitch, "climb"),
+        )
+    )
     drag = own_value(table, "locomotion.drag", np.float32(drag))
     each = np.broadcast_to(np.asarray(drag, np.float32), table.high).copy()
     return layout, speeds, costs, turns, climbs, pitches, each

@@ -16,8 +16,14 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def swallow(world: SpatialWorld, table: Table, eaters: np.ndarray, prey: Table, eaten: np.ndarray,
-            share: float | np.ndarray) -> None:
+def swallow(
+    world: SpatialWorld,
+    table: Table,
+    eaters: np.ndarray,
+    prey: Table,
+    eaten: np.ndarray,
+    share: float | np.ndarray,
+) -> None:
     """Move the substances of the eaten (rows i64[k]) into their eaters (rows i64[k], in canonical order).
 
     The share that is assimilated, of all or of each row of the eaters' table, mixes with what the eater's

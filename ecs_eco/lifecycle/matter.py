@@ -61,8 +61,10 @@ def litres(radius: Any, shape: Any = None) -> Any:
     r = np.asarray(radius, np.float64)
     if shape is None:
         return 4000 * math.pi / 3 * power(r, 3)
-    length, width, height = (2 * np.asarray(half, np.float64) * r
-                             for half in (shape.half_length, shape.half_width, shape.half_height))
+    length, width, height = (
+        2 * np.asarray(half, np.float64) * r
+        for half in (shape.half_length, shape.half_width, shape.half_height)
+    )
     return 1000 * volume_of(length, width, height, np.asarray(shape.rounding, np.float64) * r)
 
 
@@ -105,8 +107,13 @@ class Books:
         """The holders by name, tables first."""
         return [name for _, name in self.holders]
 
-    def book(self, holder: tuple[str, str], flow: str, amount: np.ndarray | float,
-             substance: int | slice = slice(None)) -> None:
+    def book(
+        self,
+        holder: tuple[str, str],
+        flow: str,
+        amount: np.ndarray | float,
+        substance: int | slice = slice(None),
+    ) -> None:
         """Book an amount [mol] that goes into a holder: f64[substances], or that of one substance."""
         self.flows[self.holders[holder], substance, NUMBER[flow]] += amount
 
@@ -181,8 +188,9 @@ def book(world: SpatialWorld, table: Table, flow: str, amount: np.ndarray) -> No
 
 def first_fields(world: SpatialWorld) -> dict[str, str]:
     """Return the first field of each substance that has one, by name."""
-    return {field.substance: name for name, field in reversed(world.fields.items())
-            if field.substance is not None}
+    return {
+        field.substance: name for name, field in reversed(world.fields.items()) if field.substance is not None
+    }
 
 
 @contextmanager
@@ -197,8 +205,9 @@ def booked(world: SpatialWorld, table: Table, flow: str) -> Iterator[None]:
     book(world, table, flow, total(rows, *bodies(table)) - before)
 
 
-def release(world: SpatialWorld, table: Table, amount: np.ndarray, x: np.ndarray, y: np.ndarray,
-            z: np.ndarray) -> None:
+def release(
+    world: SpatialWorld, table: Table, amount: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray
+) -> None:
     """Give amounts f64[k, substances] [mol] that have left bodies at places f32[k] to the first field of each
     substance; what has none is lost."""
     fields = first_fields(world)

@@ -45,8 +45,10 @@ def to_surfaces(meals: Meals) -> None:
     if Shape in meals.table or Shape in meals.prey:
         return
     some = np.flatnonzero(meals.target >= 0)
-    radii = (meals.table[Body].radius[meals.eaters.rows[some]]
-             + meals.prey[Body].radius[meals.foods.rows[meals.target[some]]])
+    radii = (
+        meals.table[Body].radius[meals.eaters.rows[some]]
+        + meals.prey[Body].radius[meals.foods.rows[meals.target[some]]]
+    )
     meals.distance2[some] = np.maximum(np.sqrt(meals.distance2[some]) - radii, np.float32(0)) ** 2
 
 
@@ -56,8 +58,10 @@ def award(key: np.uint64, rivals: list[Meals]) -> tuple[np.ndarray, np.ndarray, 
     first, start = rivals[0], 0
     best, target, distance2, uid = first.best, first.target, first.distance2, first.eaters.uid
     if len(rivals) > 1:
-        target, distance2, uid = map(np.concatenate, zip(*(
-            (meals.target, meals.distance2, meals.eaters.uid) for meals in rivals), strict=True))
+        target, distance2, uid = map(
+            np.concatenate,
+            zip(*((meals.target, meals.distance2, meals.eaters.uid) for meals in rivals), strict=True),
+        )
     win(target, distance2, uid, first.foods.uid, key, best)
     for meals in rivals if len(rivals) > 1 else ():
         end = start + meals.target.size
@@ -73,8 +77,9 @@ def courses(key: np.uint64, mine: list[Meals]) -> list[Meals]:
     for k, meals in enumerate(mine):
         prefer(meals.best, meals.distance2, meals.eaters.uid, meals.foods.uid, key, k, first, least, item)
     later = [np.empty_like(meals.best) for meals in mine]
-    others = [postpone(meals.best, k, first, rest) for k, (meals, rest) in
-              enumerate(zip(mine, later, strict=True))]
+    others = [
+        postpone(meals.best, k, first, rest) for k, (meals, rest) in enumerate(zip(mine, later, strict=True))
+    ]
     return [replace(meals, best=rest) for meals, rest, some in zip(mine, later, others, strict=True) if some]
 
 
@@ -83,14 +88,19 @@ def in_order(key: np.uint64, eaten: list[Meals]) -> Iterator[tuple[Meals, np.nda
     nearest first, ties by lot, where any of the eaters dies; as they come where none does."""
     items = [np.flatnonzero(meals.best >= 0) for meals in eaten]
     eaters = [meals.best[item] for meals, item in zip(eaten, items, strict=True)]
-    if not any(meals.table.cause[meals.eaters.rows[some]].any()
-               for meals, some in zip(eaten, eaters, strict=True)):
+    if not any(
+        meals.table.cause[meals.eaters.rows[some]].any() for meals, some in zip(eaten, eaters, strict=True)
+    ):
         yield from zip(eaten, eaters, items, strict=True)
         return
     kind = np.repeat(np.arange(len(eaten)), [item.size for item in items])
     distance2 = np.concatenate([meals.distance2[some] for meals, some in zip(eaten, eaters, strict=True)])
-    lot = np.concatenate([lots(key, meals.eaters.uid[some], meals.foods.uid[item])
-                          for meals, some, item in zip(eaten, eaters, items, strict=True)])
+    lot = np.concatenate(
+        [
+            lots(key, meals.eaters.uid[some], meals.foods.uid[item])
+            for meals, some, item in zip(eaten, eaters, items, strict=True)
+        ]
+    )
     order = np.lexsort((lot, distance2))
     kind, eater, item = kind[order], np.concatenate(eaters)[order], np.concatenate(items)[order]
     for part in np.split(np.arange(kind.size), np.flatnonzero(np.diff(kind)) + 1):
@@ -106,9 +116,14 @@ def win(target, distance2, uid, food_uid, key, best):
         if j < 0:
             continue
         other = best[j]
-        if (other < 0 or distance2[i] < distance2[other] or (
+        if (
+            other < 0
+            or distance2[i] < distance2[other]
+            or (
                 distance2[i] == distance2[other]
-                and lot(key, uid[i], food_uid[j]) < lot(key, uid[other], food_uid[j]))):
+                and lot(key, uid[i], food_uid[j]) < lot(key, uid[other], food_uid[j])
+            )
+        ):
             best[j] = i
 
 
@@ -118,10 +133,18 @@ def void(target, distance2, uid, food_uid, key, hunter, hunter_distance2, hunter
     meal that is nearer, or as near and has the lower lot."""
     for i in range(target.size):
         j, h = target[i], hunter[i]
-        if j >= 0 and h >= 0 and best[j] == i and (
-                hunter_distance2[h] < distance2[i] or (
-                hunter_distance2[h] == distance2[i]
-                and lot(key, hunter_uid[h], uid[i]) < lot(key, uid[i], food_uid[j]))):
+        if (
+            j >= 0
+            and h >= 0
+            and best[j] == i
+            and (
+                hunter_distance2[h] < distance2[i]
+                or (
+                    hunter_distance2[h] == distance2[i]
+                    and lot(key, hunter_uid[h], uid[i]) < lot(key, uid[i], food_uid[j])
+                )
+            )
+        ):
             best[j] = -1
 
 
@@ -131,8 +154,11 @@ def prefer(best, distance2, uid, food_uid, key, kind, first, least, item):
     its distance, and its uid; ties by lot."""
     for j in range(best.size):
         i = best[j]
-        if i >= 0 and (first[i] < 0 or distance2[i] < least[i] or (
-                distance2[i] == least[i] and lot(key, uid[i], food_uid[j]) < lot(key, uid[i], item[i]))):
+        if i >= 0 and (
+            first[i] < 0
+            or distance2[i] < least[i]
+            or (distance2[i] == least[i] and lot(key, uid[i], food_uid[j]) < lot(key, uid[i], item[i]))
+        ):
             first[i], least[i], item[i] = kind, distance2[i], food_uid[j]
 
 

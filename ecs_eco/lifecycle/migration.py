@@ -56,9 +56,15 @@ def copied(world: SpatialWorld) -> dict[str, Migrants]:
     leaving = emigrants(world)
     for name, (rows, _) in leaving.items():
         _refuse_plain(world, world.tables[name], rows)
-    return {name: Migrants(world.tables[name].uid[rows], world.tables[name].born[rows], to,
-                           _columns(world.tables[name], rows))
-            for name, (rows, to) in leaving.items()}
+    return {
+        name: Migrants(
+            world.tables[name].uid[rows],
+            world.tables[name].born[rows],
+            to,
+            _columns(world.tables[name], rows),
+        )
+        for name, (rows, to) in leaving.items()
+    }
 
 
 def leave(world: SpatialWorld) -> None:
@@ -87,14 +93,23 @@ def admit(world: SpatialWorld, groups: Iterable[tuple[int, Mapping[str, Migrants
                 values = _values(world.tables[name], {key: v[mine] for key, v in all_.columns.items()})
                 places = scatter(world.tables[name], world, uid)
                 values |= {(Position, axis): places[Position, axis] for axis in "xyz"}
-                arrive(world, world.tables[name], uid, all_.born[mine], values,
-                       np.full(uid.size, origin, np.int64))
+                arrive(
+                    world,
+                    world.tables[name],
+                    uid,
+                    all_.born[mine],
+                    values,
+                    np.full(uid.size, origin, np.int64),
+                )
 
 
 def _columns(table: Table, rows: np.ndarray) -> dict[str, np.ndarray]:
     """Return copies of all columns of some rows; what they carry stays on the island."""
-    out = {f"{component.__name__}.{field}": np.array(array[rows])
-           for component, held in table.columns.items() for field, array in vars(held).items()}
+    out = {
+        f"{component.__name__}.{field}": np.array(array[rows])
+        for component, held in table.columns.items()
+        for field, array in vars(held).items()
+    }
     for name in out:
         if name.startswith(f"{Load.__name__}."):
             out[name][:] = 0
@@ -103,21 +118,30 @@ def _columns(table: Table, rows: np.ndarray) -> dict[str, np.ndarray]:
 
 def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type, str], np.ndarray]:
     """Return columns by component and field."""
-    known = {f"{component.__name__}.{field}": (component, field, array)
-             for component, held in table.columns.items() for field, array in vars(held).items()}
+    known = {
+        f"{component.__name__}.{field}": (component, field, array)
+        for component, held in table.columns.items()
+        for field, array in vars(held).items()
+    }
     for name in {**known, **columns}:
-        mine, theirs = ([] if array is None else [array.dtype.str, list(array.shape[1:])]
-                        for array in (known[name][2] if name in known else None, columns.get(name)))
+        mine, theirs = (
+            [] if array is None else [array.dtype.str, list(array.shape[1:])]
+            for array in (known[name][2] if name in known else None, columns.get(name))
+        )
         if mine != theirs:
-            raise CheckpointError(f"{table.name}: migrants have {name} as {theirs or 'no column'}, and this "
-                             f"island as {mine or 'no column'}; a species that wanders has the same "
-                             "columns on all islands")
+            raise CheckpointError(
+                f"{table.name}: migrants have {name} as {theirs or 'no column'}, and this "
+                f"island as {mine or 'no column'}; a species that wanders has the same "
+                "columns on all islands"
+            )
     return {known[name][:2]: values for name, values in columns.items()}
 
 
 def _refuse_plain(world: SpatialWorld, table: Table, rows: np.ndarray) -> None:
     for row in rows[table.entity[rows] != 0].tolist():
         for thing in world.context.registry.plain(table, row):
-            raise RuntimeError(f"organism {table.uid[row]} of {table.name!r} has a plain "
-                               f"{type(thing).__name__}, which cannot go to another island; declare it "
-                               "with @component, and name it in `components`")
+            raise RuntimeError(
+                f"organism {table.uid[row]} of {table.name!r} has a plain "
+                f"{type(thing).__name__}, which cannot go to another island; declare it "
+                "with @component, and name it in `components`"
+            )

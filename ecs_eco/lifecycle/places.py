@@ -78,8 +78,22 @@ def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.n
     out, free = np.zeros((identity.size, 4), np.float32), np.zeros(identity.size, np.bool_)
     homeless = random.by_lot(world.key, identity, APART)
     for attempt in range(TRIES):
-        draw_places(homeless, identity, where.x, where.y, where.z, where.dispersal, space.lengths,
-                    space.torus, space.volume, *ground, world.key, attempt, out, free)
+        draw_places(
+            homeless,
+            identity,
+            where.x,
+            where.y,
+            where.z,
+            where.dispersal,
+            space.lengths,
+            space.torus,
+            space.volume,
+            *ground,
+            world.key,
+            attempt,
+            out,
+            free,
+        )
         forbidden = _forbidden(table, world, where, homeless, out, free)
         if world.bands.divided:
             forbidden = world.bands.either(forbidden)
@@ -91,8 +105,9 @@ def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.n
     return out
 
 
-def _forbidden(table: Table, world: SpatialWorld, where: Around, who: np.ndarray, out: np.ndarray,
-               free: np.ndarray) -> np.ndarray:
+def _forbidden(
+    table: Table, world: SpatialWorld, where: Around, who: np.ndarray, out: np.ndarray, free: np.ndarray
+) -> np.ndarray:
     """Return whether one of its kind is too near to the place of each newborn of `who` i64[n], and whether a
     body occupies it: bool[2, n]; false for places that others judge."""
     space, own, spacing = world.space, world.index(table), where.spacing
@@ -103,22 +118,61 @@ def _forbidden(table: Table, world: SpatialWorld, where: Around, who: np.ndarray
     crowded, taken = forbidden
     widest = float(spacing.max() if isinstance(spacing, np.ndarray) else spacing)
     if widest > 0:
-        _crowded(who, asked, out, spacing, own.x, own.y, own.z, own.start, space.reach(widest), *space.shape,
-                 space.inverse, space.lengths, space.torus, crowded)
+        _crowded(
+            who,
+            asked,
+            out,
+            spacing,
+            own.x,
+            own.y,
+            own.z,
+            own.start,
+            space.reach(widest),
+            *space.shape,
+            space.inverse,
+            space.lengths,
+            space.torus,
+            crowded,
+        )
     radius = radius_of(table)
     for other in world.tables.values():
         if other.n and other.species.opaque and Body in other.columns:
             if Shape in other.columns:
                 bodies = solids(world, [other.name])
-                _occupied_by_solids(who, asked, out, bodies.form, *space.shape, space.inverse, space.lengths,
-                                    space.torus, space.volume, *bodies.cells, np.float32(radius), POINT,
-                                    taken)
+                _occupied_by_solids(
+                    who,
+                    asked,
+                    out,
+                    bodies.form,
+                    *space.shape,
+                    space.inverse,
+                    space.lengths,
+                    space.torus,
+                    space.volume,
+                    *bodies.cells,
+                    np.float32(radius),
+                    POINT,
+                    taken,
+                )
                 continue
             index = own if other is table else world.index(other)
             apart = np.float32(radius) + other[Body].radius[index.rows]
-            _occupied(who, asked, out, index.x, index.y, index.z, index.start, apart,
-                      space.reach(float(np.maximum.reduce(apart, initial=0))),
-                      *space.shape, space.inverse, space.lengths, space.torus, taken)
+            _occupied(
+                who,
+                asked,
+                out,
+                index.x,
+                index.y,
+                index.z,
+                index.start,
+                apart,
+                space.reach(float(np.maximum.reduce(apart, initial=0))),
+                *space.shape,
+                space.inverse,
+                space.lengths,
+                space.torus,
+                taken,
+            )
     return forbidden
 
 
@@ -139,23 +193,45 @@ def bound_of(table: Table) -> float:
 
 
 @njit
-def draw_places(homeless, identity, px, py, pz, dispersal, lengths, torus, volume, ground, ground_inverse,
-                key, attempt, out, free):
+def draw_places(
+    homeless,
+    identity,
+    px,
+    py,
+    pz,
+    dispersal,
+    lengths,
+    torus,
+    volume,
+    ground,
+    ground_inverse,
+    key,
+    attempt,
+    out,
+    free,
+):
     """Draw a place for each newborn i of `homeless`; free[i] says that neither water nor rock forbids it."""
     salt = attempt << 10
     for i in homeless:
-        u, v, w = (draw(key, identity[i], random.PLACE + salt),
-                   draw(key, identity[i], random.PLACE + (1 << 8) + salt),
-                   draw(key, identity[i], random.PLACE + (2 << 8) + salt))
+        u, v, w = (
+            draw(key, identity[i], random.PLACE + salt),
+            draw(key, identity[i], random.PLACE + (1 << 8) + salt),
+            draw(key, identity[i], random.PLACE + (2 << 8) + salt),
+        )
         furthest = of_row(dispersal, i)
         if furthest < 0:
             x, y, z = u * lengths[0], v * lengths[1], w * lengths[2]
         else:
             r, a = furthest * np.sqrt(u), np.float32(6.2831855) * v
-            x, y = (into(px[i] + r * np.cos(a), lengths[0], torus),
-                    into(py[i] + r * np.sin(a), lengths[1], torus))
-            z = (into(pz[i] + furthest * (np.float32(2) * w - np.float32(1)), lengths[2], False)
-                 if volume else pz[i])
+            x, y = (
+                into(px[i] + r * np.cos(a), lengths[0], torus),
+                into(py[i] + r * np.sin(a), lengths[1], torus),
+            )
+            z = (
+                into(pz[i] + furthest * (np.float32(2) * w - np.float32(1)), lengths[2], False)
+                if volume
+                else pz[i]
+            )
         free[i] = True
         if ground.size > 1:  # fences leave a place free
             kind = ground_at(ground, ground_inverse, x, y)
@@ -164,8 +240,9 @@ def draw_places(homeless, identity, px, py, pz, dispersal, lengths, torus, volum
 
 
 @njit
-def _crowded(who, asked, places, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse, lengths, torus,
-             crowded):
+def _crowded(
+    who, asked, places, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse, lengths, torus, crowded
+):
     """Find out at which places one of its kind lives within `spacing`, of those newborn i of `who` for whom
     it is asked."""
     near = np.empty(ox.size, np.int64)
@@ -207,8 +284,9 @@ def keep_apart(homeless, spacing, lengths, torus, crowded, taken, free, out):
 
 
 @njit
-def _occupied(who, asked, places, ox, oy, oz, start, apart, reach, nx, ny, nz, inverse, lengths, torus,
-              taken):
+def _occupied(
+    who, asked, places, ox, oy, oz, start, apart, reach, nx, ny, nz, inverse, lengths, torus, taken
+):
     near = np.empty(ox.size, np.int64)
     for k in range(who.size):
         i = who[k]
@@ -225,8 +303,9 @@ def _occupied(who, asked, places, ox, oy, oz, start, apart, reach, nx, ny, nz, i
 
 
 @njit
-def _occupied_by_solids(who, asked, places, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry,
-                        radius, point, taken):
+def _occupied_by_solids(
+    who, asked, places, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, radius, point, taken
+):
     """`_occupied` for capsules and boxes, whose surfaces are no nearer than `radius` [m] to a free place."""
     near, seen = np.empty(len(form), np.int64), np.zeros(len(form) + 1, np.int64)
     r = np.float64(radius)
@@ -238,8 +317,9 @@ def _occupied_by_solids(who, asked, places, form, nx, ny, nz, inverse, lengths, 
         n = solids_around(x, y, z, r, r, r, nx, ny, nz, inverse, lengths, torus, start, entry, seen, near)
         for q in range(n):
             e = near[q]
-            gap, _, _, _ = touching(point, 0, form, e, x - form[e, 0], y - form[e, 1], z - form[e, 2],
-                                    lengths, torus, volume)
+            gap, _, _, _ = touching(
+                point, 0, form, e, x - form[e, 0], y - form[e, 1], z - form[e, 2], lengths, torus, volume
+            )
             if gap < r:
                 taken[k] = True
                 break

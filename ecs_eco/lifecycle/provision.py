@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def root(world: SpatialWorld, table: Table, values: Mapping[tuple[type, str], np.ndarray],
-         site: np.ndarray) -> np.ndarray:
+def root(
+    world: SpatialWorld, table: Table, values: Mapping[tuple[type, str], np.ndarray], site: np.ndarray
+) -> np.ndarray:
     """Take what newborn with these columns are made of from the soil under them; return which of them find
     all of it, bool[k]. They take it in an order drawn for their sites u64[k]."""
     molarity, fields = table.defaults[Chemistry]["molarity"], first_fields(world)
@@ -51,8 +52,10 @@ def root(world: SpatialWorld, table: Table, values: Mapping[tuple[type, str], np
 def cells_under(field: Any, values: Mapping[tuple[type, str], np.ndarray]) -> np.ndarray:
     """Return the number of the cell of a field that each place is in: i64[k]."""
     nx, ny, nz = field.shape
-    i, j, k = (cells_of(values[Position, axis], field.inverse[q], n)
-               for q, (axis, n) in enumerate(zip("xyz", (nx, ny, nz), strict=True)))
+    i, j, k = (
+        cells_of(values[Position, axis], field.inverse[q], n)
+        for q, (axis, n) in enumerate(zip("xyz", (nx, ny, nz), strict=True))
+    )
     return (k * ny + j) * nx + i
 
 

@@ -35,15 +35,19 @@ def masses_differ(species: Any) -> bool:
     """Return whether the members of a species, a section of the world file, may have different masses: they
     grow, a gene codes for the mass, or one for the radius of a body with a density."""
     coded = {gene.trait for gene in species.genome.genes} if species.genome is not None else set()
-    return (species.growth is not None or "body.mass" in coded
-            or ("body.radius" in coded and species.body.density is not None))
+    return (
+        species.growth is not None
+        or "body.mass" in coded
+        or ("body.radius" in coded and species.body.density is not None)
+    )
 
 
 def radii_differ(table: Table) -> bool:
     """Return whether the bodies of a species may have different radii: they grow, or a gene codes for it."""
     heredity = table.species.heredity
-    return table.species.growth is not None or (heredity is not None and any(
-        target[:2] == (Body, "radius") for target in heredity.targets.values()))
+    return table.species.growth is not None or (
+        heredity is not None and any(target[:2] == (Body, "radius") for target in heredity.targets.values())
+    )
 
 
 def share_of_adult(table: Table) -> np.ndarray:
@@ -81,8 +85,11 @@ def _bodies(table: Table, values: Values, n: int, share: Any) -> Values:
     if not grows:
         return out
     known = values | out
-    mass, radius = (np.broadcast_to(known.get((Stature, f), table.defaults[Stature][f]), n)
-                    for f in ("mass", "radius"))
+    mass, radius = (
+        np.broadcast_to(known.get((Stature, f), table.defaults[Stature][f]), n) for f in ("mass", "radius")
+    )
     share = np.asarray(share, np.float64)
-    return out | {(Body, "mass"): mass * share.astype(np.float32),
-                  (Body, "radius"): radius * power(share, 1 / 3).astype(np.float32)}
+    return out | {
+        (Body, "mass"): mass * share.astype(np.float32),
+        (Body, "radius"): radius * power(share, 1 / 3).astype(np.float32),
+    }

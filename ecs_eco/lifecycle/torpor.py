@@ -17,8 +17,7 @@ LEAST_ENERGY = {True: NONE_LEFT, False: np.float32(-np.inf)}
 
 
 def awake(table: Table) -> np.ndarray:
-    """Return which rows live and are not torpid: bool[capacity]; the mask `alive` itself where none can be.
-    """
+    """Return which rows live and are not torpid: bool[capacity]; the mask `alive` itself where none can be."""
     if not table.species.torpor:
         return table.alive
     return table.alive & (table[Metabolism].energy > NONE_LEFT)

@@ -48,9 +48,16 @@ class Pending(Outside):
 
     def require(self, species: str) -> None:
         """Raise ConfigError: a whole tick has no place for choices."""
-        raise ConfigError([Problem((species,), "its choices come from outside, between the halves of a tick",
-                                   allowed=f'`observe` and `act` of world.external("{species}"), or `close`',
-                                   source="run")])
+        raise ConfigError(
+            [
+                Problem(
+                    (species,),
+                    "its choices come from outside, between the halves of a tick",
+                    allowed=f'`observe` and `act` of world.external("{species}"), or `close`',
+                    source="run",
+                )
+            ]
+        )
 
     def answer(self, nerves: Nerves, table: Table, world: SpatialWorld) -> Answer:
         """Return the choices of this tick."""
@@ -103,8 +110,10 @@ class External:
         world.on_death.append(self._mourn)
 
     def __repr__(self) -> str:
-        return (f"<External {self.species!r}: {len(self.channels)} channels, "
-                f"{len(self.options)} groups, {self._table.n} living>")
+        return (
+            f"<External {self.species!r}: {len(self.channels)} channels, "
+            f"{len(self.options)} groups, {self._table.n} living>"
+        )
 
     def observe(self) -> Sensed:
         """Let the tick begin, and return what those of the species sense; again the same until `act`."""
@@ -113,8 +122,15 @@ class External:
         nerves, pending = self._nerves, self._pending
         nobody = np.zeros(0, np.uint64), nerves.x[:0].copy(), np.zeros(0, np.float32), ()
         uid, x, reward, causes = zip(*(pending.dead or [nobody]), strict=True)
-        return Sensed(nerves.x, pending.uid, self._table[Nervous].reward[nerves.rows], np.concatenate(uid),
-                      np.concatenate(x), np.concatenate(reward), sum(causes, ()))
+        return Sensed(
+            nerves.x,
+            pending.uid,
+            self._table[Nervous].reward[nerves.rows],
+            np.concatenate(uid),
+            np.concatenate(x),
+            np.concatenate(reward),
+            sum(causes, ()),
+        )
 
     def act(self, actions: Any, uid: Any = None) -> None:
         """Choose for those that sense in this tick, and let it go on once all species that wait have chosen.
@@ -166,8 +182,9 @@ class External:
         there = mine[places] == uids if len(mine) else np.zeros(len(uids), np.bool_)
         problems: list[Problem] = []
         if not there.all():
-            problems.append(self._problem("not among those that sense: dead, or of another kind",
-                                          uids[~there], source))
+            problems.append(
+                self._problem("not among those that sense: dead, or of another kind", uids[~there], source)
+            )
         if len(np.unique(uids)) < len(uids):
             one, count = np.unique(uids, return_counts=True)
             problems.append(self._problem("told twice", one[count > 1], source))
@@ -179,9 +196,14 @@ class External:
 
     def _problem(self, fault: str, uids: np.ndarray, source: str) -> Problem:
         every = "at most" * self._pending.some or "exactly"
-        return Problem((self.species, "uid"), f"{fault} ({len(uids)} such)", listed(map(str, uids.tolist())),
-                       f"{every} one action for each of the {len(self._pending.uid)} {self.species} that "
-                       "`observe` named", source=source)
+        return Problem(
+            (self.species, "uid"),
+            f"{fault} ({len(uids)} such)",
+            listed(map(str, uids.tolist())),
+            f"{every} one action for each of the {len(self._pending.uid)} {self.species} that "
+            "`observe` named",
+            source=source,
+        )
 
 
 class Awaited:
@@ -220,13 +242,15 @@ class Awaited:
                 world.save(path)  # type: ignore[attr-defined]
 
     def _waiting(self, world: SpatialWorld) -> list[tuple[str, Any]]:
-        return [(name, table.species.nerves) for name, table in world.tables.items()
-                if table.species.nerves is not None and table.species.nerves.outside is not None]
+        return [
+            (name, table.species.nerves)
+            for name, table in world.tables.items()
+            if table.species.nerves is not None and table.species.nerves.outside is not None
+        ]
 
 
 def expect(world: SpatialWorld) -> Awaited:
-    """Return what a world knows of species that wait for choices; from now on it refuses ticks without them.
-    """
+    """Return what a world knows of species that wait for choices; from now on it refuses ticks without them."""
     if world.awaited is None:
         world.awaited = Awaited(world)
         world.before_tick.append(world.awaited.require)
@@ -255,8 +279,10 @@ def _spread(answer: Answer, places: np.ndarray, n: int) -> Answer:
 def _ends(nerves: Nerves) -> tuple[np.ndarray, np.ndarray]:
     """Return least and most of each group's choice: f32[groups]."""
     sizes = np.diff(nerves.offsets)
-    return (np.concatenate([np.zeros(len(sizes), np.float32), nerves.ranges.low]),
-            np.concatenate([sizes - 1, nerves.ranges.high]).astype(np.float32))
+    return (
+        np.concatenate([np.zeros(len(sizes), np.float32), nerves.ranges.low]),
+        np.concatenate([sizes - 1, nerves.ranges.high]).astype(np.float32),
+    )
 
 
 def _nerves_of(world: Any, species: str) -> Nerves:

@@ -45,8 +45,11 @@ def steps_of(text: str, readings: Mapping[str, tuple[int, ...]]) -> Steps | None
     except (_Unknown, RecursionError):
         return None
     heights = np.cumsum([1 if operation in (NUMBER, READ) else -1 for operation, _ in steps])
-    return Steps(np.array([operation for operation, _ in steps], np.int64),
-                 np.array([operand for _, operand in steps], np.float32), int(heights.max()))
+    return Steps(
+        np.array([operation for operation, _ in steps], np.int64),
+        np.array([operand for _, operand in steps], np.float32),
+        int(heights.max()),
+    )
 
 
 def _steps(tree: ast.AST, readings: Mapping[str, tuple[int, ...]]) -> Iterator[Step]:
@@ -72,8 +75,9 @@ def _steps(tree: ast.AST, readings: Mapping[str, tuple[int, ...]]) -> Iterator[S
         raise _Unknown
 
 
-def _folded(operation: int, operands: list[ast.expr],
-            readings: Mapping[str, tuple[int, ...]]) -> Iterator[Step]:
+def _folded(
+    operation: int, operands: list[ast.expr], readings: Mapping[str, tuple[int, ...]]
+) -> Iterator[Step]:
     """Yield an operation applied from left to right."""
     for place, operand in enumerate(operands):
         yield from _steps(operand, readings)

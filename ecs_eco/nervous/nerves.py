@@ -35,22 +35,42 @@ class Nerves:
     the continuous groups, each with a single action of its own name.
     """
 
-    def __init__(self, channels: Sequence[str], senses: Sequence[tuple[Sense, int]],
-                 groups: dict[str, list[str]], neutral: dict[str, Any], automatic: Sequence[str],
-                 readings: dict[str, tuple[int, ...]],
-                 ranges: dict[str, tuple[float, float]] | None = None) -> None:
-        self.channels, self.senses, self.groups, self.readings = (tuple(channels), list(senses), dict(groups),
-                                                                  dict(readings))
+    def __init__(
+        self,
+        channels: Sequence[str],
+        senses: Sequence[tuple[Sense, int]],
+        groups: dict[str, list[str]],
+        neutral: dict[str, Any],
+        automatic: Sequence[str],
+        readings: dict[str, tuple[int, ...]],
+        ranges: dict[str, tuple[float, float]] | None = None,
+    ) -> None:
+        self.channels, self.senses, self.groups, self.readings = (
+            tuple(channels),
+            list(senses),
+            dict(groups),
+            dict(readings),
+        )
         self.actions = [(g, a) for g, actions in groups.items() for a in actions]
-        self.columns = {g: (sum(len(v) for v in list(groups.values())[:i]), len(a))
-                        for i, (g, a) in enumerate(groups.items())}
-        self.ranges = Ranges({group: ((ranges or {})[group], start, neutral.get(group))
-                              for group, (start, _) in self.columns.items() if group in (ranges or {})})
-        self.neutral = {g: (actions.index(neutral[g]) if g in neutral and g not in self.ranges.groups else -1)
-                        for g, actions in groups.items()}
+        self.columns = {
+            g: (sum(len(v) for v in list(groups.values())[:i]), len(a))
+            for i, (g, a) in enumerate(groups.items())
+        }
+        self.ranges = Ranges(
+            {
+                group: ((ranges or {})[group], start, neutral.get(group))
+                for group, (start, _) in self.columns.items()
+                if group in (ranges or {})
+            }
+        )
+        self.neutral = {
+            g: (actions.index(neutral[g]) if g in neutral and g not in self.ranges.groups else -1)
+            for g, actions in groups.items()
+        }
         self.eats = next((i for i, (_, action) in enumerate(self.actions) if action == "eat"), -1)  # −1: none
-        self.automatic = np.array([a in automatic or f"{g}.{a}" in automatic for g, a in self.actions],
-                                  np.bool_)
+        self.automatic = np.array(
+            [a in automatic or f"{g}.{a}" in automatic for g, a in self.actions], np.bool_
+        )
         self.always = self.automatic.copy()  # what is on unless a reflex blocks it
         self.always[self.ranges.columns] = True
         self.reflex: Network | None = None
@@ -107,8 +127,9 @@ class Nerves:
         if len(columns) != 1:
             from ecs_eco.engine.errors import UnknownName, unknown_name
 
-            raise UnknownName(unknown_name("nerves", "or ambiguous action", action,
-                                           [f"{g}.{a}" for g, a in self.actions]))
+            raise UnknownName(
+                unknown_name("nerves", "or ambiguous action", action, [f"{g}.{a}" for g, a in self.actions])
+            )
         return columns[0]
 
     def doing(self, table: Table, action: str) -> np.ndarray:
@@ -132,8 +153,9 @@ class Nerves:
         if group not in self.ranges.groups:
             from ecs_eco.engine.errors import UnknownName, unknown_name
 
-            raise UnknownName(unknown_name(f"nerves of {table.name!r}", "continuous action", group,
-                                           self.ranges.groups))
+            raise UnknownName(
+                unknown_name(f"nerves of {table.name!r}", "continuous action", group, self.ranges.groups)
+            )
         amounts: np.ndarray = table[Motor].command[:, self.ranges.groups.index(group)]
         return amounts
 
@@ -154,8 +176,10 @@ class Nerves:
         elif self.brain is not None:
             thought = self._ask(self.brain, table, world)
         else:
-            return (np.zeros((len(self.rows), sum(self.choices)), np.float32),
-                    np.zeros(len(self.rows), np.float32))
+            return (
+                np.zeros((len(self.rows), sum(self.choices)), np.float32),
+                np.zeros(len(self.rows), np.float32),
+            )
         if not all_finite(thought[0].reshape(-1), thought[1].reshape(-1)):
             self._complain(table, world, thought)
         return thought
@@ -169,16 +193,25 @@ class Nerves:
         logits, values, self._later = brain.recall(self.x_by_row, table[Memory].state[self.rows], world.split)
         return logits, values
 
-    def _ask_each(self, table: Table, world: SpatialWorld, rows: np.ndarray,
-                  x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _ask_each(
+        self, table: Table, world: SpatialWorld, rows: np.ndarray, x: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Let individuals of these rows think about x, each with its own network and memory."""
         minds = self.individuals
         assert minds is not None
         if not minds.memory:
-            return _divided(world, minds, len(rows),
-                            lambda here: minds.forward(table[Policy], rows[here], x[here], world.split))
-        logits, values, self._later = minds.recall(table[Policy], rows, x,  # type: ignore[attr-defined]
-                                                   table[Memory].state[rows])
+            return _divided(
+                world,
+                minds,
+                len(rows),
+                lambda here: minds.forward(table[Policy], rows[here], x[here], world.split),
+            )
+        logits, values, self._later = minds.recall(
+            table[Policy],
+            rows,
+            x,  # type: ignore[attr-defined]
+            table[Memory].state[rows],
+        )
         return logits, values
 
     def keep(self, table: Table) -> None:
@@ -193,9 +226,11 @@ class Nerves:
             why = "its senses are finite: its weights are not"
             if blind.size:
                 why = f"it senses {self.channels[blind[0]]} = {self.x[i, blind[0]]}"
-            raise FloatingPointError(f"{table.name}, tick {world.tick}: the policy of organism "
-                                     f"{table.uid[self.rows[i]]} gives {[float(v) for v in logits[i]]} "
-                                     f"({mad.size} such of {len(self.rows)}); {why}")  # fmt: skip
+            raise FloatingPointError(
+                f"{table.name}, tick {world.tick}: the policy of organism "
+                f"{table.uid[self.rows[i]]} gives {[float(v) for v in logits[i]]} "
+                f"({mad.size} such of {len(self.rows)}); {why}"
+            )
 
     def react(self, table: Table) -> np.ndarray | None:
         """Return y of the reflex network for what is sensed now: i8[n, actions]; None where there is none.
@@ -216,13 +251,21 @@ class Nerves:
 
     def feel(self, table: Table) -> np.ndarray | None:
         """Return the happiness that what is sensed now gives: f32[n]; None where there is no such network."""
-        return None if self.happiness is None else self._read(self.happiness, table, "happiness",
-                                                              (len(self.rows),))
+        return (
+            None
+            if self.happiness is None
+            else self._read(self.happiness, table, "happiness", (len(self.rows),))
+        )
 
-    def remember(self, table: Table, choice: np.ndarray, numbers: np.ndarray, log_probability: np.ndarray,
-                 values: np.ndarray) -> None:
-        """Keep what was sensed and chosen, for learning: i16[n, choices], f32[n, continuous], f32[n], f32[n].
-        """
+    def remember(
+        self,
+        table: Table,
+        choice: np.ndarray,
+        numbers: np.ndarray,
+        log_probability: np.ndarray,
+        values: np.ndarray,
+    ) -> None:
+        """Keep what was sensed and chosen, for learning: i16[n, choices], f32[n, continuous], f32[n], f32[n]."""
         if self.individuals is not None:
             if Memory in table:
                 begins = self.rows[table[Experience].length[self.rows] == 0]
@@ -231,8 +274,9 @@ class Nerves:
                 drawn = table[Motor].drawn[self.rows]
                 drawn[np.arange(len(drawn)), table[Experience].length[self.rows]] = numbers
                 table[Motor].drawn[self.rows] = drawn
-            self.individuals.store(table[Experience], self.rows, self.x_by_row, choice, log_probability,
-                                   values)
+            self.individuals.store(
+                table[Experience], self.rows, self.x_by_row, choice, log_probability, values
+            )
         elif self.learner is not None:
             memory = table[Memory].state[self.rows] if self.learner.rollout.memory.shape[1] else None
             self.learner.rollout.store(self.rows, self.x, choice, log_probability, values, memory, numbers)
@@ -265,8 +309,9 @@ class Nerves:
 
     def _learn(self, table: Table, world: SpatialWorld) -> None:
         if self.individuals is not None:
-            due = self.individuals.due(table[Experience], self.rows, table.uid[self.rows],
-                                       table.born[self.rows], world.tick)
+            due = self.individuals.due(
+                table[Experience], self.rows, table.uid[self.rows], table.born[self.rows], world.tick
+            )
             if due.any():
                 self._learn_alone(table, world, np.flatnonzero(due))
         elif self.learner is not None and self.learner.full:
@@ -291,11 +336,14 @@ class Nerves:
             began["numbers"] = table[Motor].drawn[rows]
         coded = [key for key in table.species.traits if key.startswith("ppo.")]
         if coded:
-            began["own"] = {key.removeprefix("ppo."): table[Traits].value[rows, table.species.traits[key]]
-                            for key in coded}
+            began["own"] = {
+                key.removeprefix("ppo."): table[Traits].value[rows, table.species.traits[key]]
+                for key in coded
+            }
         minds.bands = world.bands
-        report = minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings,
-                             world.split, **began)
+        report = minds.learn(
+            table[Policy], table[Experience], rows, table.uid[rows], values, settings, world.split, **began
+        )
         self.reports[:] = [{"tick": world.tick, **report}]  # some learn in nearly every tick: the last alone
 
     def _read(self, network: Network, table: Table, name: str, shape: tuple[int, ...]) -> np.ndarray:
@@ -303,8 +351,10 @@ class Nerves:
         x = self.x if isinstance(owner, ReflexNetwork | HappinessNetwork) else self.x_by_row
         out = network(x, table, self.rows) if getattr(owner, "individual", False) else network(x)
         if not isinstance(out, np.ndarray) or out.shape != shape:
-            raise ValueError(f"{table.name}: the {name} network gives {type(out).__name__} {np.shape(out)}; "
-                             f"allowed: an array {shape}")
+            raise ValueError(
+                f"{table.name}: the {name} network gives {type(out).__name__} {np.shape(out)}; "
+                f"allowed: an array {shape}"
+            )
         return out
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
@@ -339,8 +389,12 @@ class Nerves:
                 getattr(self, part).load(inner)
 
 
-def _divided(world: SpatialWorld, network: PolicyNetwork | Individuals, n: int,
-             forward: Callable[[slice], tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+def _divided(
+    world: SpatialWorld,
+    network: PolicyNetwork | Individuals,
+    n: int,
+    forward: Callable[[slice], tuple[np.ndarray, np.ndarray]],
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the logits and values of n organisms, of which each process asks for its part where a row's bits
     depend on no other row."""
     if world.bands.size == 1 or not network.by_row:

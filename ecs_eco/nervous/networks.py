@@ -26,21 +26,29 @@ class ReflexNetwork:
     To continuous actions the sum itself is added, where a connection counts as the action's whole range.
     """
 
-    def __init__(self, config: Any, nerves: Any, action_rows: dict[str, int], individual: bool = False,
-                 find: Callable[[Any], Any] = handed_over) -> None:
+    def __init__(
+        self,
+        config: Any,
+        nerves: Any,
+        action_rows: dict[str, int],
+        individual: bool = False,
+        find: Callable[[Any], Any] = handed_over,
+    ) -> None:
         from ecs_eco.config import compile_formula
 
         self.individual, self.nerves = individual, nerves
-        self.formulas = {action_rows[a]: compile_formula(text, nerves.readings)
-                         for a, text in config.formulas.items()}
+        self.formulas = {
+            action_rows[a]: compile_formula(text, nerves.readings) for a, text in config.formulas.items()
+        }
         self.function = find(config.function) if config.function else None
         connections = config.connections
         self.channels, self.starts = _readings([nerves.readings[c.sensor] for c in connections])
         self.actions = np.array([action_rows[c.action] for c in connections], np.int64)
         self.above = np.array([c.above is not None for c in connections], np.bool_)
         self.weight = np.array([[c.weight for c in connections]], np.int8).reshape(1, -1)
-        self.threshold = np.array([[c.above if c.above is not None else c.below for c in connections]],
-                                  np.float32).reshape(1, -1)
+        self.threshold = np.array(
+            [[c.above if c.above is not None else c.below for c in connections]], np.float32
+        ).reshape(1, -1)
 
     def __call__(self, x: np.ndarray, table: Any = None, rows: np.ndarray | None = None) -> np.ndarray:
         """React to x f32[n, channels]; of `rows` i64[n] of a table where weights
@@ -53,11 +61,13 @@ class ReflexNetwork:
         total = np.zeros((len(x), len(nerves.actions)), np.float32)
         if self.actions.size:
             own = self.individual and table is not None and Reflexes in table
-            weight, threshold = ((table[Reflexes].weight, table[Reflexes].threshold)
-                                 if own else (self.weight, self.threshold))
+            weight, threshold = (
+                (table[Reflexes].weight, table[Reflexes].threshold) if own else (self.weight, self.threshold)
+            )
             which = rows if own and rows is not None else np.zeros(len(x), np.int64)
-            connect(x.T, self.channels, self.starts, self.actions, self.above, weight, threshold, which,
-                    total)
+            connect(
+                x.T, self.channels, self.starts, self.actions, self.above, weight, threshold, which, total
+            )
             if nerves.ranges.groups:
                 ends = nerves.ranges if table is None or rows is None else nerves.ranges.of(table, rows)
                 total[:, nerves.ranges.columns] *= ends.high - ends.low
@@ -71,8 +81,9 @@ class ReflexNetwork:
 class HappinessNetwork:
     """Happiness f32[n] from weights, a formula or a function; never less than the declared minimum."""
 
-    def __init__(self, config: Any, nerves: Any, individual: bool = False,
-                 find: Callable[[Any], Any] = handed_over) -> None:
+    def __init__(
+        self, config: Any, nerves: Any, individual: bool = False, find: Callable[[Any], Any] = handed_over
+    ) -> None:
         from ecs_eco.config import compile_formula
 
         self.individual, self.nerves, self.least = individual, nerves, np.float32(config.minimum)

@@ -40,5 +40,8 @@ def disable(table: Table, rows: np.ndarray) -> None:
 
 def _places(traits: Mapping[str, int], section: str) -> dict[str, int]:
     """Return the places in Traits of the switches of a section, by the names of what they switch."""
-    return {key.removeprefix(section).removesuffix(".present"): at for key, at in traits.items()
-            if key.startswith(section) and key.endswith(".present")}
+    return {
+        key.removeprefix(section).removesuffix(".present"): at
+        for key, at in traits.items()
+        if key.startswith(section) and key.endswith(".present")
+    }

@@ -26,8 +26,7 @@ class Answer(NamedTuple):
 
 
 class Outside:
-    """Who decides in the place of a species' network; `partial`: only for some, and the network for others.
-    """
+    """Who decides in the place of a species' network; `partial`: only for some, and the network for others."""
 
     partial = False
 
@@ -44,9 +43,16 @@ class Nobody(Outside):
 
     def require(self, species: str) -> None:
         """Raise ConfigError."""
-        raise ConfigError([Problem(
-            ("species", species, "policy", "kind"), "nobody decides for it", "external",
-            f'world.external("{species}") and its `observe` and `act`, or an environment of ecs_eco.rl')])
+        raise ConfigError(
+            [
+                Problem(
+                    ("species", species, "policy", "kind"),
+                    "nobody decides for it",
+                    "external",
+                    f'world.external("{species}") and its `observe` and `act`, or an environment of ecs_eco.rl',
+                )
+            ]
+        )
 
     def answer(self, nerves: Nerves, table: Table, world: SpatialWorld) -> Answer:
         """Raise ConfigError."""
@@ -90,10 +96,17 @@ def taken(nerves: Nerves, table: Table, rows: np.ndarray, chosen: Any, source: s
     if values.shape == shape[:1] and shape[1] == 1:
         values = values[:, None]
     if values.shape != shape or values.dtype.kind not in "iufb":
-        raise ConfigError([Problem(
-            (table.name, "actions"), f"an array {values.dtype.name}{list(values.shape)}",
-            allowed=f"numbers {list(shape)}: a row for each of the {len(rows)} {table.name} that sense, "
-                    f"a column for each of {listed(names)}", source=source)])
+        raise ConfigError(
+            [
+                Problem(
+                    (table.name, "actions"),
+                    f"an array {values.dtype.name}{list(values.shape)}",
+                    allowed=f"numbers {list(shape)}: a row for each of the {len(rows)} {table.name} that sense, "
+                    f"a column for each of {listed(names)}",
+                    source=source,
+                )
+            ]
+        )
     sizes = np.diff(nerves.offsets)
     low = np.concatenate([np.zeros(discrete, np.float32), nerves.ranges.low])
     high = np.concatenate([sizes - 1, nerves.ranges.high])
@@ -102,8 +115,9 @@ def taken(nerves: Nerves, table: Table, rows: np.ndarray, chosen: Any, source: s
         wrong[:, :discrete] |= values[:, :discrete] != np.floor(values[:, :discrete])
     if wrong.any():
         raise ConfigError(_problems(table, rows, values, wrong, names, (low, high), source))
-    return Answer(values[:, :discrete].astype(np.int16),
-                  _in_halves(nerves, values[:, discrete:].astype(np.float32)))
+    return Answer(
+        values[:, :discrete].astype(np.int16), _in_halves(nerves, values[:, discrete:].astype(np.float32))
+    )
 
 
 def _in_halves(nerves: Nerves, values: np.ndarray) -> np.ndarray:
@@ -114,15 +128,24 @@ def _in_halves(nerves: Nerves, values: np.ndarray) -> np.ndarray:
     return numbers
 
 
-def _problems(table: Table, rows: np.ndarray, values: np.ndarray, wrong: np.ndarray,
-              names: dict[str, tuple[str, ...]], ends: tuple[np.ndarray, np.ndarray],
-              source: str) -> list[Problem]:
+def _problems(
+    table: Table,
+    rows: np.ndarray,
+    values: np.ndarray,
+    wrong: np.ndarray,
+    names: dict[str, tuple[str, ...]],
+    ends: tuple[np.ndarray, np.ndarray],
+    source: str,
+) -> list[Problem]:
     """A problem for each of the first few values that cannot be carried out."""
     groups, problems = list(names), []
     for i, g in np.argwhere(wrong)[:20].tolist():
         options = names[groups[g]]
-        allowed = (", ".join(f"{k} ({option})" for k, option in enumerate(options)) if options
-                   else f"{ends[0][g]:g} … {ends[1][g]:g}")
+        allowed = (
+            ", ".join(f"{k} ({option})" for k, option in enumerate(options))
+            if options
+            else f"{ends[0][g]:g} … {ends[1][g]:g}"
+        )
         value = values[i, g].item()
         fault = "no number" if value != value else "no such option" if options else "out of range"
         key = table.name, int(table.uid[rows[i]]), groups[g]

@@ -36,8 +36,11 @@ class Ranges:
     def of(self, table: Table, rows: np.ndarray) -> Ranges:
         """Return these ranges, or where genes code for any of their numbers those of rows i64[n]: low, high
         and rest f32[n, k]. Where a genome says that the least is above the most, it is the most."""
-        keys = {f"actions.{group}.continuous.{end}": column[k] for k, group in enumerate(self.groups)
-                for end, column in ((0, self.low), (1, self.high))}
+        keys = {
+            f"actions.{group}.continuous.{end}": column[k]
+            for k, group in enumerate(self.groups)
+            for end, column in ((0, self.low), (1, self.high))
+        }
         keys |= {f"neutral.{group}": self.rest[k] for k, group in enumerate(self.groups)}
         values = own_values(table, keys)
         if not isinstance(values[0], np.ndarray):

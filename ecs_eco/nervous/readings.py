@@ -38,8 +38,7 @@ class Readings(Columns):
         raise TypeError(f"Sensor.{name} is read, not written; `Sense` fills it")
 
     def _readings(self) -> np.ndarray:
-        """Return the readings of all rows, f32[capacity, channels]: NaN in those whose owner has not sensed.
-        """
+        """Return the readings of all rows, f32[capacity, channels]: NaN in those whose owner has not sensed."""
         table, column = self._table, self._column
         uid, x = sensed = table.species.nerves.sensed
         if self._made_of is not sensed or self._version != table.version or len(column) != table.capacity:

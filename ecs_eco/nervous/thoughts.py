@@ -58,12 +58,14 @@ def thinkers(table: Table, who: np.ndarray | None = None) -> tuple[np.ndarray, n
 
 
 def minds(table: Table, rows: np.ndarray, at: np.ndarray) -> Minds:
-    """Return what organisms of a table sensed, weighed and decided: rows and places as `thinkers` gives them.
-    """
+    """Return what organisms of a table sensed, weighed and decided: rows and places as `thinkers` gives them."""
     nerves = table.species.nerves
     thoughts = nerves.thoughts
-    y = (np.zeros((len(at), len(nerves.actions)), np.int8)
-         if thoughts.y is None else thoughts.y[at].astype(np.int8))
+    y = (
+        np.zeros((len(at), len(nerves.actions)), np.int8)
+        if thoughts.y is None
+        else thoughts.y[at].astype(np.int8)
+    )
     p, z = weighed(nerves, None if thoughts.logits is None else thoughts.logits[at], thoughts.choice[at])
     decision = table[Nervous].decision[rows]
     if len(nerves.ranges):
@@ -82,8 +84,9 @@ def numbers_of(table: Table, rows: np.ndarray, at: np.ndarray) -> tuple[np.ndarr
     return shift, chosen, table[Motor].command[rows] if shape[1] else shift
 
 
-def with_numbers(nerves: Any, matrices: tuple[np.ndarray, ...],
-                 numbers: tuple[np.ndarray, ...]) -> tuple[np.ndarray, ...]:
+def with_numbers(
+    nerves: Any, matrices: tuple[np.ndarray, ...], numbers: tuple[np.ndarray, ...]
+) -> tuple[np.ndarray, ...]:
     """Return matrices [k, actions] as f32, with numbers f32[k, continuous groups] in the columns of
     continuous actions."""
     out = tuple(matrix.astype(np.float32) for matrix in matrices)

@@ -21,8 +21,17 @@ if TYPE_CHECKING:
     pass
 
 KEY = "ecs-eco.part"  # of the footer of a part
-DECIDES = ("config", "seed", "policies", "weights", "learn", "controls", "snapshot_every",
-           "versions", "forked")
+DECIDES = (
+    "config",
+    "seed",
+    "policies",
+    "weights",
+    "learn",
+    "controls",
+    "snapshot_every",
+    "versions",
+    "forked",
+)
 FORMAT = 2  # of manifests; in 1 nothing had an id
 
 
@@ -44,9 +53,9 @@ class Mark(NamedTuple):
 
 def identity(manifest: Mapping[str, Any]) -> str:
     """Return the id of the run that a manifest begins: 64 hexadecimal digits."""
-    return hashlib.sha256(json.dumps(
-        [manifest.get(key) for key in DECIDES], separators=(",", ":"), sort_keys=True
-    ).encode()).hexdigest()
+    return hashlib.sha256(
+        json.dumps([manifest.get(key) for key in DECIDES], separators=(",", ":"), sort_keys=True).encode()
+    ).hexdigest()
 
 
 def described(run: str, world: Any, seed: Any) -> str:
@@ -63,8 +72,10 @@ def mark_of(path: Path) -> tuple[Mark | None, str]:
         files.require_regular(path)
         written = pq.read_metadata(path).metadata or {}
         mark = written.get(KEY.encode())
-        return (None if mark is None else Mark(**json.loads(mark)),
-                written.get(seal.KEY.encode(), b"").decode())
+        return (
+            None if mark is None else Mark(**json.loads(mark)),
+            written.get(seal.KEY.encode(), b"").decode(),
+        )
     except (pa.ArrowException, ValueError, TypeError) as error:
         raise RecordingError(f"{path}: is damaged: {error}") from None
     except OSError as error:
@@ -89,11 +100,15 @@ def parts(run: Path, kind: str, manifest: Mapping[str, Any]) -> list[Path]:
     for number, path in enumerate(paths):
         after = check_part(path, kind, number, after, manifest)
         if number == count - 1 and "id" in manifest and heads.get(kind) != after:
-            raise ForeignFile(f"{path}: is not the last part of {kind} that was written: "
-                              f"it is of another run of {_run(manifest)}")
+            raise ForeignFile(
+                f"{path}: is not the last part of {kind} that was written: "
+                f"it is of another run of {_run(manifest)}"
+            )
     if len(paths) > count and manifest.get("finished") and "id" in manifest:
-        raise ForeignFile(f"{paths[count]}: is one too many: the manifest of this run, which has ended, "
-                          f"counts {count} parts of {kind}")
+        raise ForeignFile(
+            f"{paths[count]}: is one too many: the manifest of this run, which has ended, "
+            f"counts {count} parts of {kind}"
+        )
     return paths
 
 
@@ -112,14 +127,20 @@ def check_part(path: Path, kind: str, number: int, after: str, manifest: Mapping
         raise ForeignFile(f"{path}: names no run, and lies in the folder of {_run(manifest)}")
     if mark.run != run:
         here = "one of an older format, or by hand" if run is None else _run(manifest)
-        raise ForeignFile(f"{path}: belongs to another run ({described(mark.run, mark.world, mark.seed)}), "
-                          f"not to this one ({here})")
+        raise ForeignFile(
+            f"{path}: belongs to another run ({described(mark.run, mark.world, mark.seed)}), "
+            f"not to this one ({here})"
+        )
     if (mark.kind, mark.number) != (kind, number) or path.name != name_of(number):
-        raise ForeignFile(f"{path}: is {name_of(mark.number)} of {mark.kind}, "
-                          f"and lies where {name_of(number)} of {kind} belongs")
+        raise ForeignFile(
+            f"{path}: is {name_of(mark.number)} of {mark.kind}, "
+            f"and lies where {name_of(number)} of {kind} belongs"
+        )
     if mark.after != after:
-        raise ForeignFile(f"{path}: does not follow the part before it: "
-                          f"one of the two is of another run of {_run(manifest)}")
+        raise ForeignFile(
+            f"{path}: does not follow the part before it: "
+            f"one of the two is of another run of {_run(manifest)}"
+        )
     return own
 
 

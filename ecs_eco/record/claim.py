@@ -51,8 +51,10 @@ class Claim:
         """Raise FolderInUse if the folder is no longer the one that was claimed: it was removed,
         moved or replaced."""
         if not _same(self._handle, self.path / LOCK):
-            raise FolderInUse(f"{self.path}: was removed or replaced while it was being written; "
-                              "nothing more is written there")
+            raise FolderInUse(
+                f"{self.path}: was removed or replaced while it was being written; "
+                "nothing more is written there"
+            )
 
     def release(self) -> None:
         """Release the folder; remove it if it was made for the claim and is empty."""
@@ -170,7 +172,8 @@ def half_written(folder: Path) -> list[Path]:
 
 def _is_half(path: Path) -> bool:
     return files.written_beside(path) is not None or (
-        path.parent.name in BEGUN and OF_SAFETENSORS.fullmatch(path.name) is not None)
+        path.parent.name in BEGUN and OF_SAFETENSORS.fullmatch(path.name) is not None
+    )
 
 
 def _is_free(path: Path) -> bool:
@@ -221,8 +224,10 @@ def _locked(folder: Path) -> int:
         handle = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
         try:
             if not _lock(handle):
-                raise FolderInUse(f"{folder}: is being written by {_owner(handle)}; wait for its end, "
-                                  "or name another folder")
+                raise FolderInUse(
+                    f"{folder}: is being written by {_owner(handle)}; wait for its end, "
+                    "or name another folder"
+                )
             if _same(handle, path):
                 os.ftruncate(handle, 0)
                 os.lseek(handle, 0, os.SEEK_SET)
@@ -283,8 +288,12 @@ def _owner(handle: int) -> str:
 
 
 def _myself() -> dict[str, Any]:
-    return {"pid": os.getpid(), "started": _started(os.getpid()), "host": socket.gethostname(),
-            "since": time.strftime("%Y-%m-%d %H:%M:%S")}  # fmt: skip
+    return {
+        "pid": os.getpid(),
+        "started": _started(os.getpid()),
+        "host": socket.gethostname(),
+        "since": time.strftime("%Y-%m-%d %H:%M:%S"),
+    }
 
 
 def _started(pid: int) -> int | None:

@@ -68,8 +68,9 @@ def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = Fa
         raise CheckpointError(f"{where}: its list of code is damaged") from None
     code, problems = read(wanted, places, wanted)
     if problems:
-        raise CheckpointError(f"{where}: needs code that is not here: {problems[0].value}: "
-                              f"{problems[0].what}")
+        raise CheckpointError(
+            f"{where}: needs code that is not here: {problems[0].value}: {problems[0].what}"
+        )
     changed = [s for s in code.sources if s.sha256 != wanted[s.entry] and not allowed_here(s.sha256)]
     if trust:
         code.allow()
@@ -78,9 +79,11 @@ def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = Fa
                 warnings.warn(f"{where}: {source.entry} has changed, and is used as it is now", stacklevel=2)
     elif changed:
         how = "trust=True" if changed[0].of_session else "--trust"
-        raise CheckpointError(f"{where}: {changed[0].entry} has changed: {changed[0].path or 'it'} has the "
-                              f"SHA-256 {changed[0].sha256}, and it was {wanted[changed[0].entry]}; put it "
-                              f"back, or use this one: {how}")  # fmt: skip
+        raise CheckpointError(
+            f"{where}: {changed[0].entry} has changed: {changed[0].path or 'it'} has the "
+            f"SHA-256 {changed[0].sha256}, and it was {wanted[changed[0].entry]}; put it "
+            f"back, or use this one: {how}"
+        )
     return code
 
 

@@ -21,9 +21,11 @@ from ecs_eco.record import seal
 from ecs_eco.record.manifest import Sha
 
 FORMAT = 2
-OLD = ("was begun by an older version of ecs-eco, which did not note the plan and the mode that its files "
-       "belong to: continue it with that version, or begin again in another folder; its runs can be read one "
-       "by one")
+OLD = (
+    "was begun by an older version of ecs-eco, which did not note the plan and the mode that its files "
+    "belong to: continue it with that version, or begin again in another folder; its runs can be read one "
+    "by one"
+)
 
 
 class Container(Section):
@@ -67,8 +69,10 @@ def read(folder: str | Path, model: Model) -> dict[str, Any]:
         content = seal.read_manifest(Path(folder), model.FILE)
     except FileNotFoundError:
         article = "an" if model.KIND[0] in "aeiou" else "a"
-        raise RecordingError(f"{folder} is no folder of {article} {model.KIND}: it has no {model.FILE} "
-                             f"(a folder written by `ecs-eco {model.COMMAND}`)") from None
+        raise RecordingError(
+            f"{folder} is no folder of {article} {model.KIND}: it has no {model.FILE} "
+            f"(a folder written by `ecs-eco {model.COMMAND}`)"
+        ) from None
     if content.get("format") == 1:
         raise RecordingError(f"{file}: {OLD}")
     if isinstance(kind := content.get("kind"), str) and kind != model.KIND:
@@ -89,14 +93,22 @@ def check(folder: Path, model: Model, plan: Mapping[str, Any]) -> dict[str, Any]
     """
     there = read(folder, model)
     before, now = model.settings(there), model.settings(json.loads(json.dumps(plan)))
-    different = [key for key in {**before, **now} if before.get(key) != now.get(key)
-                 and not (model.GROWS and before.keys() ^ now.keys() >= {key})]
+    different = [
+        key
+        for key in {**before, **now}
+        if before.get(key) != now.get(key) and not (model.GROWS and before.keys() ^ now.keys() >= {key})
+    ]
     if different:
-        values = [f"{key}: {before.get(key)} then, {now.get(key)} now" for key in different
-                  if not isinstance(before.get(key, now.get(key)), dict | list)]
+        values = [
+            f"{key}: {before.get(key)} then, {now.get(key)} now"
+            for key in different
+            if not isinstance(before.get(key, now.get(key)), dict | list)
+        ]
         shown = f" ({'; '.join(values)})" if values else ""
-        raise ForeignFile(f"{folder / model.FILE}: {model.OTHER}: {', '.join(different)} "
-                          f"differ{'s' * (len(different) == 1)}{shown}; name another folder with --out")
+        raise ForeignFile(
+            f"{folder / model.FILE}: {model.OTHER}: {', '.join(different)} "
+            f"differ{'s' * (len(different) == 1)}{shown}; name another folder with --out"
+        )
     may_continue(folder, there, model)
     return there
 
@@ -112,8 +124,7 @@ def may_continue(folder: Path, manifest: Mapping[str, Any], model: Model) -> Non
 
 
 def begin(folder: Path, model: Model, content: Mapping[str, Any]) -> dict[str, Any]:
-    """Write the manifest of a new container, or find it in a folder that was begun with this plan; return it.
-    """
+    """Write the manifest of a new container, or find it in a folder that was begun with this plan; return it."""
     from ecs_eco.record.folder import versions
 
     if has(folder, model):
@@ -138,8 +149,12 @@ def _hash(content: Mapping[str, Any], model: Model) -> str:
 def inside(root: Path, path: Path) -> Path:
     """Return a path below a container. Raises ForeignFile where it, or a link in it, leads out of there."""
     home = os.path.realpath(root)
-    links = [Path(at, name) for at, folders, others in os.walk(path) for name in (*folders, *others)
-             if os.path.islink(os.path.join(at, name))]
+    links = [
+        Path(at, name)
+        for at, folders, others in os.walk(path)
+        for name in (*folders, *others)
+        if os.path.islink(os.path.join(at, name))
+    ]
     for one in [path, *links]:
         if os.path.commonpath([home, os.path.realpath(one)]) != home:
             raise ForeignFile(f"{one}: is a link that leads out of {root}; nothing is written there")

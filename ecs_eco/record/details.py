@@ -32,8 +32,9 @@ def how_many(record: str | None, source: str = "--record") -> int | None:
     if word == "focal" and number.isdecimal() and 1 <= int(number) <= 1_000_000:
         return int(number)
     near = "full" if record.startswith("fu") else "focal=50"
-    raise ConfigError([Problem((), "not possible", record, "focal=N with N from 1 to 1000000, or full",
-                               near, source)])
+    raise ConfigError(
+        [Problem((), "not possible", record, "focal=N with N from 1 to 1000000, or full", near, source)]
+    )
 
 
 def columns_of(nerves: Any) -> list[str]:
@@ -44,10 +45,19 @@ def columns_of(nerves: Any) -> list[str]:
     """
     actions = [f"{group}.{name}" for group, name in nerves.actions]
     free = [action for action, has in zip(actions, has_probability(nerves), strict=True) if has]
-    return ["tick", "uid", *PLACE, "energy", "happiness", "reward",
-            *(f"sensor: {name}" for name in nerves.channels), *(f"reflex: {a}" for a in actions),
-            *(f"probability: {a}" for a in free), *(f"chosen: {a}" for a in actions),
-            *(f"decision: {a}" for a in actions)]  # fmt: skip
+    return [
+        "tick",
+        "uid",
+        *PLACE,
+        "energy",
+        "happiness",
+        "reward",
+        *(f"sensor: {name}" for name in nerves.channels),
+        *(f"reflex: {a}" for a in actions),
+        *(f"probability: {a}" for a in free),
+        *(f"chosen: {a}" for a in actions),
+        *(f"decision: {a}" for a in actions),
+    ]
 
 
 def has_probability(nerves: Any) -> np.ndarray:
@@ -70,8 +80,9 @@ class Details:
     def __init__(self, world: SpatialWorld, most: int | None, sink: Any) -> None:
         self.most, self.sink = most, sink
         self.species = [name for name in world.listed() if world.tables[name].species.nerves is not None]
-        self.focal = {name: world.tables[name].uid[world.tables[name].by_uid()[: self.most]]
-                      for name in self.species}
+        self.focal = {
+            name: world.tables[name].uid[world.tables[name].by_uid()[: self.most]] for name in self.species
+        }
         # since the last tick was noted
         self._born: dict[str, list[np.ndarray]] = {name: [] for name in self.species}
         # in the tick that is not over
@@ -99,8 +110,10 @@ class Details:
     def note(self, world: SpatialWorld) -> None:
         """Note a tick that is over."""
         for name in self.species:
-            blocks = [*self._dying[name],
-                      self._of(world.tables[name], world, None if self.most is None else self.focal[name])]
+            blocks = [
+                *self._dying[name],
+                self._of(world.tables[name], world, None if self.most is None else self.focal[name]),
+            ]
             self._dying[name] = []
             self._admit(name)
             self._blocks[name] += blocks
@@ -137,18 +150,35 @@ class Details:
         in the order of uids."""
         nerves, felt, p = table.species.nerves, table[Nervous], table[Position]
         thoughts = nerves.thoughts
-        rows, at = (thinkers(table, uids) if thoughts is not None
-                    and thoughts.tick == world.tick else (NOBODY, NOBODY))
+        rows, at = (
+            thinkers(table, uids)
+            if thoughts is not None and thoughts.tick == world.tick
+            else (NOBODY, NOBODY)
+        )
         if not rows.size:
             return (NOBODY,)
         energy = table[Metabolism].energy[rows] if Metabolism in table else np.zeros(rows.size, np.float32)
-        y = (np.zeros((rows.size, len(nerves.actions)), np.int8)
-             if thoughts.y is None else thoughts.y[at].astype(np.int8))
+        y = (
+            np.zeros((rows.size, len(nerves.actions)), np.int8)
+            if thoughts.y is None
+            else thoughts.y[at].astype(np.int8)
+        )
         logits = np.zeros((rows.size, 0), np.float32) if thoughts.logits is None else thoughts.logits[at]
         numbers = numbers_of(table, rows, at) if len(nerves.ranges) else ()
-        return (np.full(rows.size, world.tick), table.uid[rows], *(getattr(p, axis)[rows] for axis in PLACE),
-                energy, felt.happiness[rows], felt.reward[rows], nerves.x[at], y, logits, thoughts.choice[at],
-                felt.decision[rows], *numbers)  # fmt: skip
+        return (
+            np.full(rows.size, world.tick),
+            table.uid[rows],
+            *(getattr(p, axis)[rows] for axis in PLACE),
+            energy,
+            felt.happiness[rows],
+            felt.reward[rows],
+            nerves.x[at],
+            y,
+            logits,
+            thoughts.choice[at],
+            felt.decision[rows],
+            *numbers,
+        )
 
     def _hand_over(self, name: str, world: SpatialWorld) -> None:
         """Hand over what was noted of a species, by tick, then uid."""
@@ -160,8 +190,7 @@ class Details:
         order = np.lexsort((parts[1], parts[0]))
         *single, x, y, logits, choice, decision = (part[order] for part in parts[:FIXED])
         p, z = weighed(nerves, logits if logits.shape[1] else None, choice)
-        shift, chosen, command = ([part[order].T for part in parts[FIXED:]] if len(nerves.ranges)
-                                  else [()] * 3)
+        shift, chosen, command = [part[order].T for part in parts[FIXED:]] if len(nerves.ranges) else [()] * 3
         numbers: tuple[Any, ...] = (), shift, (), chosen, command
         for matrix, own in zip((x, y, p[:, has_probability(nerves)], z, decision), numbers, strict=True):
             columns = list(matrix.T)

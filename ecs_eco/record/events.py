@@ -5,8 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 MIGRATION = {
-    "arrivals": ("tick", "species", "uid", "x", "y", "z", "energy", "origin", "born", "parent", "parent2",
-                 "genome"),
+    "arrivals": (
+        "tick",
+        "species",
+        "uid",
+        "x",
+        "y",
+        "z",
+        "energy",
+        "origin",
+        "born",
+        "parent",
+        "parent2",
+        "genome",
+    ),
     "departures": ("tick", "species", "uid", "x", "y", "z", "energy", "target"),
 }
 """Those of islands alone: who came, from where, born when and of whom; who left, and where to."""

@@ -1,5 +1,4 @@
-"""A run that leaves a folder: manifest, Parquet series, births, deaths and snapshots, figures and a report.
-"""
+"""A run that leaves a folder: manifest, Parquet series, births, deaths and snapshots, figures and a report."""
 
 from __future__ import annotations
 
@@ -28,8 +27,13 @@ class Folder:
     `run` is the run's identity in every part: its id, world and seed. `claim` is checked before each part.
     """
 
-    def __init__(self, path: Path, world: SpatialWorld, run: Mapping[str, Any] | None = None,
-                 claim: Claim | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        world: SpatialWorld,
+        run: Mapping[str, Any] | None = None,
+        claim: Claim | None = None,
+    ) -> None:
         from ecs_eco.record.parquet import to_arrow, write_part
 
         self.path, self.world, self.run, self.claim = path, world, run, claim
@@ -47,15 +51,17 @@ class Folder:
             self.claim.check()
         folder, number = self.path / kind, self.parts.setdefault(kind, 0)
         folder.mkdir(exist_ok=True)
-        mark = None if self.run is None else Mark(**self.run, kind=kind, number=number,
-                                                  after=self.heads.get(kind, ""))
+        mark = (
+            None
+            if self.run is None
+            else Mark(**self.run, kind=kind, number=number, after=self.heads.get(kind, ""))
+        )
         self.heads[kind] = self._write_part(self._to_arrow(columns, words), folder / name_of(number), mark)
         self.parts[kind] += 1
 
     @property
     def written(self) -> dict[str, Any]:
-        """The number of parts of each kind, and the seals of the last ones, as in manifest and checkpoints.
-        """
+        """The number of parts of each kind, and the seals of the last ones, as in manifest and checkpoints."""
         return {"parts": dict(self.parts), "heads": dict(self.heads)}
 
     def go_on_from(self, written: Mapping[str, Any], manifest: Mapping[str, Any]) -> None:
@@ -65,8 +71,9 @@ class Folder:
             self.parts = {kind: int(n) for kind, n in written["parts"].items()}
             self.heads = dict(written["heads"])
         except (KeyError, ValueError, TypeError, AttributeError) as error:
-            raise RecordingError(f"{self.path / 'checkpoints'}: "
-                                 f"the last one does not say where its run stood: {error}") from None
+            raise RecordingError(
+                f"{self.path / 'checkpoints'}: the last one does not say where its run stood: {error}"
+            ) from None
         for kind in self._kinds():
             parts(self.path, kind, {**manifest, **written, "finished": False})
 
@@ -82,8 +89,7 @@ class Folder:
 
     def _kinds(self) -> list[str]:
         kinds = ("matter", "learning", "actions", "arrivals", "departures", "details-*")
-        later = [folder.name for kind in kinds
-                 for folder in sorted(self.path.glob(kind))]
+        later = [folder.name for kind in kinds for folder in sorted(self.path.glob(kind))]
         return list(dict.fromkeys([*self.parts, *later]))
 
 
@@ -96,19 +102,37 @@ def check_content(path: Path, counts: Mapping[str, int]) -> None:
             try:
                 open_part(part, needed=True)
             except RecordingError as error:
-                raise RecordingError(f"{error}, and a run does not continue after it. A fork does, from a "
-                                     f"checkpoint: ecs-eco resume {path} --out NEW") from None
+                raise RecordingError(
+                    f"{error}, and a run does not continue after it. A fork does, from a "
+                    f"checkpoint: ecs-eco resume {path} --out NEW"
+                ) from None
 
 
-FOLDERS = ("series", "births", "deaths", "snapshots", "matter", "learning", "actions", "arrivals",
-           "departures", "details-*", "checkpoints", "policies", "figures")  # of a run
+FOLDERS = (
+    "series",
+    "births",
+    "deaths",
+    "snapshots",
+    "matter",
+    "learning",
+    "actions",
+    "arrivals",
+    "departures",
+    "details-*",
+    "checkpoints",
+    "policies",
+    "figures",
+)  # of a run
 
 
 def leftovers(path: Path) -> list[Path]:
     """Return the half-written files that a killed run left in its folder:
     those that bear the name that this package gives them."""
-    return [half for folder in [path, *(own for name in FOLDERS for own in path.glob(name))]
-            for half in half_written(folder)]
+    return [
+        half
+        for folder in [path, *(own for name in FOLDERS for own in path.glob(name))]
+        for half in half_written(folder)
+    ]
 
 
 def versions() -> dict[str, str]:
@@ -129,8 +153,14 @@ def _installed(name: str) -> str:
 def git_commit() -> str | None:
     """Return the commit of the checkout that the package runs from; None outside of one."""
     try:
-        done = subprocess.run(["git", "rev-parse", "HEAD"], cwd=Path(__file__).parent, capture_output=True,
-                              text=True, timeout=5, check=False)
+        done = subprocess.run(
+            ["git", "rev-parse", "HEAD"],
+            cwd=Path(__file__).parent,
+            capture_output=True,
+            text=True,
+            timeout=5,
+            check=False,
+        )
     except (OSError, subprocess.SubprocessError):
         return None
     return done.stdout.strip() or None if done.returncode == 0 else None

@@ -44,8 +44,9 @@ class SeriesTable:
         wanted = columns or ("n",)
         for name in wanted:
             if name not in self.arrow.column_names or name in ("tick", "species"):
-                raise KeyError(f"the series has no numbers {name!r}: it has "
-                               f"{', '.join(self.arrow.column_names[2:])}")
+                raise KeyError(
+                    f"the series has no numbers {name!r}: it has {', '.join(self.arrow.column_names[2:])}"
+                )
         ticks, row = np.unique(self.arrow["tick"].to_numpy(), return_inverse=True)
         each = np.array(self.arrow["species"].to_pylist(), object)
         out: dict[str, Any] = {"tick": ticks}
@@ -66,8 +67,9 @@ class SeriesTable:
         body: list[tuple[Any, ...]] = list(zip(*columns, strict=True))
         if n > 2 * ENDS:
             body.insert(ENDS, ("…",) * len(columns))
-        return grid(self.arrow.column_names, body, f"Series: {n:,} rows",
-                    ".to_pandas(), .to_polars(), .wide()")
+        return grid(
+            self.arrow.column_names, body, f"Series: {n:,} rows", ".to_pandas(), .to_polars(), .wide()"
+        )
 
     def __repr__(self) -> str:
         return repr(self.arrow)
@@ -122,5 +124,6 @@ def _needed(module: str) -> Any:
     except ModuleNotFoundError as error:
         if error.name != module:
             raise
-        raise ModuleNotFoundError(f"{module} is not installed: pip install 'ecs-eco[notebook]'",
-                                  name=module) from None
+        raise ModuleNotFoundError(
+            f"{module} is not installed: pip install 'ecs-eco[notebook]'", name=module
+        ) from None

@@ -54,9 +54,16 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
     layout: Any = getattr(table.species.heredity, "layout", None)
     if layout is None:
         return None
-    genes = [{"name": code.name, "at": int(code.first), "letters": int(code.stop - code.first),
-              "trait": code.gene.trait, **_meaning(code)}
-             for code in layout.genes]  # fmt: skip
+    genes = [
+        {
+            "name": code.name,
+            "at": int(code.first),
+            "letters": int(code.stop - code.first),
+            "trait": code.gene.trait,
+            **_meaning(code),
+        }
+        for code in layout.genes
+    ]
     if layout.ploidy > 1:
         for gene, code in zip(genes, layout.genes, strict=True):
             gene["dominance"] = code.gene.dominance or layout.dominance
@@ -64,8 +71,11 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
     if layout.longest is not None:
         for gene, code in zip(genes, layout.genes, strict=True):
             del gene["at"]
-            gene |= {"promoter": layout.promoters[gene["name"]],
-                     "doubled": code.gene.doubled or layout.doubled, "without": layout.own_value(code)}
+            gene |= {
+                "promoter": layout.promoters[gene["name"]],
+                "doubled": code.gene.doubled or layout.doubled,
+                "without": layout.own_value(code),
+            }
         out |= {"longest": layout.longest, "separator": layout.separator}
     return out
 
@@ -77,5 +87,13 @@ def _meaning(code: Any) -> dict[str, Any]:
         return {"values": [float(v) for v in gene.values], **whole}
     if code.width:
         return {"weights": int(code.width[0])}
-    return {"range": {"low": code.low, "high": code.high, "code": gene.code, "scale": gene.scale,
-                      "codons": int(code.codons.n)}, **whole}
+    return {
+        "range": {
+            "low": code.low,
+            "high": code.high,
+            "code": gene.code,
+            "scale": gene.scale,
+            "codons": int(code.codons.n),
+        },
+        **whole,
+    }

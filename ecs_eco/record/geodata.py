@@ -20,8 +20,9 @@ from ecs_eco.record.seal import read_manifest
 
 ENDINGS = (".gpkg", ".parquet", ".csv")
 POINT = np.dtype([("order", "u1"), ("kind", "<u4"), ("x", "<f8"), ("y", "<f8")])  # well-known binary
-NOWHERE = pa.schema({"tick": pa.int64(), "species": pa.string(), "uid": pa.uint64(), "x": pa.float32(),
-                     "y": pa.float32()}).empty_table()
+NOWHERE = pa.schema(
+    {"tick": pa.int64(), "species": pa.string(), "uid": pa.uint64(), "x": pa.float32(), "y": pa.float32()}
+).empty_table()
 NO_LAND = Land(np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8), np.zeros((1, 1), np.bool_))
 
 
@@ -34,8 +35,9 @@ class Tracks(NamedTuple):
     crs: str
 
 
-def write_tracks(run: str | Path, file: str | Path, species: str | None = None,
-                 lines: bool = False) -> Tracks:
+def write_tracks(
+    run: str | Path, file: str | Path, species: str | None = None, lines: bool = False
+) -> Tracks:
     """Write where organisms were at each snapshot of a run: a row with species, uid, tick,
     time [s], elevation [m] and a point for each, or with `lines` a row for each organism that was seen twice.
 
@@ -43,13 +45,15 @@ def write_tracks(run: str | Path, file: str | Path, species: str | None = None,
     """
     run, file = Path(run), Path(file)
     if file.suffix.lower() not in ENDINGS:
-        raise _refused("FILE", "no format that can be written", str(file),
-                       f"a file ending in {listed(ENDINGS)}")
+        raise _refused(
+            "FILE", "no format that can be written", str(file), f"a file ending in {listed(ENDINGS)}"
+        )
     manifest = read_manifest(run)
     known = list(manifest.get("species") or ())
     if species is not None and species not in known:
-        raise _refused("--species", "no such species in this run", species, listed(known),
-                       nearest(species, known))
+        raise _refused(
+            "--species", "no such species in this run", species, listed(known), nearest(species, known)
+        )
     if lines and manifest["config"]["space"]["edges"] == "torus":
         raise _refused("--lines", "cannot be drawn around a torus", "", "points, or a world between walls")
     if lines and file.suffix.lower() == ".csv":
@@ -102,8 +106,9 @@ def _points(x: np.ndarray, y: np.ndarray) -> pa.Array:
     made = np.zeros(x.size, POINT)
     made["order"], made["kind"], made["x"], made["y"] = 1, 1, x, y
     ends = np.arange(x.size + 1, dtype=np.int64) * POINT.itemsize
-    return pa.Array.from_buffers(pa.large_binary(), x.size,
-                                 [None, pa.py_buffer(ends.tobytes()), pa.py_buffer(made.tobytes())])
+    return pa.Array.from_buffers(
+        pa.large_binary(), x.size, [None, pa.py_buffer(ends.tobytes()), pa.py_buffer(made.tobytes())]
+    )
 
 
 def _lines(table: pa.Table, x: np.ndarray, y: np.ndarray) -> tuple[pa.Table, pa.Array]:
@@ -114,10 +119,19 @@ def _lines(table: pa.Table, x: np.ndarray, y: np.ndarray) -> tuple[pa.Table, pa.
     first, last = first[last - first > 1], last[last - first > 1]
     way = np.stack([x, y], 1).astype("<f8")
     head = np.array([(1, 2)], np.dtype([("order", "u1"), ("kind", "<u4")])).tobytes()
-    shapes = [head + np.uint32(b - a).astype("<u4").tobytes() + way[a:b].tobytes()
-              for a, b in zip(first.tolist(), last.tolist(), strict=True)]
-    rows = pa.table({"species": table["species"].take(pa.array(first)), "uid": uid[first],
-                     "first": tick[first], "last": tick[last - 1], "places": last - first})
+    shapes = [
+        head + np.uint32(b - a).astype("<u4").tobytes() + way[a:b].tobytes()
+        for a, b in zip(first.tolist(), last.tolist(), strict=True)
+    ]
+    rows = pa.table(
+        {
+            "species": table["species"].take(pa.array(first)),
+            "uid": uid[first],
+            "first": tick[first],
+            "last": tick[last - 1],
+            "places": last - first,
+        }
+    )
     return rows, pa.array(shapes, pa.large_binary())
 
 
@@ -129,8 +143,14 @@ def _csv(table: pa.Table, x: np.ndarray, y: np.ndarray, file: Path) -> None:
     files.write(file, sink.getvalue().to_pybytes())
 
 
-def _geoparquet(table: pa.Table, geometry: pa.Array, places: tuple[np.ndarray, np.ndarray], crs: str,
-                lines: bool, file: Path) -> None:
+def _geoparquet(
+    table: pa.Table,
+    geometry: pa.Array,
+    places: tuple[np.ndarray, np.ndarray],
+    crs: str,
+    lines: bool,
+    file: Path,
+) -> None:
     """GeoParquet 1.1; degrees on WGS 84 are its default coordinate system."""
     import pyarrow.parquet as pq
 
@@ -150,8 +170,12 @@ def _projjson(crs: str, file: Path) -> Any:
     try:
         from rasterio.crs import CRS
     except ImportError:
-        raise _refused("FILE", f"needs rasterio, which is not installed, to name {crs}", str(file),
-                       f"{INSTALL}; or a .csv") from None
+        raise _refused(
+            "FILE",
+            f"needs rasterio, which is not installed, to name {crs}",
+            str(file),
+            f"{INSTALL}; or a .csv",
+        ) from None
     return CRS.from_user_input(crs).to_dict(projjson=True)
 
 
@@ -159,13 +183,25 @@ def _geopackage(table: pa.Table, geometry: pa.Array, crs: str, lines: bool, file
     try:
         from pyogrio import raw
     except ImportError:
-        raise _refused("FILE", "needs pyogrio, which is not installed", str(file),
-                       f"{INSTALL}; or a .parquet or .csv, which need nothing") from None
+        raise _refused(
+            "FILE",
+            "needs pyogrio, which is not installed",
+            str(file),
+            f"{INSTALL}; or a .parquet or .csv, which need nothing",
+        ) from None
     columns = [table[name].to_numpy() for name in table.column_names]
     columns = [c.astype(np.int64) if c.dtype == np.uint64 else c for c in columns]
     made = BytesIO()  # GDAL leaves files of its own where it is stopped
-    raw.write(made, np.array(geometry.to_pylist(), object), columns, table.column_names, driver="GPKG",
-              layer="tracks", geometry_type="LineString" if lines else "Point", crs=crs or None)
+    raw.write(
+        made,
+        np.array(geometry.to_pylist(), object),
+        columns,
+        table.column_names,
+        driver="GPKG",
+        layer="tracks",
+        geometry_type="LineString" if lines else "Point",
+        crs=crs or None,
+    )
     files.write(file, made.getvalue())
 
 

@@ -16,11 +16,25 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 EVERY = 10  # ticks between two counts of actions
-UPDATE = ("reward", "entropy", "approx_kl", "explained_variance", "policy_loss", "value_loss",
-          "clip_fraction", "gradient_norm", "learning_rate")
+UPDATE = (
+    "reward",
+    "entropy",
+    "approx_kl",
+    "explained_variance",
+    "policy_loss",
+    "value_loss",
+    "clip_fraction",
+    "gradient_norm",
+    "learning_rate",
+)
 """What an update says of itself: f32, NaN where undefined; named as in `Learner.update`."""
-LEARNING = {"tick": np.int64, "species": np.int8, "n_transitions": np.int32, "n_learners": np.int32,
-            **dict.fromkeys(UPDATE, np.float32)}
+LEARNING = {
+    "tick": np.int64,
+    "species": np.int8,
+    "n_transitions": np.int32,
+    "n_learners": np.int32,
+    **dict.fromkeys(UPDATE, np.float32),
+}
 ACTIONS = {"tick": np.int64, "species": np.int8, "action": np.int16, "n": np.int32, "of": np.int32}
 
 
@@ -51,8 +65,9 @@ class LearningPages:
 
     def __init__(self, world: SpatialWorld, names: Sequence[str]) -> None:
         self.names = list(names)
-        self.thinking = {name: s for s, name in enumerate(names)
-                         if world.tables[name].species.nerves is not None}
+        self.thinking = {
+            name: s for s, name in enumerate(names) if world.tables[name].species.nerves is not None
+        }
         self.actions = list(dict.fromkeys(a for name in self.thinking for a in named(world.tables[name])))
         # those that stay in memory
         self.blocks: dict[str, list[dict[str, np.ndarray]]] = {"learning": [], "actions": []}
@@ -64,8 +79,15 @@ class LearningPages:
             table = world.tables[name]
             reports = table.species.nerves.reports
             if reports and reports[-1]["tick"] == world.tick and (last := reports[-1])["n_transitions"]:
-                self.rows["learning"].append((world.tick, s, last["n_transitions"], last.get("n_animals", 1),
-                                              *(last[word] for word in UPDATE)))
+                self.rows["learning"].append(
+                    (
+                        world.tick,
+                        s,
+                        last["n_transitions"],
+                        last.get("n_animals", 1),
+                        *(last[word] for word in UPDATE),
+                    )
+                )
             if world.tick % EVERY == 0:
                 n, done = counted(table, world.tick)
                 for action, k in done.items() if n else ():
@@ -75,8 +97,9 @@ class LearningPages:
         """Return the rows of a kind as columns."""
         types = LEARNING if kind == "learning" else ACTIONS
         turned = zip(*self.rows[kind], strict=True) if self.rows[kind] else ([] for _ in types)
-        return {name: np.array(column, dtype)
-                for (name, dtype), column in zip(types.items(), turned, strict=True)}
+        return {
+            name: np.array(column, dtype) for (name, dtype), column in zip(types.items(), turned, strict=True)
+        }
 
     @property
     def words(self) -> dict[str, list[str]]:
@@ -103,14 +126,19 @@ class LearningPages:
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the blocks in memory, after `flush`."""
-        return {f"{kind}/{name}": np.concatenate([b[name] for b in blocks])
-                for kind, blocks in self.blocks.items() if blocks for name in blocks[0]}
+        return {
+            f"{kind}/{name}": np.concatenate([b[name] for b in blocks])
+            for kind, blocks in self.blocks.items()
+            if blocks
+            for name in blocks[0]
+        }
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from a `state()`."""
         for kind in self.rows:
-            block = {key.removeprefix(f"{kind}/"): v
-                     for key, v in state.items() if key.startswith(f"{kind}/")}
+            block = {
+                key.removeprefix(f"{kind}/"): v for key, v in state.items() if key.startswith(f"{kind}/")
+            }
             self.rows[kind], self.blocks[kind] = [], [block] if block else []
 
 
@@ -127,8 +155,11 @@ def counted(table: Table, tick: int) -> tuple[int, dict[str, int]]:
     start, size = (np.array([nerves.columns[g][i] for g in groups], np.int64) for i in range(2))
     neutral = np.array([nerves.neutral[g] for g in groups], np.int64)
     done = np.zeros(len(nerves.actions), np.int64)
-    n = count_actions(nerves.rows, table.alive, table.born, tick, table[Nervous].decision, start, size,
-                      neutral, done)
-    return int(n), {f"{group}.{action}": k
-                    for (group, action), k in zip(nerves.actions, done.tolist(), strict=True)
-                    if group not in nerves.ranges.groups}
+    n = count_actions(
+        nerves.rows, table.alive, table.born, tick, table[Nervous].decision, start, size, neutral, done
+    )
+    return int(n), {
+        f"{group}.{action}": k
+        for (group, action), k in zip(nerves.actions, done.tolist(), strict=True)
+        if group not in nerves.ranges.groups
+    }

@@ -46,9 +46,11 @@ class MatterPages:
         """Return the pages as flat columns: by tick, then holder, then substance."""
         n, (h, s) = len(self.ticks), self.books.stock.shape
         each = np.reshape(self.pages, (n * h * s, len(self.names)))
-        out: dict[str, np.ndarray] = {"tick": np.repeat(np.array(self.ticks, np.int64), h * s),
-                                      "holder": np.tile(np.repeat(np.arange(h, dtype=np.int16), s), n),
-                                      "substance": np.tile(np.arange(s, dtype=np.int16), n * h)}
+        out: dict[str, np.ndarray] = {
+            "tick": np.repeat(np.array(self.ticks, np.int64), h * s),
+            "holder": np.tile(np.repeat(np.arange(h, dtype=np.int16), s), n),
+            "substance": np.tile(np.arange(s, dtype=np.int16), n * h),
+        }
         return out | {name: each[:, i].copy() for i, name in enumerate(self.names)}
 
     @property

@@ -38,14 +38,19 @@ class Migrations:
         if self.recorder.details is not None:
             self.recorder.details.born(table, rows)
         none = np.zeros(rows.size, np.uint64)
-        parents = ((table[Parentage].mother[rows], table[Parentage].father[rows])
-                   if Parentage in table else (none, none))
+        parents = (
+            (table[Parentage].mother[rows], table[Parentage].father[rows])
+            if Parentage in table
+            else (none, none)
+        )
         genomes = self.recorder._genomes(table, rows) if self.recorder.keeps else none
-        self._note("arrivals", "immigrants", "imported", table, rows, origin, table.born[rows], *parents,
-                   genomes)
+        self._note(
+            "arrivals", "immigrants", "imported", table, rows, origin, table.born[rows], *parents, genomes
+        )
 
-    def _note(self, kind: str, count: str, flow: str, table: Table, rows: np.ndarray, island: np.ndarray,
-              *more: Any) -> None:
+    def _note(
+        self, kind: str, count: str, flow: str, table: Table, rows: np.ndarray, island: np.ndarray, *more: Any
+    ) -> None:
         r = self.recorder
         s = r.place.get(table.name)
         if s is None:

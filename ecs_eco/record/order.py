@@ -39,7 +39,8 @@ class InOrderOf:
                 # by tick, then species
                 out[key] = array.reshape(-1, former.size)[:, former].ravel()
             elif key in ("births/species", "deaths/species") or (
-                    key.startswith("learning/") and key.endswith("/species")):
+                key.startswith("learning/") and key.endswith("/species")
+            ):
                 out[key] = now[array].astype(array.dtype)
         if (key := "learning/actions/action") in state:
             known = LearningPages(self.world, self.species).actions
@@ -51,8 +52,10 @@ class InOrderOf:
     def _matter(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return the pages of matter, whose holders are tables in their order, then fields."""
         holders: list[Any] = list(self.world.matter.holders)
-        known = sorted(holders, key=lambda holder: (
-            self.tables.index(holder[1]) if holder[0] == "table" else len(self.tables)))
+        known = sorted(
+            holders,
+            key=lambda holder: self.tables.index(holder[1]) if holder[0] == "table" else len(self.tables),
+        )
         former, now = _places(holders, known), _places(known, holders)
         out = {key: state[key][former] for key in ("matter/stock", "matter/flows") if key in state}
         if (key := "matter/series/holder") in state:

@@ -44,8 +44,12 @@ def _texts(texts: Sequence[str | bytes], null: bool = False) -> pa.Array:
     if ends[-1] >= 1 << 31:
         return pa.array(texts, pa.string())
     there = np.packbits(np.array([len(text) > 0 for text in letters], bool), bitorder="little")
-    return pa.StringArray.from_buffers(len(letters), pa.py_buffer(ends.astype(np.int32)),
-                                       pa.py_buffer(b"".join(letters)), pa.py_buffer(there) if null else None)
+    return pa.StringArray.from_buffers(
+        len(letters),
+        pa.py_buffer(ends.astype(np.int32)),
+        pa.py_buffer(b"".join(letters)),
+        pa.py_buffer(there) if null else None,
+    )
 
 
 def _numbers(array: np.ndarray) -> pa.Array:
@@ -77,16 +81,27 @@ def to_codes(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
 def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
     """Write one Parquet part with its mark and seal, completely or not at all; return the seal."""
     floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
-    words = [f.name for f in table.schema
-             if pa.types.is_dictionary(f.type) or (pa.types.is_string(f.type) and _repeats(table[f.name]))]
-    deltas = {f.name: "DELTA_BINARY_PACKED"
-              for f in table.schema if pa.types.is_integer(f.type) and f.type.bit_width >= 32}
+    words = [
+        f.name
+        for f in table.schema
+        if pa.types.is_dictionary(f.type) or (pa.types.is_string(f.type) and _repeats(table[f.name]))
+    ]
+    deltas = {
+        f.name: "DELTA_BINARY_PACKED"
+        for f in table.schema
+        if pa.types.is_integer(f.type) and f.type.bit_width >= 32
+    }
     deltas |= dict.fromkeys(floats, "BYTE_STREAM_SPLIT")
     memory = pa.BufferOutputStream()
     with pq.ParquetWriter(
-        memory, table.schema, compression="zstd", compression_level=3, use_dictionary=words,
-        column_encoding=deltas or None, write_page_checksum=True,
-    ) as writer:  # fmt: skip
+        memory,
+        table.schema,
+        compression="zstd",
+        compression_level=3,
+        use_dictionary=words,
+        column_encoding=deltas or None,
+        write_page_checksum=True,
+    ) as writer:
         writer.write_table(table)
         metadata = {} if mark is None else {belonging.KEY: mark.text()}
         # the seal last: it is searched from the end
@@ -133,8 +148,9 @@ def read_group(path: Path, file: pq.ParquetFile, number: int, columns: Sequence[
         return file.read_row_group(number, columns=columns, use_threads=False)
 
 
-def each_batch(path: Path, columns: Sequence[str], needed: bool = False,
-               rows: int = 1 << 17) -> Iterator[pa.Table]:
+def each_batch(
+    path: Path, columns: Sequence[str], needed: bool = False, rows: int = 1 << 17
+) -> Iterator[pa.Table]:
     """Yield columns of a part, so many rows at a time, as tables;
     raises RecordingError that says what is wrong with it."""
     file = open_part(path, needed)

@@ -46,16 +46,24 @@ class Recorder(System):
     divisible = True
     world: "SpatialWorld"
 
-    def __init__(self, world: "SpatialWorld",
-                 sink: Callable[[str, dict[str, np.ndarray]], None] | None = None, *, block: int = 1000,
-                 snapshot_every: int = 0, keep_events: bool = False, record: str | None = None) -> None:
+    def __init__(
+        self,
+        world: "SpatialWorld",
+        sink: Callable[[str, dict[str, np.ndarray]], None] | None = None,
+        *,
+        block: int = 1000,
+        snapshot_every: int = 0,
+        keep_events: bool = False,
+        record: str | None = None,
+    ) -> None:
         require_whole(world, "record")
         most = how_many(record, "Recorder: record")
         if most != 0 and sink is None:
             raise ValueError(f"Recorder: record is {record!r}, but there is no sink to take the details")
         if keep_events and sink is not None:
-            raise ValueError("Recorder: keep_events is True, but a sink takes the events; "
-                             "allowed is one of the two")
+            raise ValueError(
+                "Recorder: keep_events is True, but a sink takes the events; allowed is one of the two"
+            )
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
         self.keeps = keep_events or sink is not None
         self.names = world.listed()
@@ -119,12 +127,22 @@ class Recorder(System):
             return
         texts = self.keeps and has_text(table)
         self._numbers[self._at, s, 1] += rows.size
-        note_births(table, self._noted()[s], rows, parents, second, self.world.tick, s, self._sums[self._at],
-                    self._rows["births"] if self.keeps and not texts else None)
+        note_births(
+            table,
+            self._noted()[s],
+            rows,
+            parents,
+            second,
+            self.world.tick,
+            s,
+            self._sums[self._at],
+            self._rows["births"] if self.keeps and not texts else None,
+        )
         if texts:
             energy = table[Metabolism].energy[rows] if Metabolism in table else None
-            self._events["births"].append((*self._where(table, s, rows, energy), parents, second,
-                                           self._genomes(table, rows)))
+            self._events["births"].append(
+                (*self._where(table, s, rows, energy), parents, second, self._genomes(table, rows))
+            )
 
     def died(self, table: "Table", rows: np.ndarray) -> None:
         """Note the dying, before their rows are free: their flows of this tick, and what they still held."""
@@ -135,8 +153,18 @@ class Recorder(System):
             return
         at, world = self._at, self.world
         self._numbers[at, s, 2] += rows.size
-        note_deaths(table, self._noted()[s], rows, world.tick, world.dt, world.ticking, s, self._sums[at],
-                    self._died[at, s], self._rows["deaths"] if self.keeps else None)
+        note_deaths(
+            table,
+            self._noted()[s],
+            rows,
+            world.tick,
+            world.dt,
+            world.ticking,
+            s,
+            self._sums[at],
+            self._died[at, s],
+            self._rows["deaths"] if self.keeps else None,
+        )
 
     @property
     def _events(self) -> dict[str, list[tuple[np.ndarray, ...]]]:
@@ -157,8 +185,14 @@ class Recorder(System):
             self._letters[table.name] = letters_of(table)
         return texts_of(table, rows, self._letters[table.name])
 
-    def _where(self, table: "Table", s: int, rows: np.ndarray, energy: np.ndarray | None,
-               tick: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+    def _where(
+        self,
+        table: "Table",
+        s: int,
+        rows: np.ndarray,
+        energy: np.ndarray | None,
+        tick: np.ndarray | None = None,
+    ) -> tuple[np.ndarray, ...]:
         zero, which = np.zeros(rows.size, np.float32), np.full(rows.size, s, np.int8)
         at = [getattr(table[Position], axis)[rows] if Position in table else zero for axis in "xyz"]
         tick = np.full(rows.size, self.world.tick) if tick is None else tick
@@ -175,11 +209,24 @@ class Recorder(System):
             living[s, REFUSED], table.species.refused = table.species.refused, 0
             rows += table.high
             if world.space.volume and Position in table and table.n:
-                self._means["depth_mean"][at, s] = mean_depth(table.alive[: table.high], table[Position].z,
-                                                              float(world.space.size[2]))
-        world.split(add_up, len(self.names), self._held(), high, living, self._stock, pages, self._both[at],
-                    self._moods[at], self.intake.gained(at), self.intake.total, self.intake.flows,
-                    work=rows // 15)  # a fifth of the time of others, and mostly of one species
+                self._means["depth_mean"][at, s] = mean_depth(
+                    table.alive[: table.high], table[Position].z, float(world.space.size[2])
+                )
+        world.split(
+            add_up,
+            len(self.names),
+            self._held(),
+            high,
+            living,
+            self._stock,
+            pages,
+            self._both[at],
+            self._moods[at],
+            self.intake.gained(at),
+            self.intake.total,
+            self.intake.flows,
+            work=rows // 15,
+        )  # a fifth of the time of others, and mostly of one species
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
         if self.details is not None:
@@ -199,8 +246,9 @@ class Recorder(System):
                 zero = np.zeros(rows.size, np.float32)
                 energy = table[Metabolism].energy[rows] if Metabolism in table else zero
                 mood = table[Nervous].happiness[rows] if Nervous in table else zero
-                self._events["snapshots"].append(self._where(table, s, rows, energy)
-                                                 + (table[Position].heading[rows], mood))
+                self._events["snapshots"].append(
+                    self._where(table, s, rows, energy) + (table[Position].heading[rows], mood)
+                )
 
     def flush(self) -> None:
         """Pass on what has been recorded since the last time, of all ticks that are over."""
@@ -238,15 +286,17 @@ class Recorder(System):
         for kind, names in EVENTS.items():
             if self._events[kind]:
                 columns = [np.concatenate(c) for c in zip(*self._events[kind], strict=True)]
-                out |= {f"{kind}/{name}": as_numbers(column)
-                        for name, column in zip(names, columns, strict=True)}
+                out |= {
+                    f"{kind}/{name}": as_numbers(column) for name, column in zip(names, columns, strict=True)
+                }
         if self.details is not None:
             out |= {f"details/{name}": column for name, column in self.details.state().items()}
         for kind, pages in self._pages.items():
             out |= {f"{kind}/{name}": array for name, array in pages.state().items()}
         for name in dict.fromkeys(n for b in self._blocks for n in b if self.sink is None):
-            out[f"series/{name}"] = np.concatenate([b.get(name, absent(name, b["tick"].size))
-                                                    for b in self._blocks])
+            out[f"series/{name}"] = np.concatenate(
+                [b.get(name, absent(name, b["tick"].size)) for b in self._blocks]
+            )
         return out
 
     def load(self, state: dict[str, np.ndarray]) -> None:
@@ -259,8 +309,12 @@ class Recorder(System):
         self._events = {kind: [] for kind in EVENTS}
         for kind, names in EVENTS.items():
             if f"{kind}/tick" in state:
-                self._events[kind] = [tuple(as_text(state[f"{kind}/{n}"])
-                                            if n == "genome" else state[f"{kind}/{n}"] for n in names)]
+                self._events[kind] = [
+                    tuple(
+                        as_text(state[f"{kind}/{n}"]) if n == "genome" else state[f"{kind}/{n}"]
+                        for n in names
+                    )
+                ]
         if self.details is not None:
             self.details.load(_part(state, "details/"))
         for kind, pages in self._pages.items():
@@ -275,8 +329,9 @@ class Recorder(System):
         `world.causes`. RuntimeError without `keep_events`.
         """
         if self.sink is not None or not self.keeps:
-            raise RuntimeError("this recorder keeps no events in memory; make it with Recorder(world, "
-                               "keep_events=True)")
+            raise RuntimeError(
+                "this recorder keeps no events in memory; make it with Recorder(world, keep_events=True)"
+            )
         empty = [tuple(np.zeros(0, np.int64) for _ in EVENTS[kind])]
         columns = [np.concatenate(c) for c in zip(*(self._events[kind] or empty), strict=True)]
         return dict(zip(EVENTS[kind], columns, strict=True))
@@ -284,13 +339,16 @@ class Recorder(System):
     def _columns(self, n: int) -> dict[str, np.ndarray]:
         """Return copies of the first n ticks as flat columns, by tick, then species."""
         s = len(self.names)
-        out: dict[str, np.ndarray] = {"tick": self._tick[:n].ravel().copy(),
-                                      "species": np.tile(np.arange(s, dtype=np.int8), n)}
+        out: dict[str, np.ndarray] = {
+            "tick": self._tick[:n].ravel().copy(),
+            "species": np.tile(np.arange(s, dtype=np.int8), n),
+        }
         for array in (self._counts, self._means, self._ledger):
             out |= {name: array[name][:n].ravel() for name in array.dtype.names or ()}
         out |= self.intake.columns(n) | ({} if self.reports is None else self.reports.columns(n))
-        return out | {f"died: {cause}": self._died[:n, :, i + 1].ravel()
-                      for i, cause in enumerate(self.world.causes)}
+        return out | {
+            f"died: {cause}": self._died[:n, :, i + 1].ravel() for i, cause in enumerate(self.world.causes)
+        }
 
     def series(self) -> Any:
         """Return all ticks that are still in memory as a pyarrow.Table."""
@@ -298,8 +356,10 @@ class Recorder(System):
 
         blocks = [*self._blocks, *([self._columns(self._at)] if self._at else [])]
         names = list(dict.fromkeys(n for b in blocks for n in b)) or list(self._columns(0))
-        columns = {n: np.concatenate([b.get(n, absent(n, b["tick"].size)) for b in blocks] or [np.zeros(0)])
-                   for n in names}
+        columns = {
+            n: np.concatenate([b.get(n, absent(n, b["tick"].size)) for b in blocks] or [np.zeros(0)])
+            for n in names
+        }
         return to_arrow(columns, {"species": self.names})
 
     def matter_series(self) -> Any:

@@ -49,8 +49,9 @@ class Reports:
         return {name: self.values[:n, :, i].flatten() for i, name in enumerate(self.names)}
 
 
-def said_by(world: SpatialWorld, name: str, what: Any, species: Mapping[str, int],
-            scope: Scope | None = None) -> float | dict[str, float]:
+def said_by(
+    world: SpatialWorld, name: str, what: Any, species: Mapping[str, int], scope: Scope | None = None
+) -> float | dict[str, float]:
     """Return what a reporter says now: a number of the world, or of some species; NaN for None.
 
     Raises ValueError for anything else; an error within a function says in which reporter it was.
@@ -85,8 +86,10 @@ def add_reporter(world: SpatialWorld, name: str, what: Any) -> None:
         raise ValueError(f"reporter {name!r}: {fault}")
     recorder = world.recorder
     if recorder is not None and recorder.sink is not None:
-        raise RuntimeError(f"reporter {name!r}: this world is recorded into a folder already; write it into "
-                           f'the world file: reporters = {{ "{name}" = … }}')
+        raise RuntimeError(
+            f"reporter {name!r}: this world is recorded into a folder already; write it into "
+            f'the world file: reporters = {{ "{name}" = … }}'
+        )
     if isinstance(what, str):
         what = _compiled(world, name, what)
     elif not callable(what):
@@ -104,8 +107,9 @@ def _compiled(world: SpatialWorld, name: str, text: str) -> ReporterFormula:
     try:
         return compile_reporter(text, world.tables, fields)
     except FormulaError as error:
-        raise ConfigError([Problem(("reporters", name), error.what, text, error.allowed, error.nearest)]
-                          ) from None
+        raise ConfigError(
+            [Problem(("reporters", name), error.what, text, error.allowed, error.nearest)]
+        ) from None
 
 
 def _check_fields(world: SpatialWorld, name: str, what: Any, species: list[str]) -> None:
@@ -115,8 +119,9 @@ def _check_fields(world: SpatialWorld, name: str, what: Any, species: list[str])
         if not any(_has(world.tables[s], component, field) for s in among):
             some = (c.__name__ for s in among for c in world.tables[s].columns)
             fault = (f"{of} does not have" if of else "no species has") + f" the component {component}"
-            raise ConfigError([Problem(("reporters", name), fault, what.text,
-                                       listed(dict.fromkeys(some), 40))])
+            raise ConfigError(
+                [Problem(("reporters", name), fault, what.text, listed(dict.fromkeys(some), 40))]
+            )
 
 
 def _has(table: Any, component: str, field: str) -> bool:

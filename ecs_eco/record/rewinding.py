@@ -31,8 +31,10 @@ def mark(recorder: Recorder) -> Mark:
 def go_back(recorder: Recorder, to: Mark) -> None:
     """Forget all ticks after a mark."""
     recorder.flush()
-    blocks = [{name: column[block["tick"] <= to.last] for name, column in block.items()}
-              for block in recorder._blocks]
+    blocks = [
+        {name: column[block["tick"] <= to.last] for name, column in block.items()}
+        for block in recorder._blocks
+    ]
     recorder._blocks = [block for block in blocks if block["tick"].size]
     recorder._stock[:], recorder._last, recorder._at = to.stock, to.last, 0
     for name, page in to.pages.items():

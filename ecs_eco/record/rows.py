@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 
 PLACE, ENERGY = 4, 7  # where they begin among the columns of `noted_of`
 SUMMED = 128  # so many numbers numpy adds up in one piece
-ENDOWED, FLOW, LOST, AFTER = (LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "lost",
-                                                               "stock_after"))
+ENDOWED, FLOW, LOST, AFTER = (
+    LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "lost", "stock_after")
+)
 NOWHERE = 0, np.empty((4, 0), np.uint64), np.empty((5, 0), np.float32), np.empty((2, 0), np.uint8)
 
 
@@ -28,8 +29,11 @@ class Rows:
 
     def __init__(self) -> None:
         self.n = 0
-        self.longs, self.floats, self.small = (np.empty((4, 64), np.uint64), np.empty((5, 64), np.float32),
-                                               np.empty((2, 64), np.uint8))
+        self.longs, self.floats, self.small = (
+            np.empty((4, 64), np.uint64),
+            np.empty((5, 64), np.float32),
+            np.empty((2, 64), np.uint8),
+        )
 
     def more(self, k: int) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]:
         """Return where the next k go, and the arrays that they go to."""
@@ -37,7 +41,8 @@ class Rows:
         if self.n > self.small.shape[1]:
             self.longs, self.floats, self.small = (
                 np.concatenate([a, np.empty((len(a), self.n), a.dtype)], 1)
-                for a in (self.longs, self.floats, self.small))
+                for a in (self.longs, self.floats, self.small)
+            )
         return first, self.longs, self.floats, self.small
 
     def taken(self, kind: str, last: int) -> list[tuple[np.ndarray, ...]]:
@@ -56,18 +61,46 @@ class Rows:
         return groups
 
 
-def note_births(table: Table, columns: np.ndarray, rows: np.ndarray, parents: np.ndarray, second: np.ndarray,
-                tick: int, s: int, page: np.ndarray, into: Rows | None) -> None:
+def note_births(
+    table: Table,
+    columns: np.ndarray,
+    rows: np.ndarray,
+    parents: np.ndarray,
+    second: np.ndarray,
+    tick: int,
+    s: int,
+    page: np.ndarray,
+    into: Rows | None,
+) -> None:
     """Add what newborn in rows i64[k] are endowed with to page f64[species, columns] of the ledger; note them
     `into` rows. `columns` are the addresses of `noted_of` the table."""
     if rows.size > SUMMED and Metabolism in table:
         page[s, ENDOWED] += np.add.reduce(table[Metabolism].energy.take(rows), dtype=np.float64)
-    born(rows, parents, second, tick, s, table.high, columns, page,
-         *(NOWHERE if into is None else into.more(rows.size)))
+    born(
+        rows,
+        parents,
+        second,
+        tick,
+        s,
+        table.high,
+        columns,
+        page,
+        *(NOWHERE if into is None else into.more(rows.size)),
+    )
 
 
-def note_deaths(table: Table, columns: np.ndarray, rows: np.ndarray, tick: int, dt: float, ticking: bool,
-                s: int, page: np.ndarray, died: np.ndarray, into: Rows | None) -> None:
+def note_deaths(
+    table: Table,
+    columns: np.ndarray,
+    rows: np.ndarray,
+    tick: int,
+    dt: float,
+    ticking: bool,
+    s: int,
+    page: np.ndarray,
+    died: np.ndarray,
+    into: Rows | None,
+) -> None:
     """Add what the dying in rows i64[k] lose to page f64[species, columns] of the ledger, and within a tick
     their flows: between ticks these are there already. Count their causes in `died` i32[256]; note them
     `into` rows. `columns` are the addresses of `noted_of` the table."""
@@ -76,8 +109,18 @@ def note_deaths(table: Table, columns: np.ndarray, rows: np.ndarray, tick: int, 
         m = table[Metabolism]
         for i, column in enumerate((m.taken, m.burnt, m.given, m.energy)[first:], FLOW + first):
             page[s, i] += np.add.reduce(column.take(rows), dtype=np.float64)
-    lose(rows, tick, dt, s, first, table.high, columns, page, died,
-         *(NOWHERE if into is None else into.more(rows.size)))
+    lose(
+        rows,
+        tick,
+        dt,
+        s,
+        first,
+        table.high,
+        columns,
+        page,
+        died,
+        *(NOWHERE if into is None else into.more(rows.size)),
+    )
 
 
 def noted_of(table: Table) -> tuple[np.ndarray | None, ...]:
@@ -102,8 +145,7 @@ def born(rows, parents, second, tick, s, high, columns, page, first, longs, floa
 
 @njit
 def lose(rows, tick, dt, s, first_flow, high, columns, page, died, first, longs, floats, small):
-    """Add up what the dying lose, count their causes, and note each. `columns` are addresses of `noted_of`.
-    """
+    """Add up what the dying lose, count their causes, and note each. `columns` are addresses of `noted_of`."""
     if columns[ENERGY] != 0 and rows.size <= SUMMED:
         for flow in range(first_flow, 3):
             page[s, FLOW + flow] += total(column_at(columns[ENERGY + 1 + flow], np.float32, high), rows)

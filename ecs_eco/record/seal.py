@@ -114,8 +114,9 @@ def validate(file: Path, content: Mapping[str, Any], model: type[BaseModel]) -> 
         first = error.errors(include_url=False, include_input=False)[0]
         place = ".".join(str(part) for part in first["loc"])
         what = first["msg"].removeprefix("Value error, ")
-        raise RecordingError(f"{file}: {place or 'content'}: {what}; the file is damaged, or of another "
-                             "version of ecs-eco") from None
+        raise RecordingError(
+            f"{file}: {place or 'content'}: {what}; the file is damaged, or of another version of ecs-eco"
+        ) from None
 
 
 def has_seals(folder: Path) -> bool:

@@ -26,14 +26,26 @@ class Arena:
     world is off unless `learn` says otherwise.
     """
 
-    def __init__(self, world: Any, species: str, cycles: int | None, partial: bool, render_mode: str | None,
-                 build: dict[str, Any]) -> None:
+    def __init__(
+        self,
+        world: Any,
+        species: str,
+        cycles: int | None,
+        partial: bool,
+        render_mode: str | None,
+        build: dict[str, Any],
+    ) -> None:
         self.species, self.partial, self.build = species, partial, {"learn": False, "record": False} | build
         self.origin = world if isinstance(world, World) else None
         if self.origin is not None and build:
             raise TypeError(f"{', '.join(build)}: a living world is built already")
-        self.config: WorldConfig = (self.origin.config if self.origin is not None
-                                    else world if isinstance(world, WorldConfig) else load(world))
+        self.config: WorldConfig = (
+            self.origin.config
+            if self.origin is not None
+            else world
+            if isinstance(world, WorldConfig)
+            else load(world)
+        )
         _check(self.config, species, render_mode)
         self.cycles = self.config.ticks if cycles is None else whole_number("max_cycles", cycles, 1)
         self.world: World | None = None
@@ -65,12 +77,19 @@ class Arena:
         return self.door.observe()
 
     def begin_alive(self, seed: int | None = None) -> Sensed:
-        """Begin an episode in a world that has members of the species; raises ConfigError where it has none.
-        """
+        """Begin an episode in a world that has members of the species; raises ConfigError where it has none."""
         sensed = self.begin(seed)
         if not len(sensed.uid):
-            raise ConfigError([Problem(("species", self.species), "has no member when an episode begins",
-                                       allowed="a world in which one lives", source="ecs_eco.rl")])
+            raise ConfigError(
+                [
+                    Problem(
+                        ("species", self.species),
+                        "has no member when an episode begins",
+                        allowed="a world in which one lives",
+                        source="ecs_eco.rl",
+                    )
+                ]
+            )
         return sensed
 
     def step(self, actions: np.ndarray, uid: np.ndarray | None = None) -> Sensed:
@@ -113,8 +132,10 @@ class Arena:
         for i, name in enumerate(self.config.species):
             table = world.tables[name]
             rows = table.rows()
-            x, y = (np.clip((getattr(_place(table), axis)[rows] / length * GRID).astype(int), 0, GRID - 1)
-                    for axis, length in zip("xy", world.space.size, strict=False))
+            x, y = (
+                np.clip((getattr(_place(table), axis)[rows] / length * GRID).astype(int), 0, GRID - 1)
+                for axis, length in zip("xy", world.space.size, strict=False)
+            )
             np.add.at(out[i], (y, x), 1)
         return out
 
@@ -133,14 +154,30 @@ def _check(config: WorldConfig, species: str, render_mode: str | None) -> None:
     problems = []
     if species not in config.species:
         known = [name for name, one in config.species.items() if one.policy.kind != "none"]
-        problems.append(Problem(("species",), "no such species", species, listed(known),
-                                nearest(species, known), "ecs_eco.rl"))
+        problems.append(
+            Problem(
+                ("species",), "no such species", species, listed(known), nearest(species, known), "ecs_eco.rl"
+            )
+        )
     elif config.species[species].happiness is None:
-        problems.append(Problem(("species", species, "happiness"), "nothing rewards it",
-                                allowed="a happiness network, whose changes are rewards",
-                                source="ecs_eco.rl"))
+        problems.append(
+            Problem(
+                ("species", species, "happiness"),
+                "nothing rewards it",
+                allowed="a happiness network, whose changes are rewards",
+                source="ecs_eco.rl",
+            )
+        )
     if render_mode is not None and render_mode not in RENDERED:
-        problems.append(Problem(("render_mode",), "no such way to draw", render_mode,
-                                f"{listed(RENDERED)}, or None", nearest(render_mode, RENDERED), "ecs_eco.rl"))
+        problems.append(
+            Problem(
+                ("render_mode",),
+                "no such way to draw",
+                render_mode,
+                f"{listed(RENDERED)}, or None",
+                nearest(render_mode, RENDERED),
+                "ecs_eco.rl",
+            )
+        )
     if problems:
         raise ConfigError(problems)

@@ -21,8 +21,13 @@ except ModuleNotFoundError as error:
     raise needed(error.name or "pettingzoo") from None
 
 Agent = Any  # a uid, or with a pool a name
-Step = tuple[dict[Agent, np.ndarray], dict[Agent, float], dict[Agent, bool], dict[Agent, bool],
-             dict[Agent, dict[str, Any]]]
+Step = tuple[
+    dict[Agent, np.ndarray],
+    dict[Agent, float],
+    dict[Agent, bool],
+    dict[Agent, bool],
+    dict[Agent, dict[str, Any]],
+]
 
 
 class Parallel(ParallelEnv):
@@ -36,8 +41,11 @@ class Parallel(ParallelEnv):
 
     def __init__(self, arena: Arena, pool: int | None, render_mode: str | None) -> None:
         self.arena, self.render_mode, self.pool = arena, render_mode, pool
-        self.metadata = {"name": f"{arena.config.name}_{arena.species}", "render_modes": ["rgb_array"],
-                         "is_parallelizable": True}
+        self.metadata = {
+            "name": f"{arena.config.name}_{arena.species}",
+            "render_modes": ["rgb_array"],
+            "is_parallelizable": True,
+        }
         self.agents: list[Agent] = []
         self.channels, self.options = arena.channels, arena.options
         self._actions: dict[Agent, Any] = {}
@@ -81,9 +89,17 @@ class Parallel(ParallelEnv):
         self._named, self._actions = {}, {}
         x, late = self._see(sensed, {})
         if late:
-            raise ConfigError([Problem(("pool",), "smaller than the first population", self.pool,
-                                       f"at least {len(sensed.uid)}, and names for those to be born",
-                                       source="parallel_env")])
+            raise ConfigError(
+                [
+                    Problem(
+                        ("pool",),
+                        "smaller than the first population",
+                        self.pool,
+                        f"at least {len(sensed.uid)}, and names for those to be born",
+                        source="parallel_env",
+                    )
+                ]
+            )
         return dict(zip(self.agents, x, strict=True)), self._infos(())
 
     def step(self, actions: dict[Agent, Any]) -> Step:
@@ -98,10 +114,13 @@ class Parallel(ParallelEnv):
         seen = [*self.agents, *dead]
         rewards = [*sensed.reward[self._order].tolist(), *sensed.dead_reward.tolist()]
         alive = len(self.agents)
-        out = (dict(zip(seen, [*x, *sensed.dead_x], strict=True)), dict(zip(seen, rewards, strict=True)),
-               dict(zip(seen, [False] * alive + [True] * len(dead), strict=True)),
-               dict(zip(seen, [late] * alive + [False] * len(dead), strict=True)),
-               self._infos(zip(dead, sensed.dead_cause, strict=True)))
+        out = (
+            dict(zip(seen, [*x, *sensed.dead_x], strict=True)),
+            dict(zip(seen, rewards, strict=True)),
+            dict(zip(seen, [False] * alive + [True] * len(dead), strict=True)),
+            dict(zip(seen, [late] * alive + [False] * len(dead), strict=True)),
+            self._infos(zip(dead, sensed.dead_cause, strict=True)),
+        )
         for agent in dead:
             self._actions.pop(agent, None)
         if late:
@@ -149,29 +168,55 @@ class Parallel(ParallelEnv):
         if actions.keys() != known:
             missing, strange = sorted(known - actions.keys()), [a for a in actions if a not in known]
             name = self.arena.species
-            problems = [Problem((name, "actions"), f"{fault} ({len(agents)} such)", listed(map(str, agents)),
-                                f"exactly one action for each of the {len(known)} in `agents`", source="step")
-                        for fault, agents in (("no action", missing),
-                                              ("no agent of now: dead, or never born", strange)) if agents]
+            problems = [
+                Problem(
+                    (name, "actions"),
+                    f"{fault} ({len(agents)} such)",
+                    listed(map(str, agents)),
+                    f"exactly one action for each of the {len(known)} in `agents`",
+                    source="step",
+                )
+                for fault, agents in (
+                    ("no action", missing),
+                    ("no agent of now: dead, or never born", strange),
+                )
+                if agents
+            ]
             raise ConfigError(problems)
         space, n = self.arena.action_space, len(self.agents)
         try:
             rows = spaces.matrix(space, spaces.stacked(space, [actions[a] for a in self.agents]), n)
         except (ValueError, TypeError, KeyError) as error:
-            raise ConfigError([Problem((self.arena.species, "actions"), f"not {n} actions: {error}",
-                                       allowed=f"of each agent one of {space}", source="step")]) from None
+            raise ConfigError(
+                [
+                    Problem(
+                        (self.arena.species, "actions"),
+                        f"not {n} actions: {error}",
+                        allowed=f"of each agent one of {space}",
+                        source="step",
+                    )
+                ]
+            ) from None
         out = np.empty_like(rows)
         out[self._order] = rows
         return out
 
     def _infos(self, dead: Any) -> dict[Agent, dict[str, Any]]:
         uids = zip(self.agents, self._uids.tolist(), strict=True)
-        return ({agent: {"uid": uid} for agent, uid in uids}
-                | {agent: {"cause": cause} for agent, cause in dead})
+        return {agent: {"uid": uid} for agent, uid in uids} | {
+            agent: {"cause": cause} for agent, cause in dead
+        }
 
 
-def parallel_env(world: Any, species: str, pool: int | None = None, *, max_cycles: int | None = None,
-                 render_mode: str | None = None, **build: Any) -> Parallel:
+def parallel_env(
+    world: Any,
+    species: str,
+    pool: int | None = None,
+    *,
+    max_cycles: int | None = None,
+    render_mode: str | None = None,
+    **build: Any,
+) -> Parallel:
     """Return a species of a world as a ParallelEnv of PettingZoo.
 
     `world` is what World.from_config takes, `build` its other arguments (policies, training, threads …); or

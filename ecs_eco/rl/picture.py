@@ -23,14 +23,19 @@ def draw(world: Any) -> np.ndarray:
         if Position in table and table.n:
             rows = table.rows()
             place = table[Position]
-            _discs(picture, getattr(place, across)[rows] * scale,
-                   shape[0] - 1 - getattr(place, up)[rows] * scale,
-                   table[Body].radius[rows] * scale, _rgb(table.species.color))
+            _discs(
+                picture,
+                getattr(place, across)[rows] * scale,
+                shape[0] - 1 - getattr(place, up)[rows] * scale,
+                table[Body].radius[rows] * scale,
+                _rgb(table.species.color),
+            )
     return picture
 
 
-def _discs(picture: np.ndarray, x: np.ndarray, y: np.ndarray, radius: np.ndarray,
-           colour: tuple[int, ...]) -> None:
+def _discs(
+    picture: np.ndarray, x: np.ndarray, y: np.ndarray, radius: np.ndarray, colour: tuple[int, ...]
+) -> None:
     """Draw discs at places f32[n] [px], each at least a pixel large."""
     for size in np.unique(np.clip(np.round(radius), 0, 40)).astype(int):
         here = np.clip(np.round(radius), 0, 40) == size

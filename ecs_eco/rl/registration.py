@@ -7,11 +7,16 @@ from importlib.util import find_spec
 NAMESPACE = "ecs_eco"
 STEPS = 1000  # of an episode
 ENVIRONMENTS = {
-    "Deer-v0": ("predator_prey", "deer"), "Wolf-v0": ("predator_prey", "wolf"),
-    "Copepod-v0": ("diel_migration", "copepod"), "Krill-v0": ("learning_krill", "krill"),
-    "Lamb-v0": ("lamb", "lamb"), "Vole-v0": ("happiness", "vole"), "IslandDeer-v0": ("island", "deer"),
-    "IslandWolf-v0": ("island", "wolf"), "Raven-v0": ("island", "raven"),
-}  # fmt: skip
+    "Deer-v0": ("predator_prey", "deer"),
+    "Wolf-v0": ("predator_prey", "wolf"),
+    "Copepod-v0": ("diel_migration", "copepod"),
+    "Krill-v0": ("learning_krill", "krill"),
+    "Lamb-v0": ("lamb", "lamb"),
+    "Vole-v0": ("happiness", "vole"),
+    "IslandDeer-v0": ("island", "deer"),
+    "IslandWolf-v0": ("island", "wolf"),
+    "Raven-v0": ("island", "raven"),
+}
 """By name: the world and the species."""
 
 
@@ -24,8 +29,13 @@ def register() -> None:
 
     for name, (world, species) in ENVIRONMENTS.items():
         if (full := f"{NAMESPACE}/{name}") not in registry:
-            enter(id=full, entry_point="ecs_eco.rl.single:body", vector_entry_point="ecs_eco.rl.vector:slots",
-                  max_episode_steps=STEPS, kwargs={"world": world, "species": species})
+            enter(
+                id=full,
+                entry_point="ecs_eco.rl.single:body",
+                vector_entry_point="ecs_eco.rl.vector:slots",
+                max_episode_steps=STEPS,
+                kwargs={"world": world, "species": species},
+            )
 
 
 def needed(module: str) -> ModuleNotFoundError:

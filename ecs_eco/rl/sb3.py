@@ -11,8 +11,9 @@ from ecs_eco.rl.vector import Slots
 try:
     from stable_baselines3.common.vec_env import VecEnv
 except ModuleNotFoundError as error:
-    raise ModuleNotFoundError(f"{error.name} is not installed: pip install stable-baselines3",
-                              name=error.name) from None
+    raise ModuleNotFoundError(
+        f"{error.name} is not installed: pip install stable-baselines3", name=error.name
+    ) from None
 
 
 class SlotsVecEnv(VecEnv):
@@ -43,8 +44,10 @@ class SlotsVecEnv(VecEnv):
         x, reward, terminated, truncated, infos = self.envs.step(self._actions)
         told: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for slot in np.flatnonzero(terminated | truncated):
-            told[slot] = {"terminal_observation": infos["final_obs"][slot],
-                          "TimeLimit.truncated": bool(truncated[slot])}
+            told[slot] = {
+                "terminal_observation": infos["final_obs"][slot],
+                "TimeLimit.truncated": bool(truncated[slot]),
+            }
         return x, reward.astype(np.float32), terminated | truncated, told
 
     def close(self) -> None:

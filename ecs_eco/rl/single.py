@@ -16,6 +16,7 @@ try:
 except ModuleNotFoundError as error:
     raise needed(error.name or "gymnasium") from None
 
+
 class Body(Env):
     """The life of one organism, from wherever it is to its death, which is termination.
 
@@ -69,8 +70,15 @@ class Body(Env):
         self.uid, self._sensed = 0, None
 
 
-def body(world: Any, species: str, *, max_cycles: int | None = None, render_mode: str | None = None,
-         flat: bool = False, **build: Any) -> Body:
+def body(
+    world: Any,
+    species: str,
+    *,
+    max_cycles: int | None = None,
+    render_mode: str | None = None,
+    flat: bool = False,
+    **build: Any,
+) -> Body:
     """Return one organism of a species as an Env of Gymnasium, as `gymnasium.make("ecs_eco/Deer-v0")` does.
 
     `world` is what World.from_config takes, `build` its other arguments; or a living World, of which each

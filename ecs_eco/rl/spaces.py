@@ -43,9 +43,12 @@ def action_space(options: dict[str, tuple[str, ...]], low: np.ndarray, high: np.
         return spaces.Discrete(sizes[0]) if len(sizes) == 1 else spaces.MultiDiscrete(sizes)
     if not sizes:
         return spaces.Box(*ends, dtype=np.float32)
-    return spaces.Dict(OrderedDict(  # of a plain dict it would sort the groups
-        (group, spaces.Discrete(len(names)) if names else spaces.Box(low[i], high[i], (), np.float32))
-        for i, (group, names) in enumerate(options.items())))
+    return spaces.Dict(
+        OrderedDict(  # of a plain dict it would sort the groups
+            (group, spaces.Discrete(len(names)) if names else spaces.Box(low[i], high[i], (), np.float32))
+            for i, (group, names) in enumerate(options.items())
+        )
+    )
 
 
 def flattened(space: spaces.Space[Any]) -> spaces.Space[Any]:
@@ -61,9 +64,12 @@ def _as_groups(space: spaces.Dict, flat: np.ndarray) -> np.ndarray:
     """Return actions of the flattened space [n, groups] as those of the groups: options, or numbers."""
     share = np.clip((flat + 1) / 2, 0, 1)
     groups: list[Any] = [*space.spaces.values()]
-    columns = [np.minimum(np.floor(part * one.n), one.n - 1) if isinstance(one, spaces.Discrete)
-               else np.clip((1 - part) * one.low + part * one.high, one.low, one.high)
-               for part, one in zip(share.T, groups, strict=True)]
+    columns = [
+        np.minimum(np.floor(part * one.n), one.n - 1)
+        if isinstance(one, spaces.Discrete)
+        else np.clip((1 - part) * one.low + part * one.high, one.low, one.high)
+        for part, one in zip(share.T, groups, strict=True)
+    ]
     return np.stack(columns, 1)
 
 

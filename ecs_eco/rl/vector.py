@@ -38,8 +38,10 @@ class Slots(VectorEnv):
         self.autoreset_mode = AutoresetMode.SAME_STEP  # as TorchRL asks
         self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": ["rgb_array"]}
         self.channels, self.options = arena.channels, arena.options
-        self.single_observation_space, self.single_action_space = (arena.observation_space,
-                                                                   arena.actions_as(flat))
+        self.single_observation_space, self.single_action_space = (
+            arena.observation_space,
+            arena.actions_as(flat),
+        )
         self.observation_space = batch_space(self.single_observation_space, n)
         self.action_space = batch_space(self.single_action_space, n)
         self.uid = np.zeros(n, np.uint64)  # of the bodies; 0: an empty slot
@@ -118,8 +120,9 @@ class Slots(VectorEnv):
         x[here] = sensed.x[self._at[here]]
         return x
 
-    def _infos(self, over: np.ndarray | None = None, final: Any = None,
-               last: dict[str, np.ndarray] | None = None) -> dict[str, Any]:
+    def _infos(
+        self, over: np.ndarray | None = None, final: Any = None, last: dict[str, np.ndarray] | None = None
+    ) -> dict[str, Any]:
         """Return what is told beside a step, in Gymnasium's form: of the slots whose bodies' episodes are
         `over` bool[n], the `final` observations f32[n, channels], and the `last` infos [n]."""
         infos: dict[str, Any] = {"mask": self.mask, "uid": self.uid.astype(np.int64)}
@@ -139,9 +142,18 @@ def _places(uids: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return at
 
 
-def slots(world: Any, species: str, n: int | None = None, *, num_envs: int | None = None,
-          max_cycles: int | None = None, max_episode_steps: int | None = None,
-          render_mode: str | None = None, flat: bool = False, **build: Any) -> Slots:
+def slots(
+    world: Any,
+    species: str,
+    n: int | None = None,
+    *,
+    num_envs: int | None = None,
+    max_cycles: int | None = None,
+    max_episode_steps: int | None = None,
+    render_mode: str | None = None,
+    flat: bool = False,
+    **build: Any,
+) -> Slots:
     """Return n bodies of a species as a VectorEnv of Gymnasium.
 
     `world` is what World.from_config takes, `build` its other arguments (policies, training, threads …); or

@@ -40,8 +40,13 @@ def begun(out: str | Path | Claim) -> Iterator[Claim]:
             raise
 
 
-def begin(world: World, claim: Claim, manifest: dict[str, Any], weights: Mapping[str, Path],
-          prepare: Callable[[Any], None] | None) -> Folder:
+def begin(
+    world: World,
+    claim: Claim,
+    manifest: dict[str, Any],
+    weights: Mapping[str, Path],
+    prepare: Callable[[Any], None] | None,
+) -> Folder:
     """Begin a recording in a claimed folder: write policies, a first checkpoint and, last, the manifest.
 
     Raises ConfigError where a species waits for choices from outside.
@@ -50,19 +55,23 @@ def begin(world: World, claim: Claim, manifest: dict[str, Any], weights: Mapping
 
     if world.awaited is not None:
         world.awaited.require()
-    manifest["weights"] = {name: _copy(file, claim.path / POLICIES / f"{name}.safetensors")
-                           for name, file in weights.items()}
+    manifest["weights"] = {
+        name: _copy(file, claim.path / POLICIES / f"{name}.safetensors") for name, file in weights.items()
+    }
     manifest["id"] = belonging.identity(manifest)
     folder = folder_of(claim, world, manifest)
     Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
     if prepare is not None:
         prepare(world)
     manifest |= {
-        "species": world.recorder.names, "causes": world.causes, "finished": False, "done": world.tick,
+        "species": world.recorder.names,
+        "causes": world.causes,
+        "finished": False,
+        "done": world.tick,
         "colors": {name: world.tables[name].species.color for name in world.recorder.names},
         "code": noted(sources(world.config)),
         "genomes": {name: genes for name in world.recorder.names if (genes := genes_of(world.tables[name]))},
-    }  # fmt: skip
+    }
     keep_copies(sources(world.config), claim.path)
     keep_data(world.config, claim.path)
     if (land := keep_land(world, claim.path)) is not None:
@@ -75,8 +84,12 @@ def begin(world: World, claim: Claim, manifest: dict[str, Any], weights: Mapping
 
 def folder_of(claim: Claim, world: World, manifest: Mapping[str, Any]) -> Folder:
     """Return the folder of a run, whose parts name it."""
-    return Folder(claim.path, world,
-                  {"run": manifest["id"], "world": manifest["world"], "seed": manifest["seed"]}, claim)
+    return Folder(
+        claim.path,
+        world,
+        {"run": manifest["id"], "world": manifest["world"], "seed": manifest["seed"]},
+        claim,
+    )
 
 
 def keep_checkpoint(world: World, folder: Folder, manifest: Mapping[str, Any]) -> None:
@@ -85,8 +98,11 @@ def keep_checkpoint(world: World, folder: Folder, manifest: Mapping[str, Any]) -
     place = folder.path / "checkpoints"
     if folder.claim is not None:
         folder.claim.check()
-    checkpoint.write(place / checkpoint.name_of(world.tick),
-                     meta | {"run": {"id": manifest["id"], **folder.written}}, arrays)
+    checkpoint.write(
+        place / checkpoint.name_of(world.tick),
+        meta | {"run": {"id": manifest["id"], **folder.written}},
+        arrays,
+    )
     for old in sorted(place.glob(f"tick-*{checkpoint.SUFFIX}"))[: -max(1, manifest["keep"])]:
         old.unlink(missing_ok=True)
 
@@ -98,8 +114,9 @@ def keep_manifest(folder: Folder, manifest: Mapping[str, Any]) -> None:
     write_manifest(folder.path, manifest)
 
 
-def start_of(path: Path, manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None,
-             trust: bool = False) -> dict[str, Any]:
+def start_of(
+    path: Path, manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None, trust: bool = False
+) -> dict[str, Any]:
     """Return what `World.from_config` takes to begin a recorded run again, with its own policies,
     wherever its folder is now.
 
@@ -112,30 +129,44 @@ def start_of(path: Path, manifest: Mapping[str, Any], config: Mapping[str, Any] 
     if weights:
         names = manifest["config"]["species"]
         others = policies if isinstance(policies, dict) else dict.fromkeys(names, policies)
-        policies = {name: str(path / POLICIES) if name in weights else others.get(name, "trained")
-                    for name in names}
-    return {"config": config_of(manifest, config, path, trust), "seed": manifest["seed"],
-            "policies": policies, "learn": manifest["learn"],
-            "controls": manifest.get("controls", ())}  # fmt: skip
+        policies = {
+            name: str(path / POLICIES) if name in weights else others.get(name, "trained") for name in names
+        }
+    return {
+        "config": config_of(manifest, config, path, trust),
+        "seed": manifest["seed"],
+        "policies": policies,
+        "learn": manifest["learn"],
+        "controls": manifest.get("controls", ()),
+    }
 
 
-def config_of(manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None, path: Path = Path(),
-              trust: bool = False) -> Any:
+def config_of(
+    manifest: Mapping[str, Any],
+    config: Mapping[str, Any] | None = None,
+    path: Path = Path(),
+    trust: bool = False,
+) -> Any:
     """Return the configuration of a recorded run, which names no files of policies: they are in the run's
     folder. Raises ConfigError."""
     from ecs_eco.record.code import recorded
 
     data = dict(manifest["config"] if config is None else config)
     if "id" in manifest:
-        data["species"] = {name: species | {"policy": species["policy"] | {"file": None}}
-                           for name, species in data["species"].items()}
+        data["species"] = {
+            name: species | {"policy": species["policy"] | {"file": None}}
+            for name, species in data["species"].items()
+        }
     return recorded(path, manifest, data, trust)
 
 
 def policies_as_json(policies: Any) -> Any:
     """Return what policies start from as JSON holds it: a word or a folder, or these by species."""
-    return ({name: str(source) for name, source in policies.items()}
-            if isinstance(policies, Mapping) else str(policies))
+    return (
+        {name: str(source) for name, source in policies.items()}
+        if isinstance(policies, Mapping)
+        else str(policies)
+    )
 
 
 def _copy(file: Path, into: Path) -> str:
@@ -152,8 +183,11 @@ def _check_policy(file: Path, wanted: str) -> None:
     try:
         actual = hash_of(file)
     except OSError as error:
-        raise RecordingError(f"{file}: the policy that this run began with cannot be read: "
-                             f"{error.strerror}") from None
+        raise RecordingError(
+            f"{file}: the policy that this run began with cannot be read: {error.strerror}"
+        ) from None
     if actual != wanted:
-        raise RecordingError(f"{file}: is not the policy that this run began with: "
-                             f"its SHA-256 is {actual[:12]}…, not {wanted[:12]}…")
+        raise RecordingError(
+            f"{file}: is not the policy that this run began with: "
+            f"its SHA-256 is {actual[:12]}…, not {wanted[:12]}…"
+        )

@@ -26,7 +26,8 @@ def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
     interventions = done + _to_come(manifest)
     return manifest["config"] | {
         "interventions": interventions,
-        "ticks": max(1, manifest["done"], *(1 + intervention["at"] for intervention in interventions))}
+        "ticks": max(1, manifest["done"], *(1 + intervention["at"] for intervention in interventions)),
+    }
 
 
 def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
@@ -37,13 +38,20 @@ def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
     from ecs_eco.config.models.interventions import AnyIntervention
 
     planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
-    return [intervention.model_dump(mode="json", exclude_none=True)
-            for intervention in coming(planned, manifest["done"])]
+    return [
+        intervention.model_dump(mode="json", exclude_none=True)
+        for intervention in coming(planned, manifest["done"])
+    ]
 
 
-def repeat(path: str | Path, out: str | Path | Claim | None = None,
-           progress: Callable[[int, int], None] | None = None, *,
-           threads: int = 1, trust: bool = False) -> dict[str, Any]:
+def repeat(
+    path: str | Path,
+    out: str | Path | Claim | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    *,
+    threads: int = 1,
+    trust: bool = False,
+) -> dict[str, Any]:
     """Run a recorded run again up to where its recording ends, into a folder or into none, and compare.
 
     Returns world, ticks, interventions, digest, recorded (the digest of the record), same, and why they may
@@ -54,26 +62,40 @@ def repeat(path: str | Path, out: str | Path | Claim | None = None,
 
     manifest = read_manifest(Path(path))
     if "forked" in manifest:
-        raise RecordingError(f"{path}: is a fork of {manifest['forked']['from']}; repeat that one, "
-                             "then fork it again")
+        raise RecordingError(
+            f"{path}: is a fork of {manifest['forked']['from']}; repeat that one, then fork it again"
+        )
     if "island" in manifest:
-        raise RecordingError(f"{path}: is the island {manifest['island']} of an archipelago; "
-                             "run that again, and compare the digests")
+        raise RecordingError(
+            f"{path}: is the island {manifest['island']} of an archipelago; "
+            "run that again, and compare the digests"
+        )
     if not manifest.get("digest"):
-        raise RecordingError(f"{path}: was killed before it could note its end; go on with: "
-                             f"ecs-eco resume {path}")
+        raise RecordingError(
+            f"{path}: was killed before it could note its end; go on with: ecs-eco resume {path}"
+        )
     how, done = start_of(Path(path), manifest, repeatable(manifest), trust), manifest["done"]
     config = how.pop("config")
     if out is None:
         world = World.from_config(config, threads=threads, record=False, **how).run(done, progress)
         digest = world.digest()
     else:
-        digest = run_to_folder(config, ticks=done, out=out, progress=progress, threads=threads,
-                               report=False, **how)["digest"]
+        digest = run_to_folder(
+            config, ticks=done, out=out, progress=progress, threads=threads, report=False, **how
+        )["digest"]
     other = {k: v for k, v in versions().items() if manifest["versions"].get(k) != v}
-    why = (f"; it was recorded with other versions: {', '.join(f'{k} {v}' for k, v in other.items())}"
-           if other else "")
+    why = (
+        f"; it was recorded with other versions: {', '.join(f'{k} {v}' for k, v in other.items())}"
+        if other
+        else ""
+    )
     why += f"; it {mode}" if (mode := portable.other_mode(manifest)) else ""
-    return {"world": config.name, "ticks": done, "interventions": len(manifest.get("intervened", [])),
-            "digest": digest, "recorded": manifest["digest"], "same": digest == manifest["digest"],
-            "why": why}
+    return {
+        "world": config.name,
+        "ticks": done,
+        "interventions": len(manifest.get("intervened", [])),
+        "digest": digest,
+        "recorded": manifest["digest"],
+        "same": digest == manifest["digest"],
+        "why": why,
+    }

@@ -28,8 +28,9 @@ def forget(world: World) -> None:
 def repeat_requests(world: World, manifest: dict[str, Any]) -> None:
     """Request again what the manifest notes for the next tick, except what is pending already,
     from a checkpoint."""
-    for request in without([request for tick, request in manifest.get("asked", []) if tick == world.tick],
-                            waiting(world)):
+    for request in without(
+        [request for tick, request in manifest.get("asked", []) if tick == world.tick], waiting(world)
+    ):
         world.intervene({key: value for key, value in request.items() if key != "at"})
 
 

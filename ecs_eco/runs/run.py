@@ -46,12 +46,26 @@ class Stopped(KeyboardInterrupt):
         self.tick, self.folder = tick, folder
 
 
-def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None,
-                  out: str | Path | Claim = "run", policies: Any = "trained", learn: bool | None = None,
-                  progress: Progress | None = None, *, threads: int = 1, snapshot_every: int | None = None,
-                  report: bool = True, command: str | None = None, controls: Sequence[str] = (),
-                  checkpoint_every: int | None = None, keep: int = KEEP, record: str | None = None,
-                  prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
+def run_to_folder(
+    config: Any,
+    seed: int | None = None,
+    ticks: int | None = None,
+    out: str | Path | Claim = "run",
+    policies: Any = "trained",
+    learn: bool | None = None,
+    progress: Progress | None = None,
+    *,
+    threads: int = 1,
+    snapshot_every: int | None = None,
+    report: bool = True,
+    command: str | None = None,
+    controls: Sequence[str] = (),
+    checkpoint_every: int | None = None,
+    keep: int = KEEP,
+    record: str | None = None,
+    prepare: Callable[[Any], None] | None = None,
+    trust: bool = False,
+) -> dict[str, Any]:
     """Run a world, with these treatments of `ecs_eco.worlds.treatments`, and leave a folder;
     return its manifest.
 
@@ -79,16 +93,27 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
     with begun(out) as claim:
         world = built(config, seed, policies, threads, learn, controls)
         manifest = manifest_of(world, ticks, policies, learn, controls) | {
-            "command": command, "snapshot_every": every, "checkpoint_every": checkpoint_every, "keep": keep,
+            "command": command,
+            "snapshot_every": every,
+            "checkpoint_every": checkpoint_every,
+            "keep": keep,
             "record": record,
-        }  # fmt: skip
+        }
         folder = begin(world, claim, manifest, weights_files(config, policies), prepare)
         return go_on(world, folder, manifest, ticks, progress, report, start)
 
 
-def resume(path: str | Path, until: int | None = None, progress: Progress | None = None, *, threads: int = 1,
-           report: bool = True, complain: Callable[[str], None] = print,
-           prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
+def resume(
+    path: str | Path,
+    until: int | None = None,
+    progress: Progress | None = None,
+    *,
+    threads: int = 1,
+    report: bool = True,
+    complain: Callable[[str], None] = print,
+    prepare: Callable[[Any], None] | None = None,
+    trust: bool = False,
+) -> dict[str, Any]:
     """Resume the run in a folder, from its last intact checkpoint to tick `until`; return its manifest.
 
     `prepare(world)` is called before the first tick that follows. `trust` allows the code in its folder
@@ -105,21 +130,29 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
     with Claim(path) as claim:
         manifest = _with_id(path, read_manifest(path))
         if "island" in manifest:
-            raise RecordingError(f"{path}: is the island {manifest['island']} of an archipelago, which goes "
-                                 f"on as a whole: ecs-eco resume {path.parent.parent}")
+            raise RecordingError(
+                f"{path}: is the island {manifest['island']} of an archipelago, which goes "
+                f"on as a whole: ecs-eco resume {path.parent.parent}"
+            )
         if why := portable.other_mode(manifest):
             raise RecordingError(f"{path}: {why}")
         until = manifest["ticks"] if until is None else until
         newest = checkpoint.latest(path / "checkpoints", complain=complain, check=partial(_of_run, manifest))
         if newest is None and "forked" in manifest:
-            raise CheckpointError(f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; "
-                                  "fork that one again")
-        world, folder = (_begin_anew(claim, manifest, threads, trust)
-                         if newest is None else restored(newest, claim, manifest, threads, trust))
+            raise CheckpointError(
+                f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; fork that one again"
+            )
+        world, folder = (
+            _begin_anew(claim, manifest, threads, trust)
+            if newest is None
+            else restored(newest, claim, manifest, threads, trust)
+        )
         if until < world.tick:
-            raise RecordingError(f"{path}: is at tick {world.tick} already; "
-                                 f"--until {until} lies before that. A fork goes on from an "
-                                 f"earlier one: --from-tick {until} --out NEW")  # fmt: skip
+            raise RecordingError(
+                f"{path}: is at tick {world.tick} already; "
+                f"--until {until} lies before that. A fork goes on from an "
+                f"earlier one: --from-tick {until} --out NEW"
+            )
         check_content(path, folder.parts)
         manifest |= {"ticks": until, "finished": False, **folder.written}
         keep_manifest(folder, manifest)  # before parts that it counts are deleted
@@ -129,10 +162,21 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
         return go_on(world, folder, manifest, until, progress, report, start)
 
 
-def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None, changes: Any = (),
-         until: int | None = None, progress: Progress | None = None, *, threads: int = 1, report: bool = True,
-         command: str | None = None, complain: Callable[[str], None] = print,
-         prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
+def fork(
+    path: str | Path,
+    out: str | Path | Claim,
+    from_tick: int | None = None,
+    changes: Any = (),
+    until: int | None = None,
+    progress: Progress | None = None,
+    *,
+    threads: int = 1,
+    report: bool = True,
+    command: str | None = None,
+    complain: Callable[[str], None] = print,
+    prepare: Callable[[Any], None] | None = None,
+    trust: bool = False,
+) -> dict[str, Any]:
     """Continue from a tick of a recorded run in a new folder, with changed values; return the new manifest.
 
     `prepare(world)` is called before the first tick of the fork; `trust` is as in `resume`.
@@ -154,31 +198,52 @@ def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None
             reconfigure(world, changed(world.config, changes))
         until = max(manifest["ticks"], world.tick) if until is None else until
         if until < world.tick:
-            raise RecordingError(f"{path}: the fork begins at tick {world.tick}; "
-                                 f"--until {until} lies before that")
+            raise RecordingError(
+                f"{path}: the fork begins at tick {world.tick}; --until {until} lies before that"
+            )
         listed = dict(changes) if isinstance(changes, dict) else list(changes)
         manifest |= {
-            "config": world.config.resolved(), "config_hash": world.config.config_hash, "ticks": until,
+            "config": world.config.resolved(),
+            "config_hash": world.config.config_hash,
+            "ticks": until,
             "command": command,
-            "wall_seconds": 0.0, "versions": versions(), "target": portable.target(),
-            "git_commit": git_commit(), "asked": [], "parts": {}, "heads": {},
-            "forked": {"from": str(path), "id": manifest["id"], "tick": world.tick, "changes": listed,
-                       "digest": world.digest()},
-        }  # fmt: skip
+            "wall_seconds": 0.0,
+            "versions": versions(),
+            "target": portable.target(),
+            "git_commit": git_commit(),
+            "asked": [],
+            "parts": {},
+            "heads": {},
+            "forked": {
+                "from": str(path),
+                "id": manifest["id"],
+                "tick": world.tick,
+                "changes": listed,
+                "digest": world.digest(),
+            },
+        }
         folder = begin(world, claim, manifest, {}, prepare)
         return go_on(world, folder, manifest, until, progress, report, start)
 
 
-def world_at(path: Path, manifest: dict[str, Any], tick: int | None, threads: int,
-              complain: Callable[[str], None], trust: bool) -> Any:
+def world_at(
+    path: Path,
+    manifest: dict[str, Any],
+    tick: int | None,
+    threads: int,
+    complain: Callable[[str], None],
+    trust: bool,
+) -> Any:
     """Return the world of a recorded run at a tick, at its last checkpoint where that is None, unrecorded."""
     from ecs_eco.ecosystem import World
 
-    file = checkpoint.latest(path / "checkpoints", before=tick, complain=complain,
-                             check=partial(_of_run, manifest))
+    file = checkpoint.latest(
+        path / "checkpoints", before=tick, complain=complain, check=partial(_of_run, manifest)
+    )
     if file is None:
-        raise CheckpointError(f"{path}: has no checkpoint at or before tick {tick}; "
-                              "run it with --checkpoint-every N")
+        raise CheckpointError(
+            f"{path}: has no checkpoint at or before tick {tick}; run it with --checkpoint-every N"
+        )
     world = World.restore(file, threads=threads, record=False, trust=trust)
     if tick is not None and tick > world.tick:
         with listening(world.before_tick, partial(repeat_requests, world, manifest)):
@@ -191,22 +256,27 @@ def read_manifest(path: Path) -> dict[str, Any]:
     try:
         manifest = {key: value for key, value in seal.read_manifest(path).items() if key != seal.WORD}
     except FileNotFoundError as error:
-        early = ("; a run was killed there before it began: run it again with --out"
-                 if stopped_early(path) else "")
+        early = (
+            "; a run was killed there before it began: run it again with --out" if stopped_early(path) else ""
+        )
         raise RecordingError(f"{error}{early} {path}" if early else str(error)) from None
-    if (manifest.get("format") not in (1, belonging.FORMAT)
-        or not {"config", "seed", "ticks"} <= set(manifest)):
-        raise RecordingError(f"{path / 'manifest.json'}: is no manifest of a run, "
-                             "or of another version of ecs-eco")
+    if manifest.get("format") not in (1, belonging.FORMAT) or not {"config", "seed", "ticks"} <= set(
+        manifest
+    ):
+        raise RecordingError(
+            f"{path / 'manifest.json'}: is no manifest of a run, or of another version of ecs-eco"
+        )
     return manifest
 
 
 def _with_id(path: Path, manifest: dict[str, Any]) -> dict[str, Any]:
     """Return a manifest that lists the files of its run; RecordingError for one of an older format."""
     if "id" not in manifest:
-        raise RecordingError(f"{path / 'manifest.json'}: was written in format {manifest['format']}, "
-                             "by an older version of ecs-eco: "
-                             "such a run can be read and repeated, but not resumed")  # fmt: skip
+        raise RecordingError(
+            f"{path / 'manifest.json'}: was written in format {manifest['format']}, "
+            "by an older version of ecs-eco: "
+            "such a run can be read and repeated, but not resumed"
+        )
     return manifest
 
 
@@ -218,24 +288,36 @@ def built(config: Any, seed: Any, policies: Any, threads: int, learn: Any, contr
     """Return the world of a run, built without a recorder."""
     from ecs_eco.ecosystem import World
 
-    return World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn,
-                             controls=controls, record=False)
+    return World.from_config(
+        config, seed=seed, policies=policies, threads=threads, learn=learn, controls=controls, record=False
+    )
 
 
 def manifest_of(world: Any, ticks: int, policies: Any, learn: Any, controls: Sequence[str]) -> dict[str, Any]:
     """Return what a manifest says of a run of a world that was built so."""
     config = world.config
     return {
-        "format": belonging.FORMAT, "world": config.name, "title": config.title, "config": config.resolved(),
-        "config_hash": config.config_hash, "seed": world.seed, "ticks": ticks, "dt": config.dt,
-        "policies": policies_as_json(policies), "learn": learn, "controls": list(controls), "command": None,
-        "versions": versions(), "target": portable.target(), "git_commit": git_commit(), "wall_seconds": 0.0,
-    }  # fmt: skip
+        "format": belonging.FORMAT,
+        "world": config.name,
+        "title": config.title,
+        "config": config.resolved(),
+        "config_hash": config.config_hash,
+        "seed": world.seed,
+        "ticks": ticks,
+        "dt": config.dt,
+        "policies": policies_as_json(policies),
+        "learn": learn,
+        "controls": list(controls),
+        "command": None,
+        "versions": versions(),
+        "target": portable.target(),
+        "git_commit": git_commit(),
+        "wall_seconds": 0.0,
+    }
 
 
 def snapshots(config: Any, ticks: int) -> int:
-    """Return the ticks between snapshots, about 100 in a run; under a sun they fall on all hours of the day.
-    """
+    """Return the ticks between snapshots, about 100 in a run; under a sun they fall on all hours of the day."""
     every, sun = max(1, ticks // 100), config.sun
     day = round(sun.day / config.dt) if sun is not None else 0
     while day > 1 and math.gcd(every, day) > 1:
@@ -243,8 +325,9 @@ def snapshots(config: Any, ticks: int) -> int:
     return every
 
 
-def restored(file: Path, claim: Claim, manifest: dict[str, Any], threads: int,
-          trust: bool) -> tuple[Any, Folder]:
+def restored(
+    file: Path, claim: Claim, manifest: dict[str, Any], threads: int, trust: bool
+) -> tuple[Any, Folder]:
     """Restore a checkpoint of a run, and its recorder as it was then,
     after checking that all parts up to there are the run's."""
     from ecs_eco.ecosystem import World
@@ -256,8 +339,9 @@ def restored(file: Path, claim: Claim, manifest: dict[str, Any], threads: int,
 
     def record(world: World) -> None:
         folders.append(folder_of(claim, world, manifest))
-        Recorder(world, folders[0].sink, snapshot_every=manifest["snapshot_every"],
-                 record=manifest.get("record"))
+        Recorder(
+            world, folders[0].sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record")
+        )
 
     world = World.restore(file, threads=threads, prepare=record, record=False, trust=trust)
     folders[0].go_on_from(written, manifest)
@@ -276,8 +360,15 @@ def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: boo
     return world, folder
 
 
-def go_on(world: World, folder: Folder, manifest: dict[str, Any], until: int, progress: Progress | None,
-        report: bool, begin: float) -> dict[str, Any]:
+def go_on(
+    world: World,
+    folder: Folder,
+    manifest: dict[str, Any],
+    until: int,
+    progress: Progress | None,
+    report: bool,
+    begin: float,
+) -> dict[str, Any]:
     """Let a recorded world run to a tick, with checkpoints; leave a consistent folder whatever happens."""
     every, path = manifest.get("checkpoint_every") or 0, folder.path
     first, spent, whole = world.tick, float(manifest.get("wall_seconds", 0.0)), False
@@ -286,8 +377,11 @@ def go_on(world: World, folder: Folder, manifest: dict[str, Any], until: int, pr
     try:
         with stopping(world) as pass_on, listening(world.before_tick, requests.look):
             while world.tick < until and not world.stopped:
-                goal = min(until, (world.tick // every + 1) * every if every else until,
-                           first + 1 if world.tick == first else until)
+                goal = min(
+                    until,
+                    (world.tick // every + 1) * every if every else until,
+                    first + 1 if world.tick == first else until,
+                )
                 at = world.tick
                 world.run(goal - at, None if progress is None else _of_all(progress, at, until))
                 if at == first:
@@ -332,14 +426,23 @@ def _close(world: World, folder: Folder, manifest: dict[str, Any], finished: boo
 
 
 def _state(world: World) -> dict[str, Any]:
-    return {"done": world.tick, "causes": world.causes,
-            "intervened": [list(done) for done in world.intervened]}
+    return {
+        "done": world.tick,
+        "causes": world.causes,
+        "intervened": [list(done) for done in world.intervened],
+    }
 
 
 def _cannot_write(error: OSError, world: World, path: Path) -> str:
     kept = sorted((path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
-    last = (f"; the last checkpoint is of tick {checkpoint.tick_of(kept[-1])}: make room, "
-            f"then ecs-eco resume {path}" if kept else "")
+    last = (
+        f"; the last checkpoint is of tick {checkpoint.tick_of(kept[-1])}: make room, "
+        f"then ecs-eco resume {path}"
+        if kept
+        else ""
+    )
     why = error.strerror or error
-    return (f"{path}: nothing more can be written at tick {world.tick}: {why}; "
-            f"what was recorded until then is whole{last}")
+    return (
+        f"{path}: nothing more can be written at tick {world.tick}: {why}; "
+        f"what was recorded until then is whole{last}"
+    )

@@ -116,10 +116,15 @@ class Life:
                 own["statistics"] = fit.of(series)
         self.seconds += time.perf_counter() - begin
         return {
-            "training": self.cell[0], "world": self.cell[1], "lived": lived,
+            "training": self.cell[0],
+            "world": self.cell[1],
+            "lived": lived,
             "extinct": self.died and self.died[1],
-            "score": score, "goal": goal, **own, "seconds": round(self.seconds, 3),
-        }  # fmt: skip
+            "score": score,
+            "goal": goal,
+            **own,
+            "seconds": round(self.seconds, 3),
+        }
 
     def _begin(self) -> None:
         from ecs_eco.ecosystem import World
@@ -142,7 +147,6 @@ class Life:
             self.died = when[first], first
         elif sum(t.n for t in self.world.tables.values()) > self.most:
             self.died = self.world.tick, "too many"
-
 
     def _last_birth(self, ticks: int) -> tuple[int, str] | None:
         """Return when the first species to stop breeding had its last birth, and its name; None where all

@@ -62,8 +62,7 @@ def _tone(stage: int, last: int) -> str:
 
 @styled
 def importance(numbers: Sequence[Importance]) -> Figure:
-    """Share of all importance of each number, with the share that it stays below by luck in 19 of 20 cases.
-    """
+    """Share of all importance of each number, with the share that it stays below by luck in 19 of 20 cases."""
     order = sorted(numbers, key=lambda i: i.share)
     figure, ((ax,),) = panels(1, 1, 8, 0.34 * len(order) + 1.3)
     places = np.arange(len(order))
@@ -121,16 +120,13 @@ def pairs(
     best: dict[str, float],
     start: dict[str, float],
 ) -> Figure:
-    """Candidates over pairs of the first three numbers, coloured by the share of the others that are worse.
-    """
+    """Candidates over pairs of the first three numbers, coloured by the share of the others that are worse."""
     chosen = list(combinations(order[:3], 2))
     figure, axes = panels(1, len(chosen), 3.9 * len(chosen) + 0.9, 3.6)
     for ax, pair in zip(axes[0], chosen, strict=True):
         x, y = (parameters[k] for k in pair)
         at = [[e["values"][p.name] for e in entries] for p in (x, y)]
-        dots = ax.scatter(
-            *at, c=worse, cmap="viridis", vmin=0, vmax=1, s=26, edgecolors=AXIS, linewidths=0.5
-        )
+        dots = ax.scatter(*at, c=worse, cmap="viridis", vmin=0, vmax=1, s=26, edgecolors=AXIS, linewidths=0.5)
         for values, mark, hue, label in ((start, "X", START, "as written"), (best, "*", BEST, "best")):
             ax.plot(
                 values[x.name],
@@ -153,8 +149,7 @@ def pairs(
 
 
 def scaled(axis: Any, p: Parameter) -> None:
-    """The axis of a number; on a log scale, 1, 2 and 5 of each power of ten, or 1 alone over more than two.
-    """
+    """The axis of a number; on a log scale, 1, 2 and 5 of each power of ten, or 1 alone over more than two."""
     if not p.log:
         return
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")

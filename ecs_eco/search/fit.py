@@ -53,15 +53,33 @@ def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
     names = [*config.species, *config.reporters]
     outside = outside_of(config.data.model_dump(), config.folder, names, config._source)
     if (least := length(outside)) is not None and (1 - SKIP) * ticks < least:
-        raise ConfigError([Problem(("search", "ticks"), "is shorter than the measurements of [data]", ticks,
-                                   f"at least {int(np.ceil(least / (1 - SKIP))):,}", source=config._source)])
+        raise ConfigError(
+            [
+                Problem(
+                    ("search", "ticks"),
+                    "is shorter than the measurements of [data]",
+                    ticks,
+                    f"at least {int(np.ceil(least / (1 - SKIP))):,}",
+                    source=config._source,
+                )
+            ]
+        )
     x = np.stack(list(outside.columns.values()), 1)
     kinds = tuple(config.data.statistics)
     observed = statistics(x, list(outside.columns), outside, kinds)
     if not observed:
         allowed = "lag (of two columns at least), amplitude, mean, or period with data.ticks"
-        raise ConfigError([Problem(("data", "statistics"), "leaves nothing to compare", list(kinds), allowed,
-                                   source=config._source)])
+        raise ConfigError(
+            [
+                Problem(
+                    ("data", "statistics"),
+                    "leaves nothing to compare",
+                    list(kinds),
+                    allowed,
+                    source=config._source,
+                )
+            ]
+        )
     words = [repr((outside.ticks, kinds, list(outside.columns))).encode(), outside.times.tobytes()]
     data = hashlib.sha256(b"".join([*words, x.tobytes()])).hexdigest()
     return Fit(outside, kinds, observed, data)
@@ -97,8 +115,10 @@ def statistics(x: np.ndarray, names: list[str], outside: Outside, kinds: tuple[s
     if "period" in kinds and outside.ticks is not None:
         out["period"] = float(np.log10(found.period * outside.step))
     if "lag" in kinds:
-        out |= {f"lag {a}, {b}": float((found.phases[names.index(b)] - found.phases[names.index(a)]) % 1)
-                for a, b in combinations(names, 2)}
+        out |= {
+            f"lag {a}, {b}": float((found.phases[names.index(b)] - found.phases[names.index(a)]) % 1)
+            for a, b in combinations(names, 2)
+        }
     if "amplitude" in kinds:
         out |= {f"amplitude {name}": float(swing) for name, swing in zip(names, found.swings, strict=True)}
     if "mean" in kinds:

@@ -61,8 +61,12 @@ def _divergences(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Optuna warns that it is experimental
         study = optuna.create_study(direction="maximize")
-        study.add_trials([optuna.trial.create_trial(params=dict(v), distributions=dict(space), value=m)
-                          for v, m in zip(values, merits.tolist(), strict=True)])  # fmt: skip
+        study.add_trials(
+            [
+                optuna.trial.create_trial(params=dict(v), distributions=dict(space), value=m)
+                for v, m in zip(values, merits.tolist(), strict=True)
+            ]
+        )
         shares = optuna.importance.PedAnovaImportanceEvaluator(target_quantile=best).evaluate(study)
     return np.array([shares[name] for name in space])
 

@@ -151,8 +151,10 @@ class Journal:
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
-            kept = (f"{len(self.entries)} evaluations are kept: make room, "
-                    f"then the same command with --out {self.path.parent} goes on")
+            kept = (
+                f"{len(self.entries)} evaluations are kept: make room, "
+                f"then the same command with --out {self.path.parent} goes on"
+            )
             raise RecordingError(
                 f"{self.path}: nothing more can be written: {error.strerror or error}; {kept}"
             ) from error
@@ -199,5 +201,6 @@ def _seal_of(text: str, before: str) -> str:
 def _same(old: Entry, new: Entry, path: Path) -> None:
     """Refuse to continue the journal of another search."""
     if different := [key for key, value in new.items() if old.get(key) != value]:
-        raise ForeignFile(f"{path}: belongs to another search: its {', '.join(different)} is not that of the "
-                          "folder")
+        raise ForeignFile(
+            f"{path}: belongs to another search: its {', '.join(different)} is not that of the folder"
+        )

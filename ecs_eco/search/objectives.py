@@ -19,15 +19,29 @@ from ecs_eco.search.fit import Fit
 
 
 def objective(
-    search: Search, series: Series, persist: Sequence[str], find: Callable[[Any], Any] = handed_over,
-    fit: Fit | None = None
+    search: Search,
+    series: Series,
+    persist: Sequence[str],
+    find: Callable[[Any], Any] = handed_over,
+    fit: Fit | None = None,
 ) -> float:
     """The weighted mean of a search's goals for a run in which all lived; `find` gives "module:name", `fit`
     is what the goal data compares with."""
-    goals = [(of if of in OBJECTIVES or of in series.reporters else find(of), weight)
-             for of, weight in search.goals]
-    return float(sum(weight * (likeness(series, fit) if of == "data" and fit is not None
-                               else score(of, series, persist, search.wanted)) for of, weight in goals))
+    goals = [
+        (of if of in OBJECTIVES or of in series.reporters else find(of), weight)
+        for of, weight in search.goals
+    ]
+    return float(
+        sum(
+            weight
+            * (
+                likeness(series, fit)
+                if of == "data" and fit is not None
+                else score(of, series, persist, search.wanted)
+            )
+            for of, weight in goals
+        )
+    )
 
 
 def likeness(series: Series, fit: Fit) -> float:

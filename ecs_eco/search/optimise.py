@@ -31,8 +31,12 @@ def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
     """The ranges as Optuna distributions, by name."""
     from optuna.distributions import FloatDistribution, IntDistribution
 
-    return {p.name: IntDistribution(int(p.low), int(p.high), log=p.log)
-            if p.whole else FloatDistribution(p.low, p.high, log=p.log) for p in parameters}  # fmt: skip
+    return {
+        p.name: IntDistribution(int(p.low), int(p.high), log=p.log)
+        if p.whole
+        else FloatDistribution(p.low, p.high, log=p.log)
+        for p in parameters
+    }
 
 
 class Optimiser:
@@ -73,9 +77,7 @@ class Optimiser:
 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            if (
-                candidate in self.waiting
-            ):  # replaced by one with rounded numbers, as read from a journal
+            if candidate in self.waiting:  # replaced by one with rounded numbers, as read from a journal
                 self.study.tell(self.waiting.pop(candidate), state=optuna.trial.TrialState.FAIL)
             inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
             self.study.add_trial(

@@ -29,5 +29,6 @@ class Outcome:
 
     def evaluated(self) -> Runs:
         """The candidates whose numbers made a world, in their order."""
-        return sorted((e for e in self.journal.of("candidate") if "refused" not in e),
-                      key=lambda e: int(e["candidate"]))
+        return sorted(
+            (e for e in self.journal.of("candidate") if "refused" not in e), key=lambda e: int(e["candidate"])
+        )

@@ -29,12 +29,18 @@ def write_page(search: Outcome, result: dict[str, Any]) -> None:
     caption = "Each candidate: the stage that it reached, and its score there squeezed into one unit."
     sampled = [] if search.sampler is None else posterior_blocks(search.sampler, result["posterior"], folder)
     title = search.plan.config.title or search.plan.config.name
-    blocks = [f"<h1>Search: {escape(title)}</h1>", f"<p>{escape(_opening(result))}</p>",
-              *_confirmed(result, folder), *sampled,
-              "<h2>The best worlds</h2>",
-              _best_table(search, result),
-              "<h2>How the search went</h2>", picture(path, caption), "<h2>Which numbers were important</h2>",
-              *_important(search, result, folder)]  # fmt: skip
+    blocks = [
+        f"<h1>Search: {escape(title)}</h1>",
+        f"<p>{escape(_opening(result))}</p>",
+        *_confirmed(result, folder),
+        *sampled,
+        "<h2>The best worlds</h2>",
+        _best_table(search, result),
+        "<h2>How the search went</h2>",
+        picture(path, caption),
+        "<h2>Which numbers were important</h2>",
+        *_important(search, result, folder),
+    ]
     write_text(search.out / "search.html", page(f"Search: {title}", *blocks))
 
 
@@ -58,21 +64,35 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
     both = {world: c for world, c in both.items() if c["runs"]}
     if not both:
         return []
-    curves = {world: kaplan_meier([r["lived"] for r in c["lives"]],
-                                  [r["extinct"] is not None for r in c["lives"]])
-              for world, c in both.items()}  # fmt: skip
+    curves = {
+        world: kaplan_meier([r["lived"] for r in c["lives"]], [r["extinct"] is not None for r in c["lives"]])
+        for world, c in both.items()
+    }
     drawn = survival(
         curves, result["confirmation"]["ticks"], "all species, on seeds that the search did not use"
     )
     path = save_svg(drawn, folder / "survival.svg")
-    rows = [[world, c["runs"], c["persisted"], number(c["share"]),
-             f"{number(c['low'])} … {number(c['high'])}",
-             ", ".join(f"{a}/{b}" for a, b in c["by_training_seed"].values()), _lost(c["lives"])]
-            for world, c in both.items()]  # fmt: skip
+    rows = [
+        [
+            world,
+            c["runs"],
+            c["persisted"],
+            number(c["share"]),
+            f"{number(c['low'])} … {number(c['high'])}",
+            ", ".join(f"{a}/{b}" for a, b in c["by_training_seed"].values()),
+            _lost(c["lives"]),
+        ]
+        for world, c in both.items()
+    ]
     caption = "Share of runs in which all species still live, with 95 % bands (Kaplan–Meier)."
-    return ["<h2>Confirmation</h2>", picture(path, caption),
-            table(["world", "runs", "all persist", "share", "95 % (Wilson)", "by training seed",
-                   "died out first"], rows)]  # fmt: skip
+    return [
+        "<h2>Confirmation</h2>",
+        picture(path, caption),
+        table(
+            ["world", "runs", "all persist", "share", "95 % (Wilson)", "by training seed", "died out first"],
+            rows,
+        ),
+    ]
 
 
 def _lost(lives: Runs) -> str:
@@ -83,9 +103,15 @@ def _lost(lives: Runs) -> str:
 
 def _best_table(search: Outcome, result: dict[str, Any]) -> str:
     plan, best = search.plan, result["best"]
-    rows = [[p.name, f"{number(p.low)} … {number(p.high)}", number(plan.start[p.name]),
-             *(number(b["values"][p.name]) for b in best)]
-            for p in plan.parameters]  # fmt: skip
+    rows = [
+        [
+            p.name,
+            f"{number(p.low)} … {number(p.high)}",
+            number(plan.start[p.name]),
+            *(number(b["values"][p.name]) for b in best),
+        ]
+        for p in plan.parameters
+    ]
     rows.append(["score", "", "", *(number(b["score"]) for b in best)])
     rows.append(
         [
@@ -104,17 +130,24 @@ def _important(search: Outcome, result: dict[str, Any], folder: Path) -> list[st
     plan, entries = search.plan, search.evaluated()
     shares = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
     worse, best, start = ranks([merit(e) for e in entries]), search.ranked[0]["values"], plan.start
-    text = (f"Read from {len(entries)} candidates: a number is important if the best of them are distributed "
-            "over its range "
-        "differently from all. A bar that does not pass its line may be chance.")  # fmt: skip
+    text = (
+        f"Read from {len(entries)} candidates: a number is important if the best of them are distributed "
+        "over its range "
+        "differently from all. A bar that does not pass its line may be chance."
+    )
     blocks = [
         f"<p>{text}</p>",
-        picture(save_svg(figures.importance(shares), folder / "importance.svg"),
-                "Share of all importance (PED-ANOVA); chance stays below the line in 19 of 20 cases."),
-        picture(save_svg(figures.scatter(plan.parameters, entries, worse, start, best),
-                     folder / "dependence.svg"),
-                "Each candidate over each of its numbers: the higher, the more of the others are worse."),
-    ]  # fmt: skip
+        picture(
+            save_svg(figures.importance(shares), folder / "importance.svg"),
+            "Share of all importance (PED-ANOVA); chance stays below the line in 19 of 20 cases.",
+        ),
+        picture(
+            save_svg(
+                figures.scatter(plan.parameters, entries, worse, start, best), folder / "dependence.svg"
+            ),
+            "Each candidate over each of its numbers: the higher, the more of the others are worse.",
+        ),
+    ]
     if len(plan.parameters) > 1:
         order = np.argsort([-i.share for i in shares]).tolist()
         drawn = figures.pairs(plan.parameters, entries, worse, order, best, start)

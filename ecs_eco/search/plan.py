@@ -67,8 +67,13 @@ class Plan:
     def sampling(self) -> Plan:
         """The plan of a search that samples a posterior: a run for each candidate, of a seed of its own."""
         trainings = sorted({training for training, _ in self.cells})
-        return replace(self, stages=((self.ticks, 1),), cells=tuple((t, 0) for t in trainings), finals=(),
-                       confirmation=())
+        return replace(
+            self,
+            stages=((self.ticks, 1),),
+            cells=tuple((t, 0) for t in trainings),
+            finals=(),
+            confirmation=(),
+        )
 
 
 def plan_of(config: WorldConfig) -> Plan:
@@ -78,8 +83,10 @@ def plan_of(config: WorldConfig) -> Plan:
     """
     search = config.search
     if not search.ranges:
-        allowed = ("a number written { value = 0.014, search = [0.004, 0.02] }, an entry of [search.ranges], "
-                   "or --range KEY=LOW:HIGH")
+        allowed = (
+            "a number written { value = 0.014, search = [0.004, 0.02] }, an entry of [search.ranges], "
+            "or --range KEY=LOW:HIGH"
+        )
         raise ConfigError(
             [Problem(("search", "ranges"), "nothing to vary", {}, allowed, source=config._source)]
         )
@@ -102,10 +109,17 @@ def plan_of(config: WorldConfig) -> Plan:
     ticks = search.ticks or config.ticks
     cells = crossed(trainings, search.world_seeds, 0)
     retrained = search.confirm.training_seeds if search.policies in TRAINED else 1
-    return Plan(config, parameters, ticks, stages(ticks, len(cells), search.stages, search.first), cells,
-                crossed(trainings, search.world_seeds, FINALS),
-                crossed(retrained, search.confirm.world_seeds, CONFIRMATION),
-                search.confirm.ticks or ticks, fit_of(config, ticks))  # fmt: skip
+    return Plan(
+        config,
+        parameters,
+        ticks,
+        stages(ticks, len(cells), search.stages, search.first),
+        cells,
+        crossed(trainings, search.world_seeds, FINALS),
+        crossed(retrained, search.confirm.world_seeds, CONFIRMATION),
+        search.confirm.ticks or ticks,
+        fit_of(config, ticks),
+    )
 
 
 def _parameter(config: WorldConfig, name: str) -> Parameter:

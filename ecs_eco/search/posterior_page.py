@@ -28,23 +28,42 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
     kept = sampler.posterior()
     if not result["numbers"]:
         return ["<h2>Posterior</h2>", "<p>No candidate lived long enough to be compared.</p>"]
-    told = (f"<p>Of {result['candidates']} candidates {result['compared']} lived long enough to be compared; "
-            f"the {result['kept']} nearest are the posterior (posterior.csv), worth "
-            f"{number(result['effective'])} of equal weight.</p>")
-    numbers = [[name, f"{number(of['range'][0])} … {number(of['range'][1])}", number(of["median"]),
-                f"{number(of['low'])} … {number(of['high'])}"] for name, of in result["numbers"].items()]
-    statistics = [[name, number(of["observed"]), number(of["median"]),
-                   f"{number(of['low'])} … {number(of['high'])}"]
-                  for name, of in result["statistics"].items()]
+    told = (
+        f"<p>Of {result['candidates']} candidates {result['compared']} lived long enough to be compared; "
+        f"the {result['kept']} nearest are the posterior (posterior.csv), worth "
+        f"{number(result['effective'])} of equal weight.</p>"
+    )
+    numbers = [
+        [
+            name,
+            f"{number(of['range'][0])} … {number(of['range'][1])}",
+            number(of["median"]),
+            f"{number(of['low'])} … {number(of['high'])}",
+        ]
+        for name, of in result["numbers"].items()
+    ]
+    statistics = [
+        [name, number(of["observed"]), number(of["median"]), f"{number(of['low'])} … {number(of['high'])}"]
+        for name, of in result["statistics"].items()
+    ]
     parameters = sampler.plan.parameters
-    drawn = [picture(save_svg(marginals(parameters, kept, sampler.plan.start), folder / "posterior.svg"),
-                     "Each number: density of the posterior over its range, drawn on the scale of the range, "
-                     "with its median and central 90 %; the grey line is the density of the range itself.")]
+    drawn = [
+        picture(
+            save_svg(marginals(parameters, kept, sampler.plan.start), folder / "posterior.svg"),
+            "Each number: density of the posterior over its range, drawn on the scale of the range, "
+            "with its median and central 90 %; the grey line is the density of the range itself.",
+        )
+    ]
     if len(parameters) > 1:
         path = save_svg(pairs(parameters, kept), folder / "posterior-pairs.svg")
         drawn.append(picture(path, "Pairs of numbers; the area of a dot is the weight of a candidate."))
-    return ["<h2>Posterior</h2>", told, table(["number", "range", "median", "central 90 %"], numbers), *drawn,
-            table(["statistic", "measured", "median of the runs", "central 90 %"], statistics)]
+    return [
+        "<h2>Posterior</h2>",
+        told,
+        table(["number", "range", "median", "central 90 %"], numbers),
+        *drawn,
+        table(["statistic", "measured", "median of the runs", "central 90 %"], statistics),
+    ]
 
 
 @styled

@@ -48,21 +48,32 @@ def summary(search: Outcome) -> dict[str, Any]:
     }
     finals = {e["candidate"]: e for e in search.journal.of("final")}
     return {
-        **plan.header(), "optimiser": search.optimiser, "workers": search.workers,
+        **plan.header(),
+        "optimiser": search.optimiser,
+        "workers": search.workers,
         "seconds": search.journal.entries[-1]["at"],
         "cpu_of_candidates": round(search.cpu, 1),
         "seconds_of_candidates": max(e["at"] for e in search.journal.of("candidate")),
         "candidates": len(ranked),
         "by_stage": [sum(e["stage"] >= s for e in ranked) for s in range(len(plan.stages))],
-        "stages": plan.stages, "cells": plan.cells, "start": plan.start,
-        "best": [{"candidate": e["candidate"], "values": e["values"], "stage": e["stage"],
-                  "score": e["score"],
-                  "finals": finals[e["candidate"]]["score"] if e["candidate"] in finals else None}
-                 for e in ranked[:5]],
+        "stages": plan.stages,
+        "cells": plan.cells,
+        "start": plan.start,
+        "best": [
+            {
+                "candidate": e["candidate"],
+                "values": e["values"],
+                "stage": e["stage"],
+                "score": e["score"],
+                "finals": finals[e["candidate"]]["score"] if e["candidate"] in finals else None,
+            }
+            for e in ranked[:5]
+        ],
         "best_so_far": _best_so_far(search.journal.of("candidate")),
         "confirmation": {"ticks": plan.confirmation_ticks, "cells": plan.confirmation, **confirmed},
-        "versions": versions(), "git_commit": git_commit(),
-    }  # fmt: skip
+        "versions": versions(),
+        "git_commit": git_commit(),
+    }
 
 
 def _best_so_far(entries: Runs) -> list[list[float]]:
@@ -75,20 +86,28 @@ def _best_so_far(entries: Runs) -> list[list[float]]:
 
 
 def confirmation(search: Outcome, candidate: int) -> dict[str, Any]:
-    """Runs on fresh seeds: how many there were, in how many all lived, Wilson's 95 % interval, and each run.
-    """
+    """Runs on fresh seeds: how many there were, in how many all lived, Wilson's 95 % interval, and each run."""
     entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
-    runs = [run for e in sorted(entries, key=lambda e: tuple(e["cell"]))  # not as workers finished
-            for stage in e["stages"] for run in stage["runs"]]
+    runs = [
+        run
+        for e in sorted(entries, key=lambda e: tuple(e["cell"]))  # not as workers finished
+        for stage in e["stages"]
+        for run in stage["runs"]
+    ]
     kept = sum(run["extinct"] is None for run in runs)
     share = wilson(kept, len(runs))
     trainings = sorted({run["training"] for run in runs})
     each = {t: [r["extinct"] is None for r in runs if r["training"] == t] for t in trainings}
-    return {"candidate": candidate, "runs": len(runs), "persisted": kept,
-            "share": None if not runs else share.value, "low": share.low, "high": share.high,
-            "by_training_seed": {str(t): [sum(x), len(x)] for t, x in each.items()},
-            "lives": [{k: r[k] for k in ("training", "world", "lived", "extinct")}
-                      for r in runs]}  # fmt: skip
+    return {
+        "candidate": candidate,
+        "runs": len(runs),
+        "persisted": kept,
+        "share": None if not runs else share.value,
+        "low": share.low,
+        "high": share.high,
+        "by_training_seed": {str(t): [sum(x), len(x)] for t, x in each.items()},
+        "lives": [{k: r[k] for k in ("training", "world", "lived", "extinct")} for r in runs],
+    }
 
 
 def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:

@@ -117,8 +117,10 @@ class Search:
         plan."""
         for entry in self.journal.of("candidate"):
             if entry["values"].keys() != self.plan.start.keys():
-                raise ForeignFile(f"{self.journal.path}: candidate {entry['candidate']}: values: have other "
-                                  "keys than the ranges")
+                raise ForeignFile(
+                    f"{self.journal.path}: candidate {entry['candidate']}: values: have other "
+                    "keys than the ranges"
+                )
             self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
         self.budget.begin(self.plan, self.journal, lambda: len(self._finalists()))
 
@@ -140,8 +142,9 @@ class Search:
         waiting = True
         while waiting or self.running:
             while waiting and self._free and self.optimiser.ready(coming):
-                waiting = (self.budget.allows_another(len(self.running))
-                           and not self.optimiser.finished(coming))
+                waiting = self.budget.allows_another(len(self.running)) and not self.optimiser.finished(
+                    coming
+                )
                 if waiting:
                     values = self.optimiser.ask(coming) if coming else self.plan.start
                     self._submit((coming, values), self._job(coming, values if coming else {}))
@@ -230,16 +233,26 @@ class Search:
         plan = self.plan
         cells = plan.cells if self.sampler is None else [self.sampler.cell(number)]
         hopeless, policies = plan.config.search.hopeless, self.out / "policies"
-        return Job(f"candidate-{number}", plan.config, values, cells, plan.stages, least, hopeless, policies,
-                   plan.fit)
+        return Job(
+            f"candidate-{number}",
+            plan.config,
+            values,
+            cells,
+            plan.stages,
+            least,
+            hopeless,
+            policies,
+            plan.fit,
+        )
 
     def _whole(self, entry: Mapping[str, Any], cells: Iterable[tuple[int, int]], ticks: int) -> Job:
         """Do all these runs of a candidate at full length."""
         number, cells = entry["candidate"], tuple(cells)
         values = entry["values"] if number else {}
         stages, policies = [(ticks, len(cells))], self.out / "policies"
-        return Job(f"candidate-{number}", self.plan.config, values, cells, stages, [], 1.0, policies,
-                   self.plan.fit)
+        return Job(
+            f"candidate-{number}", self.plan.config, values, cells, stages, [], 1.0, policies, self.plan.fit
+        )
 
     def least(self, stage: int) -> float:
         """The score with which a candidate advances: a quantile of earlier candidates at that stage."""
@@ -264,8 +277,14 @@ class Search:
     def outcome(self) -> Outcome:
         """All that a report needs."""
         return Outcome(
-            self.plan, self.journal, self.ranked(), self.out, self.kind, self.workers, self.budget.worked,
-            self.sampler
+            self.plan,
+            self.journal,
+            self.ranked(),
+            self.out,
+            self.kind,
+            self.workers,
+            self.budget.worked,
+            self.sampler,
         )
 
     def best(self) -> dict[str, Any]:

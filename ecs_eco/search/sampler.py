@@ -115,8 +115,9 @@ class Sampler:
         return range(first + (generation - 1) * each, first + generation * each)
 
     def _entries(self) -> list[dict[str, Any]]:
-        return sorted((e for e in self.journal.of("candidate") if e["candidate"]),
-                      key=lambda e: int(e["candidate"]))
+        return sorted(
+            (e for e in self.journal.of("candidate") if e["candidate"]), key=lambda e: int(e["candidate"])
+        )
 
     def _population(self, generation: int) -> Population:
         """What is kept after a generation, of those in the journal."""
@@ -143,8 +144,12 @@ class Sampler:
         weights = np.ones(len(there))
         if before is not None and len(before.numbers) >= FEWEST and len(there):
             weights = 1 / _density(at, before)
-        return Population(np.array([e["candidate"] for e, _ in there], dtype=np.int64), at, weights,
-                          np.sqrt((apart**2).mean(1)) if len(there) else np.zeros(0))
+        return Population(
+            np.array([e["candidate"] for e, _ in there], dtype=np.int64),
+            at,
+            weights,
+            np.sqrt((apart**2).mean(1)) if len(there) else np.zeros(0),
+        )
 
     def scales(self) -> np.ndarray:
         """What a difference of each statistic is divided by: how much candidates differ that are drawn from
@@ -192,8 +197,17 @@ def _nearest(of: Population, n: int) -> Population:
 
 
 def _together(a: Population, b: Population) -> Population:
-    return Population(*(np.concatenate([x, y]) for x, y in (
-        (a.numbers, b.numbers), (a.at, b.at), (a.weights, b.weights), (a.distances, b.distances))))
+    return Population(
+        *(
+            np.concatenate([x, y])
+            for x, y in (
+                (a.numbers, b.numbers),
+                (a.at, b.at),
+                (a.weights, b.weights),
+                (a.distances, b.distances),
+            )
+        )
+    )
 
 
 def _spread(of: Population) -> np.ndarray:

@@ -26,8 +26,13 @@ Key = tuple[str | int, ...]
 
 
 def write_world(
-    plan: Plan, world: World, overrides: Any, values: Mapping[str, float], trained: Path,
-    file: Path, note: str
+    plan: Plan,
+    world: World,
+    overrides: Any,
+    values: Mapping[str, float],
+    trained: Path,
+    file: Path,
+    note: str,
 ) -> None:
     """Write one world; `trained` is the folder of the policies trained for it, if any."""
     config = load(plan.config, dict(values))

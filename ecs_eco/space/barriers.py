@@ -1,5 +1,4 @@
-"""Capsules and boxes through which no solid body passes, however fast: solid, no spheres, and unable to move.
-"""
+"""Capsules and boxes through which no solid body passes, however fast: solid, no spheres, and unable to move."""
 
 import math
 from typing import TYPE_CHECKING
@@ -24,14 +23,22 @@ POINT = np.array([[0, 0, 0, 0, 0, 0, 0, 1, 0]], np.float32)  # the form of a bod
 def barriers(world: "SpatialWorld", but: str = "") -> Solids | None:
     """Return the solid capsules and boxes that cannot move, of all tables `but` one; None where there is
     none."""
-    names = [n for n, t in world.tables.items()
-             if n != but and t.n and t.species.solid and t.has((Position, Body, Shape))
-             and Velocity not in t and not t.species.pushed]
+    names = [
+        n
+        for n, t in world.tables.items()
+        if n != but
+        and t.n
+        and t.species.solid
+        and t.has((Position, Body, Shape))
+        and Velocity not in t
+        and not t.species.pushed
+    ]
     return solids(world, names) if names else None
 
 
-def hold_back(world: "SpatialWorld", walls: Solids, x: np.ndarray, y: np.ndarray, z: np.ndarray,
-              way: np.ndarray) -> np.ndarray:
+def hold_back(
+    world: "SpatialWorld", walls: Solids, x: np.ndarray, y: np.ndarray, z: np.ndarray, way: np.ndarray
+) -> np.ndarray:
     """End ways f32[n, 3] [m] from places f32[n] at the edges of the space, and shorten those that then lead
     into a barrier, so that they end before it; return by what factor, f32[n].
 
@@ -43,13 +50,29 @@ def hold_back(world: "SpatialWorld", walls: Solids, x: np.ndarray, y: np.ndarray
         if not space.wrap[axis]:
             furthest = np.nextafter(space.lengths[axis], np.float32(0))
             np.clip(way[:, axis], -at, furthest - at, out=way[:, axis])
-    world.split(shorten, x.size, x, y, z, walls.form, *space.shape, space.inverse, space.lengths, space.torus,
-                space.volume, *walls.cells, POINT, way, share)
+    world.split(
+        shorten,
+        x.size,
+        x,
+        y,
+        z,
+        walls.form,
+        *space.shape,
+        space.inverse,
+        space.lengths,
+        space.torus,
+        space.volume,
+        *walls.cells,
+        POINT,
+        way,
+        share,
+    )
     return share
 
 
-def stop(world: "SpatialWorld", table: "Table", walls: Solids, before: np.ndarray,
-         way: np.ndarray) -> np.ndarray:
+def stop(
+    world: "SpatialWorld", table: "Table", walls: Solids, before: np.ndarray, way: np.ndarray
+) -> np.ndarray:
     """Let the living of a table, who have gone ways f32[n, 3] [m] from places f32[rows, 3] [m], stay before
     barriers; return by what factor their ways are shorter, f32[n]."""
     p, space, rows = table[Position], world.space, table.rows()
@@ -63,10 +86,10 @@ def stop(world: "SpatialWorld", table: "Table", walls: Solids, before: np.ndarra
 
 
 @njit
-def shorten(first, last, x, y, z, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, point, way,
-            share):
-    """`hold_back` for the ways first … last − 1: in parts of half a torus, of which it sees the next images.
-    """
+def shorten(
+    first, last, x, y, z, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, point, way, share
+):
+    """`hold_back` for the ways first … last − 1: in parts of half a torus, of which it sees the next images."""
     near, seen = np.empty(len(form), np.int64), np.zeros(len(form) + 1, np.int64)
     half = np.float64(min(lengths[0], lengths[1])) / 2 if torus else np.inf
     most = np.float64(lengths[0] + lengths[1]) if torus else np.inf
@@ -80,8 +103,27 @@ def shorten(first, last, x, y, z, form, nx, ny, nz, inverse, lengths, torus, vol
         wx, wy, wz = wx * whole / parts, wy * whole / parts, wz * whole / parts
         px, py, pz, free, part = np.float64(x[i]), np.float64(y[i]), np.float64(z[i]), 1.0, 0
         while free == 1 and part < parts:
-            free = _free_part(px, py, pz, wx, wy, wz, form, nx, ny, nz, inverse, lengths, torus, volume,
-                              start, entry, point, near, seen)
+            free = _free_part(
+                px,
+                py,
+                pz,
+                wx,
+                wy,
+                wz,
+                form,
+                nx,
+                ny,
+                nz,
+                inverse,
+                lengths,
+                torus,
+                volume,
+                start,
+                entry,
+                point,
+                near,
+                seen,
+            )
             px, py, pz, part = px + wx, py + wy, pz + wz, part + 1
             if torus:
                 px -= lengths[0] * math.floor(px / lengths[0])
@@ -93,12 +135,31 @@ def shorten(first, last, x, y, z, form, nx, ny, nz, inverse, lengths, torus, vol
 
 
 @njit
-def _free_part(px, py, pz, wx, wy, wz, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, point,
-               near, seen):
+def _free_part(
+    px, py, pz, wx, wy, wz, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, point, near, seen
+):
     """Return at which share of a way of at most half a torus a barrier begins, 1 where there is none."""
     images, free = 2 if torus else 1, 1.0
-    for q in range(around(px + wx / 2, py + wy / 2, pz + wz / 2, abs(wx) / 2, abs(wy) / 2, abs(wz) / 2,
-                          nx, ny, nz, inverse, lengths, torus, start, entry, seen, near)):
+    for q in range(
+        around(
+            px + wx / 2,
+            py + wy / 2,
+            pz + wz / 2,
+            abs(wx) / 2,
+            abs(wy) / 2,
+            abs(wz) / 2,
+            nx,
+            ny,
+            nz,
+            inverse,
+            lengths,
+            torus,
+            start,
+            entry,
+            seen,
+            near,
+        )
+    ):
         e = near[q]
         dx, dy, dz = px - form[e, 0], py - form[e, 1], pz - form[e, 2]
         for image in range(images * images):

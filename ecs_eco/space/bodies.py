@@ -66,8 +66,10 @@ def merged(world: "SpatialWorld", names: Sequence[str]) -> sight.Bodies:
     """Return the bodies of several tables in one index, rebuilt when one of them has changed."""
 
     def build() -> sight.Bodies:
-        return sight.Bodies(world.space, [(world.index(table), table[Body].radius)
-                                          for table in map(world.tables.__getitem__, names)])
+        return sight.Bodies(
+            world.space,
+            [(world.index(table), table[Body].radius) for table in map(world.tables.__getitem__, names)],
+        )
 
     return world.merged(tuple(names), build)
 
@@ -79,8 +81,9 @@ def solids(world: "SpatialWorld", names: Sequence[str]) -> Solids:
     def build() -> Solids:
         tables = [world.tables[name] for name in names]
         rows = [world.index(table).rows.copy() for table in tables]
-        return Solids(world.space, [(form_of(table, r), r, table.uid[r])
-                                    for table, r in zip(tables, rows, strict=True)])
+        return Solids(
+            world.space, [(form_of(table, r), r, table.uid[r]) for table, r in zip(tables, rows, strict=True)]
+        )
 
     return world.merged(tuple(names), build, "solids")
 

@@ -21,8 +21,13 @@ def check_surroundings(world: Any) -> None:
     for name, field in world.fields.items():
         finite = FINITE if field.substance is None else CONCENTRATION
         _check_form(f"field {name!r}: source", field.source, field.shape[::-1], finite[0].dtype)
-        _check_map(f"field {name!r}: value", field.value, field.shape[::-1], finite,
-                   "finite numbers" if field.substance is None else "concentrations, 0 or more [mol/L]")
+        _check_map(
+            f"field {name!r}: value",
+            field.value,
+            field.shape[::-1],
+            finite,
+            "finite numbers" if field.substance is None else "concentrations, 0 or more [mol/L]",
+        )
     if world.terrain is not None:
         shape = world.terrain.shape
         _check_map("terrain: height", world.terrain.height, shape, FINITE, "finite numbers [m]")
@@ -35,8 +40,9 @@ def check_surroundings(world: Any) -> None:
             raise ValueError(f"ambient has no {quantity!r}; it needs {', '.join(AMBIENT)}")
 
 
-def _check_map(name: str, values: np.ndarray, shape: tuple[int, ...], limits: tuple[np.ndarray, np.ndarray],
-               allowed: str) -> None:
+def _check_map(
+    name: str, values: np.ndarray, shape: tuple[int, ...], limits: tuple[np.ndarray, np.ndarray], allowed: str
+) -> None:
     low, high = limits
     _check_form(name, values, shape, low.dtype)
     if first_outside((values.reshape(-1),), 0, values.size, ONE, low, high) >= 0:
@@ -47,5 +53,7 @@ def _check_map(name: str, values: np.ndarray, shape: tuple[int, ...], limits: tu
 def _check_form(name: str, values: Any, shape: tuple[int, ...], dtype: Any) -> None:
     if getattr(values, "dtype", None) != dtype or values.shape != shape or not values.flags.c_contiguous:
         given = f"{values.dtype}{list(values.shape)}" if isinstance(values, np.ndarray) else repr(values)
-        raise ValueError(f"{name} is {given}; allowed: {np.dtype(dtype)}{list(shape)} without gaps; "
-                         "write into it: [...] = …")
+        raise ValueError(
+            f"{name} is {given}; allowed: {np.dtype(dtype)}{list(shape)} without gaps; "
+            "write into it: [...] = …"
+        )

@@ -51,7 +51,10 @@ class Environment(dict[str, Quantity]):
             return water.pressure(self.ambient["pressure"], z)  # type: ignore[union-attr]
 
         for function in (light, temperature, pressure):
-            if (water is not None or (sun is not None and function is light)
-                or (warms and function is temperature)):
+            if (
+                water is not None
+                or (sun is not None and function is light)
+                or (warms and function is temperature)
+            ):
                 function.of_climate = True  # type: ignore[attr-defined]
                 self[function.__name__] = function

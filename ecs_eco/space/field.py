@@ -31,8 +31,9 @@ class Field:
         self.source = np.zeros_like(self.value)
         self._next = np.zeros_like(self.value)
         self._steps: tuple[Any, ...] = ((), 0, (), 0.0, 0.0)
-        self.inverse = np.array([n[i] / space.size[i] if i < len(space.size) else 0.0 for i in range(3)],
-                                np.float32)
+        self.inverse = np.array(
+            [n[i] / space.size[i] if i < len(space.size) else 0.0 for i in range(3)], np.float32
+        )
 
     def emit(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray | np.float32) -> None:
         """Put `amount`, f32[n] or the same for each, into the cells of places (x, y, z) f32[n] [m], in the
@@ -67,8 +68,18 @@ class Field:
         if self._steps[0] != made_from:
             self._steps = made_from, *self._plan(dt)
         _, steps, a, left, arrives = self._steps
-        _flow(self.value, self.source, self._next, *(emitted or NOBODY), self.inverse, steps, a, left,
-              arrives, self.space.torus)
+        _flow(
+            self.value,
+            self.source,
+            self._next,
+            *(emitted or NOBODY),
+            self.inverse,
+            steps,
+            a,
+            left,
+            arrives,
+            self.space.torus,
+        )
         if steps % 2:
             self.value, self._next = self._next, self.value
         if self.initial is not None and self.renewal:
@@ -125,8 +136,14 @@ def _diffuse(now, new, a, torus):
         for j in range(ny):
             south = j - 1 if j > 0 else (ny - 1 if torus else 0)
             north = j + 1 if j < ny - 1 else (0 if torus else ny - 1)
-            lower, upper, row, front, back, out = (now[below, j], now[above, j], now[k, j], now[k, south],
-                                                   now[k, north], new[k, j])
+            lower, upper, row, front, back, out = (
+                now[below, j],
+                now[above, j],
+                now[k, j],
+                now[k, south],
+                now[k, north],
+                new[k, j],
+            )
             for i in range(1, nx - 1):  # without branches: this becomes vector code
                 c = row[i]
                 flow = ax * (row[i - 1] + row[i + 1] - c - c) + ay * (front[i] + back[i] - c - c)
@@ -145,8 +162,11 @@ def _diffuse(now, new, a, torus):
 def at(value, x, y, z, inverse, torus):
     """Return the field at one place, linear between the centres of cells."""
     nz, ny, nx = value.shape
-    gx, gy, gz = (x * inverse[0] - np.float32(0.5), y * inverse[1] - np.float32(0.5),
-                  z * inverse[2] - np.float32(0.5))
+    gx, gy, gz = (
+        x * inverse[0] - np.float32(0.5),
+        y * inverse[1] - np.float32(0.5),
+        z * inverse[2] - np.float32(0.5),
+    )
     i0, j0 = floor_between(gx, -1, nx - 1), floor_between(gy, -1, ny - 1)
     fx, fy = gx - np.float32(i0), gy - np.float32(j0)
     i1, j1 = i0 + 1, j0 + 1
@@ -154,8 +174,12 @@ def at(value, x, y, z, inverse, torus):
         i0, i1 = (i0 + nx if i0 < 0 else i0), (i1 - nx if i1 >= nx else i1)
         j0, j1 = (j0 + ny if j0 < 0 else j0), (j1 - ny if j1 >= ny else j1)
     else:
-        i0, i1, j0, j1 = (min(max(i0, 0), nx - 1), min(max(i1, 0), nx - 1), min(max(j0, 0), ny - 1),
-                          min(max(j1, 0), ny - 1))
+        i0, i1, j0, j1 = (
+            min(max(i0, 0), nx - 1),
+            min(max(i1, 0), nx - 1),
+            min(max(j0, 0), ny - 1),
+            min(max(j1, 0), ny - 1),
+        )
     one = np.float32(1.0)
     if nz == 1:
         return _plane(value[0], i0, i1, j0, j1, fx, fy)

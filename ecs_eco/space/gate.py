@@ -48,8 +48,11 @@ class Limits(NamedTuple):
         """The limits in words."""
         if self.length:
             unit, what = ("rad", "circle") if self.field == "heading" else ("m", "torus")
-            back = (f"; up to ±{FURTHEST * self.length:g} {unit} is brought back around the {what}"
-                    if self.around else "")
+            back = (
+                f"; up to ±{FURTHEST * self.length:g} {unit} is brought back around the {what}"
+                if self.around
+                else ""
+            )
             return f"0 to {self.length:g} {unit}{back}"
         if self.high in (np.finfo(np.float32).max, np.finfo(np.float64).max):
             return "finite numbers"
@@ -68,8 +71,9 @@ class Limits(NamedTuple):
         else:
             can = values == np.float32(self.length)
         can &= self.outside(values)
-        return np.where(can, back_into(np.where(can, values, 0), self.length, self.around),
-                        values).astype(np.float32)
+        return np.where(can, back_into(np.where(can, values, 0), self.length, self.around), values).astype(
+            np.float32
+        )
 
     def refuse(self, label: str, values: np.ndarray) -> None:
         """Raise ValueError if a value is outside; `label` says whose it is,
@@ -80,8 +84,9 @@ class Limits(NamedTuple):
             inside = np.atleast_1d((bad >= self.low) & (bad <= self.high)).ravel()
             value = bad.ravel()[np.flatnonzero(~inside)[0]]
             more = f" ({rows.size - 1} more)" if rows.size > 1 else ""
-            raise ValueError(f"{label.format(int(rows[0]))}: {self.name} is {value}{more}; allowed: "
-                             f"{self.allowed}")
+            raise ValueError(
+                f"{label.format(int(rows[0]))}: {self.name} is {value}{more}; allowed: {self.allowed}"
+            )
 
 
 class Looked(NamedTuple):
@@ -111,12 +116,13 @@ def _look(world: Any, known: Looked | None) -> Looked:
     entries: dict[Any, list[tuple[int, np.ndarray, Any, Any]]] = {}
     limits: dict[Any, list[Limits | None]] = {}
     for i, table in enumerate(tables):
-        ours = [(one, table.field(one.component, one.field), one.low, one.high)
-                for one in limits_of(world, table)]
+        ours = [
+            (one, table.field(one.component, one.field), one.low, one.high) for one in limits_of(world, table)
+        ]
         for one, column, low, high in [*ours, (None, table.cause, 0, min(255, len(world.causes)))]:
             entries.setdefault(column.dtype, []).append((i, column, low, high))
             limits.setdefault(column.dtype, []).append(one)
-    key[2 + len(tables):] = [table.dims.copy() for table in tables]
+    key[2 + len(tables) :] = [table.dims.copy() for table in tables]
     groups = [scan.ColumnGroup.of(each) for each in entries.values()]
     return Looked(key, tables, groups, list(limits.values()))
 
@@ -128,8 +134,9 @@ def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
         for field, kind, low, high in _declared(component, heavy):
             if component.__name__ == "Position" and (length := lengths.get(field)) is not None:
                 near = np.nextafter(np.float32(length), np.float32(0))
-                yield Limits(component, field, np.float32(0), near, length,
-                             world.space.torus and field != "z")
+                yield Limits(
+                    component, field, np.float32(0), near, length, world.space.torus and field != "z"
+                )
                 continue
             if component.__name__ == "Position" and field == "heading":
                 yield Limits(component, field, np.float32(0), TURN, 2 * np.pi, True)
@@ -184,8 +191,10 @@ def admit(world: Any, refuse: bool = True, known: Looked | None = None) -> Looke
 
 def _refuse_cause(table: "Table", known: int) -> None:
     row = int(np.flatnonzero(table.cause > known)[0])
-    raise ValueError(f"{table.name}, uid {int(table.uid[row])}: cause of death {int(table.cause[row])}; "
-                     f"allowed: 0 to {known}, as world.cause(name) gives them")
+    raise ValueError(
+        f"{table.name}, uid {int(table.uid[row])}: cause of death {int(table.cause[row])}; "
+        f"allowed: 0 to {known}, as world.cause(name) gives them"
+    )
 
 
 def _admit_column(table: "Table", limits: Limits, column: np.ndarray, refuse: bool) -> None:
@@ -199,8 +208,9 @@ def _admit_column(table: "Table", limits: Limits, column: np.ndarray, refuse: bo
         limits.refuse(f"{table.name}, uid {int(table.uid[rows[wrong][0]])}", column[rows[wrong]])
 
 
-def newborn(world: Any, table: "Table", values: Mapping[tuple[type, str], Any],
-            label: str) -> dict[tuple[type, str], np.ndarray]:
+def newborn(
+    world: Any, table: "Table", values: Mapping[tuple[type, str], Any], label: str
+) -> dict[tuple[type, str], np.ndarray]:
     """Return the columns of newborn with their places brought into the space;
     ValueError for what is beyond its limits.
 
@@ -223,6 +233,7 @@ def one_each(value: Any, n: int, where: str) -> np.ndarray:
     repeated; ValueError otherwise."""
     array = np.asarray(value)
     if array.dtype.kind not in "fiub" or array.shape not in ((), (n,)):
-        raise ValueError(f"{where} gives {array.dtype}{list(array.shape)}; allowed: {n} numbers, "
-                         "one for each place")
+        raise ValueError(
+            f"{where} gives {array.dtype}{list(array.shape)}; allowed: {n} numbers, one for each place"
+        )
     return array if array.ndim else np.full(n, array, np.float32)

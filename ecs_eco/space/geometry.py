@@ -44,9 +44,10 @@ class Space:
         self.cell = float(cell)
         n = [max(1, int(s / cell)) for s in self.size] + [1]
         self.shape = (n[0], n[1], n[2] if self.volume else 1)  # cells along x, y, z
-        self.inverse = np.array([n[0] / self.size[0], n[1] / self.size[1],
-                                 n[2] / self.size[2] if self.volume else 0.0],
-                                np.float32)
+        self.inverse = np.array(
+            [n[0] / self.size[0], n[1] / self.size[1], n[2] / self.size[2] if self.volume else 0.0],
+            np.float32,
+        )
         self.n_cells = self.shape[0] * self.shape[1] * self.shape[2]
         side = min(s / n for s, n in zip(self.size, self.shape, strict=False))  # the shortest of a cell
         # how many cells a search of a radius [m] spans to each side: few radii are asked for again and again
@@ -54,8 +55,7 @@ class Space:
 
     @property
     def largest_radius(self) -> float:
-        """The largest radius of a sensor [m]: half the shorter side of a torus, the diagonal between walls.
-        """
+        """The largest radius of a sensor [m]: half the shorter side of a torus, the diagonal between walls."""
         return min(self.size[:2]) / 2 if self.torus else math.dist([0.0] * len(self.size), self.size)
 
 

@@ -44,9 +44,22 @@ class Index:
             self._allocate(max(alive.size + alive.size // 4, 2 * self._cell.size))  # newborn have room
         if self.start.size != self.space.n_cells + 1:
             self.start = np.zeros(self.space.n_cells + 1, np.int64)
-        self.flat, self.top = sort_cells(alive, x, y, z, uid, *self.space.shape, self.space.inverse,
-                                         self._cell, self.start, self._rows, self._x, self._y, self._z,
-                                         self._uid)
+        self.flat, self.top = sort_cells(
+            alive,
+            x,
+            y,
+            z,
+            uid,
+            *self.space.shape,
+            self.space.inverse,
+            self._cell,
+            self.start,
+            self._rows,
+            self._x,
+            self._y,
+            self._z,
+            self._uid,
+        )
         self._show()
 
     def renew(self, table: Any, places: Any) -> bool:
@@ -54,25 +67,47 @@ class Index:
         return False, with nothing changed, where sorting all is as fast."""
         gone, their, born, uids = changes(table, self.version)
         k = gone.size + born.size
-        if (4 * k > self.n or self.n + k > self._rows.size or table.high > self._cell.size
-                or (born.size and uids[0] <= self.top)):
+        if (
+            4 * k > self.n
+            or self.n + k > self._rows.size
+            or table.high > self._cell.size
+            or (born.size and uids[0] <= self.top)
+        ):
             return False
         if born.size:
             self.top = int(uids[-1])
         entries, spare = (self._rows, self._x, self._y, self._z, self._uid), self._spare
         if spare is None or spare[0].size != self._rows.size:
             spare = tuple(map(np.empty_like, entries))
-        self.flat &= not put_in(gone, their, born, uids, places.x, places.y, places.z, table.uid,
-                                *self.space.shape, self.space.inverse, self._cell, self.start, *entries,
-                                *spare)
+        self.flat &= not put_in(
+            gone,
+            their,
+            born,
+            uids,
+            places.x,
+            places.y,
+            places.z,
+            table.uid,
+            *self.space.shape,
+            self.space.inverse,
+            self._cell,
+            self.start,
+            *entries,
+            *spare,
+        )
         (self._rows, self._x, self._y, self._z, self._uid), self._spare = spare, entries
         self._show()
         return True
 
     def _show(self) -> None:
         self.n = n = int(self.start[-1])
-        self.rows, self.x, self.y, self.z, self.uid = (self._rows[:n], self._x[:n], self._y[:n], self._z[:n],
-                                                       self._uid[:n])
+        self.rows, self.x, self.y, self.z, self.uid = (
+            self._rows[:n],
+            self._x[:n],
+            self._y[:n],
+            self._z[:n],
+            self._uid[:n],
+        )
 
 
 @njit
@@ -115,8 +150,32 @@ def sort_cells(alive, x, y, z, uid, nx, ny, nz, inverse, cell, start, rows, sx, 
 
 
 @lone_njit
-def put_in(gone, their, born, uids, x, y, z, now, nx, ny, nz, inverse, cell, start, rows, sx, sy, sz, su,
-           rows_, sx_, sy_, sz_, su_):
+def put_in(
+    gone,
+    their,
+    born,
+    uids,
+    x,
+    y,
+    z,
+    now,
+    nx,
+    ny,
+    nz,
+    inverse,
+    cell,
+    start,
+    rows,
+    sx,
+    sy,
+    sz,
+    su,
+    rows_,
+    sx_,
+    sy_,
+    sz_,
+    su_,
+):
     """Write the entries of an index, without the dead and with the newborn, into other arrays; return whether
     any z of the latter is not 0.
 
@@ -135,8 +194,9 @@ def put_in(gone, their, born, uids, x, y, z, now, nx, ny, nz, inverse, cell, sta
     for k in range(born.size - 1, -1, -1):
         row = born[k]
         if now[row] == uids[k]:
-            of = ((cell_of(z[row] * inverse[2], nz) * ny + cell_of(y[row] * inverse[1], ny)) * nx
-                  + cell_of(x[row] * inverse[0], nx))
+            of = (cell_of(z[row] * inverse[2], nz) * ny + cell_of(y[row] * inverse[1], ny)) * nx + cell_of(
+                x[row] * inverse[0], nx
+            )
             cell[row] = of
             next_[k], last[of] = last[of], k
     to = np.uint64(0)
@@ -174,8 +234,14 @@ def find_cells(alive, x, y, z, nx, ny, nz, inverse, cell):
     Without branches, so that it becomes vector code.
     """
     zero, one = np.float32(0.0), np.int32(1)
-    fx, fy, fz, ix, iy, iz = (np.float32(nx), np.float32(ny), np.float32(nz), inverse[0], inverse[1],
-                              inverse[2])
+    fx, fy, fz, ix, iy, iz = (
+        np.float32(nx),
+        np.float32(ny),
+        np.float32(nz),
+        inverse[0],
+        inverse[1],
+        inverse[2],
+    )
     for k in range(alive.size):
         row = np.uint64(k)
         px, py, pz = x[row] * ix, y[row] * iy, z[row] * iz

@@ -34,6 +34,7 @@ def _map(kinds: np.ndarray, classes: Sequence[Any], value: Value, usual: float) 
 
 def at_places(factors: np.ndarray, terrain: Any, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the numbers of a map f32[ny, nx] of a terrain at places f32[n] [m]: f32[n]."""
-    out: np.ndarray = factors[cells_of(y, terrain.inverse[1], terrain.shape[0]),
-                              cells_of(x, terrain.inverse[0], terrain.shape[1])]
+    out: np.ndarray = factors[
+        cells_of(y, terrain.inverse[1], terrain.shape[0]), cells_of(x, terrain.inverse[0], terrain.shape[1])
+    ]
     return out

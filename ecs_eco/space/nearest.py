@@ -14,9 +14,16 @@ from ecs_eco.engine.vectors import LANES, every, floor, load, spread, store, whe
 from ecs_eco.space.index import Index
 
 
-def nearest(seekers: Index, targets: Index, radius: float, target: np.ndarray, distance2: np.ndarray,
-            split: Callable[..., None] | None = None, kernel: Callable[..., None] | None = None,
-            more: tuple[Any, ...] = ()) -> None:
+def nearest(
+    seekers: Index,
+    targets: Index,
+    radius: float,
+    target: np.ndarray,
+    distance2: np.ndarray,
+    split: Callable[..., None] | None = None,
+    kernel: Callable[..., None] | None = None,
+    more: tuple[Any, ...] = (),
+) -> None:
     """Write for each seeker the entry of the nearest target closer than `radius` [m], −1 if none,
     and its distance squared.
 
@@ -26,9 +33,27 @@ def nearest(seekers: Index, targets: Index, radius: float, target: np.ndarray, d
     """
     space = seekers.space
     nx, ny, nz = space.shape
-    arguments = (seekers.x, seekers.y, seekers.z, seekers.start, targets.x, targets.y, targets.z,
-                 targets.start, seekers is targets, space.reach(radius), nx, ny, nz, space.lengths,
-                 space.torus, seekers.flat and targets.flat, np.float32(radius * radius), target, distance2)
+    arguments = (
+        seekers.x,
+        seekers.y,
+        seekers.z,
+        seekers.start,
+        targets.x,
+        targets.y,
+        targets.z,
+        targets.start,
+        seekers is targets,
+        space.reach(radius),
+        nx,
+        ny,
+        nz,
+        space.lengths,
+        space.torus,
+        seekers.flat and targets.flat,
+        np.float32(radius * radius),
+        target,
+        distance2,
+    )
     if split is None:
         seek(0, ny * nz, *arguments)
     else:
@@ -100,8 +125,29 @@ def _fill(block, ox, oy, oz, i0, m, radius2):
 
 
 @njit
-def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, flat,
-         radius2, target, distance2):
+def seek(
+    first,
+    last,
+    ox,
+    oy,
+    oz,
+    ostart,
+    tx,
+    ty,
+    tz,
+    tstart,
+    same,
+    k,
+    nx,
+    ny,
+    nz,
+    lengths,
+    torus,
+    flat,
+    radius2,
+    target,
+    distance2,
+):
     """`nearest` for the seekers in the rows of cells first … last − 1."""
     # x, y, z, least distance, its target, and an infinity among zeros: one array, so that
     # no check for overlap is compiled in
@@ -152,8 +198,9 @@ def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, n
                             a, b = tstart[base], tstart[base + high - nx + 1]
                             shift_x = Lx
                         if whole or all_rows:
-                            _compare_wrapped(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, Lx, Ly,
-                                             block)
+                            _compare_wrapped(
+                                a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, Lx, Ly, block
+                            )
                         else:
                             _compare(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, block)
             for lane in range(m):

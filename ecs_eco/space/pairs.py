@@ -22,8 +22,14 @@ class Pairs(NamedTuple):
     distance: np.ndarray  # f32 [m], from centre to centre, the shorter way around a torus
 
 
-def pairs(places: tuple[np.ndarray, ...], rows: np.ndarray, radius: np.ndarray, targets: Index, same: bool,
-          split: Callable[..., None] | None = None) -> Pairs:
+def pairs(
+    places: tuple[np.ndarray, ...],
+    rows: np.ndarray,
+    radius: np.ndarray,
+    targets: Index,
+    same: bool,
+    split: Callable[..., None] | None = None,
+) -> Pairs:
     """Return every pair of a place and a target closer to it than its radius.
 
     `places` x, y, z f32[n] [m] lie in the space, `rows` i64[n] are what the result calls them, `radius`
@@ -34,8 +40,22 @@ def pairs(places: tuple[np.ndarray, ...], rows: np.ndarray, radius: np.ndarray, 
     space, n = targets.space, len(rows)
     nx, ny, nz = space.shape
     start, nothing = np.zeros(n + 1, np.int64), (np.empty(0, np.int64), np.empty(0, np.float32))
-    arguments = (*places, radius, same, targets.x, targets.y, targets.z, targets.start, nx, ny, nz,
-                 space.inverse, space.lengths, space.torus, start)
+    arguments = (
+        *places,
+        radius,
+        same,
+        targets.x,
+        targets.y,
+        targets.z,
+        targets.start,
+        nx,
+        ny,
+        nz,
+        space.inverse,
+        space.lengths,
+        space.torus,
+        start,
+    )
     _run(split, n, *arguments, *nothing)
     np.cumsum(start, out=start)
     k = int(start[-1])
@@ -53,18 +73,23 @@ def places_in(space: Any, places: Any) -> tuple[np.ndarray, ...]:
     """
     axes, array = len(space.size), np.asarray(places, np.float64)
     if array.ndim != 2 or array.shape[1] != axes:
-        raise ValueError(f"places: an array of the shape {array.shape}; allowed is (n, {axes}): "
-                         f"{', '.join('xyz'[:axes])} of each [m]")
+        raise ValueError(
+            f"places: an array of the shape {array.shape}; allowed is (n, {axes}): "
+            f"{', '.join('xyz'[:axes])} of each [m]"
+        )
     if (wrong := np.argwhere(~np.isfinite(array))).size:
         place, axis = wrong[0]
-        raise ValueError(f"places[{place}].{'xyz'[axis]} is {array[place, axis]}; "
-                         "allowed are finite numbers [m]")
+        raise ValueError(
+            f"places[{place}].{'xyz'[axis]} is {array[place, axis]}; allowed are finite numbers [m]"
+        )
     out = []
     for axis, length in enumerate(space.size):
         v = array[:, axis]
         if not space.wrap[axis] and (beyond := np.flatnonzero((v < 0) | (v > length))).size:
-            raise ValueError(f"places[{beyond[0]}].{'xyz'[axis]} is {v[beyond[0]]:g}; "
-                             f"allowed is 0 to {length:g} m, between the walls")
+            raise ValueError(
+                f"places[{beyond[0]}].{'xyz'[axis]} is {v[beyond[0]]:g}; "
+                f"allowed is 0 to {length:g} m, between the walls"
+            )
         out.append(back_into(v, length, space.wrap[axis]).astype(np.float32))
     return (*out, *[np.zeros(len(array), np.float32)] * (3 - axes))
 
@@ -145,8 +170,28 @@ def _write(begin, end, own, x, y, z, radius2, tx, ty, tz, seam, lengths, n, stop
 
 
 @njit
-def pair(first, last, px, py, pz, radius, same, tx, ty, tz, tstart, nx, ny, nz, inverse, lengths, torus,
-         start, entry, distance2):
+def pair(
+    first,
+    last,
+    px,
+    py,
+    pz,
+    radius,
+    same,
+    tx,
+    ty,
+    tz,
+    tstart,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    start,
+    entry,
+    distance2,
+):
     """Count the targets near the places first … last − 1 into start[place + 1]; or, where `distance2` has
     room, write them from start[place] on."""
     counts = distance2.size == 0
@@ -168,7 +213,23 @@ def pair(first, last, px, py, pz, radius, same, tx, ty, tz, tstart, nx, ny, nz, 
                     if counts:
                         n += _count(c, d, own, x, y, z, r * r, tx, ty, tz, seam, lengths)
                     else:
-                        n = _write(c, d, own, x, y, z, r * r, tx, ty, tz, seam, lengths, n, start[i + 1],
-                                   entry, distance2)
+                        n = _write(
+                            c,
+                            d,
+                            own,
+                            x,
+                            y,
+                            z,
+                            r * r,
+                            tx,
+                            ty,
+                            tz,
+                            seam,
+                            lengths,
+                            n,
+                            start[i + 1],
+                            entry,
+                            distance2,
+                        )
         if counts:
             start[i + 1] = n

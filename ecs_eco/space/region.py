@@ -30,8 +30,7 @@ class Region:
         return arrays.hypot(*away) <= self.numbers[2]
 
     def places(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the places in it that two numbers in [0, 1) each stand for, all equally likely: f32[n, 2].
-        """
+        """Return the places in it that two numbers in [0, 1) each stand for, all equally likely: f32[n, 2]."""
         if self.round:
             x, y, radius = self.numbers
             r, angle = radius * np.sqrt(u), 2 * np.pi * v

@@ -32,8 +32,9 @@ class ColumnGroup(NamedTuple):
             np.array([address_of(array) for array in arrays], np.uint64),
             np.array(table, np.int64),
             np.array([array[:1].size for array in arrays], np.int64),
-            np.array(low, arrays[0].dtype), np.array(high, arrays[0].dtype),
-        )  # fmt: skip
+            np.array(low, arrays[0].dtype),
+            np.array(high, arrays[0].dtype),
+        )
 
     def first_outside(self, start: int, rows: np.ndarray) -> int:
         """Return the number of the first column, from `start` on, with a value outside low … high or NaN,

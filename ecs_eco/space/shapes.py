@@ -25,21 +25,29 @@ def volume(length: Any, width: Any, height: Any, rounding: Any) -> Any:
     """Return the volume [m^3] of a box with these sides [m], enlarged on all sides by a rounding [m]
     (Steiner 1840); numbers or arrays."""
     flat = length * width + width * height + height * length
-    return (length * width * height + 2 * rounding * flat
-            + math.pi * power(rounding, 2) * (length + width + height) + 4 / 3 * math.pi * power(rounding, 3))
+    return (
+        length * width * height
+        + 2 * rounding * flat
+        + math.pi * power(rounding, 2) * (length + width + height)
+        + 4 / 3 * math.pi * power(rounding, 3)
+    )
 
 
 def surface(length: Any, width: Any, height: Any, rounding: Any) -> Any:
     """Return the surface [m^2] of such a body."""
     flat = length * width + width * height + height * length
-    return (2 * flat + 2 * math.pi * rounding * (length + width + height) + 4 * math.pi * power(rounding, 2))
+    return 2 * flat + 2 * math.pi * rounding * (length + width + height) + 4 * math.pi * power(rounding, 2)
 
 
 @njit
 def _spread(form, i, nx, ny):
     """Return how far the rectangle within a body reaches from its centre along a unit vector."""
-    a, b, c, s = (np.float64(form[i, LENGTH]), np.float64(form[i, WIDTH]), np.float64(form[i, COS]),
-                  np.float64(form[i, SIN]))
+    a, b, c, s = (
+        np.float64(form[i, LENGTH]),
+        np.float64(form[i, WIDTH]),
+        np.float64(form[i, COS]),
+        np.float64(form[i, SIN]),
+    )
     return a * abs(nx * c + ny * s) + b * abs(ny * c - nx * s)
 
 
@@ -74,8 +82,11 @@ def _part(form, i, other, e, dx, dy, tie):
     where they overlap, and that axis, from e to i (separating axes: Ericson 2005, section 5.2.1)."""
     best, ax, ay = -np.inf, 1.0, 0.0
     for k in range(4):
-        c, s = ((np.float64(other[e, COS]), np.float64(other[e, SIN])) if k < 2
-                else (np.float64(form[i, COS]), np.float64(form[i, SIN])))
+        c, s = (
+            (np.float64(other[e, COS]), np.float64(other[e, SIN]))
+            if k < 2
+            else (np.float64(form[i, COS]), np.float64(form[i, SIN]))
+        )
         nx, ny = (c, s) if k % 2 == 0 else (-s, c)
         along = dx * nx + dy * ny
         gap = abs(along) - _spread(form, i, nx, ny) - _spread(other, e, nx, ny)
@@ -148,8 +159,12 @@ def ray(form, e, ox, oy, oz, ux, uy, uz):
     Boxes by slabs (Ericson 2005, section 5.3.3), capsules by their cylinder and both spheres.
     """
     c, s = np.float64(form[e, COS]), np.float64(form[e, SIN])
-    a, b, h, r = (np.float64(form[e, LENGTH]), np.float64(form[e, WIDTH]), np.float64(form[e, HEIGHT]),
-                  np.float64(form[e, ROUND]))
+    a, b, h, r = (
+        np.float64(form[e, LENGTH]),
+        np.float64(form[e, WIDTH]),
+        np.float64(form[e, HEIGHT]),
+        np.float64(form[e, ROUND]),
+    )
     x, y, z = ox * c + oy * s, oy * c - ox * s, oz
     dx, dy, dz = ux * c + uy * s, uy * c - ux * s, uz
     if b > 0 or h > 0:  # a box; one with rounded edges counts as if they were not

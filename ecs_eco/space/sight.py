@@ -28,8 +28,24 @@ class Bodies:
         self.uid, self.kind = np.empty(n, np.uint64), np.empty(n, np.int32)
         self.start, self.largest = np.zeros(space.n_cells + 1, np.int64), 0.0
         for kind, (index, radius) in enumerate(tables):
-            most = merge(there, kind, index.start, index.x, index.y, index.z, index.uid, radius, index.rows,
-                         self.start, self.x, self.y, self.z, self.radius, self.uid, self.kind)
+            most = merge(
+                there,
+                kind,
+                index.start,
+                index.x,
+                index.y,
+                index.z,
+                index.uid,
+                radius,
+                index.rows,
+                self.start,
+                self.x,
+                self.y,
+                self.z,
+                self.radius,
+                self.uid,
+                self.kind,
+            )
             self.largest, there = max(self.largest, most), there + index.n
 
 
@@ -130,10 +146,14 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, n
     """
     zero, half = np.float32(0.0), np.float32(0.5)
     ax, ay = nx / lengths[0], ny / lengths[1]
-    i0, i1 = (floor_between((x + min(dx, zero) - margin) * ax, -nx, nx),
-              floor_between((x + max(dx, zero) + margin) * ax, -nx, 2 * nx - 1))
-    j0, j1 = (floor_between((y + min(dy, zero) - margin) * ay, -ny, ny),
-              floor_between((y + max(dy, zero) + margin) * ay, -ny, 2 * ny - 1))
+    i0, i1 = (
+        floor_between((x + min(dx, zero) - margin) * ax, -nx, nx),
+        floor_between((x + max(dx, zero) + margin) * ax, -nx, 2 * nx - 1),
+    )
+    j0, j1 = (
+        floor_between((y + min(dy, zero) - margin) * ay, -ny, ny),
+        floor_between((y + max(dy, zero) + margin) * ay, -ny, 2 * ny - 1),
+    )
     k0, k1 = 0, 0
     if nz > 1:
         az = nz / lengths[2]
@@ -167,17 +187,56 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, n
                         ex = wrapped(ex - half * dx, lengths[0]) + half * dx
                         ey = wrapped(ey - half * dy, lengths[1]) + half * dy
                     along = ex * dx + ey * dy + ez * dz
-                    if (along > 0 and along < d2
-                        and (ex * ex + ey * ey + ez * ez - br[e] * br[e]) * d2 < along * along):
+                    if (
+                        along > 0
+                        and along < d2
+                        and (ex * ex + ey * ey + ez * ez - br[e] * br[e]) * d2 < along * along
+                    ):
                         if bu[e] != me and bu[e] != it:
                             return True
     return False
 
 
 @njit
-def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu, bstart,
-                    occlusion, largest, nx, ny, nz, inverse, lengths, torus, reach, radius, cos_half_fov,
-                    ground, ground_inverse, height, eye, top, target, distance2):
+def nearest_visible(
+    first,
+    last,
+    ox,
+    oy,
+    oz,
+    ou,
+    cos,
+    sin,
+    tx,
+    ty,
+    tz,
+    tu,
+    tstart,
+    bx,
+    by,
+    bz,
+    br,
+    bu,
+    bstart,
+    occlusion,
+    largest,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    reach,
+    radius,
+    cos_half_fov,
+    ground,
+    ground_inverse,
+    height,
+    eye,
+    top,
+    target,
+    distance2,
+):
     """Replace target[i] by the nearest target that is in the field of view and not hidden by a body,
     rock or hill, −1 if none.
 
@@ -195,11 +254,32 @@ def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstar
         view = of_row(cos_half_fov, i)
         seen = ahead(dx, dy, dz, cos[i], sin[i], view)
         if seen and occlusion:
-            seen = not hidden(x, y, z, dx, dy, dz, ou[i], tu[j], largest, bx, by, bz, br, bu, bstart, nx, ny,
-                              nz, lengths, torus)
+            seen = not hidden(
+                x,
+                y,
+                z,
+                dx,
+                dy,
+                dz,
+                ou[i],
+                tu[j],
+                largest,
+                bx,
+                by,
+                bz,
+                br,
+                bu,
+                bstart,
+                nx,
+                ny,
+                nz,
+                lengths,
+                torus,
+            )
             seen = seen and rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) > 1
-            seen = seen and not hill_between(x, y, dx, dy, of_row(eye, i), of_row(top, j), height,
-                                             ground_inverse, lengths, torus)
+            seen = seen and not hill_between(
+                x, y, dx, dy, of_row(eye, i), of_row(top, j), height, ground_inverse, lengths, torus
+            )
         if seen:
             continue
         n_close = gather(x, y, z, reach, tstart, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, close)
@@ -212,12 +292,32 @@ def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstar
             if d2 >= best or not ahead(dx, dy, dz, cos[i], sin[i], view):
                 continue
             if occlusion:
-                if hidden(x, y, z, dx, dy, dz, ou[i], tu[e], largest, bx, by, bz, br, bu, bstart, nx, ny, nz,
-                          lengths, torus):
+                if hidden(
+                    x,
+                    y,
+                    z,
+                    dx,
+                    dy,
+                    dz,
+                    ou[i],
+                    tu[e],
+                    largest,
+                    bx,
+                    by,
+                    bz,
+                    br,
+                    bu,
+                    bstart,
+                    nx,
+                    ny,
+                    nz,
+                    lengths,
+                    torus,
+                ):
                     continue
-                if (rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) <= 1
-                        or hill_between(x, y, dx, dy, of_row(eye, i), of_row(top, e), height,
-                                        ground_inverse, lengths, torus)):
+                if rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) <= 1 or hill_between(
+                    x, y, dx, dy, of_row(eye, i), of_row(top, e), height, ground_inverse, lengths, torus
+                ):
                     continue
             best, best_j = d2, e
         target[i] = best_j
@@ -233,8 +333,39 @@ def ahead(dx, dy, dz, cos, sin, cos_half_fov):
 
 
 @njit
-def cast(first, last, ox, oy, oz, ou, cos, sin, eye, bx, by, bz, br, bu, bkind, bstart, nx, ny, nz, inverse,
-         lengths, torus, reach, radius, ray_cos, ray_sin, ground, ground_inverse, height, hit, distance):
+def cast(
+    first,
+    last,
+    ox,
+    oy,
+    oz,
+    ou,
+    cos,
+    sin,
+    eye,
+    bx,
+    by,
+    bz,
+    br,
+    bu,
+    bkind,
+    bstart,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    reach,
+    radius,
+    ray_cos,
+    ray_sin,
+    ground,
+    ground_inverse,
+    height,
+    hit,
+    distance,
+):
     """Write for each seeker and ray the kind of the first body hit within `radius` (−1 none,
     −2 rock or wall) and how far.
 
@@ -266,15 +397,17 @@ def cast(first, last, ox, oy, oz, ou, cos, sin, eye, bx, by, bz, br, bu, bkind, 
                 ay = dy - np.copysign(lengths[1], dy) if image > 1 else dy
                 d2 = ax * ax + ay * ay + dz * dz
                 if not ways(ax, ay, d2, br[e] * br[e], ux, uy, best, way) or hill_between(
-                        x, y, ax, ay, eye[i], 2 * br[e], height, ground_inverse, lengths, torus):
+                    x, y, ax, ay, eye[i], 2 * br[e], height, ground_inverse, lengths, torus
+                ):
                     continue
                 for r in range(rays):
                     if way[r] < best[r]:
                         best[r], hit[i, r] = way[r], bkind[e]
         for r in range(rays):
             distance[i, r] = best[r]
-            rock = radius * rock_between(x, y, ux[r] * radius, uy[r] * radius, ground, ground_inverse,
-                                         lengths, torus)
+            rock = radius * rock_between(
+                x, y, ux[r] * radius, uy[r] * radius, ground, ground_inverse, lengths, torus
+            )
             if rock < distance[i, r]:
                 distance[i, r], hit[i, r] = rock, -2
             if not torus:

@@ -25,12 +25,29 @@ def meets(form, e, x, y, z, wx, wy, wz, lengths, torus):
 
 
 @njit
-def cut(x, y, z, wx, wy, wz, me, it, form, uid, nx, ny, nz, inverse, lengths, torus, start, entry, seen,
-        near):
+def cut(
+    x, y, z, wx, wy, wz, me, it, form, uid, nx, ny, nz, inverse, lengths, torus, start, entry, seen, near
+):
     """Return whether a capsule or box lies across the way (wx, wy, wz) from (x, y, z), other than `me` and
     `it`; `seen` and `near` are those of `around`."""
-    n = around(x + wx / 2, y + wy / 2, z + wz / 2, abs(wx) / 2, abs(wy) / 2, abs(wz) / 2, nx, ny, nz, inverse,
-               lengths, torus, start, entry, seen, near)
+    n = around(
+        x + wx / 2,
+        y + wy / 2,
+        z + wz / 2,
+        abs(wx) / 2,
+        abs(wy) / 2,
+        abs(wz) / 2,
+        nx,
+        ny,
+        nz,
+        inverse,
+        lengths,
+        torus,
+        start,
+        entry,
+        seen,
+        near,
+    )
     for q in range(n):
         e = near[q]
         if uid[e] != me and uid[e] != it and meets(form, e, x, y, z, wx, wy, wz, lengths, torus) < 1:
@@ -39,15 +56,42 @@ def cut(x, y, z, wx, wy, wz, me, it, form, uid, nx, ny, nz, inverse, lengths, to
 
 
 @njit
-def cast_on_solids(first, last, ox, oy, oz, ou, cos, sin, eye, form, uid, kind, nx, ny, nz, inverse, lengths,
-                   torus, start, entry, radius, ray_cos, ray_sin, ground_inverse, height, hit,
-                   distance):
+def cast_on_solids(
+    first,
+    last,
+    ox,
+    oy,
+    oz,
+    ou,
+    cos,
+    sin,
+    eye,
+    form,
+    uid,
+    kind,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    start,
+    entry,
+    radius,
+    ray_cos,
+    ray_sin,
+    ground_inverse,
+    height,
+    hit,
+    distance,
+):
     """Replace what rays hit, as `sight.cast` writes it, by the capsules and boxes that they meet before."""
     seen, near = np.zeros(len(form) + 1, np.int64), np.empty(len(form), np.int64)
     for i in range(first, last):
         x, y, z = np.float64(ox[i]), np.float64(oy[i]), np.float64(oz[i])
-        n = around(x, y, z, radius, radius, 0.0, nx, ny, nz, inverse, lengths, torus, start, entry, seen,
-                   near)
+        n = around(
+            x, y, z, radius, radius, 0.0, nx, ny, nz, inverse, lengths, torus, start, entry, seen, near
+        )
         to_cos, to_sin = row_of(ray_cos, i), row_of(ray_sin, i)
         for r in range(to_cos.size):
             ux, uy = cos[i] * to_cos[r] - sin[i] * to_sin[r], sin[i] * to_cos[r] + cos[i] * to_sin[r]
@@ -57,8 +101,17 @@ def cast_on_solids(first, last, ox, oy, oz, ou, cos, sin, eye, form, uid, kind, 
                     continue
                 t = np.float32(meets(form, e, x, y, z, ux, uy, 0.0, lengths, torus))
                 if t < distance[i, r] and not hill_between(
-                        ox[i], oy[i], t * ux, t * uy, eye[i], top_of(form, e), height, ground_inverse,
-                        lengths, torus):
+                    ox[i],
+                    oy[i],
+                    t * ux,
+                    t * uy,
+                    eye[i],
+                    top_of(form, e),
+                    height,
+                    ground_inverse,
+                    lengths,
+                    torus,
+                ):
                     hit[i, r], distance[i, r] = kind[e], t
 
 
@@ -90,10 +143,50 @@ def towards(form, e, x, y, z, limit, lengths, torus, volume):
 
 
 @njit
-def nearest_in_sight(first, last, ox, oy, oz, ou, cos, sin, form, uid, tstart, tentry, occlusion, bx, by, bz,
-                     br, bu, bstart, largest, solid, solid_uid, sstart, sentry, nx, ny, nz, inverse, lengths,
-                     torus, volume, radius, cos_half_fov, ground, ground_inverse, height, eye, px, py, pz,
-                     target, distance2):
+def nearest_in_sight(
+    first,
+    last,
+    ox,
+    oy,
+    oz,
+    ou,
+    cos,
+    sin,
+    form,
+    uid,
+    tstart,
+    tentry,
+    occlusion,
+    bx,
+    by,
+    bz,
+    br,
+    bu,
+    bstart,
+    largest,
+    solid,
+    solid_uid,
+    sstart,
+    sentry,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    volume,
+    radius,
+    cos_half_fov,
+    ground,
+    ground_inverse,
+    height,
+    eye,
+    px,
+    py,
+    pz,
+    target,
+    distance2,
+):
     """Write for each seeker where the nearest target is that lies in the field of view and that no sphere,
     capsule, box, rock or hill hides: its nearest place (px, py, pz)[i] [m]; target[i] is i, or −1 if there is
     none.
@@ -105,8 +198,9 @@ def nearest_in_sight(first, last, ox, oy, oz, ou, cos, sin, form, uid, tstart, t
     for i in range(first, last):
         x, y, z, best = np.float64(ox[i]), np.float64(oy[i]), np.float64(oz[i]), np.float64(radius)
         target[i], distance2[i], best = -1, radius * radius, best * best
-        n = around(x, y, z, radius, radius, radius, nx, ny, nz, inverse, lengths, torus, tstart, tentry, seen,
-                   near)
+        n = around(
+            x, y, z, radius, radius, radius, nx, ny, nz, inverse, lengths, torus, tstart, tentry, seen, near
+        )
         for q in range(n):
             e = near[q]
             if uid[e] == ou[i]:
@@ -116,13 +210,56 @@ def nearest_in_sight(first, last, ox, oy, oz, ou, cos, sin, form, uid, tstart, t
                 continue
             if occlusion:
                 dx, dy, dz = np.float32(wx), np.float32(wy), np.float32(wz)
-                if (hidden(ox[i], oy[i], oz[i], dx, dy, dz, ou[i], uid[e], largest, bx, by, bz, br, bu,
-                           bstart, nx, ny, nz, lengths, torus)
-                        or cut(x, y, z, wx, wy, wz, ou[i], uid[e], solid, solid_uid, nx, ny, nz, inverse,
-                               lengths, torus, sstart, sentry, cutting, cutters)
-                        or rock_between(ox[i], oy[i], dx, dy, ground, ground_inverse, lengths, torus) <= 1
-                        or hill_between(ox[i], oy[i], dx, dy, eye[i], top_of(form, e), height,
-                                        ground_inverse, lengths, torus)):
+                if (
+                    hidden(
+                        ox[i],
+                        oy[i],
+                        oz[i],
+                        dx,
+                        dy,
+                        dz,
+                        ou[i],
+                        uid[e],
+                        largest,
+                        bx,
+                        by,
+                        bz,
+                        br,
+                        bu,
+                        bstart,
+                        nx,
+                        ny,
+                        nz,
+                        lengths,
+                        torus,
+                    )
+                    or cut(
+                        x,
+                        y,
+                        z,
+                        wx,
+                        wy,
+                        wz,
+                        ou[i],
+                        uid[e],
+                        solid,
+                        solid_uid,
+                        nx,
+                        ny,
+                        nz,
+                        inverse,
+                        lengths,
+                        torus,
+                        sstart,
+                        sentry,
+                        cutting,
+                        cutters,
+                    )
+                    or rock_between(ox[i], oy[i], dx, dy, ground, ground_inverse, lengths, torus) <= 1
+                    or hill_between(
+                        ox[i], oy[i], dx, dy, eye[i], top_of(form, e), height, ground_inverse, lengths, torus
+                    )
+                ):
                     continue
             best, target[i], distance2[i] = d2, i, d2
             px[i], py[i], pz[i] = x + wx, y + wy, z + wz

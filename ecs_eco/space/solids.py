@@ -57,8 +57,10 @@ def _misses(form, e, x, y, half_x, half_y):
     ahead = x * np.float64(form[e, COS]) + y * np.float64(form[e, SIN])
     aside = y * np.float64(form[e, COS]) - x * np.float64(form[e, SIN])
     r = np.float64(form[e, ROUND])
-    return (abs(ahead) > np.float64(form[e, LENGTH]) + r + half_x * c + half_y * s
-            or abs(aside) > np.float64(form[e, WIDTH]) + r + half_x * s + half_y * c)
+    return (
+        abs(ahead) > np.float64(form[e, LENGTH]) + r + half_x * c + half_y * s
+        or abs(aside) > np.float64(form[e, WIDTH]) + r + half_x * s + half_y * c
+    )
 
 
 @njit

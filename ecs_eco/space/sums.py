@@ -18,9 +18,18 @@ DECAYS = {"none": NONE, "linear": LINEAR, "inverse_square": INVERSE_SQUARE}
 TOUCHING2 = 1e-12  # [m^2] the least square of a distance
 
 
-def add_near(seekers: Index, places: tuple[np.ndarray, ...], radius: np.ndarray, targets: Index,
-             value: np.ndarray, size: np.ndarray, decay: int, total: np.ndarray, weight: np.ndarray,
-             split: Callable[..., None] | None = None) -> None:
+def add_near(
+    seekers: Index,
+    places: tuple[np.ndarray, ...],
+    radius: np.ndarray,
+    targets: Index,
+    value: np.ndarray,
+    size: np.ndarray,
+    decay: int,
+    total: np.ndarray,
+    weight: np.ndarray,
+    split: Callable[..., None] | None = None,
+) -> None:
     """Add to total f64[n] each target's value times its weight, and its weight to weight f64[n].
 
     `places` x, y, z f32[n] [m] are the seekers' own, or others in the space; `radius` f32[n] [m] is how far
@@ -31,9 +40,29 @@ def add_near(seekers: Index, places: tuple[np.ndarray, ...], radius: np.ndarray,
     """
     space = seekers.space
     nx, ny, nz = space.shape
-    arguments = (seekers.x, seekers.y, seekers.start, *places, radius, targets.x, targets.y, targets.z,
-                 targets.start, value, size, seekers is targets, nx, ny, nz, space.inverse, space.lengths,
-                 space.torus, decay, total, weight)
+    arguments = (
+        seekers.x,
+        seekers.y,
+        seekers.start,
+        *places,
+        radius,
+        targets.x,
+        targets.y,
+        targets.z,
+        targets.start,
+        value,
+        size,
+        seekers is targets,
+        nx,
+        ny,
+        nz,
+        space.inverse,
+        space.lengths,
+        space.torus,
+        decay,
+        total,
+        weight,
+    )
     if split is None:
         add_rows(0, ny * nz, *arguments)
     else:
@@ -110,8 +139,33 @@ def _add(begin, end, i0, same, seam, decay, tx, ty, tz, value, size, lengths, bl
 
 
 @njit
-def add_rows(first, last, ox, oy, ostart, px, py, pz, radius, tx, ty, tz, tstart, value, size, same,
-             nx, ny, nz, inverse, lengths, torus, decay, total, weight):
+def add_rows(
+    first,
+    last,
+    ox,
+    oy,
+    ostart,
+    px,
+    py,
+    pz,
+    radius,
+    tx,
+    ty,
+    tz,
+    tstart,
+    value,
+    size,
+    same,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    decay,
+    total,
+    weight,
+):
     """`add_near` for the seekers in the rows of cells first … last − 1."""
     # x, y, z, radius², 1/radius, two sums, radius: one array, so that no check for overlap is compiled in
     block, sums = np.zeros(8 * LANES, np.float32), np.empty(2 * LANES)
@@ -123,8 +177,9 @@ def add_rows(first, last, ox, oy, ostart, px, py, pz, radius, tx, ty, tz, tstart
             x0, x1 = cells_touched(block, 0, lengths[0], inverse[0], nx, torus)
             y0, y1 = cells_touched(block, 1, lengths[1], inverse[1], ny, torus)
             z0, z1 = cells_touched(block, 2, lengths[2], inverse[2], nz, False)
-            seam = torus and (x0 < 0 or x1 >= nx or x1 - x0 + 1 >= nx
-                              or y0 < 0 or y1 >= ny or y1 - y0 + 1 >= ny)
+            seam = torus and (
+                x0 < 0 or x1 >= nx or x1 - x0 + 1 >= nx or y0 < 0 or y1 >= ny or y1 - y0 + 1 >= ny
+            )
             sums[:] = 0.0
             for k in range(z0, z1 + 1):
                 for j in range(y0, y1 + 1):
@@ -132,8 +187,22 @@ def add_rows(first, last, ox, oy, ostart, px, py, pz, radius, tx, ty, tz, tstart
                     for part in range(-1, 2):  # left of the edge, within, right of it
                         a, b = max(x0, part * nx) - part * nx, min(x1, part * nx + nx - 1) - part * nx
                         if a <= b:
-                            _add(tstart[base + a], tstart[base + b + 1], i0, same, seam, decay, tx, ty, tz,
-                                 value, size, lengths, block, sums)
+                            _add(
+                                tstart[base + a],
+                                tstart[base + b + 1],
+                                i0,
+                                same,
+                                seam,
+                                decay,
+                                tx,
+                                ty,
+                                tz,
+                                value,
+                                size,
+                                lengths,
+                                block,
+                                sums,
+                            )
             for lane in range(m):
                 total[i0 + lane] += sums[lane]
                 weight[i0 + lane] += sums[LANES + lane]

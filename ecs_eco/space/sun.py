@@ -11,17 +11,28 @@ class Sun:
     """Light at the surface as a share of that under a sun in the zenith; see
     `ecs_eco.config.models.water.Sun` for the values."""
 
-    def __init__(self, kind: str = "natural", day: float = 86_400.0, start: float = 0.0,
-                 latitude: float = 0.0, declination: float = 0.0,
-                 year: float | None = None, moon: float = 0.0, spring: float = 0.0) -> None:
+    def __init__(
+        self,
+        kind: str = "natural",
+        day: float = 86_400.0,
+        start: float = 0.0,
+        latitude: float = 0.0,
+        declination: float = 0.0,
+        year: float | None = None,
+        moon: float = 0.0,
+        spring: float = 0.0,
+    ) -> None:
         self.kind, self.day, self.start, self.year, self.moon = kind, day, start, year, moon
         self.spring = spring  # share of the year that has passed at the start, since spring
         self.latitude, self.declination = math.radians(latitude), math.radians(declination)
 
     def season(self, time: float) -> float:
         """Return the declination of the sun [rad] at a time [s]: sinusoidal over a year (Cooper 1969)."""
-        return (self.declination if self.year is None
-                else self.declination * scalars.sin(2 * math.pi * (time / self.year + self.spring)))
+        return (
+            self.declination
+            if self.year is None
+            else self.declination * scalars.sin(2 * math.pi * (time / self.year + self.spring))
+        )
 
     def light(self, time: float) -> float:
         """Return the light at a time [s]; a year's seasons come also where days do not."""
@@ -37,13 +48,13 @@ def sine_of_elevation(share: float, latitude: float, declination: float) -> floa
     """Return the sine of the sun's elevation [rad, rad] at a share of the day since midnight (Iqbal 1983,
     eq. 1.5.1)."""
     hour_angle = 2 * math.pi * (share - HALF_DAY)
-    return (scalars.sin(latitude) * scalars.sin(declination)
-            + scalars.cos(latitude) * scalars.cos(declination) * scalars.cos(hour_angle))
+    return scalars.sin(latitude) * scalars.sin(declination) + scalars.cos(latitude) * scalars.cos(
+        declination
+    ) * scalars.cos(hour_angle)
 
 
 def daily_mean(latitude: float, declination: float) -> float:
-    """Return the mean over a day of the sine of the elevation while the sun is up (Iqbal 1983, eq. 4.2.15).
-    """
+    """Return the mean over a day of the sine of the elevation while the sun is up (Iqbal 1983, eq. 4.2.15)."""
     up = scalars.sin(latitude) * scalars.sin(declination)
     swing = scalars.cos(latitude) * scalars.cos(declination)
     # [rad] hour angle; polar day and night

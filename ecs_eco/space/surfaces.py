@@ -14,22 +14,55 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def nearest_surface(world: "SpatialWorld", table: "Table", other: "Table",
-                    reach: float) -> tuple[np.ndarray, np.ndarray]:
+def nearest_surface(
+    world: "SpatialWorld", table: "Table", other: "Table", reach: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return for each of a table, in the order of its index, the entry of the nearest of another in its
     index, i32[n], −1 where none is within `reach` [m], and the square of the distance f32[n] [m^2]: 0 for
     those that touch."""
     mine, theirs, space = solids(world, [table.name]), solids(world, [other.name]), world.space
     target, distance2 = np.full(mine.uid.size, -1, np.int32), np.full(mine.uid.size, np.inf, np.float32)
-    world.split(seek_surface, mine.uid.size, mine.form, mine.uid, theirs.form, theirs.uid, *space.shape,
-                space.inverse, space.lengths, space.torus, space.volume, *theirs.cells, np.float32(reach),
-                target, distance2)
+    world.split(
+        seek_surface,
+        mine.uid.size,
+        mine.form,
+        mine.uid,
+        theirs.form,
+        theirs.uid,
+        *space.shape,
+        space.inverse,
+        space.lengths,
+        space.torus,
+        space.volume,
+        *theirs.cells,
+        np.float32(reach),
+        target,
+        distance2,
+    )
     return target, distance2
 
 
 @njit
-def seek_surface(first, last, form, uid, other, other_uid, nx, ny, nz, inverse, lengths, torus, volume, start,
-                 entry, reach, target, distance2):
+def seek_surface(
+    first,
+    last,
+    form,
+    uid,
+    other,
+    other_uid,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    volume,
+    start,
+    entry,
+    reach,
+    target,
+    distance2,
+):
     """`nearest_surface` for entries first … last − 1; of those that overlap the deepest, of equals the one
     with the lower uid."""
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
@@ -37,14 +70,31 @@ def seek_surface(first, last, form, uid, other, other_uid, nx, ny, nz, inverse, 
         x, y, z = np.float64(form[i, 0]), np.float64(form[i, 1]), np.float64(form[i, 2])
         ex, ey, ez = bounds(form, i)
         best, it = np.float64(reach), -1
-        n = around(x, y, z, ex + reach, ey + reach, ez + reach, nx, ny, nz, inverse, lengths, torus, start,
-                   entry, seen, near)
+        n = around(
+            x,
+            y,
+            z,
+            ex + reach,
+            ey + reach,
+            ez + reach,
+            nx,
+            ny,
+            nz,
+            inverse,
+            lengths,
+            torus,
+            start,
+            entry,
+            seen,
+            near,
+        )
         for q in range(n):
             e = near[q]
             if other_uid[e] == uid[i]:
                 continue
-            gap, _, _, _ = touching(form, i, other, e, x - other[e, 0], y - other[e, 1], z - other[e, 2],
-                                    lengths, torus, volume)
+            gap, _, _, _ = touching(
+                form, i, other, e, x - other[e, 0], y - other[e, 1], z - other[e, 2], lengths, torus, volume
+            )
             if gap < best or (gap == best and (it < 0 or other_uid[e] < other_uid[it])):
                 best, it = gap, e
         if it >= 0:

@@ -28,10 +28,19 @@ class Terrain:
     slope, as a share of the cost on the flat. `hides`: whether hills hide what is behind them.
     """
 
-    def __init__(self, space: Space, cell: float = 1.0, *, hills: Mapping[str, float] | None = None,
-                 mountains: Sequence[Mapping[str, Any]] = (), rocks: Sequence[Mapping[str, Any]] = (),
-                 lakes: Sequence[Mapping[str, Any]] = (), slope_cost: float = 1.0,
-                 roads: Sequence[Mapping[str, Any]] = (), hides: bool = False) -> None:
+    def __init__(
+        self,
+        space: Space,
+        cell: float = 1.0,
+        *,
+        hills: Mapping[str, float] | None = None,
+        mountains: Sequence[Mapping[str, Any]] = (),
+        rocks: Sequence[Mapping[str, Any]] = (),
+        lakes: Sequence[Mapping[str, Any]] = (),
+        slope_cost: float = 1.0,
+        roads: Sequence[Mapping[str, Any]] = (),
+        hides: bool = False,
+    ) -> None:
         nx, ny = max(1, round(space.size[0] / cell)), max(1, round(space.size[1] / cell))
         self.space, self.slope_cost, self.hides = space, float(slope_cost), hides
         self.shape = (ny, nx)
@@ -78,8 +87,9 @@ class Terrain:
         water = self.ground == WATER
         return water if self.land is None or self.land.wet is None else water | self.land.wet
 
-    def within_sites(self, x: np.ndarray, y: np.ndarray, centre_x: np.ndarray,
-                     centre_y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def within_sites(
+        self, x: np.ndarray, y: np.ndarray, centre_x: np.ndarray, centre_y: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return places f32[n] [m] within sites of which the centres f32[n] [m] are open: the centre of the
         site where nobody can stand at the place, at the rim of a rock or a lake."""
         free = self.free(x, y)
@@ -93,11 +103,15 @@ class Terrain:
 
     def unfence(self, corners: np.ndarray | None = None) -> None:
         """Take a fence away, or all of them; raises ValueError where none stands along this line."""
-        same = [i for i, f in enumerate(self.fences)
-                if corners is None or (f.shape == np.shape(corners) and (f == corners).all())]
+        same = [
+            i
+            for i, f in enumerate(self.fences)
+            if corners is None or (f.shape == np.shape(corners) and (f == corners).all())
+        ]
         if corners is not None and not same:
-            raise ValueError(f"no fence stands along {np.asarray(corners).tolist()}; "
-                             f"there are {len(self.fences)} others")
+            raise ValueError(
+                f"no fence stands along {np.asarray(corners).tolist()}; there are {len(self.fences)} others"
+            )
         gone = same if corners is None else same[:1]
         self.fences = [f for i, f in enumerate(self.fences) if i not in gone]
         self.draw_fences()
@@ -123,8 +137,9 @@ class Terrain:
         """Take a road away, or all of them; raises ValueError where none lies along this line."""
         same = [i for i, road in enumerate(self.roads) if corners is None or np.array_equal(road[0], corners)]
         if corners is not None and not same:
-            raise ValueError(f"no road lies along {np.asarray(corners).tolist()}; "
-                             f"there are {len(self.roads)} others")
+            raise ValueError(
+                f"no road lies along {np.asarray(corners).tolist()}; there are {len(self.roads)} others"
+            )
         gone = same if corners is None else same[:1]
         self.roads = [road for i, road in enumerate(self.roads) if i not in gone]
         self.draw_roads()
@@ -151,11 +166,16 @@ class Terrain:
     def fenced(self) -> dict[str, np.ndarray]:
         """Return the ground, and the corners of all fences with the number of each one's; roads follow, with
         negative numbers and two rows more: width and pace, cost and 0."""
-        lines = [*self.fences, *(np.array([*road.line, (road.width, road.pace), (road.cost, 0.0)])
-                                 for road in self.roads)]
+        lines = [
+            *self.fences,
+            *(np.array([*road.line, (road.width, road.pace), (road.cost, 0.0)]) for road in self.roads),
+        ]
         lengths = [*map(len, self.fences), *(-len(road.line) - 2 for road in self.roads)]
-        return {"ground": self.ground.copy(), "corners": np.concatenate([np.zeros((0, 2)), *lines]),
-                "lengths": np.array(lengths, np.int64)}
+        return {
+            "ground": self.ground.copy(),
+            "corners": np.concatenate([np.zeros((0, 2)), *lines]),
+            "lengths": np.array(lengths, np.int64),
+        }
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
         """Take a `state()`; raises ValueError for ground of another size."""
@@ -165,14 +185,24 @@ class Terrain:
         rows = np.abs(lengths)
         lines = np.split(corners, np.cumsum(rows)[:-1]) if len(rows) else []
         near = [line if n > 0 else line[:-2] for line, n in zip(lines, lengths, strict=True)]
-        if (corners.shape != (rows.sum(), 2) or (rows < 1).any() or ((lengths < 0) & (rows < 4)).any()
-            or not np.isfinite(corners).all() or not all((np.abs(line) <= far).all() for line in near)):
-            raise ValueError(f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … of "
-                             f"each; allowed are two finite numbers each, up to {far:g} m")
+        if (
+            corners.shape != (rows.sum(), 2)
+            or (rows < 1).any()
+            or ((lengths < 0) & (rows < 4)).any()
+            or not np.isfinite(corners).all()
+            or not all((np.abs(line) <= far).all() for line in near)
+        ):
+            raise ValueError(
+                f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … of "
+                f"each; allowed are two finite numbers each, up to {far:g} m"
+            )
         self.ground[...] = state["ground"]
         self.fences = [line.copy() for line, n in zip(lines, lengths, strict=True) if n > 0]
-        self.roads = [Road(line[:-2].copy(), float(line[-2, 0]), float(line[-2, 1]), float(line[-1, 0]))
-                      for line, n in zip(lines, lengths, strict=True) if n < 0]
+        self.roads = [
+            Road(line[:-2].copy(), float(line[-2, 0]), float(line[-2, 1]), float(line[-1, 0]))
+            for line, n in zip(lines, lengths, strict=True)
+            if n < 0
+        ]
         self.draw_roads()
 
 
@@ -228,18 +258,21 @@ def cells_along(corners: np.ndarray) -> np.ndarray:
     return np.array(cells, np.int64)
 
 
-def _hills(space: Space, nx: int, ny: int, seed: float = 0, amplitude: float = 5.0,
-           scale: float = 30.0) -> np.ndarray:
-    """Return smooth hills: a sum of 32 plane waves of random direction and phase that close around the torus.
-    """
-    u = random.draw_many(random.tick_key(int(seed), 0), np.arange(96, dtype=np.uint64),
-                         random.PLACE).reshape(3, 32)
+def _hills(
+    space: Space, nx: int, ny: int, seed: float = 0, amplitude: float = 5.0, scale: float = 30.0
+) -> np.ndarray:
+    """Return smooth hills: a sum of 32 plane waves of random direction and phase that close around the torus."""
+    u = random.draw_many(random.tick_key(int(seed), 0), np.arange(96, dtype=np.uint64), random.PLACE).reshape(
+        3, 32
+    )
     x, y = (np.arange(nx) + 0.5) / nx, (np.arange(ny) + 0.5) / ny
     height = np.zeros((ny, nx))
     for angle, phase, stretch in u.T:
         waves = (0.5 + stretch) * np.array(space.size[:2]) / scale
-        kx, ky = (np.round(waves[0] * arrays.cos(2 * np.pi * angle)),
-                  np.round(waves[1] * arrays.sin(2 * np.pi * angle)))
+        kx, ky = (
+            np.round(waves[0] * arrays.cos(2 * np.pi * angle)),
+            np.round(waves[1] * arrays.sin(2 * np.pi * angle)),
+        )
         height += arrays.sin(2 * np.pi * (kx * x[None, :] + ky * y[:, None] + phase))
     return (amplitude * height / np.sqrt(16)).astype(np.float32)
 
@@ -252,8 +285,9 @@ def closed_between(x, y, dx, dy, ground, inverse, lengths, torus):
     steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
     for s in range(1, steps + 1):
         way = np.float32(s) / np.float32(steps)
-        kind = ground_at(ground, inverse, into(x + way * dx, lengths[0], torus),
-                         into(y + way * dy, lengths[1], torus))
+        kind = ground_at(
+            ground, inverse, into(x + way * dx, lengths[0], torus), into(y + way * dy, lengths[1], torus)
+        )
         if kind != OPEN and kind != on:
             return True
         on = kind
@@ -268,8 +302,9 @@ def is_open(x, y, dx, dy, ground, inverse, lengths, torus):
     steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
     for s in range(1, steps + 1):
         way = np.float32(s) / np.float32(steps)
-        kind = ground_at(ground, inverse, into(x + way * dx, lengths[0], torus),
-                         into(y + way * dy, lengths[1], torus))
+        kind = ground_at(
+            ground, inverse, into(x + way * dx, lengths[0], torus), into(y + way * dy, lengths[1], torus)
+        )
         if kind != OPEN and not (on and kind == FENCE):
             return False
         on = on and kind == FENCE
@@ -293,8 +328,12 @@ def height_at(height, inverse, x, y, torus):
     if torus:
         i0, i1, j0, j1 = i0 % nx, i1 % nx, j0 % ny, j1 % ny
     else:
-        i0, i1, j0, j1 = (min(max(i0, 0), nx - 1), min(max(i1, 0), nx - 1), min(max(j0, 0), ny - 1),
-                          min(max(j1, 0), ny - 1))
+        i0, i1, j0, j1 = (
+            min(max(i0, 0), nx - 1),
+            min(max(i1, 0), nx - 1),
+            min(max(j0, 0), ny - 1),
+            min(max(j1, 0), ny - 1),
+        )
     one = np.float32(1.0)
     west = (one - fy) * height[j0, i0] + fy * height[j1, i0]
     east = (one - fy) * height[j0, i1] + fy * height[j1, i1]
@@ -308,13 +347,16 @@ def hill_between(x, y, dx, dy, eye, top, height, inverse, lengths, torus):
     if height.size == 1:
         return False
     begin = height_at(height, inverse, x, y, torus) + eye
-    end = height_at(height, inverse, into(x + dx, lengths[0], torus), into(y + dy, lengths[1], torus),
-                    torus) + top
+    end = (
+        height_at(height, inverse, into(x + dx, lengths[0], torus), into(y + dy, lengths[1], torus), torus)
+        + top
+    )
     steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
     for s in range(1, steps):
         t = np.float32(s) / np.float32(steps)
-        ground = height_at(height, inverse, into(x + t * dx, lengths[0], torus),
-                           into(y + t * dy, lengths[1], torus), torus)
+        ground = height_at(
+            height, inverse, into(x + t * dx, lengths[0], torus), into(y + t * dy, lengths[1], torus), torus
+        )
         if ground > begin + t * (end - begin):
             return True
     return False

@@ -21,9 +21,17 @@ class Water:
     `optical` f64[layers + 1] is the optical depth at the borders of the layers, from the surface down.
     """
 
-    def __init__(self, size: Sequence[float], attenuation: float = 0.0, layer: float = 1.0,
-                 density: float = 1025.0, deep_temperature: float | None = None, thermocline: float = 0.0,
-                 thermocline_width: float = 1.0, current: Iterable[tuple[float, float, float]] = ()) -> None:
+    def __init__(
+        self,
+        size: Sequence[float],
+        attenuation: float = 0.0,
+        layer: float = 1.0,
+        density: float = 1025.0,
+        deep_temperature: float | None = None,
+        thermocline: float = 0.0,
+        thermocline_width: float = 1.0,
+        current: Iterable[tuple[float, float, float]] = (),
+    ) -> None:
         self.area, self.height = float(size[0] * size[1]), float(size[2])
         self.n = max(1, round(self.height / layer))
         self.layer = self.height / self.n
@@ -100,8 +108,10 @@ def drift(first, last, alive, current, height, sinking, dt, lengths, torus, volu
             share = (depth - current[low, 0]) / span if span > 0 else np.float32(0.0)
             u = current[low, 1] + share * (current[high, 1] - current[low, 1])
             v = current[low, 2] + share * (current[high, 2] - current[low, 2])
-            x[row], y[row] = (into(x[row] + u * dt, lengths[0], torus),
-                              into(y[row] + v * dt, lengths[1], torus))
+            x[row], y[row] = (
+                into(x[row] + u * dt, lengths[0], torus),
+                into(y[row] + v * dt, lengths[1], torus),
+            )
         if volume:
             z[row] = into(z[row] - of_row(sinking, row) * dt, lengths[2], False)
 
@@ -111,6 +121,8 @@ def carry(alive, u, v, w, dt, lengths, torus, x, y, z):
     """Carry the living with velocities of their own: f32[n] each."""
     for row in range(alive.size):
         if alive[row]:
-            x[row], y[row] = (into(x[row] + u[row] * dt, lengths[0], torus),
-                              into(y[row] + v[row] * dt, lengths[1], torus))
+            x[row], y[row] = (
+                into(x[row] + u[row] * dt, lengths[0], torus),
+                into(y[row] + v[row] * dt, lengths[1], torus),
+            )
             z[row] = into(z[row] + w[row] * dt, lengths[2], False)

@@ -1,5 +1,4 @@
-"""A world with places: its space, its surroundings and its neighbour indexes, which sensors and systems read.
-"""
+"""A world with places: its space, its surroundings and its neighbour indexes, which sensors and systems read."""
 
 from __future__ import annotations
 
@@ -36,8 +35,17 @@ class SpatialWorld(World):
     and its recorder, has its place here, since systems ask for it.
     """
 
-    def __init__(self, size: Sequence[float] = (100.0, 100.0), *, edges: str = "torus", dt: float = 1.0,
-                 seed: int = 0, cell: float | None = None, threads: int = 1, name: str = "world") -> None:
+    def __init__(
+        self,
+        size: Sequence[float] = (100.0, 100.0),
+        *,
+        edges: str = "torus",
+        dt: float = 1.0,
+        seed: int = 0,
+        cell: float | None = None,
+        threads: int = 1,
+        name: str = "world",
+    ) -> None:
         self.space = Space(size, edges, cell)
         self.environment = Environment()
         self.fields: dict[str, Field] = {}
@@ -65,8 +73,10 @@ class SpatialWorld(World):
         """Return the names of the species, not of objects, in the order in which the world file has them: for
         all that people read. Tables are in the order of names, for the file's must not matter."""
         known = [] if self.config is None else list(self.config.species)
-        return sorted((name for name, table in self.tables.items() if not table.species.is_object),
-                      key=lambda name: known.index(name) if name in known else len(known))
+        return sorted(
+            (name for name, table in self.tables.items() if not table.species.is_object),
+            key=lambda name: known.index(name) if name in known else len(known),
+        )
 
     @property
     def ambient(self) -> dict[str, float]:
@@ -81,8 +91,9 @@ class SpatialWorld(World):
         """Bring back or refuse what was written between ticks; see `ecs_eco.space.gate`."""
         self._looked = gate.admit(self, refuse, self._looked)
 
-    def admit_newborn(self, table: Table,
-                      values: dict[tuple[type, str], Any], label: str) -> dict[tuple[type, str], Any]:
+    def admit_newborn(
+        self, table: Table, values: dict[tuple[type, str], Any], label: str
+    ) -> dict[tuple[type, str], Any]:
         """Return the values of newborn with their places brought into the space;
         ValueError for what is beyond its limits."""
         return gate.newborn(self, table, values, label)
@@ -90,8 +101,7 @@ class SpatialWorld(World):
     # --- who is near whom -----------------------------------------------------------------------------------
 
     def index(self, table: Table) -> Index:
-        """Return the neighbour index of a table that has Position, as things stand now; any thread may ask.
-        """
+        """Return the neighbour index of a table that has Position, as things stand now; any thread may ask."""
         index = self._indexes.get(table.name)
         if index is not None and index.version == table.version and index.space is self.space:
             return index
@@ -140,8 +150,9 @@ class SpatialWorld(World):
         """
         seekers, targets = self._two(table, other)
         own = near.radii(radius, seekers.n, seekers.rows)
-        return near.pairs((seekers.x, seekers.y, seekers.z), seekers.rows, own, targets, seekers is targets,
-                          self.split)
+        return near.pairs(
+            (seekers.x, seekers.y, seekers.z), seekers.rows, own, targets, seekers is targets, self.split
+        )
 
     def within(self, table: Table | str, places: Any, radius: Any) -> Pairs:
         """Return all of `table` that are closer than `radius` [m] to places [n, axes] [m]: numbers of places,
@@ -205,5 +216,9 @@ class SpatialWorld(World):
 def _whereabouts(table: Table) -> tuple[np.ndarray | None, ...]:
     p: Any = table.columns.get(Position)
     body: Any = table.columns.get(Body)
-    return (table.alive, table.uid, *((None,) * 3 if p is None else (p.x, p.y, p.z)),
-            None if body is None else body.radius)
+    return (
+        table.alive,
+        table.uid,
+        *((None,) * 3 if p is None else (p.x, p.y, p.z)),
+        None if body is None else body.radius,
+    )

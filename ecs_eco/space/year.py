@@ -9,8 +9,9 @@ class Year:
     """A year of `length` [s]; a share of 0 is the spring equinox, 0.25 midsummer, 0.5 the autumn equinox;
     see `ecs_eco.config.models.water.Year` for the values."""
 
-    def __init__(self, length: float, start: float = 0.0, temperature: float = 0.0,
-                 warmest: float = 0.25) -> None:
+    def __init__(
+        self, length: float, start: float = 0.0, temperature: float = 0.0, warmest: float = 0.25
+    ) -> None:
         self.length, self.start, self.temperature, self.warmest = length, start, temperature, warmest
 
     def share(self, time: float) -> float:

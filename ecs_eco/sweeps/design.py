@@ -95,10 +95,12 @@ class Design:
         plan = self.file.plan.model_dump(mode="json", exclude={"title", "world", "checkpoint_every"})
         seeds = {f"{kind}_seeds": list(self.file.plan.seeds(kind)) for kind in ("world", "training")}
         if (given := plan_folder(self.file)) is not None:
-            plan["policies"] = {name: hash_of(given / f"{name}.safetensors")
-                                for name in species_with_policy(self.base)}
-        return plan | seeds | {"ticks": self.ticks, "world": self.base.name,
-                               "world_hash": self.base.config_hash}
+            plan["policies"] = {
+                name: hash_of(given / f"{name}.safetensors") for name in species_with_policy(self.base)
+            }
+        return (
+            plan | seeds | {"ticks": self.ticks, "world": self.base.name, "world_hash": self.base.config_hash}
+        )
 
 
 def design_of(file: PlanFile, *, trust: bool = False) -> Design:
@@ -108,10 +110,15 @@ def design_of(file: PlanFile, *, trust: bool = False) -> Design:
     """
     plan = file.plan
     base = _base(file, trust)
-    if (n := number_of_points(file) * (1 + len(plan.treatments)) * len(plan.seeds("world"))
-            * max(1, len(plan.seeds("training")))) > MOST_JOBS:
-        raise file.document.refused([Problem(("grid",), f"makes {n:,} jobs",
-                                             allowed=f"at most {MOST_JOBS:,}")])
+    if (
+        n := number_of_points(file)
+        * (1 + len(plan.treatments))
+        * len(plan.seeds("world"))
+        * max(1, len(plan.seeds("training")))
+    ) > MOST_JOBS:
+        raise file.document.refused(
+            [Problem(("grid",), f"makes {n:,} jobs", allowed=f"at most {MOST_JOBS:,}")]
+        )
     if problems := [*_of_policies(file, base), *problems_of_ranges(file, base)]:
         raise file.document.refused(problems)
     arms: list[tuple[dict[str, Any], str, Arm]] = []
@@ -133,8 +140,12 @@ def _base(file: PlanFile, trust: bool) -> WorldConfig:
     try:
         return load(document, values, trust=trust)  # type: ignore[arg-type]
     except ConfigError as error:
-        raise _as_plan(error, file, {key_of(name): file.place("set", name) for name in plan.set}
-                       | {("reporters", name): ("reporters", name) for name in plan.reporters}) from None
+        raise _as_plan(
+            error,
+            file,
+            {key_of(name): file.place("set", name) for name in plan.set}
+            | {("reporters", name): ("reporters", name) for name in plan.reporters},
+        ) from None
 
 
 def _there(file: PlanFile, world: str) -> str:
@@ -146,8 +157,9 @@ def _there(file: PlanFile, world: str) -> str:
         if first.source != "WORLD":
             raise
         near = nearest(file.plan.world, [*shipped(), *(p.name for p in file.folder.glob("*.toml"))])
-        raise file.document.refused([first.moved(key=("world",), value=file.plan.world, source="",
-                                                 nearest=near)]) from None
+        raise file.document.refused(
+            [first.moved(key=("world",), value=file.plan.world, source="", nearest=near)]
+        ) from None
     return world
 
 
@@ -158,10 +170,12 @@ def _as_plan(error: ConfigError, file: PlanFile, places: Mapping[Place, Place]) 
         if problem.source != file.document.source:
             problems.append(problem)
             continue
-        key = next((problem.key[:n] for n in range(len(problem.key), 0, -1) if problem.key[:n] in places),
-                   None)
-        problems.append(problem.moved(key=(), source="") if key is None
-                        else problem.moved(key=places[key], source=""))
+        key = next(
+            (problem.key[:n] for n in range(len(problem.key), 0, -1) if problem.key[:n] in places), None
+        )
+        problems.append(
+            problem.moved(key=(), source="") if key is None else problem.moved(key=places[key], source="")
+        )
     return file.document.refused(problems)
 
 
@@ -171,27 +185,35 @@ def _of_policies(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
     if plan.retrain and plan.training_seeds is None:
         yield Problem(("retrain",), "nothing is trained", True, "training_seeds = N beside it")
     if plan.training_seeds is not None and not known:
-        yield Problem(("training_seeds",), "no species has a policy to train", plan.training_seeds,
-                      'a world with policy.kind = "shared"')
+        yield Problem(
+            ("training_seeds",),
+            "no species has a policy to train",
+            plan.training_seeds,
+            'a world with policy.kind = "shared"',
+        )
     if plan.policies == "trained":
         return
     if plan.training_seeds is not None:
-        yield Problem(("policies",), "policies are trained for this sweep", plan.policies,
-                      "policies, or training_seeds")
+        yield Problem(
+            ("policies",), "policies are trained for this sweep", plan.policies, "policies, or training_seeds"
+        )
     elif plan.policies not in POLICIES:
         folder = file.folder / plan.policies
         allowed = "trained, random, untrained, or a folder written by `ecs-eco train`"
         if not folder.is_dir():
-            yield Problem(("policies",), "no such folder", plan.policies, allowed,
-                          nearest(plan.policies, POLICIES))
+            yield Problem(
+                ("policies",), "no such folder", plan.policies, allowed, nearest(plan.policies, POLICIES)
+            )
         for name in known if folder.is_dir() else ():
             if not (folder / f"{name}.safetensors").is_file():
-                yield Problem(("policies",), f"{name}.safetensors is missing in the folder", plan.policies,
-                              allowed)
+                yield Problem(
+                    ("policies",), f"{name}.safetensors is missing in the folder", plan.policies, allowed
+                )
 
 
-def _arms(file: PlanFile, base: WorldConfig, arms: list[tuple[dict[str, Any], str, Arm]]
-          ) -> Iterator[Problem]:
+def _arms(
+    file: PlanFile, base: WorldConfig, arms: list[tuple[dict[str, Any], str, Arm]]
+) -> Iterator[Problem]:
     """Load the worlds of all points and treatments into `arms`, in their order; yield what is refused."""
     for point in points_of(file, base):
         values = {name: entry.value for name, entry in point.items()}
@@ -220,24 +242,34 @@ def treated(config: WorldConfig, treatment: str) -> Arm:
 def _at_value(problem: Problem, point: Point) -> Problem:
     """The problem of a world at the value of a point that it comes from."""
     names = {key_of(name): name for name in point}
-    own = next((names[problem.key[:n]] for n in range(len(problem.key), 0, -1) if problem.key[:n] in names),
-               None)
+    own = next(
+        (names[problem.key[:n]] for n in range(len(problem.key), 0, -1) if problem.key[:n] in names), None
+    )
     if own is not None:
         deeper = "" if key_of(own) == problem.key else f"{problem.path}: "
-        return problem.moved(key=point[own].place, value=point[own].value, source="", line=None,
-                             what=deeper + problem.what)
+        return problem.moved(
+            key=point[own].place, value=point[own].value, source="", line=None, what=deeper + problem.what
+        )
     words = ", ".join(f"{name} = {entry.value}" for name, entry in point.items())
     place = next(iter(point.values())).place if point else ("world",)
-    return problem.moved(key=place, source="", line=None,
-                         what=f"with {words}: {problem.path}: {problem.what}" if words else problem.what)
+    return problem.moved(
+        key=place,
+        source="",
+        line=None,
+        what=f"with {words}: {problem.path}: {problem.what}" if words else problem.what,
+    )
 
 
 def _vain(file: PlanFile, point: Point) -> Problem | None:
     """The problem of a value of [training] where no policies are trained under a point's values."""
     for name, entry in point.items():
         if key_of(name)[0] == "training" and not file.plan.retrain:
-            return Problem(entry.place, "changes only the training, and all jobs run with the same policies",
-                           entry.value, "retrain = true with it")
+            return Problem(
+                entry.place,
+                "changes only the training, and all jobs run with the same policies",
+                entry.value,
+                "retrain = true with it",
+            )
     return None
 
 
@@ -253,8 +285,9 @@ def _once(problems: Iterable[Problem]) -> list[Problem]:
     return list({(p.key, p.what): p for p in problems}.values())
 
 
-def _jobs(file: PlanFile, base: WorldConfig, arms: Sequence[tuple[dict[str, Any], str, Arm]]
-          ) -> tuple[list[Job], dict[str, Training]]:
+def _jobs(
+    file: PlanFile, base: WorldConfig, arms: Sequence[tuple[dict[str, Any], str, Arm]]
+) -> tuple[list[Job], dict[str, Training]]:
     """Return all jobs, by points, treatments, training seeds and world seeds, and what they need trained."""
     plan, jobs, trainings = file.plan, list[Job](), dict[str, Training]()
     per_point = 1 + len(plan.treatments)
@@ -263,13 +296,24 @@ def _jobs(file: PlanFile, base: WorldConfig, arms: Sequence[tuple[dict[str, Any]
         trained_in = arm.config.config_hash if own else base.config_hash
         for seed in plan.seeds("training") if arm.trained_species else ():
             name = f"{trained_in[:16]}/seed-{seed}"
-            trainings.setdefault(name, Training(name, seed, values if own else {}, treatment if own else "",
-                                                trained_in))
+            trainings.setdefault(
+                name, Training(name, seed, values if own else {}, treatment if own else "", trained_in)
+            )
         for training_seed in (plan.seeds("training") if arm.trained_species else ()) or (None,):
             training = None if training_seed is None else f"{trained_in[:16]}/seed-{training_seed}"
-            jobs += [Job(len(jobs) + i, at // per_point, values, treatment, training_seed, seed, training,
-                         arm.config.config_hash)
-                     for i, seed in enumerate(plan.seeds("world"))]
+            jobs += [
+                Job(
+                    len(jobs) + i,
+                    at // per_point,
+                    values,
+                    treatment,
+                    training_seed,
+                    seed,
+                    training,
+                    arm.config.config_hash,
+                )
+                for i, seed in enumerate(plan.seeds("world"))
+            ]
     return jobs, trainings
 
 

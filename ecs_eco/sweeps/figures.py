@@ -26,12 +26,19 @@ def short(key: str) -> str:
 
 
 @styled
-def responses(rows: Sequence[Row], keys: Sequence[str], outcomes: Sequence[Outcome],
-              hue: Mapping[str, str]) -> Figure:
+def responses(
+    rows: Sequence[Row], keys: Sequence[str], outcomes: Sequence[Outcome], hue: Mapping[str, str]
+) -> Figure:
     """A panel for each outcome (rows) and key (columns): mean and 95 % interval at each value, runs as dots;
     a line for each treatment."""
-    figure, axes = panels(len(outcomes), len(keys), 3.9 * len(keys) + 1.2, 2.15 * len(outcomes) + 0.8,
-                          sharex="col", sharey="row")
+    figure, axes = panels(
+        len(outcomes),
+        len(keys),
+        3.9 * len(keys) + 1.2,
+        2.15 * len(outcomes) + 0.8,
+        sharex="col",
+        sharey="row",
+    )
     parts = group(rows, lambda row: row["treatment"])
     for column, key in enumerate(keys):
         values = values_of(rows, key)
@@ -53,27 +60,60 @@ def responses(rows: Sequence[Row], keys: Sequence[str], outcomes: Sequence[Outco
     return figure
 
 
-def _response(ax: Any, rows: Sequence[Row], key: str, values: list[Any], outcome: Outcome, color: str,
-              number: int, of: int, label: str) -> None:
+def _response(
+    ax: Any,
+    rows: Sequence[Row],
+    key: str,
+    values: list[Any],
+    outcome: Outcome,
+    color: str,
+    number: int,
+    of: int,
+    label: str,
+) -> None:
     """Draw the answers of one treatment, beside those of the others."""
     each = len(values) <= FEW
-    found = [a for a in (answers(rows, key, outcome) if each else by_point(rows, key, outcome))
-             if np.isfinite(a.mean.value)]
+    found = [
+        a
+        for a in (answers(rows, key, outcome) if each else by_point(rows, key, outcome))
+        if np.isfinite(a.mean.value)
+    ]
     x = _places(values, [answer.value for answer in found])
     gap = _gap(_places(values, values))
     x = x + (number - (of - 1) / 2) * 0.06 * gap
-    middle, low, high = (np.array([getattr(a.mean, end) for a in found], float)
-                         for end in ("value", "low", "high"))
+    middle, low, high = (
+        np.array([getattr(a.mean, end) for a in found], float) for end in ("value", "low", "high")
+    )
     errors = np.nan_to_num(np.stack([middle - low, high - middle]))
     if not outcome.share and each:
-        spread = np.concatenate([np.full(len(a.runs), place) for a, place in zip(found, x, strict=True)]
-                                or [np.zeros(0)])
-        ax.plot(spread + 0.02 * gap, [run for a in found for run in a.runs], ".", ms=4, color=color,
-                alpha=0.35, mew=0, zorder=1)
+        spread = np.concatenate(
+            [np.full(len(a.runs), place) for a, place in zip(found, x, strict=True)] or [np.zeros(0)]
+        )
+        ax.plot(
+            spread + 0.02 * gap,
+            [run for a in found for run in a.runs],
+            ".",
+            ms=4,
+            color=color,
+            alpha=0.35,
+            mew=0,
+            zorder=1,
+        )
     joined = each and _are_numbers(values)
-    *_, bars = ax.errorbar(x, middle, errors.clip(0), color=color, marker="o", ms=5 if each else 3.5,
-                           lw=1.6, elinewidth=1.3 if each else 0.8, capsize=2.5 if each else 0,
-                           ls=DASHES[number % len(DASHES)] if joined else "none", label=label, zorder=3)
+    *_, bars = ax.errorbar(
+        x,
+        middle,
+        errors.clip(0),
+        color=color,
+        marker="o",
+        ms=5 if each else 3.5,
+        lw=1.6,
+        elinewidth=1.3 if each else 0.8,
+        capsize=2.5 if each else 0,
+        ls=DASHES[number % len(DASHES)] if joined else "none",
+        label=label,
+        zorder=3,
+    )
     if not each:
         bars[0].set_alpha(0.35)
 
@@ -157,8 +197,9 @@ def _limits(rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome) -> tup
     return (min(means), max(means)) if means else (0.0, 1.0)
 
 
-def _cells(ax: Any, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome,
-           limits: tuple[float, float]) -> Any:
+def _cells(
+    ax: Any, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
+) -> Any:
     """Draw the cells of a grid, with their numbers where there is room."""
     across, up = (values_of(rows, key) for key in pair)
     means = np.full((len(up), len(across)), np.nan)
@@ -168,15 +209,25 @@ def _cells(ax: Any, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome
             if here:
                 means[i, j] = interval(here, outcome).value
     drawn = ax.imshow(means, origin="lower", aspect="auto", cmap="viridis", vmin=limits[0], vmax=limits[1])
-    ax.set_xticks(range(len(across)), [_written(v) for v in across],
-                  rotation=30 if sum(len(_written(v)) for v in across) > 24 else 0)
+    ax.set_xticks(
+        range(len(across)),
+        [_written(v) for v in across],
+        rotation=30 if sum(len(_written(v)) for v in across) > 24 else 0,
+    )
     ax.set_yticks(range(len(up)), [_written(v) for v in up])
     if means.size <= CELLS:
         middle = sum(limits) / 2
         for (i, j), mean in np.ndenumerate(means):
             if np.isfinite(mean):
-                ax.text(j, i, _cell(mean, outcome), ha="center", va="center", fontsize=8,
-                        color=ON_CELL[bool(mean >= middle)])
+                ax.text(
+                    j,
+                    i,
+                    _cell(mean, outcome),
+                    ha="center",
+                    va="center",
+                    fontsize=8,
+                    color=ON_CELL[bool(mean >= middle)],
+                )
     return drawn
 
 
@@ -186,13 +237,22 @@ def _cell(mean: float, outcome: Outcome) -> str:
     return f"{mean:,.0f}" if abs(mean) >= 100 else f"{mean:.3g}"
 
 
-def _dots(ax: Any, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome,
-          limits: tuple[float, float]) -> Any:
+def _dots(
+    ax: Any, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
+) -> Any:
     """Draw a dot for each point."""
     found: list[tuple[Any, Any, Answer]] = []
     for part in group(rows, lambda row: row["point"]).values():
         first = part[0]
         found.append((first[pair[0]], first[pair[1]], Answer(None, interval(part, outcome), ())))
-    return ax.scatter([a for a, _, _ in found], [b for _, b, _ in found],
-                      c=[answer.mean.value for *_, answer in found], cmap="viridis", s=46,
-                      edgecolor=AXIS, lw=0.5, vmin=limits[0], vmax=limits[1])
+    return ax.scatter(
+        [a for a, _, _ in found],
+        [b for _, b, _ in found],
+        c=[answer.mean.value for *_, answer in found],
+        cmap="viridis",
+        s=46,
+        edgecolor=AXIS,
+        lw=0.5,
+        vmin=limits[0],
+        vmax=limits[1],
+    )

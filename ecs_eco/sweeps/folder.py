@@ -116,15 +116,18 @@ class Sweep:
         try:
             return treated(load(self.base, values), treatment)
         except NotApplicable as error:
-            raise ForeignFile(f"{self.folder / SWEEP}: treatment: {treatment!r} {error.what}; allowed: "
-                              f"{error.allowed}") from None
+            raise ForeignFile(
+                f"{self.folder / SWEEP}: treatment: {treatment!r} {error.what}; allowed: {error.allowed}"
+            ) from None
 
     def arm(self, job: Job) -> Arm:
         """Return the arm of a job with its policies. Raises ForeignFile where its world is another now."""
         arm = self.world(job.values, job.treatment)
         if arm.config.config_hash != job.config_hash:
-            raise ForeignFile(f"{self.folder / SWEEP}: {job} has another configuration than when the sweep "
-                              "began: another version of ecs-eco reads it, or its code has changed")
+            raise ForeignFile(
+                f"{self.folder / SWEEP}: {job} has another configuration than when the sweep "
+                "began: another version of ecs-eco reads it, or its code has changed"
+            )
         if job.training is not None:
             return arm.with_policies(self.policies_folder(job.training))
         given = self.content["plan"]["policies"]
@@ -172,13 +175,22 @@ def begin(folder: Path, design: Design) -> Sweep:
     folder.mkdir(parents=True, exist_ok=True)
     keep_copies(sources(design.base), folder)
     home = _keep_policies(folder, design)
-    container.begin(folder, Manifest, _planned(design) | {
-        "world": design.base.name, "title": design.file.plan.title or design.base.title,
-        "source": design.file.document.source, "ticks": design.ticks,
-        "checkpoint_every": design.file.plan.checkpoint_every, "home": home.as_posix(),
-        "config": design.base.resolved(), "code": noted(sources(design.base)),
-        "trainings": [as_json(one) for one in design.trainings],
-    })  # fmt: skip
+    container.begin(
+        folder,
+        Manifest,
+        _planned(design)
+        | {
+            "world": design.base.name,
+            "title": design.file.plan.title or design.base.title,
+            "source": design.file.document.source,
+            "ticks": design.ticks,
+            "checkpoint_every": design.file.plan.checkpoint_every,
+            "home": home.as_posix(),
+            "config": design.base.resolved(),
+            "code": noted(sources(design.base)),
+            "trainings": [as_json(one) for one in design.trainings],
+        },
+    )
     return read_sweep(folder)
 
 
@@ -208,6 +220,8 @@ def _keep_policies(folder: Path, design: Design) -> Path:
     given = plan_folder(design.file)
     for name in species_with_policy(config) if given is not None else ():
         (folder / "policies" / GIVEN).mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(given / f"{name}.safetensors",  # type: ignore[operator]
-                        folder / "policies" / GIVEN / f"{name}.safetensors")
+        shutil.copyfile(
+            given / f"{name}.safetensors",  # type: ignore[operator]
+            folder / "policies" / GIVEN / f"{name}.safetensors",
+        )
     return home

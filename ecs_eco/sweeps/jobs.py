@@ -134,9 +134,16 @@ def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
     except RecordingError as error:
         raise RecordingError(f"{error}; remove this file, and the job finds its run") from None
     job = sweep.jobs[number]
-    wanted = {"number": number, "sweep": sweep.hash, "values": job.values, "config_hash": job.config_hash,
-              "world_seed": job.world_seed, "training_seed": job.training_seed, "treatment": job.treatment,
-              "ticks": sweep.ticks}
+    wanted = {
+        "number": number,
+        "sweep": sweep.hash,
+        "values": job.values,
+        "config_hash": job.config_hash,
+        "world_seed": job.world_seed,
+        "training_seed": job.training_seed,
+        "treatment": job.treatment,
+        "ticks": sweep.ticks,
+    }
     if different := [key for key, value in wanted.items() if done[key] != value]:
         raise ForeignFile(f"{path}: is of another job ({', '.join(different)}) than {job}; remove its folder")
     return done
@@ -156,13 +163,24 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
         run_arm(arm, job.world_seed, sweep.ticks, place / RUN, sweep.content["checkpoint_every"], note)
     manifest = read_manifest(place / RUN)
     return {
-        "format": 1, "number": job.number, "sweep": sweep.hash, "values": job.values,
-        "treatment": job.treatment, "training_seed": job.training_seed, "world_seed": job.world_seed,
-        "config_hash": job.config_hash, "digest": manifest["digest"], "ticks": sweep.ticks,
-        "git_commit": manifest["git_commit"], "versions": manifest["versions"],
-        "weights": manifest["weights"], "seconds": round(manifest["wall_seconds"], 3),
-        "ended": time.time(), "host": socket.gethostname(), "summary": summary_of(place / RUN),
-    }  # fmt: skip
+        "format": 1,
+        "number": job.number,
+        "sweep": sweep.hash,
+        "values": job.values,
+        "treatment": job.treatment,
+        "training_seed": job.training_seed,
+        "world_seed": job.world_seed,
+        "config_hash": job.config_hash,
+        "digest": manifest["digest"],
+        "ticks": sweep.ticks,
+        "git_commit": manifest["git_commit"],
+        "versions": manifest["versions"],
+        "weights": manifest["weights"],
+        "seconds": round(manifest["wall_seconds"], 3),
+        "ended": time.time(),
+        "host": socket.gethostname(),
+        "summary": summary_of(place / RUN),
+    }
 
 
 def _allow(hashes: Collection[str]) -> None:
@@ -223,5 +241,10 @@ def _tick_of(run: Path) -> int:
 
 
 def _failure(error: Exception) -> dict[str, Any]:
-    return {"error": type(error).__name__, "text": str(error), "at": time.time(),
-            "host": socket.gethostname(), "trace": traceback.format_exc()[-4000:]}
+    return {
+        "error": type(error).__name__,
+        "text": str(error),
+        "at": time.time(),
+        "host": socket.gethostname(),
+        "trace": traceback.format_exc()[-4000:],
+    }

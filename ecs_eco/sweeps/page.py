@@ -19,8 +19,10 @@ from ecs_eco.sweeps.response import Outcome, Row, group, interval, outcomes_of
 PAGE = "sweep.html"
 MOST_PANELS = 6  # outcomes of a figure
 MOST_ROWS = 400  # of the table of points
-_RESPONSE = ("Means at each value with 95 % intervals over seeds; dots are single runs. Where more than one "
-             "value varies, each seed's mean over all others comes first.")
+_RESPONSE = (
+    "Means at each value with 95 % intervals over seeds; dots are single runs. Where more than one "
+    "value varies, each seed's mean over all others comes first."
+)
 _POINTS = "Each point of the hypercube: its mean with the 95 % interval over seeds."
 _HEAT = "Means over seeds, and over what else varies; empty where no run has a number."
 
@@ -32,8 +34,12 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
     species = [name for name in species if f"{name}.mean" in rows[0]]
     hue = colors(species, read_manifest(sweep.job_folder(rows[0]["job"]) / RUN).get("colors"))
     outcomes, keys = outcomes_of(rows, species), list(sweep.jobs[0].values)
-    blocks = [*_head(sweep, rows, failed), *_responses(rows, keys, outcomes, hue, folder),
-              *_points(rows, keys, outcomes), *_origin(sweep, rows)]
+    blocks = [
+        *_head(sweep, rows, failed),
+        *_responses(rows, keys, outcomes, hue, folder),
+        *_points(rows, keys, outcomes),
+        *_origin(sweep, rows),
+    ]
     title = sweep.content["title"] or sweep.content["world"]
     return write_text(sweep.folder / PAGE, page(f"Sweep: {title}", *blocks))
 
@@ -44,8 +50,10 @@ def lines_of(sweep: Sweep, rows: Sequence[Row]) -> tuple[str, ...]:
     for treatment, part in group(rows, lambda row: row["treatment"]).items():
         kept = sum(row["persisted"] for row in part)
         points = len({row["point"] for row in part})
-        out.append(f"{treatment}: all species persist in {kept} of {len(part)} runs of {sweep.ticks:,} ticks"
-                   + (f", at {points} points" if points > 1 else ""))
+        out.append(
+            f"{treatment}: all species persist in {kept} of {len(part)} runs of {sweep.ticks:,} ticks"
+            + (f", at {points} points" if points > 1 else "")
+        )
     return tuple(out)
 
 
@@ -53,30 +61,36 @@ def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> list[str
     title = sweep.content["title"] or sweep.content["world"]
     lost = not all(row["persisted"] for row in rows)
     lines = "".join(f"<p>{escape(line)}</p>" for line in lines_of(sweep, rows))
-    blocks = [f"<h1>Sweep: {escape(title)}</h1>",
-              f"<div class='verdict{' lost' if lost else ''}'>{lines}</div>",
-              "<p class='under'>Seeds are the replicates. Intervals are 95 %.</p>"]
+    blocks = [
+        f"<h1>Sweep: {escape(title)}</h1>",
+        f"<div class='verdict{' lost' if lost else ''}'>{lines}</div>",
+        "<p class='under'>Seeds are the replicates. Intervals are 95 %.</p>",
+    ]
     if missing := len(sweep.jobs) - len(rows):
         why = f", {len(failed)} of them because they failed" if failed else ""
         blocks.append(f"<p class='under'>{missing} of {len(sweep.jobs)} jobs are not done{why}.</p>")
     return blocks
 
 
-def _responses(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome], hue: dict[str, str],
-               folder: Path) -> list[str]:
+def _responses(
+    rows: Sequence[Row], keys: list[str], outcomes: list[Outcome], hue: dict[str, str], folder: Path
+) -> list[str]:
     """How outcomes respond to the values, as pictures."""
     outcomes = [outcome for outcome in outcomes if len({row[outcome.column] for row in rows}) > 1]
     if not keys or not outcomes:
         return []
     drawn = figures.responses(rows, keys[:4], outcomes, hue)
     each = all(len({str(row[key]) for row in rows}) <= figures.FEW for key in keys)
-    blocks = ["<h2>Response</h2>",
-              picture(save_svg(drawn, folder / "response.svg"),
-                      _RESPONSE if each else f"{_RESPONSE} {_POINTS}")]
+    blocks = [
+        "<h2>Response</h2>",
+        picture(save_svg(drawn, folder / "response.svg"), _RESPONSE if each else f"{_RESPONSE} {_POINTS}"),
+    ]
     for i, pair in enumerate(figures.pairs_of(rows, keys)):
         drawn = figures.heat(rows, pair, outcomes[:MOST_PANELS])
-        blocks += [f"<h2>{escape(figures.short(pair[0]))} and {escape(figures.short(pair[1]))}</h2>",
-                   picture(save_svg(drawn, folder / f"heat-{i + 1}.svg"), _HEAT)]
+        blocks += [
+            f"<h2>{escape(figures.short(pair[0]))} and {escape(figures.short(pair[1]))}</h2>",
+            picture(save_svg(drawn, folder / f"heat-{i + 1}.svg"), _HEAT),
+        ]
     return blocks
 
 
@@ -84,10 +98,21 @@ def _points(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> li
     """A table with a row for each point and treatment."""
     parts = list(group(rows, lambda row: (row["point"], row["treatment"])).values())
     treatments = len({row["treatment"] for row in rows}) > 1
-    head = [*map(figures.short, keys), *(["treatment"] if treatments else []), "runs",
-            *(outcome.label for outcome in outcomes)]
-    cells = [[*(part[0][key] for key in keys), *([part[0]["treatment"]] if treatments else []), len(part),
-              *(_interval(interval(part, outcome)) for outcome in outcomes)] for part in parts[:MOST_ROWS]]
+    head = [
+        *map(figures.short, keys),
+        *(["treatment"] if treatments else []),
+        "runs",
+        *(outcome.label for outcome in outcomes),
+    ]
+    cells = [
+        [
+            *(part[0][key] for key in keys),
+            *([part[0]["treatment"]] if treatments else []),
+            len(part),
+            *(_interval(interval(part, outcome)) for outcome in outcomes),
+        ]
+        for part in parts[:MOST_ROWS]
+    ]
     blocks = ["<h2>All points</h2>", table(head, cells)]
     if len(parts) > MOST_ROWS:
         blocks.append(f"<p>… and {len(parts) - MOST_ROWS} more, in runs.parquet.</p>")
@@ -112,4 +137,4 @@ def _origin(sweep: Sweep, rows: Sequence[Row]) -> list[str]:
         f"commit {escape(', '.join(commits))}; {number(hours)} hours of one core, "
         f"machines: {len({row['host'] for row in rows})}. Each run has its folder in jobs/; every run is a "
         "row of runs.parquet.</p>",
-    ]  # fmt: skip
+    ]

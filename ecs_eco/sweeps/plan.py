@@ -1,5 +1,4 @@
-"""plan.toml: a world, the values to vary, seeds and treatments, as it is written and before worlds are made.
-"""
+"""plan.toml: a world, the values to vary, seeds and treatments, as it is written and before worlds are made."""
 
 from __future__ import annotations
 
@@ -45,22 +44,32 @@ class Plan(Section):
     title: str = about("a title for the report", "")
     ticks: Ticks | None = quantity("length of a run; absent: the world's own", "ticks", None)
     world_seeds: Seeds = about("number of world seeds, from 1, or a list of them", 1)
-    training_seeds: Seeds | None = about("number of training seeds, from 1, or a list of them; absent: "
-                                         "nothing is trained", None)
-    retrain: bool = about("whether policies are trained anew under each set of values and each treatment "
-                          "that changes values; else in the world as it is", False)
-    policies: str = about("policies that runs begin with, where nothing is trained: trained, random, "
-                          "untrained, or a folder, relative to the plan", "trained")
-    treatments: Names = about("treatments beside the world as it is, as `ecs-eco compare --control` takes "
-                              "them", [])
-    reporters: dict[str, Any] = about("what to measure besides the world's own reporters, as in a world file",
-                                      {})
+    training_seeds: Seeds | None = about(
+        "number of training seeds, from 1, or a list of them; absent: nothing is trained", None
+    )
+    retrain: bool = about(
+        "whether policies are trained anew under each set of values and each treatment "
+        "that changes values; else in the world as it is",
+        False,
+    )
+    policies: str = about(
+        "policies that runs begin with, where nothing is trained: trained, random, "
+        "untrained, or a folder, relative to the plan",
+        "trained",
+    )
+    treatments: Names = about(
+        "treatments beside the world as it is, as `ecs-eco compare --control` takes them", []
+    )
+    reporters: dict[str, Any] = about(
+        "what to measure besides the world's own reporters, as in a world file", {}
+    )
     set: dict[str, Any] = about("values for all runs, by dotted key", {})
     grid: dict[str, Values] | None = about("the values of each key; all are combined", None)
     latin_hypercube: Hypercube | None = about("numbers that are drawn from ranges", None)
     list: Points | None = about("sets of values that belong together", None)
-    checkpoint_every: Ticks | None = quantity("ticks between the checkpoints of a run; absent: 20 in a run, "
-                                              "at least 2,000 apart", "ticks", None)
+    checkpoint_every: Ticks | None = quantity(
+        "ticks between the checkpoints of a run; absent: 20 in a run, at least 2,000 apart", "ticks", None
+    )
 
     def seeds(self, kind: str) -> Sequence[int]:
         """Return the "world" or "training" seeds."""
@@ -114,8 +123,7 @@ def read_plan(plan: str | Path | Mapping[str, Any]) -> PlanFile:
 
 
 def _flattened(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[tuple[str, str], Key]]:
-    """Return the plan with dotted keys in its sections of values, however TOML nests them, and their places.
-    """
+    """Return the plan with dotted keys in its sections of values, however TOML nests them, and their places."""
     flat: dict[str, Any] = dict(data)
     places: dict[tuple[str, str], Key] = {}
     for section in ("set", "grid"):
@@ -126,16 +134,21 @@ def _flattened(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[tuple[str,
         section = "latin_hypercube/ranges"
         ranges = _dotted(cube["ranges"], section, ("latin_hypercube", "ranges"), places)
         flat["latin_hypercube"] = cube | {
-            "ranges": {name: {"search": span} if isinstance(span, list) else span
-                       for name, span in ranges.items()}}  # fmt: skip
+            "ranges": {
+                name: {"search": span} if isinstance(span, list) else span for name, span in ranges.items()
+            }
+        }
     if isinstance(data.get("list"), list):
-        flat["list"] = [_dotted(entry, f"list/{i}", ("list", i), places) if isinstance(entry, dict) else entry
-                        for i, entry in enumerate(data["list"])]
+        flat["list"] = [
+            _dotted(entry, f"list/{i}", ("list", i), places) if isinstance(entry, dict) else entry
+            for i, entry in enumerate(data["list"])
+        ]
     return flat, places
 
 
-def _dotted(table: Mapping[str, Any], section: str, at: Key,
-            places: dict[tuple[str, str], Key]) -> dict[str, Any]:
+def _dotted(
+    table: Mapping[str, Any], section: str, at: Key, places: dict[tuple[str, str], Key]
+) -> dict[str, Any]:
     """Return the values of a table by dotted key; a key in quotes that has dots is one already."""
     flat: dict[str, Any] = {}
     for key, value in _leaves(table, ()):
@@ -185,8 +198,11 @@ def _of_values(file: PlanFile) -> Iterator[Problem]:
     if plan.list is not None and not plan.list:
         yield Problem(("list",), "is empty", allowed='tables of values: [[list]] "species.deer.count" = 20')
     if plan.latin_hypercube is not None and not plan.latin_hypercube.ranges:
-        yield Problem(("latin_hypercube", "ranges"), "is empty",
-                      allowed='ranges by key: "species.deer.reproduction.rate" = [0.004, 0.02]')
+        yield Problem(
+            ("latin_hypercube", "ranges"),
+            "is empty",
+            allowed='ranges by key: "species.deer.reproduction.rate" = [0.004, 0.02]',
+        )
     for name, values in (plan.grid or {}).items():
         if not values:
             yield Problem(file.place("grid", name), "has no values", values, "a list of values")
@@ -195,18 +211,23 @@ def _of_values(file: PlanFile) -> Iterator[Problem]:
                 yield Problem((*file.place("grid", name), i), "is there twice", value, "each value once")
     for i, entry in enumerate(plan.list or ()):
         if missing := (plan.list or [{}])[0].keys() ^ entry.keys():
-            yield Problem(("list", i), f"differs in keys from the first: {', '.join(sorted(missing))}",
-                          entry, "the same keys in all tables of [[list]]")
+            yield Problem(
+                ("list", i),
+                f"differs in keys from the first: {', '.join(sorted(missing))}",
+                entry,
+                "the same keys in all tables of [[list]]",
+            )
     yield from _twice(file)
 
 
 def _twice(file: PlanFile) -> Iterator[Problem]:
     plan = file.plan
     sections = {
-        "set": plan.set, "grid": plan.grid or {},
+        "set": plan.set,
+        "grid": plan.grid or {},
         "latin_hypercube/ranges": plan.latin_hypercube.ranges if plan.latin_hypercube else {},
         "list/0": (plan.list or [{}])[0],
-    }  # fmt: skip
+    }
     seen: dict[Key, str] = {}
     for section, names in sections.items():
         for name in names:

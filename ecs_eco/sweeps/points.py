@@ -34,8 +34,12 @@ def points_of(file: PlanFile, base: WorldConfig) -> Iterator[Point]:
     plan = file.plan
     factors: list[Sequence[Point]] = []
     if plan.list:
-        factors.append([{name: Entry(value, file.place(f"list/{i}", name)) for name, value in entry.items()}
-                        for i, entry in enumerate(plan.list)])
+        factors.append(
+            [
+                {name: Entry(value, file.place(f"list/{i}", name)) for name, value in entry.items()}
+                for i, entry in enumerate(plan.list)
+            ]
+        )
     if plan.latin_hypercube is not None:
         factors.append(_drawn(file, plan.latin_hypercube, base))
     for name, values in (plan.grid or {}).items():
@@ -64,8 +68,12 @@ def problems_of_ranges(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
         if wrong is not None:
             yield wrong.moved(key=place, value=name)
         elif value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
-            yield Problem(place, f"is a range, and its key holds no number: {value!r}", span.search,
-                          "the key of a number")
+            yield Problem(
+                place,
+                f"is a range, and its key holds no number: {value!r}",
+                span.search,
+                "the key of a number",
+            )
         elif not low < high:
             yield Problem(place, "is no range", span.search, "[low, high] with low < high")
         elif span.scale == "log" and low <= 0:

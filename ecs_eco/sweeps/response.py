@@ -39,8 +39,11 @@ def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
     measured."""
     found = [Outcome("persisted", "share in which all persist", share=True)]
     found += [Outcome(f"{name}.mean", f"mean number of {name}", name) for name in species]
-    found += [Outcome(f"{name}.period", f"period of {name} [ticks]", name) for name in species
-              if sum(row[f"{name}.period"] is not None for row in rows) > len(rows) / 4]
+    found += [
+        Outcome(f"{name}.period", f"period of {name} [ticks]", name)
+        for name in species
+        if sum(row[f"{name}.period"] is not None for row in rows) > len(rows) / 4
+    ]
     known = {f"{name}.mean" for name in species}
     for column in rows[0]:
         if column.endswith(".mean") and column not in known:
@@ -61,8 +64,11 @@ def values_of(rows: Iterable[Row], key: str) -> list[Any]:
 def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
     """Return an outcome at each value of a key: first the mean of each pair of seeds over all else that
     varies, then mean and interval over seeds."""
-    return [Answer(value, interval(part, outcome), tuple(_numbers(part, outcome)))
-            for value in values_of(rows, key) if (part := [row for row in rows if row[key] == value])]
+    return [
+        Answer(value, interval(part, outcome), tuple(_numbers(part, outcome)))
+        for value in values_of(rows, key)
+        if (part := [row for row in rows if row[key] == value])
+    ]
 
 
 def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
@@ -70,8 +76,13 @@ def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
     parts: dict[int, list[Row]] = {}
     for row in rows:
         parts.setdefault(row["point"], []).append(row)
-    return sorted((Answer(part[0][key], interval(part, outcome), tuple(_numbers(part, outcome)))
-                   for part in parts.values()), key=lambda answer: answer.value)  # fmt: skip
+    return sorted(
+        (
+            Answer(part[0][key], interval(part, outcome), tuple(_numbers(part, outcome)))
+            for part in parts.values()
+        ),
+        key=lambda answer: answer.value,
+    )
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:

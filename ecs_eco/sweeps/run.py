@@ -36,9 +36,15 @@ class Outcome:
         return not self.failed
 
 
-def run_sweep(plan: str | Path | Mapping[str, Any], folder: str | Path, *,
-              executor: Executor | str = LOCAL, workers: int | None = None,
-              progress: Callable[[Outcome], None] | None = None, trust: bool = False) -> Outcome:
+def run_sweep(
+    plan: str | Path | Mapping[str, Any],
+    folder: str | Path,
+    *,
+    executor: Executor | str = LOCAL,
+    workers: int | None = None,
+    progress: Callable[[Outcome], None] | None = None,
+    trust: bool = False,
+) -> Outcome:
     """Do all jobs of a plan, a file or a dict, into a folder, or go on with them there.
 
     `executor` is "local", which is `workers` processes, "ray", or any `concurrent.futures.Executor` of
@@ -59,8 +65,13 @@ def unfinished(sweep: Sweep) -> list[int]:
     return [job.number for job in sweep.jobs if read_done(sweep, job.number) is None]
 
 
-def do_jobs(sweep: Sweep, executor: Executor, numbers: Sequence[int] | None = None, *,
-            progress: Callable[[Outcome], None] | None = None) -> Outcome:
+def do_jobs(
+    sweep: Sweep,
+    executor: Executor,
+    numbers: Sequence[int] | None = None,
+    *,
+    progress: Callable[[Outcome], None] | None = None,
+) -> Outcome:
     """Do the jobs with these numbers, or all that are not done; return what became of them.
 
     On the project's own Pool a job whose worker was killed is called again; other executors do so themselves.
@@ -74,8 +85,13 @@ def do_jobs(sweep: Sweep, executor: Executor, numbers: Sequence[int] | None = No
 class _Jobs:
     """Jobs that are ready, that wait for a training, and that run."""
 
-    def __init__(self, sweep: Sweep, executor: Executor, numbers: Sequence[int],
-                 progress: Callable[[Outcome], None] | None) -> None:
+    def __init__(
+        self,
+        sweep: Sweep,
+        executor: Executor,
+        numbers: Sequence[int],
+        progress: Callable[[Outcome], None] | None,
+    ) -> None:
         self.sweep, self.executor, self.progress = sweep, executor, progress
         self.outcome = Outcome()
         self.lost: dict[Task, int] = {}  # how often the worker of a task was

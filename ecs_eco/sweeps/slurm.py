@@ -94,8 +94,14 @@ def queued(folder: str | Path) -> set[int]:
     offsets = {array["id"]: array["offset"] for array in _arrays(sweep.folder / FOLDER)}
     if not offsets:
         return set()
-    lines = _slurm("squeue", "--noheader", "--array", f"--user={os.getuid()}", f"--name={name_of(sweep)}",
-                   "--format=%F %K").splitlines()
+    lines = _slurm(
+        "squeue",
+        "--noheader",
+        "--array",
+        f"--user={os.getuid()}",
+        f"--name={name_of(sweep)}",
+        "--format=%F %K",
+    ).splitlines()
     words = [line.split() for line in lines]
     return {offsets[one[0]] + int(one[1]) for one in words if one and one[0] in offsets}
 
@@ -105,22 +111,38 @@ def script(sweep: Sweep, offset: int, indices: Sequence[int], options: Options, 
     that ends before it begins. Raises ConfigError where a line of it would hold a line break."""
     logs = str(sweep.folder / FOLDER).replace("%", "%%") + "/%A_%a.log"  # SLURM replaces what follows a %
     wanted = {
-        "job-name": name_of(sweep), "array": f"{compressed(indices)}%{options.limit}", "ntasks": 1,
-        "cpus-per-task": 1, "signal": f"B:TERM@{options.notice}", "open-mode": "append",
-        "output": logs, "dependency": f"afterany:{after}" if after else None,
-    }  # fmt: skip
+        "job-name": name_of(sweep),
+        "array": f"{compressed(indices)}%{options.limit}",
+        "ntasks": 1,
+        "cpus-per-task": 1,
+        "signal": f"B:TERM@{options.notice}",
+        "open-mode": "append",
+        "output": logs,
+        "dependency": f"afterany:{after}" if after else None,
+    }
     for source, word in [("DIR", str(sweep.folder)), *(("--sbatch", word) for word in options.more)]:
         if not word.isprintable():
-            raise ConfigError([Problem((), "cannot be a line of a batch script", word, "printable characters",
-                                       source=source)])
-    lines = ["--requeue", *(shlex.quote(f"--{key}={value}") for key, value in wanted.items()
-                            if value is not None), *options.more]
+            raise ConfigError(
+                [
+                    Problem(
+                        (), "cannot be a line of a batch script", word, "printable characters", source=source
+                    )
+                ]
+            )
+    lines = [
+        "--requeue",
+        *(shlex.quote(f"--{key}={value}") for key, value in wanted.items() if value is not None),
+        *options.more,
+    ]
     own = "from ecs_eco.cli import main; sys.argv[0] = 'ecs-eco'; main()"
     command = python(own, "sweep", "job", str(sweep.folder))
     return SCRIPT.format(
-        options="\n".join(f"#SBATCH {line}" for line in lines), offset=offset, unfinished=UNFINISHED,
-        pins="export " + " ".join(f"{name}=1" for name in PINS), command=shlex.join(command),
-    )  # fmt: skip
+        options="\n".join(f"#SBATCH {line}" for line in lines),
+        offset=offset,
+        unfinished=UNFINISHED,
+        pins="export " + " ".join(f"{name}=1" for name in PINS),
+        command=shlex.join(command),
+    )
 
 
 def name_of(sweep: Sweep) -> str:
@@ -176,10 +198,20 @@ def _slurm(*command: str) -> str:
         done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     except FileNotFoundError:
         allowed = "a machine from which jobs are submitted, or --on local"
-        raise ConfigError([Problem((), f"SLURM is not here: there is no {command[0]}", "slurm", allowed,
-                                   source="--on")]) from None
+        raise ConfigError(
+            [Problem((), f"SLURM is not here: there is no {command[0]}", "slurm", allowed, source="--on")]
+        ) from None
     if done.returncode != 0:
         why = " ".join((done.stderr or done.stdout).split())
-        raise ConfigError([Problem((), f"{command[0]} refused: {why}", shlex.join(command[1:]),
-                                   "what this cluster allows", source="--on slurm")])
+        raise ConfigError(
+            [
+                Problem(
+                    (),
+                    f"{command[0]} refused: {why}",
+                    shlex.join(command[1:]),
+                    "what this cluster allows",
+                    source="--on slurm",
+                )
+            ]
+        )
     return done.stdout

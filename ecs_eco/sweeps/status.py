@@ -46,8 +46,10 @@ class Status:
 
     def errors(self) -> list[tuple[str, list[int]]]:
         """Return the errors, the most frequent first, with the jobs that had them."""
-        return [(text, [number for number, own in self.failed.items() if own == text])
-                for text, _ in Counter(self.failed.values()).most_common()]
+        return [
+            (text, [number for number, own in self.failed.items() if own == text])
+            for text, _ in Counter(self.failed.values()).most_common()
+        ]
 
 
 class Survey:
@@ -101,8 +103,11 @@ def _look_at(status: Status, number: int, place: Path) -> None:
 
 def _numbers(path: Path) -> dict[str, float]:
     """Return the numbers of a note; what is none is left out."""
-    return {key: value for key, value in _read(path).items()
-            if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e15}
+    return {
+        key: value
+        for key, value in _read(path).items()
+        if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e15
+    }
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -26,14 +26,25 @@ def summary_of(run: Path) -> dict[str, Any]:
     for i, name in enumerate(series.species):
         peak = cycles.peaks.get(name)
         species[name] = {
-            "mean": series.n[:, i].mean(), "final": series.n[-1, i], "extinct": series.extinct[i],
+            "mean": series.n[:, i].mean(),
+            "final": series.n[-1, i],
+            "extinct": series.extinct[i],
             "period": peak.period if peak is not None and name in cycling else np.nan,
-            "period_p": peak.p if peak is not None else np.nan, "deaths": _deaths(series, i),
-        }  # fmt: skip
+            "period_p": peak.p if peak is not None else np.nan,
+            "deaths": _deaths(series, i),
+        }
         if "births" in series.columns:
             species[name]["births"] = series.columns["births"][:, i].sum()
-    return dict(clean({"persisted": series.persisted, "lived": lived, "species": species,
-                       "reporters": _reporters(series)}))
+    return dict(
+        clean(
+            {
+                "persisted": series.persisted,
+                "lived": lived,
+                "species": species,
+                "reporters": _reporters(series),
+            }
+        )
+    )
 
 
 def _deaths(series: Series, i: int) -> dict[str, float]:
@@ -44,6 +55,9 @@ def _deaths(series: Series, i: int) -> dict[str, float]:
 
 def _reporters(series: Series) -> dict[str, dict[str, dict[str, float]]]:
     """Return reporter → species, or the world → mean over the run, and the last number."""
-    return {name: {of: {"mean": run_mean(series, name, of), "final": course(series, name, of)[-1]}
-                   for of in kinds}
-            for name, kinds in measured(series).items()}
+    return {
+        name: {
+            of: {"mean": run_mean(series, name, of), "final": course(series, name, of)[-1]} for of in kinds
+        }
+        for name, kinds in measured(series).items()
+    }

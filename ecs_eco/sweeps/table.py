@@ -15,8 +15,9 @@ UNTREATED = "world"  # the world as it is, among treatments
 
 def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
     """Return a row for each job that is done, in their order; all rows have the same keys."""
-    rows = [row_of(job.point, done) for job in sweep.jobs
-            if (done := read_done(sweep, job.number)) is not None]
+    rows = [
+        row_of(job.point, done) for job in sweep.jobs if (done := read_done(sweep, job.number)) is not None
+    ]
     columns = sorted({name for row in rows for name in row}, key=_place(rows))
     return [{name: row.get(name, 0.0 if ".died." in name else None) for name in columns} for row in rows]
 
@@ -28,10 +29,17 @@ def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
     there where it cycles, "deer.died.starved" counts deaths.
     """
     summary = done["summary"]
-    row = {"job": done["number"], "point": point, **done["values"],
-           "treatment": done["treatment"] or UNTREATED, "training_seed": done["training_seed"],
-           "world_seed": done["world_seed"], "ticks": done["ticks"], "persisted": summary["persisted"],
-           "lived": summary["lived"]}  # fmt: skip
+    row = {
+        "job": done["number"],
+        "point": point,
+        **done["values"],
+        "treatment": done["treatment"] or UNTREATED,
+        "training_seed": done["training_seed"],
+        "world_seed": done["world_seed"],
+        "ticks": done["ticks"],
+        "persisted": summary["persisted"],
+        "lived": summary["lived"],
+    }
     for name, numbers in summary["species"].items():
         row |= {f"{name}.{key}": value for key, value in numbers.items() if key != "deaths"}
         row |= {f"{name}.died.{cause}": n for cause, n in numbers["deaths"].items()}
@@ -39,8 +47,13 @@ def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
         for of, numbers in kinds.items():
             of = "" if of == WORLD else f".{of}"
             row |= {f"{name}{of}.{key}": value for key, value in numbers.items()}
-    return row | {"seconds": done["seconds"], "host": done["host"], "git_commit": done["git_commit"],
-                  "config_hash": done["config_hash"], "digest": done["digest"]}  # fmt: skip
+    return row | {
+        "seconds": done["seconds"],
+        "host": done["host"],
+        "git_commit": done["git_commit"],
+        "config_hash": done["config_hash"],
+        "digest": done["digest"],
+    }
 
 
 def _place(rows: list[dict[str, Any]]) -> Any:
@@ -64,7 +77,8 @@ def write_table(rows: list[dict[str, Any]], path: Path) -> Path:
     for name in rows[0]:
         values = [row[name] for row in rows]
         if len({type(v) for v in values if v is not None} - {int, float}) > 1 or any(
-                isinstance(v, list | dict) for v in values):
+            isinstance(v, list | dict) for v in values
+        ):
             values = [str(v) for v in values]
         elif any(isinstance(v, float) for v in values):
             values = [None if v is None else float(v) for v in values]

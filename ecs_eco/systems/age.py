@@ -29,8 +29,17 @@ class Age(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species age."""
         biology, high = table[Biology], table.high
-        world.split(grow_old, high, table.alive, table.born, world.tick, world.dt, biology.age,
-                    biology.head_start, work=high // 8)
+        world.split(
+            grow_old,
+            high,
+            table.alive,
+            table.born,
+            world.tick,
+            world.dt,
+            biology.age,
+            biology.head_start,
+            work=high // 8,
+        )
 
 
 @njit

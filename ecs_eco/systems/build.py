@@ -41,12 +41,15 @@ class Build(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species build."""
         for number, way in enumerate(table.species.builds):
-            cost, spacing = own_values(table, {f"builds.{number}.cost": np.float32(way.cost),
-                                               f"builds.{number}.spacing": way.spacing})
+            cost, spacing = own_values(
+                table,
+                {f"builds.{number}.cost": np.float32(way.cost), f"builds.{number}.spacing": way.spacing},
+            )
             self.build(table, world.tables[way.object], way, world, cost, spacing)
 
-    def build(self, table: Table, thing: Table, way: Any, world: SpatialWorld, cost: Any,
-              spacing: Any) -> None:
+    def build(
+        self, table: Table, thing: Table, way: Any, world: SpatialWorld, cost: Any, spacing: Any
+    ) -> None:
         """Let one species build objects of one type, at a cost and a spacing of all, or of each [high]."""
         m, p, nerves = table[Metabolism], table[Position], table.species.nerves
         worth = np.float32(0.0 if thing.species.store is None else thing.species.store.initial)
@@ -54,8 +57,11 @@ class Build(System):
         wants = (awake(table) & (table.cause == 0))[: table.high]
         wants &= (m.energy[: table.high] > price) | (price == 0)
         if nerves is not None and "build" in nerves.groups:
-            wants &= (nerves.doing(table, f"build.{way.object}")[: table.high]
-                      if way.object in nerves.groups["build"] else False)
+            wants &= (
+                nerves.doing(table, f"build.{way.object}")[: table.high]
+                if way.object in nerves.groups["build"]
+                else False
+            )
         rows = np.flatnonzero(wants)
         rows = rows[random.by_lot(world.key, table.uid[rows], TURN)]
         apart = np.broadcast_to(spacing, table.high)[rows]
@@ -66,8 +72,9 @@ class Build(System):
         if not rows.size:
             return
         rows = rows[table.uid[rows].argsort()]
-        thing.request(table.uid[rows], {(Position, axis): getattr(p, axis)[rows]
-                                        for axis in ("x", "y", "z", "heading")})
+        thing.request(
+            table.uid[rows], {(Position, axis): getattr(p, axis)[rows] for axis in ("x", "y", "z", "heading")}
+        )
         before = m.energy[rows]
         m.energy[rows] = before - price[rows]
         m.given[rows] += worth
@@ -80,8 +87,11 @@ def free(thing: Table, places: np.ndarray, spacing: np.ndarray, world: SpatialWo
     out = np.ones(len(places), np.bool_)
     if thing.n:
         out[world.within(thing, places[:, : len(world.space.size)], spacing).rows] = False
-    asked = [np.stack([values[Position, axis] for axis in "xyz"], 1) for _, _, values in thing.births
-             if (Position, "x") in values]
+    asked = [
+        np.stack([values[Position, axis] for axis in "xyz"], 1)
+        for _, _, values in thing.births
+        if (Position, "x") in values
+    ]
     before = np.concatenate([np.zeros((0, 3), np.float32), *asked]).astype(np.float32)
     keep_apart(places, before, spacing.astype(np.float32), world.space.lengths, world.space.torus, out)
     return out
@@ -94,7 +104,8 @@ def keep_apart(places, before, spacing, lengths, torus, out):
         for j in range(len(before) + i):
             if out[i] and (j < len(before) or out[j - len(before)]):
                 other = before[j] if j < len(before) else places[j - len(before)]
-                dx, dy, dz = offset(places[i, 0], places[i, 1], places[i, 2], other[0], other[1], other[2],
-                                    lengths, torus)
+                dx, dy, dz = offset(
+                    places[i, 0], places[i, 1], places[i, 2], other[0], other[1], other[2], lengths, torus
+                )
                 if dx * dx + dy * dy + dz * dz < spacing[i] * spacing[i]:
                     out[i] = False

@@ -53,8 +53,11 @@ class Carry(System):
         super().process()
         wishes = [
             reachable(table, thing, own_value(table, f"carries.{number}.reach", way.reach), empty, self.world)
-            for table, things, empty in self._hands if empty.any()
-            for number, (way, thing) in enumerate(zip(table.species.carries, things, strict=True)) if thing.n]
+            for table, things, empty in self._hands
+            if empty.any()
+            for number, (way, thing) in enumerate(zip(table.species.carries, things, strict=True))
+            if thing.n
+        ]
         hand_out(self.world.key, wishes)
         for table, things, _ in self._hands:
             self.carry(table, things, self.world)
@@ -133,8 +136,12 @@ def reachable(table: Table, thing: Table, reach: Any, empty: np.ndarray, world: 
     widest = float(mine[table.rows()].max() + theirs[thing.rows()].max()) + highest(reach, table.alive)
     takers, objects, distance = world.pairs(table, thing, max(np.nextafter(np.float32(widest), np.inf), 1e-6))
     each = np.float32(reach[takers] if isinstance(reach, np.ndarray) else reach)
-    near = ((distance <= mine[takers] + theirs[objects] + each) & empty[takers]
-            & (thing[Carrier].uid[objects] == 0) & (thing.cause[objects] == 0))
+    near = (
+        (distance <= mine[takers] + theirs[objects] + each)
+        & empty[takers]
+        & (thing[Carrier].uid[objects] == 0)
+        & (thing.cause[objects] == 0)
+    )
     return Wishes(table, thing, takers[near], objects[near], distance[near])
 
 

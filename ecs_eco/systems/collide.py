@@ -53,10 +53,29 @@ class Collide(System):
                     continue
                 bodies = merged(world, [other.name])
                 reach = world.space.reach(largest + bodies.largest)
-                world.split(push_apart, index.n, index.x, index.y, index.z, index.uid, index.rows,
-                            table[Body].radius, bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid,
-                            bodies.start, *world.space.shape, world.space.inverse,
-                            world.space.lengths, world.space.torus, reach, share, push)
+                world.split(
+                    push_apart,
+                    index.n,
+                    index.x,
+                    index.y,
+                    index.z,
+                    index.uid,
+                    index.rows,
+                    table[Body].radius,
+                    bodies.x,
+                    bodies.y,
+                    bodies.z,
+                    bodies.radius,
+                    bodies.uid,
+                    bodies.start,
+                    *world.space.shape,
+                    world.space.inverse,
+                    world.space.lengths,
+                    world.space.torus,
+                    reach,
+                    share,
+                    push,
+                )
             pushes.append((table, index.rows.copy(), push))
         if not pushes:
             return
@@ -66,8 +85,18 @@ class Collide(System):
             p = table[Position]
             if walls is not None:
                 hold_back(world, walls, p.x[rows], p.y[rows], p.z[rows], push)
-            _displace(rows, push, world.space.lengths, world.space.torus, world.space.volume, ground, inverse,
-                      p.x, p.y, p.z)
+            _displace(
+                rows,
+                push,
+                world.space.lengths,
+                world.space.torus,
+                world.space.volume,
+                ground,
+                inverse,
+                p.x,
+                p.y,
+                p.z,
+            )
             table.version += 1
 
 
@@ -76,26 +105,57 @@ def moves(table: Table) -> bool:
     return Velocity in table or table.species.pushed
 
 
-def push_solids(world: SpatialWorld, table: Table, other: Table, share: np.float32,
-                push: np.ndarray) -> None:
+def push_solids(world: SpatialWorld, table: Table, other: Table, share: np.float32, push: np.ndarray) -> None:
     """Add to push f32[n, 3] [m] the displacement of each of a table out of the bodies of another, where some
     are no spheres; rows are those of the table's index."""
     mine, theirs, space = solids(world, [table.name]), solids(world, [other.name]), world.space
-    world.split(push_shapes, len(push), mine.form, mine.uid, theirs.form, theirs.uid, *space.shape,
-                space.inverse, space.lengths, space.torus, space.volume, *theirs.cells, share, push)
+    world.split(
+        push_shapes,
+        len(push),
+        mine.form,
+        mine.uid,
+        theirs.form,
+        theirs.uid,
+        *space.shape,
+        space.inverse,
+        space.lengths,
+        space.torus,
+        space.volume,
+        *theirs.cells,
+        share,
+        push,
+    )
 
 
 @njit
-def push_shapes(first, last, form, uid, other, other_uid, nx, ny, nz, inverse, lengths, torus, volume, start,
-                entry, share, push):
+def push_shapes(
+    first,
+    last,
+    form,
+    uid,
+    other,
+    other_uid,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    volume,
+    start,
+    entry,
+    share,
+    push,
+):
     """`push_apart` for bodies of any shape: along the shortest way out of each other."""
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     images = 2 if torus else 1
     for i in range(first, last):
         x, y, z = np.float64(form[i, 0]), np.float64(form[i, 1]), np.float64(form[i, 2])
         ex, ey, ez = bounds(form, i)
-        for q in range(around(x, y, z, ex, ey, ez, nx, ny, nz, inverse, lengths, torus, start, entry, seen,
-                              near)):
+        for q in range(
+            around(x, y, z, ex, ey, ez, nx, ny, nz, inverse, lengths, torus, start, entry, seen, near)
+        ):
             e = near[q]
             if other_uid[e] == uid[i]:
                 continue
@@ -115,8 +175,31 @@ def push_shapes(first, last, form, uid, other, other_uid, nx, ny, nz, inverse, l
 
 
 @njit
-def push_apart(first, last, ox, oy, oz, ou, rows, radius, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse,
-               lengths, torus, reach, share, push):
+def push_apart(
+    first,
+    last,
+    ox,
+    oy,
+    oz,
+    ou,
+    rows,
+    radius,
+    bx,
+    by,
+    bz,
+    br,
+    bu,
+    bstart,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    reach,
+    share,
+    push,
+):
     """Add to push[i] the displacement out of every body that overlaps i;
     concentric ones part in a direction set by their uids."""
     near = np.empty(bx.size, np.int64)
@@ -148,9 +231,10 @@ def _displace(rows, push, lengths, torus, volume, ground, inverse, x, y, z):
     for i in range(rows.size):
         row = rows[i]
         nx, ny = into(x[row] + push[i, 0], lengths[0], torus), into(y[row] + push[i, 1], lengths[1], torus)
-        if ground.size == 1 or (ground_at(ground, inverse, nx, ny) == OPEN
-                                and not closed_between(x[row], y[row], push[i, 0], push[i, 1], ground,
-                                                       inverse, lengths, torus)):
+        if ground.size == 1 or (
+            ground_at(ground, inverse, nx, ny) == OPEN
+            and not closed_between(x[row], y[row], push[i, 0], push[i, 1], ground, inverse, lengths, torus)
+        ):
             x[row] = nx
             y[row] = ny
         if volume:

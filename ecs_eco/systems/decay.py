@@ -40,9 +40,17 @@ class Decay(System):
         last = math.inf if store.left == 0 else -scalars.log(store.left) / (store.decay * world.dt)
         m = table[Metabolism]
         # the tick in which it came to be is not counted: that came after this system
-        rot(table.alive[: table.high], table.born, world.tick, last,
-            np.float32(-scalars.expm1(-store.decay * world.dt)), world.cause(CAUSE), m.energy, m.burnt,
-            table.cause)
+        rot(
+            table.alive[: table.high],
+            table.born,
+            world.tick,
+            last,
+            np.float32(-scalars.expm1(-store.decay * world.dt)),
+            world.cause(CAUSE),
+            m.energy,
+            m.burnt,
+            table.cause,
+        )
 
 
 @njit

@@ -62,8 +62,15 @@ class Decide(System):
             disable(table, nerves.rows)
         if outside is not None:
             logits = _unknown(nerves, logits, outside.told)
-        nerves.thoughts = Thoughts(world.tick, uid, logits if decides else None, y if reacts else None,
-                                   choice, numbers if decides else None, nerves.shift)
+        nerves.thoughts = Thoughts(
+            world.tick,
+            uid,
+            logits if decides else None,
+            y if reacts else None,
+            choice,
+            numbers if decides else None,
+            nerves.shift,
+        )
         if thinks and nerves.learning:
             nerves.remember(table, choice, numbers, log_probability, values)
         if thinks and Memory in table:
@@ -96,8 +103,14 @@ def _unknown(nerves: Any, logits: np.ndarray, told: np.ndarray | None) -> np.nda
     return np.where(told[:, None], np.float32(np.nan), logits)
 
 
-def _draw(nerves: Any, logits: np.ndarray, key: Any, uid: np.ndarray, numbers: np.ndarray,
-          log_probability: np.ndarray) -> None:
+def _draw(
+    nerves: Any,
+    logits: np.ndarray,
+    key: Any,
+    uid: np.ndarray,
+    numbers: np.ndarray,
+    log_probability: np.ndarray,
+) -> None:
     """Draw numbers f32[n, k] for continuous actions, with equal chance over the range where there is no
     network, and add their log-probabilities; who draws what depends on seed, tick and uid alone."""
     chance = np.empty((len(uid), 2 * numbers.shape[1]), np.float32)
@@ -105,12 +118,28 @@ def _draw(nerves: Any, logits: np.ndarray, key: Any, uid: np.ndarray, numbers: n
     if nerves.brain is None and nerves.individuals is None:
         numbers[...] = 2 * chance[:, ::2] - 1
     else:
-        draw_numbers(logits[:, nerves.offsets[-1]:], chance, numbers, log_probability)
+        draw_numbers(logits[:, nerves.offsets[-1] :], chance, numbers, log_probability)
 
 
 @njit
-def resolve(first, last, key, uid, thinks, logits, offsets, targets, has_policy, y, has_reflex, automatic,
-            rows, choice, log_probability, decision):
+def resolve(
+    first,
+    last,
+    key,
+    uid,
+    thinks,
+    logits,
+    offsets,
+    targets,
+    has_policy,
+    y,
+    has_reflex,
+    automatic,
+    rows,
+    choice,
+    log_probability,
+    decision,
+):
     """Draw the choices of organisms first … last − 1 where a network thinks, with their log-probabilities;
     write what they decide."""
     if thinks:

@@ -52,11 +52,25 @@ class Drift(System):
         if own is not None:
             flow = world.config.function(own)(world, p.x[:high], p.y[:high], p.z[:high])
             u, v, w = (one_each(a, high, own).astype(np.float32, copy=False) for a in flow)
-            carry(table.alive[:high], u, v, w, np.float32(world.dt), space.lengths, space.torus,
-                  p.x, p.y, p.z)
+            carry(
+                table.alive[:high], u, v, w, np.float32(world.dt), space.lengths, space.torus, p.x, p.y, p.z
+            )
         if len(current) or sinks:
-            world.split(drift, high, table.alive, current, np.float32(space.lengths[2]), sinking,
-                        np.float32(world.dt), space.lengths, space.torus, space.volume, p.x, p.y, p.z)
+            world.split(
+                drift,
+                high,
+                table.alive,
+                current,
+                np.float32(space.lengths[2]),
+                sinking,
+                np.float32(world.dt),
+                space.lengths,
+                space.torus,
+                space.volume,
+                p.x,
+                p.y,
+                p.z,
+            )
         if walls is not None:
             way = np.stack([p.x, p.y, p.z], 1)[:high] - before
             if space.torus:

@@ -20,8 +20,16 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NOTHING = np.zeros(0, np.float32)
-KEYS = ("heat.specific_heat", "heat.conductance", "heat.insulation", "heat.metabolic_heat",
-        "heat.regulate.set_point", "heat.regulate.warming", "heat.regulate.cooling", "heat.regulate.cost")
+KEYS = (
+    "heat.specific_heat",
+    "heat.conductance",
+    "heat.insulation",
+    "heat.metabolic_heat",
+    "heat.regulate.set_point",
+    "heat.regulate.warming",
+    "heat.regulate.cooling",
+    "heat.regulate.cost",
+)
 LEAST_CAPACITY = 1e-60  # [J/K] of a body without mass: it has the temperature of its surroundings at once
 
 
@@ -47,16 +55,46 @@ class ExchangeHeat(System):
         around = world.surroundings("temperature", p.x[:high], p.y[:high], p.z[:high])
         around = around.astype(np.float32, copy=False)
         coat = table[Coat].insulation if Coat in table else NOTHING
-        energy, burnt = ((table[Metabolism].energy, table[Metabolism].burnt) if Metabolism in table
-                         else (NOTHING, NOTHING))
+        energy, burnt = (
+            (table[Metabolism].energy, table[Metabolism].burnt) if Metabolism in table else (NOTHING, NOTHING)
+        )
         way = getattr(heat, "regulate", None)
-        regulation = (0.0, 0.0, 0.0, 0.0) if way is None or not energy.size else (
-            float(np.float32(way.set_point)), way.warming, way.cooling, way.cost)
-        values = own_values(table, dict(zip(KEYS, (
-            heat.specific_heat, heat.conductance, heat.insulation, getattr(heat, "metabolic_heat", 0.0),
-            *regulation), strict=True)))
-        world.split(exchange, high, table.alive, b.mass, round_as(table), around, coat, *values, world.dt,
-                    table[Physical].temperature, table[HeatExchange].residue, energy, burnt)
+        regulation = (
+            (0.0, 0.0, 0.0, 0.0)
+            if way is None or not energy.size
+            else (float(np.float32(way.set_point)), way.warming, way.cooling, way.cost)
+        )
+        values = own_values(
+            table,
+            dict(
+                zip(
+                    KEYS,
+                    (
+                        heat.specific_heat,
+                        heat.conductance,
+                        heat.insulation,
+                        getattr(heat, "metabolic_heat", 0.0),
+                        *regulation,
+                    ),
+                    strict=True,
+                )
+            ),
+        )
+        world.split(
+            exchange,
+            high,
+            table.alive,
+            b.mass,
+            round_as(table),
+            around,
+            coat,
+            *values,
+            world.dt,
+            table[Physical].temperature,
+            table[HeatExchange].residue,
+            energy,
+            burnt,
+        )
 
 
 def round_as(table: Table) -> np.ndarray:
@@ -67,8 +105,28 @@ def round_as(table: Table) -> np.ndarray:
 
 
 @njit
-def exchange(first, last, alive, mass, radius, around, coat, specific_heat, conductance, insulation,
-             metabolic_heat, set_point, warming, cooling, cost, dt, temperature, residue, energy, burnt):
+def exchange(
+    first,
+    last,
+    alive,
+    mass,
+    radius,
+    around,
+    coat,
+    specific_heat,
+    conductance,
+    insulation,
+    metabolic_heat,
+    set_point,
+    warming,
+    cooling,
+    cost,
+    dt,
+    temperature,
+    residue,
+    energy,
+    burnt,
+):
     """Bring the temperature of the living [K] from the start to the end of a tick; book what it costs."""
     for row in range(first, last):
         if not alive[row]:

@@ -61,7 +61,8 @@ class ExchangeMatter(System):
             kind = KINDS.index(way.kind), way.field or ""
             seen[kind] = seen.get(kind, -1) + 1
             self._asked.setdefault((kind[0], seen[kind], kind[1]), []).append(
-                (table, way, f"exchange.{number}."))
+                (table, way, f"exchange.{number}.")
+            )
 
     def take_up(self, world: SpatialWorld, field: Any, asked: list[Asked]) -> None:
         """Let bodies of all kinds take up what they want of one field, or their share of what there is."""
@@ -69,11 +70,24 @@ class ExchangeMatter(System):
         total, wants = np.zeros(value.size), []
         for table, way, key in asked:
             _, rows, cell = self.places(table, world, way, key)
-            rate, half, until = own_values(table, {f"{key}rate": way.rate, f"{key}half": way.half or 0.0,
-                                                   f"{key}until": way.until or np.inf})
+            rate, half, until = own_values(
+                table,
+                {f"{key}rate": way.rate, f"{key}half": way.half or 0.0, f"{key}until": way.until or np.inf},
+            )
             wanted = np.zeros(rows.size)
-            want(rows, cell, self.doing(table, way), *bodies(table), s, rate * world.dt, half, until, value,
-                 wanted, total)
+            want(
+                rows,
+                cell,
+                self.doing(table, way),
+                *bodies(table),
+                s,
+                rate * world.dt,
+                half,
+                until,
+                value,
+                wanted,
+                total,
+            )
             wants.append((rows, cell, wanted))
         for _, cell, wanted in wants:
             share(cell, wanted, total, value, field.litres)
@@ -82,8 +96,7 @@ class ExchangeMatter(System):
             self.book(table, world, way.field, "taken_up", s, moved)
 
     def equilibrate(self, world: SpatialWorld, field: Any, asked: list[Asked]) -> None:
-        """Let concentrations in bodies of all kinds and around them in one field come nearer to each other.
-        """
+        """Let concentrations in bodies of all kinds and around them in one field come nearer to each other."""
         s, value = world.substances.index(field.substance), field.value.reshape(-1)
         before, total = value.copy(), np.zeros(value.size)
         places = [self.places(table, world, way, key)[1:] for table, way, key in asked]
@@ -91,8 +104,9 @@ class ExchangeMatter(System):
             np.add.at(total, cell, bodies(table).volume[rows])
         for (table, way, key), (rows, cell) in zip(asked, places, strict=True):
             rate, partition = own_values(table, {f"{key}rate": way.rate, f"{key}partition": way.partition})
-            moved = pass_skin(rows, cell, *bodies(table), s, rate * world.dt, partition, before, total, value,
-                              field.litres)
+            moved = pass_skin(
+                rows, cell, *bodies(table), s, rate * world.dt, partition, before, total, value, field.litres
+            )
             self.book(table, world, way.field, "taken_up", s, moved)
 
     def release(self, table: Table, world: SpatialWorld, way: Any, key: str) -> None:
@@ -108,8 +122,9 @@ class ExchangeMatter(System):
         moved = give(rows, cell, self.doing(table, way), *bodies(table), s, share, above, value, litres)
         self.book(table, world, way.field, "lost" if way.field is None else "released", s, -moved)
 
-    def book(self, table: Table, world: SpatialWorld, field: str | None, flow: str, s: int,
-             moved: float) -> None:
+    def book(
+        self, table: Table, world: SpatialWorld, field: str | None, flow: str, s: int, moved: float
+    ) -> None:
         """Book what has come into the bodies [mol]."""
         if world.matter is not None:
             world.matter.book(("table", table.name), flow, moved, s)
@@ -120,21 +135,35 @@ class ExchangeMatter(System):
         """Return who does the action that it needs, bool[capacity]; empty where it needs none."""
         return ALL if way.action is None else table.species.nerves.doing(table, way.action)
 
-    def places(self, table: Table, world: SpatialWorld, way: Any,
-               key: str) -> tuple[Any, np.ndarray, np.ndarray]:
+    def places(
+        self, table: Table, world: SpatialWorld, way: Any, key: str
+    ) -> tuple[Any, np.ndarray, np.ndarray]:
         """Return the field, the rows of the living in canonical order i64[n], and the cell of the field that
         each one's mouth is in: i64[n]."""
         field, index = world.fields[way.field], world.index(table)
         cell, space = np.empty(index.n, np.int64), world.space
-        at = own_values(table, {f"{key}at.{axis}": np.float32(v)
-                                for axis, v in enumerate([*way.at, 0.0, 0.0][:3])})
+        at = own_values(
+            table, {f"{key}at.{axis}": np.float32(v) for axis, v in enumerate([*way.at, 0.0, 0.0][:3])}
+        )
         x, y, z = index.x, index.y, index.z
         if Shape in table:
             each = [v[index.rows] if isinstance(v, np.ndarray) else v for v in at]
             x, y, z = place_of(table, Seekers(world, table), -1, each, world.space)
             at = (np.float32(0),) * 3
-        find(index.rows, x, y, z, table[Position].heading, table[Body].radius, *at, space.lengths,
-             space.torus, field.inverse, *field.shape, cell)
+        find(
+            index.rows,
+            x,
+            y,
+            z,
+            table[Position].heading,
+            table[Body].radius,
+            *at,
+            space.lengths,
+            space.torus,
+            field.inverse,
+            *field.shape,
+            cell,
+        )
         return field, index.rows, cell
 
 
@@ -148,7 +177,8 @@ def find(rows, x, y, z, heading, radius, forward, left, up, lengths, torus, inve
         py = into(y[i] + r * (ahead * sin + aside * cos), lengths[1], torus)
         pz = z[i] + r * of_row(up, rows[i])
         cell[i] = (cell_of(pz * inverse[2], nz) * ny + cell_of(py * inverse[1], ny)) * nx + cell_of(
-            px * inverse[0], nx)
+            px * inverse[0], nx
+        )
 
 
 @njit
@@ -168,8 +198,7 @@ def want(rows, cell, does, volume, molarity, residue, s, rate, half, until, valu
 
 @njit
 def share(cell, wanted, total, value, litres):
-    """Cut what bodies want [mol] to their share of what their cells hold, where all want `total` f64[cells].
-    """
+    """Cut what bodies want [mol] to their share of what their cells hold, where all want `total` f64[cells]."""
     for i in range(cell.size):
         if wanted[i] > 0:
             wanted[i] *= min(1.0, value[cell[i]] * litres / total[cell[i]])

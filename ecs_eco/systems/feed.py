@@ -90,8 +90,15 @@ class Feed(System):
         for name in of_table.keys() & won.keys():
             for meals in of_table[name]:
                 meals.best = meals.best.copy()
-                void(meals.target, meals.distance2, meals.eaters.uid, meals.foods.uid, key, *won[name],
-                     meals.best)
+                void(
+                    meals.target,
+                    meals.distance2,
+                    meals.eaters.uid,
+                    meals.foods.uid,
+                    key,
+                    *won[name],
+                    meals.best,
+                )
         for mine in of_table.values():
             eaten += self.eat_all(mine)
         if eaten:
@@ -118,9 +125,25 @@ class Feed(System):
         if world.dt != 1 and toughness.size and food.chance > 0:  # a bite lasts a second
             bites = in_ticks(food.chance * (1 - np.clip(toughness, 0, 1)), world.dt)
             toughness = np.float32(1) - (bites / in_ticks(food.chance, world.dt)).astype(np.float32)
-        wish = (eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, reach, decision, column,
-                chance, effect[-1], world.key, random.FEED + (number << 8), toughness, table.cause, m.energy,
-                m.digesting, prey.cause)
+        wish = (
+            eaters.rows,
+            eaters.uid,
+            foods.rows,
+            b.radius,
+            prey[Body].radius,
+            reach,
+            decision,
+            column,
+            chance,
+            effect[-1],
+            world.key,
+            random.FEED + (number << 8),
+            toughness,
+            table.cause,
+            m.energy,
+            m.digesting,
+            prey.cause,
+        )
         if Shape in table or Shape in prey:
             self._shaped = True
             target, distance2 = nearest_surface(world, table, prey, np.nextafter(furthest, np.float32(1e30)))
@@ -134,9 +157,21 @@ class Feed(System):
                 with world.bands.over(eaters, target, distance2):
                     nearest(*seeking)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
-        self._wanted.append(Meals(
-            table, prey, food, eaters, foods, target, distance2, tuple(effect), poison,
-            held.copy() if prey.species.diet else held, np.empty(foods.n, np.int32)))
+        self._wanted.append(
+            Meals(
+                table,
+                prey,
+                food,
+                eaters,
+                foods,
+                target,
+                distance2,
+                tuple(effect),
+                poison,
+                held.copy() if prey.species.diet else held,
+                np.empty(foods.n, np.int32),
+            )
+        )
 
     def eat_all(self, mine: list[Meals]) -> list[Meals]:
         """Let the eaters of one table have the nearest item that each has won, then the next if it still can;
@@ -151,8 +186,11 @@ class Feed(System):
                 if later and meals.food.deadly:
                     killed[meals.best[meals.best >= 0]] = True
             eaten += mine if holds else []
-            mine = later and [meals for meals in later if hungry(
-                meals.best, meals.eaters.rows, killed, m.digesting, m.energy, meals.effect[-1])]
+            mine = later and [
+                meals
+                for meals in later
+                if hungry(meals.best, meals.eaters.rows, killed, m.digesting, m.energy, meals.effect[-1])
+            ]
         return eaten
 
     def eat(self, meals: Meals) -> None:
@@ -164,19 +202,39 @@ class Feed(System):
             own = eaters.rows[world.bands.entries(eaters)]
             before = m.energy[own].astype(np.float64)
         gained: float = ingest(
-            meals.best, eaters.rows, eaters.uid, foods.rows, *meals.effect[:2], meals.held,
-            *meals.effect[2:4], meals.poison, world.codes[f"eaten by {table.name}"],
-            world.codes[f"poisoned by {food.eats}"] if food.deadly else 0, LEAST_ENERGY[table.species.torpor],
-            table.cause, table.killer, m.energy, m.digesting, m.taken, prey.cause, prey.killer, prey.uid)
+            meals.best,
+            eaters.rows,
+            eaters.uid,
+            foods.rows,
+            *meals.effect[:2],
+            meals.held,
+            *meals.effect[2:4],
+            meals.poison,
+            world.codes[f"eaten by {table.name}"],
+            world.codes[f"poisoned by {food.eats}"] if food.deadly else 0,
+            LEAST_ENERGY[table.species.torpor],
+            table.cause,
+            table.killer,
+            m.energy,
+            m.digesting,
+            m.taken,
+            prey.cause,
+            prey.killer,
+            prey.uid,
+        )
         table.species.eaten[food.eats] += (
-            float((m.energy[own] - before).sum()) if world.bands.divided else gained)
+            float((m.energy[own] - before).sum()) if world.bands.divided else gained
+        )
 
     def swallow(self, eaten: list[Meals]) -> None:
         """Move the substances of the eaten into their eaters: by distance where one eats and is eaten too."""
         for meals, eater, item in in_order(self.world.key, eaten):
             table, food = meals.table, meals.food
-            share = own_value(table, f"diet.{food.eats}.assimilation",
-                              1.0 if food.assimilation is None else food.assimilation)
+            share = own_value(
+                table,
+                f"diet.{food.eats}.assimilation",
+                1.0 if food.assimilation is None else food.assimilation,
+            )
             swallow(self.world, table, meals.eaters.rows[eater], meals.prey, meals.foods.rows[item], share)
 
     def meal(self, table: Table, food: Any, number: int, dt: float) -> tuple[Any, ...]:
@@ -196,15 +254,25 @@ def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
     where a gene codes for any of them."""
     metabolism, kind = table.species.config.metabolism, f"diet.{food.eats}."
     keys = {kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency")}
-    keys |= {"metabolism.energy_max": np.float32(metabolism.energy_max),
-             "metabolism.digestion": metabolism.digestion, kind + "chance": food.chance}
+    keys |= {
+        "metabolism.energy_max": np.float32(metabolism.energy_max),
+        "metabolism.digestion": metabolism.digestion,
+        kind + "chance": food.chance,
+    }
     if food.until is not None:
         keys[kind + "until"] = np.float32(food.until)
     reach, gain, efficiency, store, digestion, chance, *until = own_values(table, keys)
     chance, store = in_ticks(chance, dt), of_size(table, store)
     digestion = np.asarray(ticks(np.minimum(digestion, LONGEST * dt), dt)).astype(np.int32)[()]
-    return (reach, chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance),
-            gain, efficiency, store, digestion, until[0] if until else store)
+    return (
+        reach,
+        chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance),
+        gain,
+        efficiency,
+        store,
+        digestion,
+        until[0] if until else store,
+    )
 
 
 def in_ticks(chance: Any, dt: float) -> Any:
@@ -246,28 +314,132 @@ def sheltered(terrain: Terrain, prey: Any, toughness: np.ndarray) -> np.ndarray:
 
 
 @lone_njit
-def seek_food(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, flat,
-              radius2, target, distance2, rows, uid, food_rows, radius, food_radius, reach, decision, column,
-              chance, until, key, purpose, toughness, eater_cause, energy, digesting, food_cause):
+def seek_food(
+    first,
+    last,
+    ox,
+    oy,
+    oz,
+    ostart,
+    tx,
+    ty,
+    tz,
+    tstart,
+    same,
+    k,
+    nx,
+    ny,
+    nz,
+    lengths,
+    torus,
+    flat,
+    radius2,
+    target,
+    distance2,
+    rows,
+    uid,
+    food_rows,
+    radius,
+    food_radius,
+    reach,
+    decision,
+    column,
+    chance,
+    until,
+    key,
+    purpose,
+    toughness,
+    eater_cause,
+    energy,
+    digesting,
+    food_cause,
+):
     """`seek` for the eaters in the rows of cells first … last − 1, then `propose`."""
-    seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, flat,
-         radius2, target, distance2)
-    propose(ostart[first * nx], ostart[last * nx], target, distance2, rows, uid, food_rows, radius,
-            food_radius, reach, decision, column, chance, until, key, purpose, toughness, eater_cause, energy,
-            digesting, food_cause)
+    seek(
+        first,
+        last,
+        ox,
+        oy,
+        oz,
+        ostart,
+        tx,
+        ty,
+        tz,
+        tstart,
+        same,
+        k,
+        nx,
+        ny,
+        nz,
+        lengths,
+        torus,
+        flat,
+        radius2,
+        target,
+        distance2,
+    )
+    propose(
+        ostart[first * nx],
+        ostart[last * nx],
+        target,
+        distance2,
+        rows,
+        uid,
+        food_rows,
+        radius,
+        food_radius,
+        reach,
+        decision,
+        column,
+        chance,
+        until,
+        key,
+        purpose,
+        toughness,
+        eater_cause,
+        energy,
+        digesting,
+        food_cause,
+    )
 
 
 @lone_njit
-def propose(first, last, target, distance2, rows, uid, food_rows, radius, food_radius, reach, decision,
-            column, chance, until, key, purpose, toughness, eater_cause, energy, digesting, food_cause):
+def propose(
+    first,
+    last,
+    target,
+    distance2,
+    rows,
+    uid,
+    food_rows,
+    radius,
+    food_radius,
+    reach,
+    decision,
+    column,
+    chance,
+    until,
+    key,
+    purpose,
+    toughness,
+    eater_cause,
+    energy,
+    digesting,
+    food_cause,
+):
     """Let eaters first … last − 1 leave the nearest food where they cannot have it: `target` is −1 then."""
     for k in range(last - first):
         i = np.uint64(first + k)
         j, row = target[i], rows[i]
         if j < 0:
             continue
-        if (eater_cause[row] or food_cause[food_rows[j]] or digesting[row] > 0
-                or energy[row] >= of_row(until, row) or (column >= 0 and not decision[row, column])):
+        if (
+            eater_cause[row]
+            or food_cause[food_rows[j]]
+            or digesting[row] > 0
+            or energy[row] >= of_row(until, row)
+            or (column >= 0 and not decision[row, column])
+        ):
             target[i] = -1
             continue
         s = of_row(radius, row) + of_row(food_radius, food_rows[j]) + of_row(reach, row)
@@ -302,8 +474,29 @@ def top(bits, alive):
 
 
 @njit
-def ingest(best, rows, uid, food_rows, gain, efficiency, held, ceiling, digestion, poison, cause, deadly,
-           least, eater_cause, eater_killer, energy, digesting, taken, food_cause, food_killer, food_uids):
+def ingest(
+    best,
+    rows,
+    uid,
+    food_rows,
+    gain,
+    efficiency,
+    held,
+    ceiling,
+    digestion,
+    poison,
+    cause,
+    deadly,
+    least,
+    eater_cause,
+    eater_killer,
+    energy,
+    digesting,
+    taken,
+    food_cause,
+    food_killer,
+    food_uids,
+):
     """Let eaters have their items: `best` i32[foods], −1 for none; return what all gained."""
     gained, n, eaten = 0.0, 0, np.empty(best.size, np.int32)
     for j in range(best.size):  # without branches: a meal's memory is fetched while others wait for theirs

@@ -38,16 +38,29 @@ class Feel(System):
             return
         x, steps, least = source
         n = table[Nervous]
-        world.split(feel, nerves.rows.size, nerves.rows, x, *steps, least, n.happiness, n.reward, n.awake,
-                    work=nerves.rows.size // 3)
+        world.split(
+            feel,
+            nerves.rows.size,
+            nerves.rows,
+            x,
+            *steps,
+            least,
+            n.happiness,
+            n.reward,
+            n.awake,
+            work=nerves.rows.size // 3,
+        )
 
 
 def _source(nerves: Any, table: Table) -> tuple[np.ndarray, Steps, np.float32] | None:
     """Return what happiness is made of: x [channels, n], the steps of a formula over it, and the least; None
     where there is no happiness network. Where that has no such steps, x is the happiness itself."""
     network = nerves.happiness
-    if (type(network) is HappinessNetwork and network.steps is not None  # what derives from it may differ
-            and not table.species.traits):
+    if (
+        type(network) is HappinessNetwork
+        and network.steps is not None  # what derives from it may differ
+        and not table.species.traits
+    ):
         return nerves.x.T, network.steps, network.least
     happiness = nerves.feel(table)
     return None if happiness is None else (happiness[None], AS_READ, NO_LEAST)

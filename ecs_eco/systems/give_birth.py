@@ -39,19 +39,44 @@ class GiveBirth(System):
         m, g = table[Metabolism], table[Gestation]
         own, _, _, energy_given, _, _ = life_history(table, way)
         mothers, number = np.empty(table.high, np.int64), np.empty(table.high, np.int64)
-        n = at_term(world.bands.living(table)[: table.high], g.carrying, g.due, world.tick, m.energy,
-                    g.energy, own, energy_given, mothers, number)
+        n = at_term(
+            world.bands.living(table)[: table.high],
+            g.carrying,
+            g.due,
+            world.tick,
+            m.energy,
+            g.energy,
+            own,
+            energy_given,
+            mothers,
+            number,
+        )
         if n == 0 and not world.bands.divided:
             return
         order = np.argsort(table.uid[mothers[:n]])
         mothers, number = mothers[order], number[order]
         given = energy_given[mothers] if own else np.full(n, energy_given[0], np.float32)
         born = bring_forth(table, world, way, mothers, number, given, g.father[mothers], g.sperm[mothers])
-        store, rest = own_values(table, {
-            "metabolism.energy_max": np.float32(table.species.config.metabolism.energy_max),
-            "reproduction.rest": way.rest})
-        deliver(mothers, born, given, of_size(table, store), world.tick + ticks(rest, world.dt), m.energy,
-                m.given, g.carrying, g.energy, g.father, g.rest)
+        store, rest = own_values(
+            table,
+            {
+                "metabolism.energy_max": np.float32(table.species.config.metabolism.energy_max),
+                "reproduction.rest": way.rest,
+            },
+        )
+        deliver(
+            mothers,
+            born,
+            given,
+            of_size(table, store),
+            world.tick + ticks(rest, world.dt),
+            m.energy,
+            m.given,
+            g.carrying,
+            g.energy,
+            g.father,
+            g.rest,
+        )
         g.sperm[mothers] = 0
 
 

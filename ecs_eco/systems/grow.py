@@ -47,8 +47,16 @@ class Grow(System):
             if (land := world.terrain.land.growth) is not None:
                 light = light * at_places(land, world.terrain, p.x[:high], p.y[:high])
         most = own_value(table, "metabolism.energy_max", np.float32(species.metabolism.energy_max))
-        world.split(grow, high, table.alive, light, np.float32(rate * world.dt), of_size(table, most),
-                    m.energy, m.taken)
+        world.split(
+            grow,
+            high,
+            table.alive,
+            light,
+            np.float32(rate * world.dt),
+            of_size(table, most),
+            m.energy,
+            m.taken,
+        )
 
 
 @njit

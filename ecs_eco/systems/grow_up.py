@@ -34,21 +34,56 @@ class GrowUp(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species grow."""
-        way, b, s, m, high = (table.species.growth, table[Body], table[Stature], table[Metabolism],
-                              table.high)
+        way, b, s, m, high = (
+            table.species.growth,
+            table[Body],
+            table[Stature],
+            table[Metabolism],
+            table.high,
+        )
         if way is None or not (table.alive[:high] & (b.mass[:high] < s.mass[:high])).any():
             return
-        rate, cost, reserve = own_values(table, {"growth.rate": way.rate, "growth.cost": way.cost,
-                                                 "growth.reserve": way.reserve})
-        world.split(grow_up, high, table.alive, s.mass, s.radius, ROOTS[way.law], rate * world.dt,
-                    table.species.standard_mass if way.law == "west" else 0.0, cost, reserve,
-                    b.mass, b.radius, s.residue, m.energy, m.burnt)
+        rate, cost, reserve = own_values(
+            table, {"growth.rate": way.rate, "growth.cost": way.cost, "growth.reserve": way.reserve}
+        )
+        world.split(
+            grow_up,
+            high,
+            table.alive,
+            s.mass,
+            s.radius,
+            ROOTS[way.law],
+            rate * world.dt,
+            table.species.standard_mass if way.law == "west" else 0.0,
+            cost,
+            reserve,
+            b.mass,
+            b.radius,
+            s.residue,
+            m.energy,
+            m.burnt,
+        )
         table.version += 1  # bodies that touch and hide others are larger
 
 
 @njit
-def grow_up(first, last, alive, adult_mass, adult_radius, root, step, standard, cost, reserve, mass, radius,
-            residue, energy, burnt):
+def grow_up(
+    first,
+    last,
+    alive,
+    adult_mass,
+    adult_radius,
+    root,
+    step,
+    standard,
+    cost,
+    reserve,
+    mass,
+    radius,
+    residue,
+    energy,
+    burnt,
+):
     """Let the living grow for a tick, `step` is rate × dt; `standard` [kg] is the adult mass for which that
     holds, 0: for any."""
     for row in range(first, last):

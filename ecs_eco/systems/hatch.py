@@ -41,8 +41,16 @@ class Hatch(System):
         if way is None or not table.n or not world.reproduction:
             return
         high, developed = table.high, table[Incubation].developed
-        world.split(develop, high, table.alive, self.temperatures(table, world),
-                    0.0 if way.temperature is None else way.temperature, way.threshold, world.dt, developed)
+        world.split(
+            develop,
+            high,
+            table.alive,
+            self.temperatures(table, world),
+            0.0 if way.temperature is None else way.temperature,
+            way.threshold,
+            world.dt,
+            developed,
+        )
         rows = table.by_uid()
         ripe = rows[(developed[rows] >= way.incubation * (1 - 1e-9)) & (table.cause[rows] == 0)]
         if ripe.size:

@@ -82,8 +82,9 @@ class Intervene(System):
         if count == 0:
             return
         within = None if order.region is None else Region(world.space, order.region)
-        values = newcomers(table, world, table.species.config, future(world, table, count), within,
-                           order.at_place)
+        values = newcomers(
+            table, world, table.species.config, future(world, table, count), within, order.at_place
+        )
         values = newborn(world, table, values, f"intervene: add {order.species!r}")
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
 
@@ -131,8 +132,11 @@ class Intervene(System):
 
     def switch(self, world: Any, order: Any) -> None:
         """Let births or learning stop, or go on."""
-        names = ([order.species]
-                 if order.species else [n for n, t in world.tables.items() if not t.species.is_object])
+        names = (
+            [order.species]
+            if order.species
+            else [n for n, t in world.tables.items() if not t.species.is_object]
+        )
         if order.reproduction is not None:
             for name in names:
                 world.table(name).species.switch_reproduction(order.reproduction)
@@ -141,9 +145,10 @@ class Intervene(System):
             from ecs_eco.config.loading import changed
 
             can = [n for n in names if learns(world.config.species[n])]
-            world.reconfigure(changed(world.config,
-                                      {f"species.{n}.policy.learn": order.learning for n in can}),
-                              learners=can)
+            world.reconfigure(
+                changed(world.config, {f"species.{n}.policy.learn": order.learning for n in can}),
+                learners=can,
+            )
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the state that is nowhere else: species that do not reproduce, requests,
@@ -151,11 +156,16 @@ class Intervene(System):
         tables = self.world.tables.values()
         # requests made within a tick wait for the next
         text = json.dumps([x.once(self.world.tick) for x in self.requests]).encode()
-        out = {"barren": np.array([bool(t.species.barren) for t in tables], np.uint8),
-               "asked": np.frombuffer(text, np.uint8)}
+        out = {
+            "barren": np.array([bool(t.species.barren) for t in tables], np.uint8),
+            "asked": np.frombuffer(text, np.uint8),
+        }
         ground = self.world.terrain.fenced() if self.made_ground else {}
-        none = {"ground": np.zeros((0, 0), np.uint8), "corners": np.zeros((0, 2)),
-                "lengths": np.zeros(0, np.int64)}
+        none = {
+            "ground": np.zeros((0, 0), np.uint8),
+            "corners": np.zeros((0, 2)),
+            "lengths": np.zeros(0, np.int64),
+        }
         return out | {f"ground.{key}": array for key, array in (none | ground).items()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
@@ -193,12 +203,15 @@ def checked(world: SpatialWorld, order: Any, requests: Sequence[dict[str, Any]])
     from ecs_eco.config.loading import intervention
     from ecs_eco.config.models.interventions import AnyIntervention
 
-    fields = order if isinstance(order, dict) else {k: v
-                                                    for k, v in order.model_dump().items() if v is not None}
+    fields = (
+        order if isinstance(order, dict) else {k: v for k, v in order.model_dump().items() if v is not None}
+    )
     data = {"at": world.tick} | fields
     if data["at"] != world.tick or "every" in data or "until" in data:
-        raise ValueError(f"intervene: it is tick {world.tick} now; leave out at, every and until, "
-                         "or put it into the world file")
+        raise ValueError(
+            f"intervene: it is tick {world.tick} now; leave out at, every and until, "
+            "or put it into the world file"
+        )
     if world.config is not None:
         fences = [done for _, done in world.intervened if done["kind"] in ("fence", "road")]
         # that it depends on; values set so far are in the config
@@ -209,8 +222,9 @@ def checked(world: SpatialWorld, order: Any, requests: Sequence[dict[str, Any]])
     except ValidationError as error:
         raise ValueError(f"intervene: {error}") from None
     if model.kind == "set" or getattr(model, "learning", None) is not None:
-        raise ValueError("intervene: this world was made by hand, "
-                         "without a configuration that values could be set in")
+        raise ValueError(
+            "intervene: this world was made by hand, without a configuration that values could be set in"
+        )
     if (name := getattr(model, "species", None)) is not None and name not in world.tables:
         raise ValueError(unknown_name("intervene", "table", name, world.tables))
     if model.kind == "dose" and model.field is not None and model.field not in world.fields:
@@ -231,4 +245,3 @@ def _rank(table: Table, rows: np.ndarray, which: str, key: np.uint64) -> np.ndar
         return -energy if which == "richest" else energy
     age = table[Biology].age[rows] if Biology in table else -table.born[rows]
     return -age if which == "oldest" else age
-

@@ -38,8 +38,10 @@ class LeaveRemains(System):
         if remains is not None:
             rows = rows[remaining(world, table, rows)]
             if rows.size:
-                kept: list[tuple[Any, str]] = ([(Position, f) for f in ("x", "y", "z", "heading")]
-                                               + [(Body, "radius"), (Body, "mass")])
+                kept: list[tuple[Any, str]] = [(Position, f) for f in ("x", "y", "z", "heading")] + [
+                    (Body, "radius"),
+                    (Body, "mass"),
+                ]
                 kept += [(Shape, f) for f in Shape.fields]  # type: ignore[attr-defined]
                 kept += [(Chemistry, "molarity"), (Matter, "residue")]
                 kept += [(Physical, f) for f in Physical.fields]  # type: ignore[attr-defined]

@@ -56,27 +56,76 @@ class Mate(System):
         own, age_min, energy_min, energy_given, litter, choice = life_history(table, way)
         can = np.empty(table.high, np.uint8)
         column, decision = action(table)
-        n_chooses, n_sires = ready(awake(table)[: table.high], table.cause, b.sex, b.age, m.energy,
-                                   g.carrying, g.rest, world.tick, own,
-                                   age_min, energy_min, litter, decision, column, WILLING[way.consent], can)
+        n_chooses, n_sires = ready(
+            awake(table)[: table.high],
+            table.cause,
+            b.sex,
+            b.age,
+            m.energy,
+            g.carrying,
+            g.rest,
+            world.tick,
+            own,
+            age_min,
+            energy_min,
+            litter,
+            decision,
+            column,
+            WILLING[way.consent],
+            can,
+        )
         if (n_chooses == 0 or n_sires == 0) and not world.bands.divided:
             return
         i, space, radius = world.index(table), world.space, table[Body].radius
         rule = select_mate(table)
         if rule is not None and not own:
             choice = np.array([max(rule[0], 0)], np.uint8)
-        reach, share = own_values(table, {"reproduction.reach": np.float32(way.reach),
-                                          "reproduction.father_share": np.float32(way.father_share)})
+        reach, share = own_values(
+            table,
+            {
+                "reproduction.reach": np.float32(way.reach),
+                "reproduction.father_share": np.float32(way.father_share),
+            },
+        )
         furthest = highest(reach, table.alive) if isinstance(reach, np.ndarray) else way.reach
         form = solids(world, [table.name]).form if Shape in table else SPHERES
         largest = highest(radius, table.alive) if form is SPHERES else bound(table)
         widest = 2 * largest + furthest
         partner, distance2 = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
         with world.bands.own(i, partner, distance2):
-            world.split(propose, i.n, i.rows, i.x, i.y, i.z, i.uid, i.start, can, radius, reach,
-                        space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus, form,
-                        space.volume, decision, column, WILLING[way.consent], m.energy, b.age, own,
-                        energy_given, litter, choice, share, world.key, partner, distance2)
+            world.split(
+                propose,
+                i.n,
+                i.rows,
+                i.x,
+                i.y,
+                i.z,
+                i.uid,
+                i.start,
+                can,
+                radius,
+                reach,
+                space.reach(widest),
+                *space.shape,
+                space.inverse,
+                space.lengths,
+                space.torus,
+                form,
+                space.volume,
+                decision,
+                column,
+                WILLING[way.consent],
+                m.energy,
+                b.age,
+                own,
+                energy_given,
+                litter,
+                choice,
+                share,
+                world.key,
+                partner,
+                distance2,
+            )
         if world.bands.divided:
             self.conceive(table, world, way, agreed(table, world, i, partner, distance2))
             return
@@ -84,34 +133,68 @@ class Mate(System):
         if choosers.size == 0:
             return
         if rule is not None and rule[0] < 0 and not own:
-            near = (reach, space.reach(widest), *space.shape, space.inverse, space.lengths,
-                    space.torus, form, space.volume)
+            near = (
+                reach,
+                space.reach(widest),
+                *space.shape,
+                space.inverse,
+                space.lengths,
+                space.torus,
+                form,
+                space.volume,
+            )
             pay = share, energy_given, litter
-            self.ask(table, rule[1], i, choosers, can, near, (decision, column, WILLING[way.consent]), pay,
-                     partner, distance2, world)
+            self.ask(
+                table,
+                rule[1],
+                i,
+                choosers,
+                can,
+                near,
+                (decision, column, WILLING[way.consent]),
+                pay,
+                partner,
+                distance2,
+                world,
+            )
         order = choosers[nearest_first(world.key, i.uid[choosers], distance2[choosers])]
         pairs = np.empty((order.size, 2), np.int64)
         n = pair(order, partner, i.rows, np.zeros(i.n, np.bool_), pairs)
         self.conceive(table, world, way, pairs[:n])
 
-    def ask(self, table: Table, rule: Any, i: Any, choosers: np.ndarray, can: np.ndarray,
-            near: tuple[Any, ...], wants: tuple[Any, ...], pay: tuple[Any, ...],
-            partner: np.ndarray, distance2: np.ndarray, world: SpatialWorld) -> None:
+    def ask(
+        self,
+        table: Table,
+        rule: Any,
+        i: Any,
+        choosers: np.ndarray,
+        can: np.ndarray,
+        near: tuple[Any, ...],
+        wants: tuple[Any, ...],
+        pay: tuple[Any, ...],
+        partner: np.ndarray,
+        distance2: np.ndarray,
+        world: SpatialWorld,
+    ) -> None:
         """Let a function of the user's own choose, one chooser after the other, in the order of uids."""
         chosen, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
         energy, age, radius = table[Metabolism].energy, table[Biology].age, table[Body].radius
         state = pyrandom.getstate()
         try:
             for me in choosers[np.argsort(i.uid[choosers])]:
-                n = suitors(me, i.rows, i.x, i.y, i.z, i.start, can, radius, *near, *wants, energy, *pay,
-                            chosen, far)
+                n = suitors(
+                    me, i.rows, i.x, i.y, i.z, i.start, can, radius, *near, *wants, energy, *pay, chosen, far
+                )
                 rows, uids = i.rows[chosen[:n]], i.uid[chosen[:n]].tolist()
                 pyrandom.seed(int(world.key) ^ int(i.uid[me]))
-                it = rule(int(i.uid[me]), uids, np.sqrt(far[:n]).tolist(), energy[rows].tolist(),
-                          age[rows].tolist())
+                it = rule(
+                    int(i.uid[me]), uids, np.sqrt(far[:n]).tolist(), energy[rows].tolist(), age[rows].tolist()
+                )
                 if it not in uids:
-                    raise ValueError(f"select_mate of {table.name!r} returns {it!r} for {int(i.uid[me])}; "
-                                     f"allowed is one of {uids[:9]}")
+                    raise ValueError(
+                        f"select_mate of {table.name!r} returns {it!r} for {int(i.uid[me])}; "
+                        f"allowed is one of {uids[:9]}"
+                    )
                 partner[me], distance2[me] = chosen[uids.index(it)], far[uids.index(it)]
         finally:
             pyrandom.setstate(state)
@@ -124,20 +207,43 @@ class Mate(System):
         each = chance[she] if isinstance(chance, np.ndarray) else chance
         fail = 1 - each * b.fertility[she].astype(float) * b.fertility[he]
         success = 1 - power(np.maximum(fail, 0.0), world.dt)
-        share, gestation, rest = own_values(table, {
-            "reproduction.father_share": np.float32(way.father_share),
-            "reproduction.gestation": way.gestation, "reproduction.father_rest": way.father_rest})
+        share, gestation, rest = own_values(
+            table,
+            {
+                "reproduction.father_share": np.float32(way.father_share),
+                "reproduction.gestation": way.gestation,
+                "reproduction.father_rest": way.father_rest,
+            },
+        )
         conceived = np.zeros(len(pairs), np.bool_)
-        join(pairs, table.uid, own, energy_given, litter, share, success, world.key,
-             world.tick + ticks(gestation, world.dt), world.tick + ticks(rest, world.dt),
-             conceived, m.energy, m.given, g.carrying, g.due, g.father, g.energy, g.rest)
+        join(
+            pairs,
+            table.uid,
+            own,
+            energy_given,
+            litter,
+            share,
+            success,
+            world.key,
+            world.tick + ticks(gestation, world.dt),
+            world.tick + ticks(rest, world.dt),
+            conceived,
+            m.energy,
+            m.given,
+            g.carrying,
+            g.due,
+            g.father,
+            g.energy,
+            g.rest,
+        )
         if Genome in table:
             mothers, fathers = pairs[conceived].T
             g.sperm[mothers] = table[Genome].loci[fathers]
 
 
-def agreed(table: Table, world: SpatialWorld, i: Any, partner: np.ndarray,
-           distance2: np.ndarray) -> np.ndarray:
+def agreed(
+    table: Table, world: SpatialWorld, i: Any, partner: np.ndarray, distance2: np.ndarray
+) -> np.ndarray:
     """Return the pairs that mate, where each process knows whom its own organisms choose: rows i64[n, 2] of
     those whom this one holds, ghosts among them."""
     here = world.bands.entries(i)
@@ -147,8 +253,13 @@ def agreed(table: Table, world: SpatialWorld, i: Any, partner: np.ndarray,
     choosers, of = entry[: uid.size], np.full(who.size, -1)
     of[choosers] = entry[uid.size :]
     pairs = np.empty((uid.size, 2), np.int64)
-    n = pair(choosers[nearest_first(world.key, uid, far)], of, np.arange(who.size),
-             np.zeros(who.size, np.bool_), pairs)
+    n = pair(
+        choosers[nearest_first(world.key, uid, far)],
+        of,
+        np.arange(who.size),
+        np.zeros(who.size, np.bool_),
+        pairs,
+    )
     rows = rows_of(table, who)[pairs[:n]] if n else pairs[:0]
     return np.ascontiguousarray(rows[(rows >= 0).all(axis=1)])
 
@@ -163,8 +274,11 @@ def action(table: Table) -> tuple[int, np.ndarray]:
     """Return the column of the action mate in the decision, and the decision;
     −1 where a species has no such action."""
     nerves = table.species.nerves
-    column = (-1 if nerves is None
-              else next((i for i, (group, _) in enumerate(nerves.actions) if group == "mate"), -1))
+    column = (
+        -1
+        if nerves is None
+        else next((i for i, (group, _) in enumerate(nerves.actions) if group == "mate"), -1)
+    )
     return column, table[Nervous].decision if column >= 0 else NO_DECISION
 
 
@@ -182,16 +296,38 @@ def wills(decision, column, row):
 
 
 @njit
-def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, energy_min, litter, decision,
-          column, consent, can):
+def ready(
+    alive,
+    cause,
+    sex,
+    age,
+    energy,
+    carrying,
+    rest,
+    tick,
+    own,
+    age_min,
+    energy_min,
+    litter,
+    decision,
+    column,
+    consent,
+    can,
+):
     """Write the roles of each row, can u8[rows]; return the numbers of those that can choose and
     that can sire."""
     n_chooses, n_sires = 0, 0
     for row in range(can.size):
         i = row if own else 0
         can[row] = 0
-        if (not alive[row] or cause[row] or carrying[row] or rest[row] > tick or age[row] < age_min[i]
-            or energy[row] < energy_min[i]):
+        if (
+            not alive[row]
+            or cause[row]
+            or carrying[row]
+            or rest[row] > tick
+            or age[row] < age_min[i]
+            or energy[row] < energy_min[i]
+        ):
             continue
         if consent == 2 and not wills(decision, column, row):
             continue
@@ -205,18 +341,52 @@ def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, en
 
 
 @njit
-def suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, form, volume, decision, column, want,
-          energy, share, each, number):
+def suits(
+    i,
+    j,
+    rows,
+    x,
+    y,
+    z,
+    can,
+    radius,
+    near,
+    lengths,
+    torus,
+    form,
+    volume,
+    decision,
+    column,
+    want,
+    energy,
+    share,
+    each,
+    number,
+):
     """Return the squared distance from entry i to entry j where j can sire, pay,
     is willing and in reach; else −1. It is that of the surfaces where they are no spheres."""
     it = rows[j]
     price = of_row(share, it) * each * number
-    if (j == i or not can[it] & SIRES or (price > 0 and not energy[it] > price)
-        or wills(decision, column, it) < want):
+    if (
+        j == i
+        or not can[it] & SIRES
+        or (price > 0 and not energy[it] > price)
+        or wills(decision, column, it) < want
+    ):
         return np.float32(-1)
     if len(form):
-        gap, _, _, _ = touching(form, i, form, j, np.float64(x[i] - x[j]), np.float64(y[i] - y[j]),
-                                np.float64(z[i] - z[j]), lengths, torus, volume)
+        gap, _, _, _ = touching(
+            form,
+            i,
+            form,
+            j,
+            np.float64(x[i] - x[j]),
+            np.float64(y[i] - y[j]),
+            np.float64(z[i] - z[j]),
+            lengths,
+            torus,
+            volume,
+        )
         return np.float32(max(gap, 0.0) ** 2) if gap <= of_row(near, rows[i]) else np.float32(-1)
     dx, dy, dz = offset(x[i], y[i], z[i], x[j], y[j], z[j], lengths, torus)
     d2, s = dx * dx + dy * dy + dz * dz, radius[rows[i]] + radius[it] + of_row(near, rows[i])
@@ -224,16 +394,64 @@ def suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, form, volume, 
 
 
 @njit
-def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, form,
-            volume, decision, column, consent, energy, share, energy_given, litter, chosen, far):
+def suitors(
+    i,
+    rows,
+    x,
+    y,
+    z,
+    start,
+    can,
+    radius,
+    near,
+    reach,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    form,
+    volume,
+    decision,
+    column,
+    consent,
+    energy,
+    share,
+    energy_given,
+    litter,
+    chosen,
+    far,
+):
     """List the entries that suit entry i, and their squared distances; return how many."""
     close, n = np.empty(x.size, np.int64), 0
     each, number = energy_given[0], np.float32(whole(litter[0]))
     want = consent - wills(decision, column, rows[i])
-    for c in range(gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths,
-                          torus, close)):
-        d2 = suits(i, close[c], rows, x, y, z, can, radius, near, lengths, torus, form, volume, decision,
-                   column, want, energy, share, each, number)
+    for c in range(
+        gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths, torus, close)
+    ):
+        d2 = suits(
+            i,
+            close[c],
+            rows,
+            x,
+            y,
+            z,
+            can,
+            radius,
+            near,
+            lengths,
+            torus,
+            form,
+            volume,
+            decision,
+            column,
+            want,
+            energy,
+            share,
+            each,
+            number,
+        )
         if d2 >= 0:
             chosen[n], far[n] = close[c], d2
             n += 1
@@ -241,9 +459,41 @@ def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inver
 
 
 @njit
-def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx, ny, nz, inverse, lengths,
-            torus, form, volume, decision, column,
-            consent, energy, age, own, energy_given, litter, choice, share, key, partner, distance2):
+def propose(
+    first,
+    last,
+    rows,
+    x,
+    y,
+    z,
+    uid,
+    start,
+    can,
+    radius,
+    near,
+    reach,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    form,
+    volume,
+    decision,
+    column,
+    consent,
+    energy,
+    age,
+    own,
+    energy_given,
+    litter,
+    choice,
+    share,
+    key,
+    partner,
+    distance2,
+):
     """Write the father that each of the entries first … last − 1 of the index chooses (−1: none),
     and his squared distance.
 
@@ -261,8 +511,28 @@ def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx
         for c in range(n):
             j = close[c]
             it = rows[j]
-            d2 = suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, form, volume, decision,
-                       column, want, energy, share, each, number)
+            d2 = suits(
+                i,
+                j,
+                rows,
+                x,
+                y,
+                z,
+                can,
+                radius,
+                near,
+                lengths,
+                torus,
+                form,
+                volume,
+                decision,
+                column,
+                want,
+                energy,
+                share,
+                each,
+                number,
+            )
             if d2 < 0:
                 continue
             score = d2
@@ -273,10 +543,20 @@ def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx
             elif choice[life] == 3:
                 score = -age[it]
             k = partner[i]
-            if k < 0 or score < best or (score == best
-                                         and (d2 < distance2[i] or (
-                                             d2 == distance2[i] and bits(key, mix(uid[i]) ^ uid[j], TIE)
-                                             < bits(key, mix(uid[i]) ^ uid[k], TIE)))):
+            if (
+                k < 0
+                or score < best
+                or (
+                    score == best
+                    and (
+                        d2 < distance2[i]
+                        or (
+                            d2 == distance2[i]
+                            and bits(key, mix(uid[i]) ^ uid[j], TIE) < bits(key, mix(uid[i]) ^ uid[k], TIE)
+                        )
+                    )
+                )
+            ):
                 best, partner[i], distance2[i] = score, j, d2
 
 
@@ -295,8 +575,26 @@ def pair(order, partner, rows, taken, pairs):
 
 
 @njit
-def join(pairs, uid, own, energy_given, litter, share, success, key, due, rested, conceived, energy,
-         given, carrying, due_at, father, stored, rest):
+def join(
+    pairs,
+    uid,
+    own,
+    energy_given,
+    litter,
+    share,
+    success,
+    key,
+    due,
+    rested,
+    conceived,
+    energy,
+    given,
+    carrying,
+    due_at,
+    father,
+    stored,
+    rest,
+):
     """Let each pair conceive by chance: the mother carries, the father pays his share and rests."""
     for p in range(len(pairs)):
         she, he = pairs[p, 0], pairs[p, 1]
@@ -308,6 +606,5 @@ def join(pairs, uid, own, energy_given, litter, share, success, key, due, rested
         energy[he] = before - of_row(share, he) * energy_given[life] * np.float32(number)
         given[he] += before - energy[he]
         stored[she] = before - energy[he]
-        carrying[she], due_at[she], father[she], conceived[p] = (
-            number, of_row(due, she), uid[he], True)
+        carrying[she], due_at[she], father[she], conceived[p] = (number, of_row(due, she), uid[he], True)
         rest[he] = of_row(rested, he)

@@ -40,31 +40,46 @@ class Mature(System):
             return
         own = Breeding in table
         b = table[Biology]
-        world.split(ripen, table.high, table.alive, b.age, *columns(table, way), own,
-                    0.0 if year is None else year.share(world.time), year is not None, b.fertility)
+        world.split(
+            ripen,
+            table.high,
+            table.alive,
+            b.age,
+            *columns(table, way),
+            own,
+            0.0 if year is None else year.share(world.time),
+            year is not None,
+            b.fertility,
+        )
 
 
 def columns(table: Table, way: Any) -> tuple[np.ndarray, ...]:
-    """Return peak, maturity, prime, end, season and width: columns, or the species' values as arrays of one.
-    """
+    """Return peak, maturity, prime, end, season and width: columns, or the species' values as arrays of one."""
     if Breeding in table:
         b = table[Breeding]
         return b.peak, b.maturity, b.prime, b.end, b.season, b.width
-    values = (table.species.config.fertility, way.maturity, way.age_of_prime(),
-              NEVER if way.end is None else way.end, way.season or 0.0,
-              0.0 if way.season is None else way.width)
+    values = (
+        table.species.config.fertility,
+        way.maturity,
+        way.age_of_prime(),
+        NEVER if way.end is None else way.end,
+        way.season or 0.0,
+        0.0 if way.season is None else way.width,
+    )
     return tuple(np.array([v], np.float32) for v in values)
 
 
 @njit
-def ripen(first, last, alive, age, peak, maturity, prime, end, season, width, own, share, seasonal,
-          fertility):
+def ripen(
+    first, last, alive, age, peak, maturity, prime, end, season, width, own, share, seasonal, fertility
+):
     """Set the fertility of the living; `share` of the year has passed."""
     for row in range(first, last):
         if alive[row]:
             i = row if own else 0
-            value = np.float64(peak[i]) * by_age(np.float64(age[row]), np.float64(maturity[i]),
-                                                 np.float64(prime[i]), np.float64(end[i]))
+            value = np.float64(peak[i]) * by_age(
+                np.float64(age[row]), np.float64(maturity[i]), np.float64(prime[i]), np.float64(end[i])
+            )
             if seasonal and width[i] > 0:
                 kappa = 1.0 / (2.0 * math.pi * np.float64(width[i])) ** 2
                 value *= math.exp(kappa * (math.cos(2.0 * math.pi * (share - season[i])) - 1.0))

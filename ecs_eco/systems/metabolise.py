@@ -45,9 +45,21 @@ class Metabolise(System):
         if (standard := table.species.standard_mass) is not None:
             relative = table[Body].mass[: table.high] / np.float32(standard)
             scale = power(relative, np.float32(0.75)).astype(np.float32)
-        world.split(burn, table.high, table.alive, scale, cost, cost is not STILL, basal,
-                    np.float32(world.dt), LEAST_ENERGY[table.species.torpor], m.energy, m.digesting, m.burnt,
-                    work=table.high // 5)
+        world.split(
+            burn,
+            table.high,
+            table.alive,
+            scale,
+            cost,
+            cost is not STILL,
+            basal,
+            np.float32(world.dt),
+            LEAST_ENERGY[table.species.torpor],
+            m.energy,
+            m.digesting,
+            m.burnt,
+            work=table.high // 5,
+        )
 
 
 @lone_njit

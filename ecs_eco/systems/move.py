@@ -60,8 +60,10 @@ class Move(System):
             return
         p, v, space, terrain = table[Position], table[Velocity], world.space, world.terrain
         height, ground, inverse, slope_cost = (
-            ON_THE_FLAT if terrain is None
-            else (terrain.height, terrain.ground, terrain.inverse, terrain.slope_cost))
+            ON_THE_FLAT
+            if terrain is None
+            else (terrain.height, terrain.ground, terrain.inverse, terrain.slope_cost)
+        )
         pace = paces(table)
         factor = None if terrain is None or terrain.pace is None else _on_roads(table, terrain)
         if factor is not None:
@@ -74,9 +76,30 @@ class Move(System):
         walls = barriers(world) if table.species.solid else None
         before = None if walls is None else np.stack([p.x, p.y, p.z], 1)[: table.high]
         gone = NOT_ASKED if walls is None else np.zeros(table.high, np.float32)
-        world.split(move, table.high, moving, table[Nervous].decision, command, *gaits, pace,
-                    np.float32(world.dt), space.lengths, space.torus, height, ground, inverse,
-                    np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost, gone)
+        world.split(
+            move,
+            table.high,
+            moving,
+            table[Nervous].decision,
+            command,
+            *gaits,
+            pace,
+            np.float32(world.dt),
+            space.lengths,
+            space.torus,
+            height,
+            ground,
+            inverse,
+            np.float32(slope_cost),
+            p.x,
+            p.y,
+            p.z,
+            p.heading,
+            v.speed,
+            v.climb,
+            v.cost,
+            gone,
+        )
         if factor is not None:
             v.cost[: table.high][alive] *= factor[1][alive]
         if walls is not None and before is not None:
@@ -94,8 +117,7 @@ def ways(table: Table, space: Space, before: np.ndarray, gone: np.ndarray) -> np
     way = np.stack([p.x, p.y, p.z], 1)[:n] - before
     if space.torus:
         for axis, part in enumerate((arrays.cos(p.heading[:n]), arrays.sin(p.heading[:n]))):
-            way[:, axis] += space.lengths[axis] * np.round((gone * part - way[:, axis])
-                                                           / space.lengths[axis])
+            way[:, axis] += space.lengths[axis] * np.round((gone * part - way[:, axis]) / space.lengths[axis])
     return way
 
 
@@ -123,8 +145,36 @@ def paces(table: Table) -> np.ndarray:
 
 
 @lone_njit
-def move(first, last, alive, decision, command, layout, speeds, costs, turns, climbs, pitches, drag, pace, dt,
-         lengths, torus, height, ground, inverse, slope_cost, x, y, z, heading, speed, climb, cost, gone):
+def move(
+    first,
+    last,
+    alive,
+    decision,
+    command,
+    layout,
+    speeds,
+    costs,
+    turns,
+    climbs,
+    pitches,
+    drag,
+    pace,
+    dt,
+    lengths,
+    torus,
+    height,
+    ground,
+    inverse,
+    slope_cost,
+    x,
+    y,
+    z,
+    heading,
+    speed,
+    climb,
+    cost,
+    gone,
+):
     """Move the living rows first … last − 1; layout i64[4, 3] is (start, n, neutral) of speed, turn, climb
     and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none. `gone` f32[rows] takes
     how far ahead each has gone [m], where it is not empty.
@@ -168,15 +218,51 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
             ahead[i] = v + (speed[row] - v) * mean_left
             speed[row] = v + (speed[row] - v) * left
             cost[row] = c
-        go_ahead(start, size, ahead, sine, cosine, drag, dt, lengths, torus, height, ground, inverse,
-                 slope_cost, heading, x, y, speed, cost)
+        go_ahead(
+            start,
+            size,
+            ahead,
+            sine,
+            cosine,
+            drag,
+            dt,
+            lengths,
+            torus,
+            height,
+            ground,
+            inverse,
+            slope_cost,
+            heading,
+            x,
+            y,
+            speed,
+            cost,
+        )
         for i in range(size if gone.size else 0):
             gone[start + i] = max(ahead[i], zero) * dt
 
 
 @lone_njit
-def go_ahead(start, size, ahead, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost,
-             heading, x, y, speed, cost):
+def go_ahead(
+    start,
+    size,
+    ahead,
+    sine,
+    cosine,
+    drag,
+    dt,
+    lengths,
+    torus,
+    height,
+    ground,
+    inverse,
+    slope_cost,
+    heading,
+    x,
+    y,
+    speed,
+    cost,
+):
     """Let a block of rows from `start` on go ahead at speeds `ahead` in the direction they head for, which
     become those of the ways that are free; `sine` and `cosine` are scratch of their size."""
     for i in range(size):
@@ -184,20 +270,39 @@ def go_ahead(start, size, ahead, sine, cosine, drag, dt, lengths, torus, height,
     if ground.size > 1 or height.size > 1:
         for i in range(size):
             if ahead[i] > 0:
-                ahead[i] = over_land(start + i, ahead[i], sine[i], cosine[i], drag, dt, lengths, torus,
-                                     height, ground, inverse, slope_cost, x, y, speed, cost)
+                ahead[i] = over_land(
+                    start + i,
+                    ahead[i],
+                    sine[i],
+                    cosine[i],
+                    drag,
+                    dt,
+                    lengths,
+                    torus,
+                    height,
+                    ground,
+                    inverse,
+                    slope_cost,
+                    x,
+                    y,
+                    speed,
+                    cost,
+                )
         return
     for i in range(size):
         row, v = start + i, ahead[i]
-        nx, ny = (into(x[row] + v * dt * cosine[i], lengths[0], torus),
-                  into(y[row] + v * dt * sine[i], lengths[1], torus))
+        nx, ny = (
+            into(x[row] + v * dt * cosine[i], lengths[0], torus),
+            into(y[row] + v * dt * sine[i], lengths[1], torus),
+        )
         x[row] = nx if v > np.float32(0.0) else x[row]
         y[row] = ny if v > np.float32(0.0) else y[row]
 
 
 @njit
-def over_land(row, v, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost, x, y,
-              speed, cost):
+def over_land(
+    row, v, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost, x, y, speed, cost
+):
     """Let one go ahead at a speed v until its way ends; uphill it costs more. Return its speed."""
     if ground.size > 1:
         v = free_way(x[row], y[row], sine, cosine, v, dt, ground, inverse, lengths, torus)
@@ -206,8 +311,9 @@ def over_land(row, v, sine, cosine, drag, dt, lengths, torus, height, ground, in
         nx = into(x[row] + v * dt * cosine, lengths[0], torus)
         ny = into(y[row] + v * dt * sine, lengths[1], torus)
         if height.size > 1:
-            rise = (height_at(height, inverse, nx, ny, torus)
-                    - height_at(height, inverse, x[row], y[row], torus))
+            rise = height_at(height, inverse, nx, ny, torus) - height_at(
+                height, inverse, x[row], y[row], torus
+            )
             cost[row] += cost[row] * slope_cost * max(rise, np.float32(0.0)) / (v * dt)
         x[row] = nx
         y[row] = ny

@@ -54,27 +54,86 @@ class Nurse(System):
                 fed &= b.age[young] < until[its]
             self.feed(table, world, way, young[fed], its[fed])
 
-    def feed(self, table: Table, world: SpatialWorld, way: Any, young: np.ndarray,
-             parent: np.ndarray) -> None:
+    def feed(
+        self, table: Table, world: SpatialWorld, way: Any, young: np.ndarray, parent: np.ndarray
+    ) -> None:
         """Let `parent` i64[k] feed `young` i64[k], rows in the order of the uids of the young."""
         p, m, nerves, space = table[Position], table[Metabolism], table.species.nerves, world.space
-        column = -1 if nerves is None else next(
-            (i for i, (group, _) in enumerate(nerves.actions) if group == "nurse"), -1)
+        column = (
+            -1
+            if nerves is None
+            else next((i for i, (group, _) in enumerate(nerves.actions) if group == "nurse"), -1)
+        )
         decision = table[Nervous].decision if column >= 0 else NO_DECISION
         form = form_of(table, np.arange(table.high)) if Shape in table else SPHERES
         demand, gives = np.zeros(table.high), np.zeros(table.high)
-        reach, rate, reserve, efficiency, full = own_values(table, {
-            "care.reach": np.float32(way.reach), "care.rate": way.rate, "care.reserve": way.reserve,
-            "care.efficiency": way.efficiency,
-            "metabolism.energy_max": table.species.config.metabolism.energy_max})
-        nurse(young, parent, p.x, p.y, p.z, table[Body].radius, reach, space.lengths, space.torus, form,
-              space.volume, decision, column, table.cause, rate * world.dt, reserve, efficiency,
-              of_size(table, full), np.zeros(young.size), demand, gives, m.energy, m.taken, m.given, m.burnt)
+        reach, rate, reserve, efficiency, full = own_values(
+            table,
+            {
+                "care.reach": np.float32(way.reach),
+                "care.rate": way.rate,
+                "care.reserve": way.reserve,
+                "care.efficiency": way.efficiency,
+                "metabolism.energy_max": table.species.config.metabolism.energy_max,
+            },
+        )
+        nurse(
+            young,
+            parent,
+            p.x,
+            p.y,
+            p.z,
+            table[Body].radius,
+            reach,
+            space.lengths,
+            space.torus,
+            form,
+            space.volume,
+            decision,
+            column,
+            table.cause,
+            rate * world.dt,
+            reserve,
+            efficiency,
+            of_size(table, full),
+            np.zeros(young.size),
+            demand,
+            gives,
+            m.energy,
+            m.taken,
+            m.given,
+            m.burnt,
+        )
 
 
 @njit
-def nurse(young, parent, x, y, z, radius, reach, lengths, torus, form, volume, decision, column, cause, most,
-          reserve, efficiency, full, gets, demand, gives, energy, taken, given, burnt):
+def nurse(
+    young,
+    parent,
+    x,
+    y,
+    z,
+    radius,
+    reach,
+    lengths,
+    torus,
+    form,
+    volume,
+    decision,
+    column,
+    cause,
+    most,
+    reserve,
+    efficiency,
+    full,
+    gets,
+    demand,
+    gives,
+    energy,
+    taken,
+    given,
+    burnt,
+):
     """Move energy from parents to young: gets f64[k], demand and gives f64[rows] are 0, room for sums."""
     for k in range(young.size):
         one, it = young[k], parent[k]
@@ -83,8 +142,9 @@ def nurse(young, parent, x, y, z, radius, reach, lengths, torus, form, volume, d
         far, feeds = radius[one] + radius[it] + near_to, column < 0 or decision[it, column] != 0
         near = dx * dx + dy * dy + dz * dz <= far * far
         if len(form):
-            gap, _, _, _ = touching(form, one, form, it, np.float64(-dx), np.float64(-dy), np.float64(-dz),
-                                    lengths, torus, volume)
+            gap, _, _, _ = touching(
+                form, one, form, it, np.float64(-dx), np.float64(-dy), np.float64(-dz), lengths, torus, volume
+            )
             near = gap <= near_to
         if feeds and cause[it] == 0 and near:
             wants = max(of_row(full, one) - energy[one], 0.0) / of_row(efficiency, it)

@@ -79,11 +79,17 @@ class Perish(System):
                 low = None
             ends = ends_of(low, high)
             if names:
-                ends = own_values(table, {f"lethal.{names[i]}.min": ends[0],
-                                          f"lethal.{names[i]}.max": ends[1]})
-            perish(table.alive[: table.high], column, *ends,
-                   0 if low is None else codes[limit.low],
-                   0 if high is None else codes[limit.high], table.cause)
+                ends = own_values(
+                    table, {f"lethal.{names[i]}.min": ends[0], f"lethal.{names[i]}.max": ends[1]}
+                )
+            perish(
+                table.alive[: table.high],
+                column,
+                *ends,
+                0 if low is None else codes[limit.low],
+                0 if high is None else codes[limit.high],
+                table.cause,
+            )
 
     def mourn(self, table: Table, rows: np.ndarray) -> None:
         """Give the dying of one species the reward of dying, whatever they die of, on top of what they felt
@@ -114,16 +120,28 @@ class Limits(NamedTuple):
         """Make them of a table as it is now."""
         lethal = list(table.species.lethal)
         twice = [[own_column(table, limit.property, world.substances) for _ in range(2)] for limit in lethal]
-        if not all(a is b and type(a) is np.ndarray and a.dtype == np.float32 and a.ndim == 1
-                   for a, b in twice):  # another array each time: it was made of other columns
+        if not all(
+            a is b and type(a) is np.ndarray and a.dtype == np.float32 and a.ndim == 1 for a, b in twice
+        ):  # another array each time: it was made of other columns
             return cls(made_from, lethal, [], None)
         columns = [column for column, _ in twice]
-        codes = [(0 if limit.min is None else world.codes[limit.low],
-                  0 if limit.max is None else world.codes[limit.high]) for limit in lethal]
-        return cls(made_from, lethal, columns,
-                   (np.array([address_of(column) for column in columns], np.uint64),
-                    np.array([ends_of(limit.min, limit.max) for limit in lethal], np.float32),
-                    np.array(codes, np.uint8)))
+        codes = [
+            (
+                0 if limit.min is None else world.codes[limit.low],
+                0 if limit.max is None else world.codes[limit.high],
+            )
+            for limit in lethal
+        ]
+        return cls(
+            made_from,
+            lethal,
+            columns,
+            (
+                np.array([address_of(column) for column in columns], np.uint64),
+                np.array([ends_of(limit.min, limit.max) for limit in lethal], np.float32),
+                np.array(codes, np.uint8),
+            ),
+        )
 
 
 def ends_of(low: float | None, high: float | None) -> tuple[np.float32, np.float32]:
@@ -148,5 +166,12 @@ def perish_all(alive, cause, columns, ends, codes):
     """`perish` for several limits, one after the other: addresses u64[k] of columns f32, `ends` f32[k, 2],
     and `codes` u8[k, 2] of the causes."""
     for k in range(columns.size):
-        perish(alive, column_at(columns[k], np.float32, alive.size), ends[k, 0], ends[k, 1], codes[k, 0],
-               codes[k, 1], cause)
+        perish(
+            alive,
+            column_at(columns[k], np.float32, alive.size),
+            ends[k, 0],
+            ends[k, 1],
+            codes[k, 0],
+            codes[k, 1],
+            cause,
+        )

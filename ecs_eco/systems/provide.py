@@ -43,8 +43,14 @@ class Provide(System):
         mothers = rows_of(table, parents[parents != 0])
         known = mothers >= 0
         given = np.zeros(table[Chemistry].molarity.shape[1])
-        divide(young[known], mothers[known], table[Matter].volume, table[Chemistry].molarity,
-               table[Matter].residue, given)
+        divide(
+            young[known],
+            mothers[known],
+            table[Matter].volume,
+            table[Chemistry].molarity,
+            table[Matter].residue,
+            given,
+        )
         book(self.world, table, "endowed", -given)  # the same amount is booked of the newborn
 
 

@@ -52,8 +52,21 @@ class React(System):
             used, change, half = coefficients(reaction, world.substances)
             rate, gain, full, half = rates(table, world, number, half, ceiling)
             acting = alive if reaction.action is None else table.species.nerves.doing(table, reaction.action)
-            react(acting[: table.high], *bodies(table), used, change, half, rate * world.dt,
-                  light if reaction.light else EVEN, gain, full, energy, taken, burnt, made)
+            react(
+                acting[: table.high],
+                *bodies(table),
+                used,
+                change,
+                half,
+                rate * world.dt,
+                light if reaction.light else EVEN,
+                gain,
+                full,
+                energy,
+                taken,
+                burnt,
+                made,
+            )
         book(world, table, "reacted", made)
 
     def light(self, table: Table, world: SpatialWorld) -> np.ndarray:
@@ -65,19 +78,24 @@ class React(System):
 def coefficients(reaction: Any, substances: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return what a mole of extent uses up, by how much it changes each substance [mol/mol], and the
     concentrations at half of the rate [mol/L], 0 for none: f64[substances] each."""
-    used, made, half = ([amounts.get(s, 0.0) for s in substances]
-                        for amounts in (getattr(reaction, "from"), reaction.to, reaction.half))
+    used, made, half = (
+        [amounts.get(s, 0.0) for s in substances]
+        for amounts in (getattr(reaction, "from"), reaction.to, reaction.half)
+    )
     return np.array(used), np.array(made) - np.array(used), np.array(half)
 
 
-def rates(table: Table, world: SpatialWorld, number: int, half: np.ndarray,
-          ceiling: float) -> tuple[Any, ...]:
+def rates(
+    table: Table, world: SpatialWorld, number: int, half: np.ndarray, ceiling: float
+) -> tuple[Any, ...]:
     """Return a reaction's rate and energy, the most energy that a body holds, and the concentrations at half
     of the rate f64[substances]; all as arrays [high, …] where a gene codes for any of them."""
     reaction, key = table.species.reactions[number], f"reactions.{number}."
-    own = own_values(table, {f"{key}rate": reaction.rate, f"{key}energy": reaction.energy,
-                             "metabolism.energy_max": ceiling}
-                     | {f"{key}half.{substance}": value for substance, value in reaction.half.items()})
+    own = own_values(
+        table,
+        {f"{key}rate": reaction.rate, f"{key}energy": reaction.energy, "metabolism.energy_max": ceiling}
+        | {f"{key}half.{substance}": value for substance, value in reaction.half.items()},
+    )
     if isinstance(own[0], np.ndarray):
         half = np.tile(half, (table.high, 1))
         for substance, each in zip(reaction.half, own[3:], strict=True):
@@ -86,8 +104,23 @@ def rates(table: Table, world: SpatialWorld, number: int, half: np.ndarray,
 
 
 @njit
-def react(alive, volume, molarity, residue, used, change, half, extent, light, energy_of, ceiling, energy,
-          taken, burnt, made):
+def react(
+    alive,
+    volume,
+    molarity,
+    residue,
+    used,
+    change,
+    half,
+    extent,
+    light,
+    energy_of,
+    ceiling,
+    energy,
+    taken,
+    burnt,
+    made,
+):
     """Let a reaction of at most `extent` [mol/L] take place in the living; add what it makes, less what it
     uses up, to `made` f64[substances] [mol]."""
     for row in range(alive.size):

@@ -36,5 +36,6 @@ class Renew(System):
         salt = random.BIRTH + (3 << 8) + ((table.place + 1) << 20)
         come = int((random.draw_many(world.key, np.arange(missing, dtype=np.uint64), salt) < chance).sum())
         if come:
-            table.request(np.zeros(come, np.uint64),
-                          newcomers(table, world, None, future(world, table, come)))
+            table.request(
+                np.zeros(come, np.uint64), newcomers(table, world, None, future(world, table, come))
+            )

@@ -42,8 +42,11 @@ class Reproduce(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species reproduce."""
         way = table.species.reproduction
-        if (way is None or way.kind not in ("simplified", "asexual")
-            or not (world.reproduction or table.species.nerves is None)):
+        if (
+            way is None
+            or way.kind not in ("simplified", "asexual")
+            or not (world.reproduction or table.species.nerves is None)
+        ):
             return  # animals do not reproduce while they are pre-trained; plants do
         m, b = table[Metabolism], table[Biology]
         own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
@@ -53,8 +56,23 @@ class Reproduce(System):
         rate = own_value(table, "reproduction.rate", way.rate) if table.species.traits else way.rate
         chance = (chance_of if isinstance(rate, np.ndarray) else _shared_chance)(rate, world.dt)
         living = world.bands.living(table) if world.bands.divided else table.alive
-        n = ready(living[: table.high], m.energy, b.age, b.fertility, table.uid, own,
-                  energy_min, age_min, energy_given, litter, chance, world.key, parents, number, given)
+        n = ready(
+            living[: table.high],
+            m.energy,
+            b.age,
+            b.fertility,
+            table.uid,
+            own,
+            energy_min,
+            age_min,
+            energy_given,
+            litter,
+            chance,
+            world.key,
+            parents,
+            number,
+            given,
+        )
         if n == 0 and not (world.bands.divided or way.immigration):
             return
         parents, number, given = parents[:n], number[:n], given[:n]
@@ -74,8 +92,23 @@ _shared_chance = lru_cache(256)(chance_of)  # few rates are asked for again and 
 
 
 @njit
-def ready(alive, energy, age, fertility, uid, own, energy_min, age_min, energy_given, litter, chance, key,
-          parents, number, given):
+def ready(
+    alive,
+    energy,
+    age,
+    fertility,
+    uid,
+    own,
+    energy_min,
+    age_min,
+    energy_given,
+    litter,
+    chance,
+    key,
+    parents,
+    number,
+    given,
+):
     """List the parents, few of them in the order of uids, the largest number of newborn of each, and what it
     gives to one; return the number of parents."""
     n = 0

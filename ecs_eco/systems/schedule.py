@@ -74,5 +74,9 @@ def schedule(respawn: bool = False, tables: Iterable[Table] | None = None) -> li
     """Return new systems for a world, in the order of a tick; without those that none of its `tables` asks
     for, where these are given."""
     phases, given = RESPAWNING if respawn else SCHEDULE, None if tables is None else list(tables)
-    return [system() for systems in phases.values() for system in systems
-            if given is None or system.asked_for is None or any(map(system.asked_for, given))]
+    return [
+        system()
+        for systems in phases.values()
+        for system in systems
+        if given is None or system.asked_for is None or any(map(system.asked_for, given))
+    ]

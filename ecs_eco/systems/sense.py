@@ -72,8 +72,11 @@ def shared_out(senses: Sequence[tuple[Any, int]], alone: bool) -> tuple[Share, S
     undivided: Share = []
     for sense, _, first in sorted(joined(senses), key=lambda one: -one[1]):
         # functions of the user's own, and what is the same for all
-        own = (not sense.__module__.startswith(SHIPPED) or sense.__qualname__.startswith("ambient")
-               or getattr(sense, "by_light", False))
+        own = (
+            not sense.__module__.startswith(SHIPPED)
+            or sense.__qualname__.startswith("ambient")
+            or getattr(sense, "by_light", False)
+        )
         (undivided if own and not alone else shared).append((sense, first))
     return shared, undivided
 
@@ -85,8 +88,9 @@ def joined(senses: Sequence[tuple[Any, int]]) -> list[tuple[Any, int, int]]:
     column = 0
     for number, (sense, width) in enumerate(senses):
         shipped = sense.__module__.startswith(SHIPPED)
-        groups.setdefault(getattr(sense, "joint", number) if shipped else number,
-                          []).append((sense, width, column))
+        groups.setdefault(getattr(sense, "joint", number) if shipped else number, []).append(
+            (sense, width, column)
+        )
         column += width
     parts = []
     for joint, group in groups.items():

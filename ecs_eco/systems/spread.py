@@ -81,9 +81,20 @@ class Spread(System):
         if reach == 0 and Growth not in table and fertile is EVERYWHERE and rate + way.seed_rain > 0:
             n = world.bands.count(table) if world.bands.divided else table.n
             time = as_logistic(table, rate, way.seed_rain, vigour, min(n / taken.size, 1.0), time)
-        how = (np.float32(rate * time), np.float32(way.seed_rain * time), reach, world.space.torus,
-               *rocks(world), fertile, inverse, vigour, world.key, table.place << 20,
-               world.space.lengths, AS_IT_STANDS if world.bands.divided else table.uid)
+        how = (
+            np.float32(rate * time),
+            np.float32(way.seed_rain * time),
+            reach,
+            world.space.torus,
+            *rocks(world),
+            fertile,
+            inverse,
+            vigour,
+            world.key,
+            table.place << 20,
+            world.space.lengths,
+            AS_IT_STANDS if world.bands.divided else table.uid,
+        )
         found = room_for[-1]
         world.split(sprout, found.size, taken, *how, *room_for, work=taken.size // 3)
         sprouts, n, parts = room_for, int(found[0]), found.nonzero()[0]
@@ -93,15 +104,33 @@ class Spread(System):
         wanted, n = n, room(table, world, n)
         if n == 0:
             return
-        lot = slice(n) if n == wanted else np.sort(random.by_lot(
-            world.key, sprouts[0][:wanted].astype(np.uint64), random.LOT + (table.place << 20))[:n])
+        lot = (
+            slice(n)
+            if n == wanted
+            else np.sort(
+                random.by_lot(
+                    world.key, sprouts[0][:wanted].astype(np.uint64), random.LOT + (table.place << 20)
+                )[:n]
+            )
+        )
         # copies: the next tick writes there again
-        site, parent, parents, x, y = (sprouts[0][lot].copy(), sprouts[1][lot].copy(), sprouts[2][lot].copy(),
-                                       sprouts[3][lot].copy(), sprouts[4][lot].copy())
+        site, parent, parents, x, y = (
+            sprouts[0][lot].copy(),
+            sprouts[1][lot].copy(),
+            sprouts[2][lot].copy(),
+            sprouts[3][lot].copy(),
+            sprouts[4][lot].copy(),
+        )
         nx, z = taken.shape[1], np.zeros(n, np.float32)
         if world.terrain is not None:
-            x, y = world.terrain.within_sites(x, y, *(((cells + 0.5) / inverse[axis]).astype(np.float32)
-                                                      for axis, cells in enumerate((site % nx, site // nx))))
+            x, y = world.terrain.within_sites(
+                x,
+                y,
+                *(
+                    ((cells + 0.5) / inverse[axis]).astype(np.float32)
+                    for axis, cells in enumerate((site % nx, site // nx))
+                ),
+            )
         values: dict[tuple[type, str], Any] = {(Position, "x"): x, (Position, "y"): y, (Position, "z"): z}
         if table.species.heredity is not None:
             values |= genomes(table, world, parent, site.astype(np.uint64))
@@ -124,13 +153,18 @@ class Spread(System):
             taken = table.species.sites = np.empty((ny, nx), np.int64)
             room_for = [np.empty(taken.size, kind) for kind in SPROUT]
             known = self._grounds[table.name] = (
-                given, Sites(taken), inverse, 0 if way.place == "anywhere" else reach,
-                [*room_for, np.empty(-(-taken.size // SITES), np.int64)])
+                given,
+                Sites(taken),
+                inverse,
+                0 if way.place == "anywhere" else reach,
+                [*room_for, np.empty(-(-taken.size // SITES), np.int64)],
+            )
         return known[1:]
 
 
-def genomes(table: Table, world: SpatialWorld, parent: np.ndarray,
-            identity: np.ndarray) -> dict[tuple[type, str], np.ndarray]:
+def genomes(
+    table: Table, world: SpatialWorld, parent: np.ndarray, identity: np.ndarray
+) -> dict[tuple[type, str], np.ndarray]:
     """Return what newborn inherit from parents in rows i64[n], −1 for those of the seed rain."""
     own, grown, values = parent < 0, np.flatnonzero(parent >= 0), {}
     fresh = table.species.heredity.founders(world, table, identity[own])
@@ -159,16 +193,27 @@ class Sites:
             self._of, anew = np.zeros(table.capacity, np.int32), True
         if not anew:
             changed = changes(table, self._version)
-        self._single = stands(table.alive[: table.high], p.x, p.y, table.uid, changed[0],
-                              *changed[2:], anew, inverse, self.rows, self._of)
+        self._single = stands(
+            table.alive[: table.high],
+            p.x,
+            p.y,
+            table.uid,
+            changed[0],
+            *changed[2:],
+            anew,
+            inverse,
+            self.rows,
+            self._of,
+        )
         self._version = table.version
         return self.rows
 
 
 def listed(columns: list[np.ndarray], found: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
     """Return what `sprout` has listed, of those blocks from which on it has found something."""
-    return [np.concatenate([column[b * SITES : b * SITES + found[b]] for b in parts])
-            for column in columns[:-1]]
+    return [
+        np.concatenate([column[b * SITES : b * SITES + found[b]] for b in parts]) for column in columns[:-1]
+    ]
 
 
 def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
@@ -177,9 +222,7 @@ def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
     left = left_by_defence(table, table.high)
     if Growth not in table and not (isinstance(left, np.ndarray) or isinstance(own, np.ndarray)):
         return rate * float(left), EVEN
-    each = np.asarray(
-        own * (table[Growth].spread[: table.high] if Growth in table else np.float32(1)) * left
-    )
+    each = np.asarray(own * (table[Growth].spread[: table.high] if Growth in table else np.float32(1)) * left)
     highest = float(each[table.alive[: table.high]].max(initial=0.0))
     return highest, np.broadcast_to(each / np.float32(highest or 1.0), table.high).astype(np.float32)
 
@@ -235,8 +278,30 @@ def stands(alive, x, y, now, gone, born, uids, anew, inverse, taken, site):
 
 
 @njit
-def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile,
-           inverse, vigour, key, salt, lengths, uid, site, parent, parents, xs, ys, found):
+def sprout(
+    first,
+    last,
+    taken,
+    everywhere,
+    rain_everywhere,
+    reach,
+    torus,
+    ground,
+    ground_inverse,
+    fertile,
+    inverse,
+    vigour,
+    key,
+    salt,
+    lengths,
+    uid,
+    site,
+    parent,
+    parents,
+    xs,
+    ys,
+    found,
+):
     """List those of the blocks of SITES sites first … last − 1 that are free and on which a seed sprouts, row
     and uid of its parent (−1 and 0: seed rain), and where on the site: from the place of the first site on,
     and in `found`, at the first block, how many. `uid` are those of rows, empty where sites hold uids;
@@ -252,20 +317,28 @@ def sprout(first, last, taken, everywhere, rain_everywhere, reach, torus, ground
             j, i = s // nx, s % nx
             if fertile.size > 1:
                 y, x = np.float32((j + 0.5) / inverse[1]), np.float32((i + 0.5) / inverse[0])
-                factor = fertile[cell_of(y * ground_inverse[1], fertile.shape[0]),
-                                 cell_of(x * ground_inverse[0], fertile.shape[1])]
+                factor = fertile[
+                    cell_of(y * ground_inverse[1], fertile.shape[0]),
+                    cell_of(x * ground_inverse[0], fertile.shape[1]),
+                ]
                 rate, rain = everywhere * factor, rain_everywhere * factor
             if u >= rate + rain:
                 continue
             if ground.size > 1:
-                kind = ground_at(ground, ground_inverse, np.float32((i + 0.5) / inverse[0]),
-                                 np.float32((j + 0.5) / inverse[1]))
+                kind = ground_at(
+                    ground,
+                    ground_inverse,
+                    np.float32((i + 0.5) / inverse[0]),
+                    np.float32((j + 0.5) / inverse[1]),
+                )
                 if kind in (WATER, ROCK):
                     continue
             row = np.int64(-1)
             if u < rate:
-                a, b = (draw(key, s, random.SPREAD + salt + (1 << 8)),
-                        draw(key, s, random.SPREAD + salt + (2 << 8)))
+                a, b = (
+                    draw(key, s, random.SPREAD + salt + (1 << 8)),
+                    draw(key, s, random.SPREAD + salt + (2 << 8)),
+                )
                 if reach == 0:
                     row = taken[min(int(a * ny), ny - 1), min(int(b * nx), nx - 1)]
                 else:
@@ -306,5 +379,7 @@ def lucky(begin, size, flat, key, purpose, most, luck, near):
 @njit
 def on_site(i, u, inverse, length):
     """Return where in column or row i of the sites a seed sprouts [m], by a number u in [0, 1)."""
-    return min((np.float64(i) + np.float64(u)) / np.float64(inverse),
-               np.float64(np.nextafter(length, np.float32(0.0))))
+    return min(
+        (np.float64(i) + np.float64(u)) / np.float64(inverse),
+        np.float64(np.nextafter(length, np.float32(0.0))),
+    )

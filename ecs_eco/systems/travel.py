@@ -51,8 +51,17 @@ class Travel(System):
             roll(free, step, *shape, *rocks(world), p.x, p.y, p.z, p.heading)
         else:
             path = np.array([[*place, 0.0][:3] for place in motion.path], np.float32)
-            follow(free, path, np.float32(motion.speed * world.dt), *shape, p.x, p.y, p.z, p.heading,
-                   table[Route].leg)
+            follow(
+                free,
+                path,
+                np.float32(motion.speed * world.dt),
+                *shape,
+                p.x,
+                p.y,
+                p.z,
+                p.heading,
+                table[Route].leg,
+            )
         table.version += 1
 
 

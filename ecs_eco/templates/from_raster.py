@@ -20,13 +20,21 @@ from ecs_eco.engine.files import write
 TEMPLATE = Path(__file__).parent / "land" / "land.toml"
 MOST_CELLS = 600  # along a side; of larger rasters the middle is taken
 SITES = 15_000  # of grass
-CLASS = ('[terrain.classes.{name}]\n{where}\ngrowth = {growth}                      # of grass\n'
-         'pace = {pace}                        # of those who walk there\n'
-         'shelter = {shelter}                     # share of attacks that fail\ncolor = "{color}"\n\n')
+CLASS = (
+    "[terrain.classes.{name}]\n{where}\ngrowth = {growth}                      # of grass\n"
+    "pace = {pace}                        # of those who walk there\n"
+    'shelter = {shelter}                     # share of attacks that fail\ncolor = "{color}"\n\n'
+)
 
 
-def world_from_raster(raster: str, out: str | Path | None = None, *, band: int | str | None = None,
-                      cell: float | None = None, crs: str | None = None) -> Path:
+def world_from_raster(
+    raster: str,
+    out: str | Path | None = None,
+    *,
+    band: int | str | None = None,
+    cell: float | None = None,
+    crs: str | None = None,
+) -> Path:
     """Write a world file on the elevations of a raster, by default beside the present folder's files under
     the raster's name; return its path.
 
@@ -38,8 +46,13 @@ def world_from_raster(raster: str, out: str | Path | None = None, *, band: int |
         held = read_raster(*(raster, Path()) if own else (Path(raster).name, Path(raster).parent), band, crs)
         per = metres(held)
     except RasterError as error:
-        raise ConfigError([p.moved(key=(), source="RASTER" if p.key == ("raster",) else f"--{p.key[0]}")
-                           for p in error.problems], "no world from this raster") from None
+        raise ConfigError(
+            [
+                p.moved(key=(), source="RASTER" if p.key == ("raster",) else f"--{p.key[0]}")
+                for p in error.problems
+            ],
+            "no world from this raster",
+        ) from None
     name = _name(raster)
     path = Path(f"{name}.toml") if out is None else Path(out)
     if path.suffix != ".toml" or path.exists():
@@ -67,37 +80,61 @@ def _side(raster: Raster, per: tuple[float, float], cell: float | None) -> float
     if cell is not None:
         return cell
     if raster.dx is None or raster.dy is None:
-        raise ConfigError([Problem((), "is missing: the raster does not say how large its cells are",
-                                   allowed="the side of its cells [m], as --cell 30", source="--cell")])
+        raise ConfigError(
+            [
+                Problem(
+                    (),
+                    "is missing: the raster does not say how large its cells are",
+                    allowed="the side of its cells [m], as --cell 30",
+                    source="--cell",
+                )
+            ]
+        )
     return float(f"{min(raster.dx * per[0], raster.dy * per[1]):.3g}")
 
 
-def _values(raster: Raster, per: tuple[float, float], side: float, name: str, band: int | str | None,
-            crs: str | None) -> dict[str, Any]:
+def _values(
+    raster: Raster, per: tuple[float, float], side: float, name: str, band: int | str | None, crs: str | None
+) -> dict[str, Any]:
     """What stands in the template."""
-    dx, dy = ((side, side) if raster.dx is None or raster.dy is None
-              else (raster.dx * per[0], raster.dy * per[1]))
+    dx, dy = (
+        (side, side) if raster.dx is None or raster.dy is None else (raster.dx * per[0], raster.dy * per[1])
+    )
     ny, nx = raster.values.shape
     n = [min(MOST_CELLS, math.floor(k * d / side + 1e-6)) for k, d in ((nx, dx), (ny, dy))]
     size = [round(k * side, 6) for k in n]
-    corner = [round(max(0.0, (k * d - s) // 2 // side * side), 6)
-              for k, d, s in ((nx, dx, size[0]), (ny, dy, size[1]))]
+    corner = [
+        round(max(0.0, (k * d - s) // 2 // side * side), 6)
+        for k, d, s in ((nx, dx, size[0]), (ny, dy, size[1]))
+    ]
     if min(n) < 4:
-        raise ConfigError([Problem((), f"leaves {n[0]} × {n[1]} cells", side, "a smaller side",
-                                   source="--cell")])
+        raise ConfigError(
+            [Problem((), f"leaves {n[0]} × {n[1]} cells", side, "a smaller side", source="--cell")]
+        )
     first = [round(c / d) for c, d in zip(corner, (dx, dy), strict=True)]
     last = [f + math.ceil(s / d) for f, s, d in zip(first, size, (dx, dy), strict=True)]
     part = raster.values[::-1][first[1] : last[1], first[0] : last[0]]
     lowest = float(np.nanmin(part))
-    own: dict[str, Any] = {"band": band, "crs": crs, "corner": corner if any(corner) else None,
-                           "missing": lowest if np.isnan(part).any() else None}
+    own: dict[str, Any] = {
+        "band": band,
+        "crs": crs,
+        "corner": corner if any(corner) else None,
+        "missing": lowest if np.isnan(part).any() else None,
+    }
     part = np.where(np.isnan(part), lowest, part)
     grass = _round(max(side, math.sqrt(size[0] * size[1] / SITES)))
     written = "\n".join(f"{key} = {json.dumps(value)}" for key, value in own.items() if value is not None)
-    return {"name": name, "title": f"Deer on the land of {name.replace('-', ' ')}",
-            "width": size[0], "height": size[1], "cell": side, "keys": written,
-            "drainage": _drainage(part, size), "classes": _classes(part, (dx, dy)),
-            **_living(grass, size)}
+    return {
+        "name": name,
+        "title": f"Deer on the land of {name.replace('-', ' ')}",
+        "width": size[0],
+        "height": size[1],
+        "cell": side,
+        "keys": written,
+        "drainage": _drainage(part, size),
+        "classes": _classes(part, (dx, dy)),
+        **_living(grass, size),
+    }
 
 
 def _drainage(part: np.ndarray, size: list[float]) -> str:
@@ -113,13 +150,16 @@ def _classes(part: np.ndarray, sides: tuple[float, float]) -> str:
     land = part[part > 0] if (part > 0).any() else part
     wood, heath = (_round(float(np.percentile(land, q))) for q in (50, 85))
     steep = _round(float(np.percentile(np.hypot(*np.gradient(part, sides[1], sides[0])), 95)))
-    made = [("wood", f"above = {wood}", 0.8, 0.9, 0.5, "#7c9a68"),
-            ("heath", f"above = {heath}", 0.5, 1.0, 0.1, "#b9a77c"),
-            ("steep", f"steeper = {max(steep, 1e-3)}", 0.3, 0.6, 0.2, "#a39a8e")]
+    made = [
+        ("wood", f"above = {wood}", 0.8, 0.9, 0.5, "#7c9a68"),
+        ("heath", f"above = {heath}", 0.5, 1.0, 0.1, "#b9a77c"),
+        ("steep", f"steeper = {max(steep, 1e-3)}", 0.3, 0.6, 0.2, "#a39a8e"),
+    ]
     if wood >= heath:
         made = made[2:]
-    return "".join(CLASS.format(name=n, where=w, growth=g, pace=p, shelter=s, color=c)
-                   for n, w, g, p, s, c in made)
+    return "".join(
+        CLASS.format(name=n, where=w, growth=g, pace=p, shelter=s, color=c) for n, w, g, p, s, c in made
+    )
 
 
 def _living(spacing: float, size: list[float]) -> dict[str, Any]:
@@ -130,10 +170,16 @@ def _living(spacing: float, size: list[float]) -> dict[str, Any]:
     lengths = {"patch": 0.3, "reach": 0.1, "radius": 6.0, "dispersal": 1.0}
     rates = {"spread": 0.04, "rain": 0.0005, "basal": 0.004, "walk": 0.006, "turn": 0.8, "birth": 0.005}
     times = {"dt": 1.0, "old": 1200.0, "adult": 100.0}
-    return ({k: _round(v * by) for k, v in {**lengths, **times}.items()}
-            | {k: _round(v / by, 4) for k, v in rates.items()}
-            | {"spacing": spacing, "chance": _round(1 - 0.8 ** (1 / by), 4), "grass": round(0.4 * sites),
-               "deer": round(0.075 * sites)})
+    return (
+        {k: _round(v * by) for k, v in {**lengths, **times}.items()}
+        | {k: _round(v / by, 4) for k, v in rates.items()}
+        | {
+            "spacing": spacing,
+            "chance": _round(1 - 0.8 ** (1 / by), 4),
+            "grass": round(0.4 * sites),
+            "deer": round(0.075 * sites),
+        }
+    )
 
 
 def _round(value: float, digits: int = 2) -> float:

@@ -32,8 +32,9 @@ def new_world(folder: str | Path, origin: str = "meadow") -> list[Path]:
     """
     folder = Path(folder)
     if origin not in ORIGINS:
-        raise _refused("--from", "no such world to begin with", origin, listed(ORIGINS),
-                       nearest(origin, ORIGINS))
+        raise _refused(
+            "--from", "no such world to begin with", origin, listed(ORIGINS), nearest(origin, ORIGINS)
+        )
     name = _name(folder)
     texts = _texts(HERE / "world", {"my-world": name})
     worlds = {path: texts.pop(f"{path}.toml") for path in ("meadow", "blank")}
@@ -42,8 +43,9 @@ def new_world(folder: str | Path, origin: str = "meadow") -> list[Path]:
         shipped = WORLDS / "predator_prey"
         text = (shipped / "predator_prey.toml").read_text(encoding="utf-8")
         files |= {path.name: path.read_bytes() for path in sorted(shipped.glob("*.safetensors"))}
-        worlds[origin] = (text.replace('name = "predator-prey"', f'name = "{name}"')
-                          .replace("\n[space]\n", f"{OWN_CODE}\n[space]\n", 1))
+        worlds[origin] = text.replace('name = "predator-prey"', f'name = "{name}"').replace(
+            "\n[space]\n", f"{OWN_CODE}\n[space]\n", 1
+        )
     written = _written(folder, {f"{name}.toml": worlds[origin], **files})
     if origin == "predator-prey":
         from ecs_eco.config import load
@@ -82,8 +84,12 @@ def _name(folder: Path) -> str:
     """The name of a new folder, which is that of what is in it."""
     name = folder.absolute().name
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,39}", name) or not name[-1].isalnum():
-        raise _refused("NAME", "not a name", name, "a letter, then letters, digits, - or _ (at most 40), at "
-                       "the end a letter or a digit")
+        raise _refused(
+            "NAME",
+            "not a name",
+            name,
+            "a letter, then letters, digits, - or _ (at most 40), at the end a letter or a digit",
+        )
     if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
         raise _refused("NAME", "there is something already", str(folder), "a new folder, or an empty one")
     return name

@@ -11,6 +11,15 @@ from ecs_eco.testing.system import check_system
 from ecs_eco.testing.world import check_world, watch
 
 __all__ = [
-    "act", "all_threads", "arrange", "check_component", "check_genome", "check_system", "check_world",
-    "difference", "shuffle", "state", "watch",
-]  # fmt: skip
+    "act",
+    "all_threads",
+    "arrange",
+    "check_component",
+    "check_genome",
+    "check_system",
+    "check_world",
+    "difference",
+    "shuffle",
+    "state",
+    "watch",
+]

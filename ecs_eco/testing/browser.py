@@ -20,9 +20,18 @@ from urllib.parse import urlsplit
 from ecs_eco.engine.processes import python
 
 COMMAND = python("from ecs_eco.cli import main; main()")
-FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-         "--ignore-gpu-blocklist", "--disable-quic", "--no-first-run", "--disable-background-networking",
-         "--disable-component-update", "--disable-sync"]  # fmt: skip
+FLAGS = [
+    "--headless=new",
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
 
 
 def chromium() -> str | None:
@@ -32,8 +41,7 @@ def chromium() -> str | None:
 
 @contextmanager
 def launched() -> Iterator[Any]:
-    """A Chromium that draws in software, so that pictures are the same everywhere: a Browser of playwright.
-    """
+    """A Chromium that draws in software, so that pictures are the same everywhere: a Browser of playwright."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
@@ -50,8 +58,9 @@ class Served:
 
     def __init__(self, words: tuple[str, ...]) -> None:
         command, environment = [*COMMAND, *words, "--no-browser"], os.environ | {"OMP_NUM_THREADS": "1"}
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                        env=environment)
+        self.process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+        )
 
     def address(self) -> str:
         """Return the next address that is printed: the first at the start,
@@ -81,8 +90,9 @@ def entered(address: str) -> tuple[str, str]:
     place = urlsplit(address)
     connection = http.client.HTTPConnection(place.netloc, timeout=180)
     try:
-        connection.request("POST", "/enter",
-                           headers={"authorization": f"Code {place.fragment.removeprefix('code=')}"})
+        connection.request(
+            "POST", "/enter", headers={"authorization": f"Code {place.fragment.removeprefix('code=')}"}
+        )
         answer = connection.getresponse()
         body = answer.read().decode()
     finally:

@@ -21,14 +21,16 @@ def check_component(kind: Any) -> None:
     for name, (type_, default) in kind.fields.items():
         where, column = f"{kind.__name__}.{name}", table.field(kind, name)
         if np.issubdtype(type_.dtype, np.floating) and not np.isfinite(column).all():
-            raise AssertionError(f"{where}: the default {default!r} is not finite; "
-                                 "a newborn needs a value to live with")
+            raise AssertionError(
+                f"{where}: the default {default!r} is not finite; a newborn needs a value to live with"
+            )
         if not np.array_equal(column[:3], np.broadcast_to(default, column[:3].shape).astype(column.dtype)):
             raise AssertionError(f"{where}: newborn have {column[0]!r} instead of the default {default!r}")
         _check_writing(kind, name, table)
     if len(kind.__slots__) or hasattr(kind(), "__dict__"):
-        raise AssertionError(f"{kind.__name__}: handles must be small; "
-                             "keep nothing in them besides the fields")
+        raise AssertionError(
+            f"{kind.__name__}: handles must be small; keep nothing in them besides the fields"
+        )
 
 
 def _check_writing(kind: Any, name: str, table: Table) -> None:

@@ -23,19 +23,24 @@ def check_genome(layout: Layout, n: int = SAMPLES) -> None:
     for code in layout.genes:
         where, decoded = f"gene {code.name!r}", values[code.name]
         if decoded.shape != (n, *code.width) or not np.isfinite(decoded).all():
-            raise AssertionError(f"{where}: random genomes code for values of the shape {decoded.shape}, "
-                                 "not all finite")
-        if not (np.array_equal(turned[code.name], decoded[order])
-                and np.array_equal(alone[code.name], decoded[:1])):
-            raise AssertionError(f"{where}: the values of a genome depend on the others that are decoded "
-                                 "with it")
+            raise AssertionError(
+                f"{where}: random genomes code for values of the shape {decoded.shape}, not all finite"
+            )
+        if not (
+            np.array_equal(turned[code.name], decoded[order])
+            and np.array_equal(alone[code.name], decoded[:1])
+        ):
+            raise AssertionError(
+                f"{where}: the values of a genome depend on the others that are decoded with it"
+            )
         _check_bounds(where, code, decoded)
         if layout.longest is None or (code.gene.doubled or layout.doubled) in ("first", "greatest"):
             _check_again(where, code, first[code.name], decoded_again[code.name])  # not what copies make
     text = layout.text(loci[0])
     letters = text.replace(getattr(layout, "separator", "\n"), "")
-    if ("".join(piece.letters for piece in layout.mark(text)) != letters
-        or not np.array_equal(layout.rows([text])[0], loci[0])):
+    if "".join(piece.letters for piece in layout.mark(text)) != letters or not np.array_equal(
+        layout.rows([text])[0], loci[0]
+    ):
         raise AssertionError(f"the text {text[:40]!r} is not the sum of its pieces")
 
 
@@ -45,8 +50,10 @@ def _check_bounds(where: str, code: Code, decoded: np.ndarray) -> None:
         return
     slack = 1e-6 * max(abs(low), abs(high))
     if (decoded < low - slack).any() or (decoded > high + slack).any():
-        raise AssertionError(f"{where}: random genomes code for {decoded.min():g} to {decoded.max():g}, "
-                             f"beyond {low:g} to {high:g}")
+        raise AssertionError(
+            f"{where}: random genomes code for {decoded.min():g} to {decoded.max():g}, "
+            f"beyond {low:g} to {high:g}"
+        )
 
 
 def _check_again(where: str, code: Code, decoded: np.ndarray, decoded_again: np.ndarray) -> None:
@@ -54,7 +61,7 @@ def _check_again(where: str, code: Code, decoded: np.ndarray, decoded_again: np.
     if isinstance(code, Range | Weights) and code.dtype is np.float32:
         slack = 1e-5 * max(abs(code.low), abs(code.high))
     if (np.abs(decoded.astype(np.float64) - decoded_again) > slack).any():
-        row = np.abs(
-            decoded.astype(np.float64) - decoded_again
-        ).reshape(len(decoded), -1).max(axis=1).argmax()
+        row = (
+            np.abs(decoded.astype(np.float64) - decoded_again).reshape(len(decoded), -1).max(axis=1).argmax()
+        )
         raise AssertionError(f"{where}: {decoded[row]} encoded and decoded again is {decoded_again[row]}")

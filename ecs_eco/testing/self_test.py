@@ -67,8 +67,9 @@ def examine(case: Case) -> Outcome:
     return Outcome(case, digest, two_threads, resumed)
 
 
-def examine_all(chosen: Iterable[Case],
-                done: Callable[[int, int], None] = lambda done, total: None) -> list[Outcome]:
+def examine_all(
+    chosen: Iterable[Case], done: Callable[[int, int], None] = lambda done, total: None
+) -> list[Outcome]:
     """Run some cases; `done` is called with the numbers of finished and of all cases."""
     waiting = list(chosen)
     results: list[Outcome] = []

@@ -18,15 +18,15 @@ State = dict[str, dict[str, np.ndarray]]
 
 
 def state(world: World) -> State:
-    """Return all columns of all tables in the order of uids: {table: {"uid": …, "Position.x": …}}, as copies.
-    """
+    """Return all columns of all tables in the order of uids: {table: {"uid": …, "Position.x": …}}, as copies."""
     out: State = {}
     for table in world.tables.values():
         rows = table.by_uid()
         out[table.name] = {name: getattr(table, name)[rows] for name in ("uid", "born", "cause", "killer")}
         for component, columns in table.columns.items():
-            out[table.name] |= {f"{component.__name__}.{name}": array[rows]
-                                for name, array in sorted(vars(columns).items())}
+            out[table.name] |= {
+                f"{component.__name__}.{name}": array[rows] for name, array in sorted(vars(columns).items())
+            }
     return out
 
 
@@ -35,15 +35,19 @@ def difference(one: State, other: State) -> str:
     for table, columns in one.items():
         mine, theirs = columns["uid"], other[table]["uid"]
         if mine.tobytes() != theirs.tobytes():
-            only, only_there = (np.setdiff1d(mine, theirs)[:5].tolist(),
-                                np.setdiff1d(theirs, mine)[:5].tolist())
+            only, only_there = (
+                np.setdiff1d(mine, theirs)[:5].tolist(),
+                np.setdiff1d(theirs, mine)[:5].tolist(),
+            )
             return f"{table}: uids {only} live in one, {only_there} in the other"
         for name, array in columns.items():
             if array.tobytes() != other[table][name].tobytes():
                 rows = [i for i in range(len(mine)) if array[i].tobytes() != other[table][name][i].tobytes()]
                 i = rows[0]
-                return (f"{table}: {name} of uid {mine[i]} is {array[i]!r} in one and "
-                        f"{other[table][name][i]!r} in the other ({len(rows)} of {len(mine)} differ)")
+                return (
+                    f"{table}: {name} of uid {mine[i]} is {array[i]!r} in one and "
+                    f"{other[table][name][i]!r} in the other ({len(rows)} of {len(mine)} differ)"
+                )
     return ""
 
 
@@ -80,8 +84,9 @@ def act(world: World, kind: type[System]) -> None:
     births and deaths wait for `world.flush()`."""
     systems = [s for s in world.systems if type(s) is kind]
     if not systems:
-        raise UnknownName(unknown_name("world", "system", kind.__name__,
-                                       [type(s).__name__ for s in world.systems]))
+        raise UnknownName(
+            unknown_name("world", "system", kind.__name__, [type(s).__name__ for s in world.systems])
+        )
     with world:
         systems[0].process()
 

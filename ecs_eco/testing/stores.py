@@ -20,8 +20,11 @@ class Stores:
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = world
-        self.ledger = {name: dict.fromkeys(LEDGER, 0.0) for name, table in world.tables.items()
-                       if table.species.is_object and Metabolism in table}
+        self.ledger = {
+            name: dict.fromkeys(LEDGER, 0.0)
+            for name, table in world.tables.items()
+            if table.species.is_object and Metabolism in table
+        }
         for name, page in self.ledger.items():
             page["stock_before"] = page["stock_after"] = self._held(world.tables[name])
         world.on_birth.append(self._born)
@@ -35,8 +38,9 @@ class Stores:
             page["stock_after"] = self._held(table)
             if abs(imbalance(page)) > 1e-6 * sum(map(abs, page.values())) + 1e-9:
                 where = f"{self.world.name}, tick {self.world.tick}"
-                raise AssertionError(f"{where}: the energy ledger of {name} is off by "
-                                     f"{imbalance(page):g}: {page}")
+                raise AssertionError(
+                    f"{where}: the energy ledger of {name} is off by {imbalance(page):g}: {page}"
+                )
 
     def _born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         if table.name in self.ledger:

@@ -67,8 +67,9 @@ def _followed(kind: Any, world: World, ticks: int) -> list[tuple[State, State]]:
     which is checked meanwhile."""
     system = next((s for s in world.systems if type(s) is kind), None)
     if system is None:
-        raise AssertionError(f"{kind.__name__}: the worlds to check it in have no such system; "
-                             "add it to them")
+        raise AssertionError(
+            f"{kind.__name__}: the worlds to check it in have no such system; add it to them"
+        )
     seen: list[tuple[State, State]] = []
     act = system.process
 
@@ -78,12 +79,16 @@ def _followed(kind: Any, world: World, ticks: int) -> list[tuple[State, State]]:
         act(*arguments)
         after = state(world)
         if _global_chance() != chance:
-            raise AssertionError(f"{kind.__name__}: it uses global random numbers; "
-                                 "use ecs_eco.engine.random.draw(world.key, uid, purpose)")
+            raise AssertionError(
+                f"{kind.__name__}: it uses global random numbers; "
+                "use ecs_eco.engine.random.draw(world.key, uid, purpose)"
+            )
         for part, value in _shape(world).items():
             if value != shape[part]:
-                raise AssertionError(f"{kind.__name__}: it changes {part}; "
-                                     "ask by table.request and world.kill, and write into columns")
+                raise AssertionError(
+                    f"{kind.__name__}: it changes {part}; "
+                    "ask by table.request and world.kill, and write into columns"
+                )
         _check_values(kind, world, before, after, versions)
         seen.append((before, after))
 
@@ -95,8 +100,13 @@ def _followed(kind: Any, world: World, ticks: int) -> list[tuple[State, State]]:
 def _shape(world: World) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for table in world.tables.values():
-        out[f"who lives in {table.name!r}"] = (table.n, table.high, table.alive.tobytes(),
-                                               table.uid.tobytes(), table.born.tobytes())
+        out[f"who lives in {table.name!r}"] = (
+            table.n,
+            table.high,
+            table.alive.tobytes(),
+            table.uid.tobytes(),
+            table.born.tobytes(),
+        )
         for component, columns in table.columns.items():
             for name, array in vars(columns).items():
                 out[f"the type of {component.__name__}.{name}"] = (array.dtype, array.shape)
@@ -113,29 +123,36 @@ def _check_values(kind: Any, world: World, before: State, after: State, versions
         for column, values in columns.items():
             where = f"{kind.__name__}: {column} in table {name!r}"
             if values.dtype.kind == "f" and not np.isfinite(values).all():
-                raise AssertionError(f"{where} has become {values[~np.isfinite(values)][0]}; "
-                                     "it must stay finite")
+                raise AssertionError(
+                    f"{where} has become {values[~np.isfinite(values)][0]}; it must stay finite"
+                )
         table = world.tables[name]
         if (columns["cause"] > len(world.causes)).any():
-            raise AssertionError(f"{kind.__name__}: a cause of death in table {name!r} is unknown; "
-                                 "take its code from world.cause(name)")
+            raise AssertionError(
+                f"{kind.__name__}: a cause of death in table {name!r} is unknown; "
+                "take its code from world.cause(name)"
+            )
         if Position in table:
             for axis, length in lengths.items():
                 place = columns[f"Position.{axis}"]
                 if ((place < 0) | (place >= length)).any():
                     where = f"{kind.__name__}: Position.{axis} in table {name!r}"
-                    raise AssertionError(f"{where} leaves [0, {length}); "
-                                         "bring it back with ecs_eco.space.geometry.into")
-                if (table.version == versions[name]
-                    and not np.array_equal(place, before[name][f"Position.{axis}"])):
-                    raise AssertionError(f"{kind.__name__}: it moves {name!r} and does not say so; "
-                                         "add `table.version += 1`")
+                    raise AssertionError(
+                        f"{where} leaves [0, {length}); bring it back with ecs_eco.space.geometry.into"
+                    )
+                if table.version == versions[name] and not np.array_equal(
+                    place, before[name][f"Position.{axis}"]
+                ):
+                    raise AssertionError(
+                        f"{kind.__name__}: it moves {name!r} and does not say so; add `table.version += 1`"
+                    )
 
 
 def _same(kind: Any, one: list[tuple[State, State]], other: list[tuple[State, State]], how: str) -> None:
     for tick, ((before, after), (before_too, after_too)) in enumerate(zip(one, other, strict=True)):
         if changed := difference(before, before_too):
-            raise AssertionError(f"tick {tick}: already before {kind.__name__}, {how}, {changed}; "
-                                 "another system is the cause")
+            raise AssertionError(
+                f"tick {tick}: already before {kind.__name__}, {how}, {changed}; another system is the cause"
+            )
         if changed := difference(after, after_too):
             raise AssertionError(f"{kind.__name__}: its results change {how}: tick {tick}, {changed}")

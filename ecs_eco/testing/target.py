@@ -12,8 +12,19 @@ from typing import NamedTuple
 from ecs_eco.engine import portable
 
 COMPUTING = ("numpy", "numba", "llvmlite", "torch", "deap", "scipy")  # whose versions results may depend on
-OTHERS = ("esper", "pyarrow", "pydantic", "safetensors", "optuna", "starlette", "uvicorn", "websockets",
-          "matplotlib", "typer", "rich")
+OTHERS = (
+    "esper",
+    "pyarrow",
+    "pydantic",
+    "safetensors",
+    "optuna",
+    "starlette",
+    "uvicorn",
+    "websockets",
+    "matplotlib",
+    "typer",
+    "rich",
+)
 
 
 class Target(NamedTuple):
@@ -58,11 +69,20 @@ def target() -> Target:
 
     python = ".".join(platform.python_version_tuple()[:2])
     if portable.on():  # whatever the machine
-        return Target(platform.machine(), portable.CPU, "portable", "not asked",
-                      {"python": python, **versions(COMPUTING)})  # fmt: skip
+        return Target(
+            platform.machine(),
+            portable.CPU,
+            "portable",
+            "not asked",
+            {"python": python, **versions(COMPUTING)},
+        )
     _, name, features = instructions()
     digest = hashlib.sha256(" ".join(features).encode()).hexdigest()[:8]
     compiled = " without compilation" if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0" else ""
-    return Target(f"{platform.system()} {platform.machine()}", name + compiled, digest,
-                  torch.backends.cpu.get_cpu_capability(),
-                  {"python": python, **versions(COMPUTING)})  # fmt: skip
+    return Target(
+        f"{platform.system()} {platform.machine()}",
+        name + compiled,
+        digest,
+        torch.backends.cpu.get_cpu_capability(),
+        {"python": python, **versions(COMPUTING)},
+    )

@@ -33,8 +33,10 @@ def check_world(world: World, ticks: int = 30) -> None:
     note(first, lives)
     watch(first, ticks)
     if make(1).run(ticks).digest() != first.digest():
-        raise AssertionError(f"{first.name}: the same seed gives another world; "
-                             "draw chance with ecs_eco.draw, and keep no state outside")
+        raise AssertionError(
+            f"{first.name}: the same seed gives another world; "
+            "draw chance with ecs_eco.draw, and keep no state outside"
+        )
     with all_threads():
         threaded = make(2).run(ticks)
     if threaded.digest() != first.digest():
@@ -59,14 +61,24 @@ def _built(config: Any, threads: int) -> Any:
 def note(world: World, lives: list[tuple]) -> None:
     """Append every birth and death to `lives`: (tick, table, uid, parent) and (tick, table, uid,
     cause, killer)."""
+
     def born(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-        lives.extend((world.tick, table.name, *pair)
-                     for pair in zip(table.uid[rows].tolist(), parents.tolist(), strict=True))
+        lives.extend(
+            (world.tick, table.name, *pair)
+            for pair in zip(table.uid[rows].tolist(), parents.tolist(), strict=True)
+        )
 
     def died(table: Table, rows: np.ndarray) -> None:
-        lives.extend((world.tick, table.name, int(table.uid[r]),
-                      world.causes[table.cause[r] - 1], int(table.killer[r]))
-                     for r in rows)
+        lives.extend(
+            (
+                world.tick,
+                table.name,
+                int(table.uid[r]),
+                world.causes[table.cause[r] - 1],
+                int(table.killer[r]),
+            )
+            for r in rows
+        )
 
     world.on_birth.append(born)
     world.on_death.append(died)
@@ -87,19 +99,29 @@ def watch(world: World, ticks: int) -> None:
 
 
 def _check_identities(world: World, dead: set[int]) -> None:
-    uids = (np.concatenate([t.uid[t.rows()] for t in world.tables.values()])
-            if world.tables else np.zeros(0, np.uint64))
+    uids = (
+        np.concatenate([t.uid[t.rows()] for t in world.tables.values()])
+        if world.tables
+        else np.zeros(0, np.uint64)
+    )
     where = f"{world.name}, tick {world.tick}"
     if len(np.unique(uids)) != len(uids) or (uids == 0).any() or not is_given(uids, world.next_uid).all():
-        raise AssertionError(f"{where}: the uids of the living are not unique numbers from 1 to "
-                             f"{world.next_uid - 1}")
+        raise AssertionError(
+            f"{where}: the uids of the living are not unique numbers from 1 to {world.next_uid - 1}"
+        )
     if risen := dead.intersection(uids.tolist()):
         raise AssertionError(f"{where}: uids {sorted(risen)[:5]} have died and live")
     for table in world.tables.values():
-        if (table.n != table.alive.sum() or table.alive[table.high :].any() or table.uid[~table.alive].any()
-            or table.cause.any()):
-            raise AssertionError(f"{where}: table {table.name!r} miscounts its living: n = {table.n}, "
-                                 f"{table.alive.sum()} are alive")
+        if (
+            table.n != table.alive.sum()
+            or table.alive[table.high :].any()
+            or table.uid[~table.alive].any()
+            or table.cause.any()
+        ):
+            raise AssertionError(
+                f"{where}: table {table.name!r} miscounts its living: n = {table.n}, "
+                f"{table.alive.sum()} are alive"
+            )
 
 
 def _check_bounds(world: World) -> None:
@@ -123,9 +145,11 @@ def _check_matter(world: World) -> None:
     off, size = np.abs(matter.imbalance(pages)), np.sum([np.abs(pages[c]) for c in matter.LEDGER], axis=0)
     if (wrong := np.flatnonzero(off > 1e-6 * size + 1e-15)).size:
         i = wrong[0]
-        raise AssertionError(f"{world.name}, tick {pages['tick'][i]}: the ledger of {pages['substance'][i]} "
-                             f"in {pages['holder'][i]} is off by {off[i]:g} mol; a system that changes "
-                             "concentrations books it, with ecs_eco.lifecycle.matter.booked")
+        raise AssertionError(
+            f"{world.name}, tick {pages['tick'][i]}: the ledger of {pages['substance'][i]} "
+            f"in {pages['holder'][i]} is off by {off[i]:g} mol; a system that changes "
+            "concentrations books it, with ecs_eco.lifecycle.matter.booked"
+        )
 
 
 def _check_books(world: World) -> None:
@@ -136,8 +160,9 @@ def _check_books(world: World) -> None:
     size = np.sum([np.abs(column) for column in ledger.values()], axis=0)
     if (wrong := np.flatnonzero(off > 1e-6 * size + 1e-12)).size:
         i = wrong[0]
-        page = ", ".join(f"{name} {value:g}"
-                         for name, value in ((n, column[i]) for n, column in ledger.items()))
+        page = ", ".join(
+            f"{name} {value:g}" for name, value in ((n, column[i]) for n, column in ledger.items())
+        )
         where = f"{world.name}, tick {series['tick'][i]}, {series['species'][i]}"
         raise AssertionError(f"{where}: the energy ledger is off by {off[i]:g}: {page}")
     if world.recorder.matter is not None:

@@ -35,8 +35,12 @@ def of_world(world: World, lives: PedigreeLog) -> Message:
     series = load_series(world.recorder.series())
     if len(series.ticks) < 2:
         return _nothing(world.tick, "Too little has happened yet.")
-    manifest = {"config": world.config.model_dump(mode="json"), "intervened": list(world.intervened),
-                "dt": world.dt, "species": list(series.species)}
+    manifest = {
+        "config": world.config.model_dump(mode="json"),
+        "intervened": list(world.intervened),
+        "dt": world.dt,
+        "species": list(series.species),
+    }
     known = Series(series.ticks, series.species, series.columns, manifest)
     config = in_force(manifest)
     animals = [name for name, values in config["species"].items() if values.get("diet")]
@@ -56,7 +60,12 @@ def _told(case: Any, tick: int) -> Message:
     sections: Mapping[str, Any] = sentences(case, findings)
     turns = clean(findings["parameters"])
     ticks = case.series.ticks
-    return {"kind": "why", "tick": tick, "first": int(ticks[0]) if len(ticks) else 0,
-            "sections": {head: list(lines) for head, lines in sections.items() if head != "What to turn"},
-            "turns": [{"key": t["key"], "value": t["value"], "turn": t["turn"], "effect": t["effect"]}
-                      for t in turns]}
+    return {
+        "kind": "why",
+        "tick": tick,
+        "first": int(ticks[0]) if len(ticks) else 0,
+        "sections": {head: list(lines) for head, lines in sections.items() if head != "What to turn"},
+        "turns": [
+            {"key": t["key"], "value": t["value"], "turn": t["turn"], "effect": t["effect"]} for t in turns
+        ],
+    }

@@ -141,16 +141,19 @@ def kept(live: Live) -> int:
 def _nearest(live: Live, tick: int) -> Point:
     points = [] if live.ring.why else [point for point in live.ring.points if point.tick <= tick]
     if not points:
-        raise ValueError(f"what if: tick {tick:,} is no longer kept; "
-                         f"allowed: {kept(live):,} to {live.tick:,}")
+        raise ValueError(
+            f"what if: tick {tick:,} is no longer kept; allowed: {kept(live):,} to {live.tick:,}"
+        )
     return points[-1]
 
 
 def _made(world: World, config: Any, meta: dict[str, Any], arrays: dict[str, Any]) -> Any:
     """Return another world in a frozen state of this one."""
     if handed := [s for s in config.systems if not isinstance(s, str | type | Use)]:
-        raise CheckpointError(f"what if: the system {function_name(handed[0])} was handed to this world as "
-                              "an instance, and an instance is of one world")
+        raise CheckpointError(
+            f"what if: the system {function_name(handed[0])} was handed to this world as "
+            "an instance, and an instance is of one world"
+        )
     where, meta = f"what if of the world {world.name!r}", json.loads(json.dumps(meta))
     made = frozen.thaw(type(world), meta, world.threads, config, (), where)
     made.reporters = {**world.reporters, **made.reporters}

@@ -42,8 +42,9 @@ class Entrance:
         All users of a machine can read a browser's command line. So it gets the name of a file that only this
         user may read, which redirects it to the address.
         """
-        if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY")
-                                                     or os.environ.get("WAYLAND_DISPLAY")):
+        if sys.platform.startswith("linux") and not (
+            os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+        ):
             return False  # a text browser would occupy the terminal
         try:
             return webbrowser.open(self._file(self.server.address(OPENING)).as_uri())
@@ -64,8 +65,9 @@ class Entrance:
     def _came(self, code: str, good: bool) -> None:
         """Announce another address if the last one is no longer valid,
         and somebody used it or an earlier one."""
-        if (not self.server.credentials.is_good(self._code)
-            and (good or self.server.credentials.was_good(code))):
+        if not self.server.credentials.is_good(self._code) and (
+            good or self.server.credentials.was_good(code)
+        ):
             with suppress(OSError, ValueError):  # the output is closed: the page is admitted all the same
                 self._say()
 

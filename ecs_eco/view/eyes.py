@@ -24,12 +24,20 @@ def eyes_of(sensors: Any) -> list[dict[str, Any]]:
     for number, sensor in enumerate(sensors or ()):
         if sensor["kind"] not in SEEING:
             continue
-        eye = {"number": number, "name": sensor.get("name") or "", "kind": sensor["kind"],
-               "targets": _targets(sensor), "reach": float(sensor["radius"]),
-               "fov": min(float(sensor.get("fov", 2 * math.pi)), 2 * math.pi)}
+        eye = {
+            "number": number,
+            "name": sensor.get("name") or "",
+            "kind": sensor["kind"],
+            "targets": _targets(sensor),
+            "reach": float(sensor["radius"]),
+            "fov": min(float(sensor.get("fov", 2 * math.pi)), 2 * math.pi),
+        }
         if sensor["kind"] == "rays":
-            eye |= {"count": int(sensor["count"]), "angle": float(sensor.get("angle", 0.0)),
-                    "each": sensor.get("report") == "per_ray"}
+            eye |= {
+                "count": int(sensor["count"]),
+                "angle": float(sensor.get("angle", 0.0)),
+                "each": sensor.get("report") == "per_ray",
+            }
         if sensor.get("kin"):
             eye["kin"] = sensor["kin"]
         out.append(eye)

@@ -26,17 +26,20 @@ def logged(log: PedigreeLog) -> Lives:
 
 def recorded(recording: Recording) -> Lives:
     """Return the lives of a recorded run; none of one with too many."""
-    parts = ([] if recording.births.rows > LARGEST
-             else list(recording.births.each(("uid", "parent", "parent2"))))
-    columns = [np.concatenate([part[name].astype(np.uint64) for part in parts] or [np.zeros(0, np.uint64)])
-               for name in ("uid", "parent", "parent2")]
+    parts = (
+        [] if recording.births.rows > LARGEST else list(recording.births.each(("uid", "parent", "parent2")))
+    )
+    columns = [
+        np.concatenate([part[name].astype(np.uint64) for part in parts] or [np.zeros(0, np.uint64)])
+        for name in ("uid", "parent", "parent2")
+    ]
     order = np.argsort(columns[0], kind="stable")
     return columns[0][order], columns[1][order], columns[2][order]
 
 
 def asked(colour: object) -> int | None:
     """Return whose descendants a colour shows; None for another colour."""
-    digits = colour[len(KIN):] if isinstance(colour, str) and colour.startswith(KIN) else ""
+    digits = colour[len(KIN) :] if isinstance(colour, str) and colour.startswith(KIN) else ""
     return int(digits) if digits.isascii() and digits.isdigit() and 0 < int(digits) < 2**63 else None
 
 
@@ -85,8 +88,10 @@ class Families:
             return list(self.kin(of, uid).tolist())
         if colour != "family":
             return [None] * uid.size
-        slots = (self._slots.get(name or "", {}).get(root)
-                 for name, root in zip(names, self.roots(uid).tolist(), strict=True))
+        slots = (
+            self._slots.get(name or "", {}).get(root)
+            for name, root in zip(names, self.roots(uid).tolist(), strict=True)
+        )
         return [_shade(slot) for slot in slots]
 
     def descendants(self, of: int) -> np.ndarray:

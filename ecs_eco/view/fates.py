@@ -33,8 +33,17 @@ class Fates:
         number = self._number.get(table.name)
         if number is not None:
             p, rows = table[Position], rows[:MOST]
-            self._deaths.append((self.world.tick, number, table.uid[rows], p.x[rows], p.y[rows], p.z[rows],
-                                 table.killer[rows]))
+            self._deaths.append(
+                (
+                    self.world.tick,
+                    number,
+                    table.uid[rows],
+                    p.x[rows],
+                    p.y[rows],
+                    p.z[rows],
+                    table.killer[rows],
+                )
+            )
 
     def go_back(self, tick: int) -> None:
         """Forget the deaths of a tick and of later ones."""
@@ -48,8 +57,16 @@ class Fates:
             if when < max(tick, self.world.tick - TICKS) or len(found) >= MOST:
                 break
             x, y, z = np.array(places, np.float64).round(2).tolist()
-            found += zip([when] * uids.size, [number] * uids.size, uids.tolist(), x, y, z, killers.tolist(),
-                         strict=True)
+            found += zip(
+                [when] * uids.size,
+                [number] * uids.size,
+                uids.tolist(),
+                x,
+                y,
+                z,
+                killers.tolist(),
+                strict=True,
+            )
         return found[:MOST]
 
 
@@ -60,6 +77,15 @@ def recorded(recording: Recording, moving: set[str], after: int, tick: int) -> l
     animals = [i for i, name in enumerate(recording.species) if name in moving]
     rows = np.flatnonzero(np.isin(columns["species"], animals))[-MOST:]
     x, y, z = (columns[axis].astype(np.float64).round(2) for axis in "xyz")
-    return [(int(columns["tick"][r]), int(columns["species"][r]), int(columns["uid"][r]),
-             float(x[r]), float(y[r]), float(z[r]), int(columns["killer"][r]))
-            for r in rows.tolist()]  # fmt: skip
+    return [
+        (
+            int(columns["tick"][r]),
+            int(columns["species"][r]),
+            int(columns["uid"][r]),
+            float(x[r]),
+            float(y[r]),
+            float(z[r]),
+            int(columns["killer"][r]),
+        )
+        for r in rows.tolist()
+    ]

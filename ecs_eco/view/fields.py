@@ -36,9 +36,17 @@ def map_of(world: World, name: str) -> dict[str, Any]:
     graded = np.zeros(values.shape, np.uint8)
     if high > low:
         graded = np.rint(255 * (values - low) / (high - low)).astype(np.uint8)
-    return {"kind": "field", "name": name, "tick": world.tick, "unit": unit, "nx": values.shape[1],
-            "ny": values.shape[0], "low": float(f"{low:.4g}"), "high": float(f"{high:.4g}"),
-            "values": base64.b64encode(graded.tobytes()).decode()}  # fmt: skip
+    return {
+        "kind": "field",
+        "name": name,
+        "tick": world.tick,
+        "unit": unit,
+        "nx": values.shape[1],
+        "ny": values.shape[0],
+        "low": float(f"{low:.4g}"),
+        "high": float(f"{high:.4g}"),
+        "values": base64.b64encode(graded.tobytes()).decode(),
+    }
 
 
 def _values(world: World, name: str) -> tuple[np.ndarray, str]:
@@ -48,8 +56,9 @@ def _values(world: World, name: str) -> tuple[np.ndarray, str]:
         if name == "light" and name not in world.fields:
             x, y, top = (float(side) for side in world.space.size)
             z = ((np.arange(LAYERS, dtype=np.float32) + 0.5) * (top / LAYERS)).astype(np.float32)
-            light = world.surroundings("light", np.full(LAYERS, x / 2, np.float32),
-                                       np.full(LAYERS, y / 2, np.float32), z)
+            light = world.surroundings(
+                "light", np.full(LAYERS, x / 2, np.float32), np.full(LAYERS, y / 2, np.float32), z
+            )
             return light[:, None].astype(np.float64), "of full light"
         if name == GROWTH and name not in world.fields:
             return np.asarray(terrain.land.growth, np.float64), "times the usual"

@@ -29,15 +29,13 @@ class FilmError(RuntimeError):
 
 
 def ticks_of(first: int, last: int, fps: float, step: int | None = None) -> range:
-    """Return the ticks of a film's frames: every `step` ticks; by default so that it lasts at most SECONDS.
-    """
+    """Return the ticks of a film's frames: every `step` ticks; by default so that it lasts at most SECONDS."""
     n = last + 1 - first
     return range(first, last + 1, step or max(1, -(-n // max(1, round(fps * SECONDS)))))
 
 
 def encoder(path: Path) -> str:
-    """Return the program that makes films with this suffix, "" for a GIF; FilmError if it is not installed.
-    """
+    """Return the program that makes films with this suffix, "" for a GIF; FilmError if it is not installed."""
     if path.suffix.lower() == ".gif":
         return ""
     program = shutil.which("ffmpeg")
@@ -46,8 +44,14 @@ def encoder(path: Path) -> str:
     return program
 
 
-def write(path: Path, ticks: Sequence[int], paint: Callable[[int], np.ndarray], size: tuple[int, int],
-          fps: float, progress: Callable[[int, int], None] | None = None) -> Path:
+def write(
+    path: Path,
+    ticks: Sequence[int],
+    paint: Callable[[int], np.ndarray],
+    size: tuple[int, int],
+    fps: float,
+    progress: Callable[[int, int], None] | None = None,
+) -> Path:
     """Write a film of these ticks, painted as u8[height, width, 3], completely, or leave the file before.
 
     Raises FilmError, OSError.
@@ -63,21 +67,44 @@ def write(path: Path, ticks: Sequence[int], paint: Callable[[int], np.ndarray], 
     return path
 
 
-def _painted(ticks: Sequence[int], paint: Callable[[int], np.ndarray],
-             progress: Callable[[int, int], None] | None) -> Iterator[np.ndarray]:
+def _painted(
+    ticks: Sequence[int], paint: Callable[[int], np.ndarray], progress: Callable[[int, int], None] | None
+) -> Iterator[np.ndarray]:
     for i, tick in enumerate(ticks):
         yield paint(tick)
         if progress is not None:
             progress(i + 1, len(ticks))
 
 
-def _pipe(program: str, path: Path, kind: str, frames: Iterator[np.ndarray], size: tuple[int, int],
-          fps: float) -> None:
+def _pipe(
+    program: str, path: Path, kind: str, frames: Iterator[np.ndarray], size: tuple[int, int], fps: float
+) -> None:
     codec, *how = CODECS[kind]
-    command = [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s",
-               f"{size[0]}x{size[1]}", "-r", f"{fps:g}",
-               "-i", "-", "-an", "-c:v", codec, "-pix_fmt", "yuv420p", *how,
-               "-f", {".mkv": "matroska"}.get(kind, kind[1:]), str(path)]  # fmt: skip
+    command = [
+        program,
+        "-y",
+        "-loglevel",
+        "error",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-s",
+        f"{size[0]}x{size[1]}",
+        "-r",
+        f"{fps:g}",
+        "-i",
+        "-",
+        "-an",
+        "-c:v",
+        codec,
+        "-pix_fmt",
+        "yuv420p",
+        *how,
+        "-f",
+        {".mkv": "matroska"}.get(kind, kind[1:]),
+        str(path),
+    ]
     with tempfile.TemporaryFile() as log:
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=log)
         assert process.stdin is not None
@@ -96,8 +123,9 @@ def _pipe(program: str, path: Path, kind: str, frames: Iterator[np.ndarray], siz
         if process.returncode:
             log.seek(0)
             lines = log.read().decode(errors="replace").strip().splitlines()
-            raise FilmError(f"ffmpeg ended with code {process.returncode}: "
-                            f"{lines[-1] if lines else 'it said nothing'}")
+            raise FilmError(
+                f"ffmpeg ended with code {process.returncode}: {lines[-1] if lines else 'it said nothing'}"
+            )
 
 
 def _gif(path: Path, frames: Iterator[np.ndarray], fps: float) -> None:
@@ -110,5 +138,6 @@ def _gif(path: Path, frames: Iterator[np.ndarray], fps: float) -> None:
         for frame in frames:
             yield Image.fromarray(frame).quantize(palette=first, dither=Image.Dither.NONE)
 
-    first.save(path, format="GIF", save_all=True, append_images=rest(),
-               duration=max(20, round(1000 / fps)), loop=0)
+    first.save(
+        path, format="GIF", save_all=True, append_images=rest(), duration=max(20, round(1000 / fps)), loop=0
+    )

@@ -55,8 +55,11 @@ class Flows:
         assert recorder is not None
         words = [*FLOWS.values(), *(EATEN + food for food in recorder.intake.foods)]
         rate, ever = (sums - before[1]) / (tick - before[0]), sums != 0
-        return {("flows", name, words[k]): float(rate[s, k])
-                for s, name in enumerate(recorder.names) for k in np.flatnonzero(ever[s]).tolist()}
+        return {
+            ("flows", name, words[k]): float(rate[s, k])
+            for s, name in enumerate(recorder.names)
+            for k in np.flatnonzero(ever[s]).tolist()
+        }
 
 
 def by_meals(taken: np.ndarray, meals: np.ndarray) -> np.ndarray:
@@ -65,8 +68,13 @@ def by_meals(taken: np.ndarray, meals: np.ndarray) -> np.ndarray:
     return taken * np.divide(meals, total, out=np.zeros_like(meals), where=total > 0)
 
 
-def recorded(sums: dict[str, np.ndarray], species: list[str], ticks: np.ndarray,
-             foods: dict[str, list[str]], meals: dict[tuple[str, str], np.ndarray]) -> dict[str, Any]:
+def recorded(
+    sums: dict[str, np.ndarray],
+    species: list[str],
+    ticks: np.ndarray,
+    foods: dict[str, list[str]],
+    meals: dict[tuple[str, str], np.ndarray],
+) -> dict[str, Any]:
     """Return rates between ticks, by species and what flowed.
 
     `sums` holds f64[ticks, species] since the first tick, by column of the series; where foods have no
@@ -80,10 +88,15 @@ def recorded(sums: dict[str, np.ndarray], species: list[str], ticks: np.ndarray,
         known = [food for food in foods.get(name, []) if (food, name) in meals]
         if known and not eaten:
             ate = np.array([np.diff(meals[food, name]) / span for food in known])
-            rates |= {EATEN + food: share for food, share in
-                      zip(known, by_meals(rates["taken in"], ate), strict=True)}
-        said = {words: [None, *(float(f"{v:.5g}") for v in values)]
-                for words, values in rates.items() if values.any()}
+            rates |= {
+                EATEN + food: share
+                for food, share in zip(known, by_meals(rates["taken in"], ate), strict=True)
+            }
+        said = {
+            words: [None, *(float(f"{v:.5g}") for v in values)]
+            for words, values in rates.items()
+            if values.any()
+        }
         if said:
             out[name] = said
     return out

@@ -34,16 +34,22 @@ def fork(first: Source, tick: int | None, change: Any, start: Start | None = Non
         again = recipe.of_world(start, done, branch.start, change)
     elif isinstance(first, Replay):
         if tick is not None and tick != first.tick:
-            raise ValueError(f"what if: tick = {tick}; a recorded run is forked at the tick that it shows, "
-                             f"{first.tick:,}: go there first")
+            raise ValueError(
+                f"what if: tick = {tick}; a recorded run is forked at the tick that it shows, "
+                f"{first.tick:,}: go there first"
+            )
         branch = of_recorded(first, change)
         code = bool(first.recording.manifest["config"].get("code"))
         again = recipe.of_run(str(first.recording.path), code, branch.start, change)
     else:
         raise ValueError("what if: nothing that can be forked is shown")
     words = "nothing changed" if change is None else describe(change)
-    told = {"at": branch.start - int(isinstance(first, Replay)), "change": words, "names": list(NAMES),
-            "recipe": again}
+    told = {
+        "at": branch.start - int(isinstance(first, Replay)),
+        "change": words,
+        "names": list(NAMES),
+        "recipe": again,
+    }
     return Second(first, branch.live, branch, told)
 
 

@@ -39,16 +39,23 @@ class Encoder:
         self._wide = False  # whether a uid of this frame needs more than 32 bits
 
     def begin(self, number: int, tick: int, light: float = 1.0, sun: float = math.pi / 2) -> None:
-        """Begin a frame: its number, its tick, light at the surface (0 to 1) and the sun's elevation [rad].
-        """
+        """Begin a frame: its number, its tick, light at the surface (0 to 1) and the sun's elevation [rad]."""
         head = HEADER.pack(MAGIC, number & 0xFFFFFFFF, tick & 0xFFFFFFFF, 0, light, sun, self._counts.size)
         self._words[: HEADER.size // 4] = np.frombuffer(head, "<u4")
         self._counts[:] = 0
         self._kind, self._end = 0, self._head
         self._upper, self._wide = [], False
 
-    def add(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, heading: np.ndarray, value: np.ndarray,
-            uid: np.ndarray, alive: np.ndarray | None = None) -> None:
+    def add(
+        self,
+        x: np.ndarray,
+        y: np.ndarray,
+        z: np.ndarray,
+        heading: np.ndarray,
+        value: np.ndarray,
+        uid: np.ndarray,
+        alive: np.ndarray | None = None,
+    ) -> None:
         """Add the next kind: places f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n];
         only rows that are `alive` bool[n]."""
         alive = np.ones(x.size, np.bool_) if alive is None else alive
@@ -106,8 +113,11 @@ def grade(alive, column, low, high, out):
     for row in range(alive.size):
         if alive[row]:
             v = (column[row] - low) * span
-            out[row] = (np.uint8(0) if np.isnan(v)
-                        else np.uint8(min(max(v, np.float32(0.0)), np.float32(254.0)) + np.float32(1.5)))
+            out[row] = (
+                np.uint8(0)
+                if np.isnan(v)
+                else np.uint8(min(max(v, np.float32(0.0)), np.float32(254.0)) + np.float32(1.5))
+            )
 
 
 @njit

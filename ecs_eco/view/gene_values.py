@@ -15,8 +15,9 @@ class GeneValues:
 
     def __init__(self, recording: Recording) -> None:
         self._recording, scene = recording, recording.scene
-        codes = {} if scene is None else {name: coloured_genes(scene.tables[name])
-                                          for name in recording.species}
+        codes = (
+            {} if scene is None else {name: coloured_genes(scene.tables[name]) for name in recording.species}
+        )
         self.codes = {name: genes for name, genes in codes.items() if genes}
         # values by species, of the uids asked for lately
         self._kept: dict[str, tuple[np.ndarray, dict[str, np.ndarray]]] = {}
@@ -29,9 +30,12 @@ class GeneValues:
             values = self._decoded(name, fresh)
             old = np.isin(kept, uid)
             order = np.argsort(np.concatenate([kept[old], fresh]), kind="stable")
-            decoded = {g: np.concatenate([decoded[g][old] if g in decoded else np.zeros(0, np.float32),
-                                          values[g]])[order]
-                       for g in values}
+            decoded = {
+                g: np.concatenate([decoded[g][old] if g in decoded else np.zeros(0, np.float32), values[g]])[
+                    order
+                ]
+                for g in values
+            }
             kept = np.concatenate([kept[old], fresh])[order]
             self._kept[name] = kept, decoded
         return decoded[gene][np.searchsorted(kept, uid)]

@@ -60,8 +60,13 @@ class Guard:
         if why and scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": 1008, "reason": why})  # before it is accepted: 403
         elif why:
-            await send({"type": "http.response.start", "status": 403,
-                        "headers": self._headers([(b"content-type", b"text/plain")])})
+            await send(
+                {
+                    "type": "http.response.start",
+                    "status": 403,
+                    "headers": self._headers([(b"content-type", b"text/plain")]),
+                }
+            )
             await send({"type": "http.response.body", "body": f"403: {why}\n".encode()})
         else:
             await self.app(scope, receive, self._adding(send) if scope["type"] == "http" else send)
@@ -72,16 +77,20 @@ class Guard:
         if len(headers.get("host", [])) != 1 or headers["host"][0].lower() not in self.hosts:
             return "another Host"
         origins = headers.get("origin", [])
-        if (any(origin.lower() not in self.origins for origin in origins)
-            or (scope["type"] == "websocket" and len(origins) != 1)):
+        if any(origin.lower() not in self.origins for origin in origins) or (
+            scope["type"] == "websocket" and len(origins) != 1
+        ):
             return "another Origin"
         if scope["type"] == "websocket" and not self._shown(scope["subprotocols"]):
             return "no credential, or another one: open the address that ecs-eco printed"
         return ""
 
     def _shown(self, subprotocols: list[str]) -> bool:
-        return (len(subprotocols) == 2 and subprotocols[0] == SUBPROTOCOL
-                and self.credentials.admits(subprotocols[1]))
+        return (
+            len(subprotocols) == 2
+            and subprotocols[0] == SUBPROTOCOL
+            and self.credentials.admits(subprotocols[1])
+        )
 
     def _adding(self, send: Any) -> Any:
         """Return `send` with our headers on the response."""
@@ -95,7 +104,12 @@ class Guard:
 
     def _headers(self, own: Any) -> list[tuple[bytes, bytes]]:
         given = {n.decode("latin-1").lower() for n, _ in own}
-        ours = {n: v for n, v in {**self.answers, "content-security-policy": self.policy}.items()
-                if n != "cache-control" or n not in given}
-        return [*((n, v) for n, v in own if n.decode("latin-1").lower() not in ours),
-                *((n.encode(), v.encode()) for n, v in ours.items())]
+        ours = {
+            n: v
+            for n, v in {**self.answers, "content-security-policy": self.policy}.items()
+            if n != "cache-control" or n not in given
+        }
+        return [
+            *((n, v) for n, v in own if n.decode("latin-1").lower() not in ours),
+            *((n.encode(), v.encode()) for n, v in ours.items()),
+        ]

@@ -59,25 +59,44 @@ def state_of(world: World, uid: int, lives: Known | None = None) -> dict[str, An
         return nothing_of(out)
     out |= {"species": table.name, "alive": True, "born": int(table.born[row]), "died": None}
     reach = reach_of(world, table, row)
-    return (out | body(world, table, row) | {"genome": genome(table, row), "nerves": nerves(table, row)}
-            | ({"reach": reach} if reach else {}))
+    return (
+        out
+        | body(world, table, row)
+        | {"genome": genome(table, row), "nerves": nerves(table, row)}
+        | ({"reach": reach} if reach else {})
+    )
 
 
 def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
     """Return a message with an organism's pedigree only."""
     nothing = dict.fromkeys(("age", "sex", "energy", "energy_max", "place", "heading", "genome", "nerves"))
-    return (nothing | {"trace": {"tick": [], "happiness": [], "energy": []}, "alive": False} | out
-            | {"detail": "record"})
+    return (
+        nothing
+        | {"trace": {"tick": [], "happiness": [], "energy": []}, "alive": False}
+        | out
+        | {"detail": "record"}
+    )
 
 
 def pedigree(uid: int, lives: Known | None) -> dict[str, Any]:
     """Return species, birth, death, parents, children and generation as far as they are known."""
     if lives is None:
-        return {"species": None, "born": None, "died": None, "parents": [], "children": [],
-                "generation": None}
-    return {"species": lives.species(uid), "born": lives.born(uid), "died": lives.died(uid),
-            "parents": lives.parents(uid),
-            "children": lives.children(uid), "generation": lives.generation(uid)}  # fmt: skip
+        return {
+            "species": None,
+            "born": None,
+            "died": None,
+            "parents": [],
+            "children": [],
+            "generation": None,
+        }
+    return {
+        "species": lives.species(uid),
+        "born": lives.born(uid),
+        "died": lives.died(uid),
+        "parents": lives.parents(uid),
+        "children": lives.children(uid),
+        "generation": lives.generation(uid),
+    }
 
 
 def body(world: World, table: Table, row: int) -> dict[str, Any]:
@@ -86,8 +105,10 @@ def body(world: World, table: Table, row: int) -> dict[str, Any]:
     out: dict[str, Any] = dict.fromkeys(("place", "heading", "age", "sex", "energy", "energy_max"))
     if Position in table:
         p = table[Position]
-        out |= {"place": [number(p.x[row]), number(p.y[row]), number(p.z[row])],
-                "heading": number(p.heading[row])}
+        out |= {
+            "place": [number(p.x[row]), number(p.y[row]), number(p.z[row])],
+            "heading": number(p.heading[row]),
+        }
     if Shape in table:
         *sides, rounding = extents(table)
         out["size"] = [number(side[row] + 2 * rounding[row]) for side in sides]
@@ -95,8 +116,10 @@ def body(world: World, table: Table, row: int) -> dict[str, Any]:
         out |= {"age": number(table[Biology].age[row]), "sex": SEXES[table[Biology].sex[row]]}
     if Metabolism in table:
         species = table.species.config
-        out |= {"energy": number(table[Metabolism].energy[row]),
-                "energy_max": None if species is None else species.metabolism.energy_max}
+        out |= {
+            "energy": number(table[Metabolism].energy[row]),
+            "energy_max": None if species is None else species.metabolism.energy_max,
+        }
     happiness = number(table[Nervous].happiness[row]) if Nervous in table else None
     return out | {"trace": {"tick": [world.tick], "happiness": [happiness], "energy": [out["energy"]]}}
 
@@ -119,15 +142,22 @@ def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
     genes = []
     for code in layout.genes:
         value = decoded[code.name][0]
-        gene = {"name": code.name, "trait": code.gene.trait, "from": int(code.first), "to": int(code.stop),
-                "value": _listed(value),
-                "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text}  # fmt: skip
+        gene = {
+            "name": code.name,
+            "trait": code.gene.trait,
+            "from": int(code.first),
+            "to": int(code.stop),
+            "value": _listed(value),
+            "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text,
+        }
         if layout.ploidy == 2:
             gene["alleles"] = [_listed(v) for v in layout.alleles(loci[None], code.name)[0]]
         genes.append(gene)
-    return {"alphabet": layout.alphabet.letters,
-            "strings": [text[s * length : (s + 1) * length] for s in range(layout.ploidy)],
-            "genes": genes}  # fmt: skip
+    return {
+        "alphabet": layout.alphabet.letters,
+        "strings": [text[s * length : (s + 1) * length] for s in range(layout.ploidy)],
+        "genes": genes,
+    }
 
 
 def _with_copies(layout: Any, loci: np.ndarray) -> dict[str, Any]:
@@ -139,28 +169,48 @@ def _with_copies(layout: Any, loci: np.ndarray) -> dict[str, Any]:
             code = layout[piece.gene]
             value = layout.values_of(loci[None], piece.gene)[1][seen[piece.gene]]
             seen[piece.gene] += 1
-            genes.append({"name": code.name, "trait": code.gene.trait, "string": piece.string,
-                          "from": piece.first, "to": piece.first + len(piece.letters),
-                          "value": _listed(value),
-                          "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text})
-    genes += [{"name": name, "trait": layout[name].gene.trait, "from": 0, "to": 0,
-               "value": _listed(decoded[name][0]), "text": "absent"} for name, n in seen.items() if not n]
-    return {"alphabet": layout.alphabet.letters, "strings": layout.text(loci).split(layout.separator),
-            "genes": genes}
+            genes.append(
+                {
+                    "name": code.name,
+                    "trait": code.gene.trait,
+                    "string": piece.string,
+                    "from": piece.first,
+                    "to": piece.first + len(piece.letters),
+                    "value": _listed(value),
+                    "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text,
+                }
+            )
+    genes += [
+        {
+            "name": name,
+            "trait": layout[name].gene.trait,
+            "from": 0,
+            "to": 0,
+            "value": _listed(decoded[name][0]),
+            "text": "absent",
+        }
+        for name, n in seen.items()
+        if not n
+    ]
+    return {
+        "alphabet": layout.alphabet.letters,
+        "strings": layout.text(loci).split(layout.separator),
+        "genes": genes,
+    }
 
 
 def copies_found(known: dict[str, Any], text: str) -> dict[str, Any]:
-    """Return a genome of variable length as the record alone describes it: where genes are, without values.
-    """
+    """Return a genome of variable length as the record alone describes it: where genes are, without values."""
     from ecs_eco.genomes.promoters import copies_in
 
     promoters = {g["name"]: g["promoter"] for g in known["genes"]}
     spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in known["genes"]}
     traits, strings = {g["name"]: g["trait"] for g in known["genes"]}, text.split(known["separator"])
-    genes = [{"name": name, "trait": traits[name], "string": s, "from": at, "to": at + spans[name],
-              "value": None}
-             for s, string in enumerate(strings)
-             for name, at in copies_in(string, promoters, spans)]  # fmt: skip
+    genes = [
+        {"name": name, "trait": traits[name], "string": s, "from": at, "to": at + spans[name], "value": None}
+        for s, string in enumerate(strings)
+        for name, at in copies_in(string, promoters, spans)
+    ]
     return {"alphabet": known["alphabet"], "strings": strings, "genes": genes}
 
 
@@ -178,33 +228,53 @@ def nerves(table: Table, row: int) -> dict[str, Any] | None:
     if not rows.size:
         return None
     own = table.species.nerves
-    happiness, reward = ((table[Nervous].happiness[row], table[Nervous].reward[row])
-                         if own.happiness is not None else (None, None))
+    happiness, reward = (
+        (table[Nervous].happiness[row], table[Nervous].reward[row])
+        if own.happiness is not None
+        else (None, None)
+    )
     return described(own.channels, own.actions, minds(table, rows, at), happiness, reward, own.ranges.groups)
 
 
-def described(channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any,
-              continuous: Any = ()) -> dict[str, Any]:
+def described(
+    channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any, continuous: Any = ()
+) -> dict[str, Any]:
     """Return one organism's nervous system (the first of `mind`) as the viewer shows it; actions of the
     groups `continuous` are numbers."""
     rows = zip(actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True)
     return {
         "sensors": [{"name": name, "value": number(v)} for name, v in zip(channels, mind.x[0], strict=True)],
-        "actions": [action(group, name, y, p, z, h, group in continuous)
-                    for (group, name), y, p, z, h in rows],
-        "happiness": number(happiness), "reward": number(reward),
-    }  # fmt: skip
+        "actions": [
+            action(group, name, y, p, z, h, group in continuous) for (group, name), y, p, z, h in rows
+        ],
+        "happiness": number(happiness),
+        "reward": number(reward),
+    }
 
 
-def action(group: str, name: str, reflex: Any, probability: Any, chosen: Any, decision: Any,
-           continuous: bool) -> dict[str, Any]:
+def action(
+    group: str, name: str, reflex: Any, probability: Any, chosen: Any, decision: Any, continuous: bool
+) -> dict[str, Any]:
     """Return what the viewer shows of an action: −1, 0, 1, a share, and done or not;
     of a continuous one the numbers that were added, chosen and carried out."""
     if continuous:
-        return {"group": group, "name": name, "reflex": number(reflex), "probability": None,
-                "chosen": number(chosen), "decision": number(decision), "continuous": True}
-    return {"group": group, "name": name, "reflex": int(reflex), "probability": number(probability),
-            "chosen": int(chosen), "decision": int(decision)}
+        return {
+            "group": group,
+            "name": name,
+            "reflex": number(reflex),
+            "probability": None,
+            "chosen": number(chosen),
+            "decision": number(decision),
+            "continuous": True,
+        }
+    return {
+        "group": group,
+        "name": name,
+        "reflex": int(reflex),
+        "probability": number(probability),
+        "chosen": int(chosen),
+        "decision": int(decision),
+    }
 
 
 def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
@@ -212,8 +282,9 @@ def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
     if nerves is None:
         return {}
     column = {"y": "reflex", "probabilities": "probability", "decision": "decision"}
-    values: dict[str, Any] = {"readings": [math.nan if s["value"] is None else s["value"]
-                                           for s in nerves["sensors"]]}
+    values: dict[str, Any] = {
+        "readings": [math.nan if s["value"] is None else s["value"] for s in nerves["sensors"]]
+    }
     for name, key in column.items():
         values[name] = [math.nan if a[key] is None else a[key] for a in nerves["actions"]]
     return values | {"happiness": nerves["happiness"]}
@@ -223,5 +294,8 @@ def number(value: Any) -> float | None:
     """Return a number for JSON, as short as its single precision allows; None for NaN."""
     if value is None or not math.isfinite(value):
         return None
-    return (float(np.format_float_positional(np.float32(value), unique=True))
-            if abs(value) < 1e15 else float(value))
+    return (
+        float(np.format_float_positional(np.float32(value), unique=True))
+        if abs(value) < 1e15
+        else float(value)
+    )

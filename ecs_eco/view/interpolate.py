@@ -34,19 +34,35 @@ class Chapter:
     last record (a snapshot, the birth) to the next (a snapshot, the death), the shorter way around a torus.
     """
 
-    def __init__(self, first: int, end: int, before: Columns | None, after: Columns | None, births: Columns,
-                 deaths: Columns, size: Sequence[float], torus: bool) -> None:
+    def __init__(
+        self,
+        first: int,
+        end: int,
+        before: Columns | None,
+        after: Columns | None,
+        births: Columns,
+        deaths: Columns,
+        size: Sequence[float],
+        torus: bool,
+    ) -> None:
         self.first, self.end = first, end
         self.size, self.torus = [*size, 0.0][:3], torus
         unknown = np.full(births["uid"].size, np.nan, np.float32)
         born = {**births, "heading": unknown, "happiness": unknown}
-        earlier = born if before is None else {k: np.concatenate([before[k], born[k]])
-                                               for k in ("uid", "species", *STATE)}
+        earlier = (
+            born
+            if before is None
+            else {k: np.concatenate([before[k], born[k]]) for k in ("uid", "species", *STATE)}
+        )
         order = np.lexsort((earlier["uid"], earlier["species"]))
-        since = np.concatenate([np.full(0 if before is None else before["uid"].size, first),
-                                np.maximum(births["tick"], first)])
-        self.uid, self.species, self.since = (earlier["uid"][order].astype(np.uint64),
-                                              earlier["species"][order], since[order])
+        since = np.concatenate(
+            [np.full(0 if before is None else before["uid"].size, first), np.maximum(births["tick"], first)]
+        )
+        self.uid, self.species, self.since = (
+            earlier["uid"][order].astype(np.uint64),
+            earlier["species"][order],
+            since[order],
+        )
         self.start = np.stack([earlier[k][order].astype(np.float32) for k in STATE])  # f32[6, n]
         self.goal, self.until = self.start.copy(), np.full(self.uid.size, end)
         self.dies = np.zeros(self.uid.size, np.bool_)
@@ -59,8 +75,9 @@ class Chapter:
         self.start[missing] = self.goal[missing]
         self.bounds = np.searchsorted(self.species, np.arange(int(self.species.max(initial=-1)) + 2))
 
-    def _lead(self, by_uid: np.ndarray, columns: Columns, names: Sequence[str],
-              when: int | np.ndarray) -> np.ndarray:
+    def _lead(
+        self, by_uid: np.ndarray, columns: Columns, names: Sequence[str], when: int | np.ndarray
+    ) -> np.ndarray:
         """Take the state of these organisms at `when` as the end of the line; return their indices."""
         if not self.uid.size or not columns["uid"].size:
             return np.zeros(0, np.int64)
@@ -97,8 +114,17 @@ class Chapter:
         return Organisms(self.uid[at], x, y, z, heading, energy, happiness, since == tick)
 
 
-def chapter(tick: int, first: int, last: int, every: int, snapshots: Parts, births: Parts, deaths: Parts,
-            size: Sequence[float], torus: bool) -> Chapter:
+def chapter(
+    tick: int,
+    first: int,
+    last: int,
+    every: int,
+    snapshots: Parts,
+    births: Parts,
+    deaths: Parts,
+    size: Sequence[float],
+    torus: bool,
+) -> Chapter:
     """Return the chapter of a tick of a run that was recorded from first to last,
     with a snapshot `every` so many ticks."""
     a = max(first, tick // every * every)

@@ -41,9 +41,13 @@ class Opened:
         with self._lock:  # one starts at a time
             process = self._open.pop((name, tick), None)
             if process is None or process.poll() is not None:
-                process = subprocess.Popen(python(SERVE, str(self.folder / name)), text=True,
-                                           stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                           stderr=subprocess.PIPE)
+                process = subprocess.Popen(
+                    python(SERVE, str(self.folder / name)),
+                    text=True,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE,
+                )
             address = _address(process)
             if address is None:
                 lines = process.communicate()[1].strip().splitlines()
@@ -81,6 +85,7 @@ def serve(folder: str) -> None:
     source = Replay(folder)
     player = Player(source)
     with Server(player) as server:
+
         def answer() -> None:
             for _ in sys.stdin:
                 print(server.address(), flush=True)

@@ -43,18 +43,36 @@ def describe(folder: Path) -> Message:
     named = [(name, values) for name, values in config["species"].items()]
     at = places(plan)
     message: Message = {
-        "kind": "islands", "title": manifest.get("title") or manifest["world"], "seed": manifest["seed"],
-        "tick": manifest["tick"], "ticks": manifest["ticks"], "finished": manifest["finished"],
-        "every": plan.every, "graph": plan.graph,
-        "species": [{"name": name, "color": values.get("color") or "#888888",
-                     "wanders": name in plan.emigration, "moves": bool(values.get("locomotion"))}
-                    for name, values in named],
-        "islands": [{"name": name, "at": at[i].round(4).tolist(),
-                     "own": ", ".join(f"{key} = {value}" for key, value in plan.islands[name].items())}
-                    for i, name in enumerate(plan.names)],
+        "kind": "islands",
+        "title": manifest.get("title") or manifest["world"],
+        "seed": manifest["seed"],
+        "tick": manifest["tick"],
+        "ticks": manifest["ticks"],
+        "finished": manifest["finished"],
+        "every": plan.every,
+        "graph": plan.graph,
+        "species": [
+            {
+                "name": name,
+                "color": values.get("color") or "#888888",
+                "wanders": name in plan.emigration,
+                "moves": bool(values.get("locomotion")),
+            }
+            for name, values in named
+        ],
+        "islands": [
+            {
+                "name": name,
+                "at": at[i].round(4).tolist(),
+                "own": ", ".join(f"{key} = {value}" for key, value in plan.islands[name].items()),
+            }
+            for i, name in enumerate(plan.names)
+        ],
         "ways": [[i, j] for i, targets in enumerate(plan.neighbours()) for j in targets],
-        "points": [], "n": [], "moves": [],
-    }  # fmt: skip
+        "points": [],
+        "n": [],
+        "moves": [],
+    }
     if manifest["tick"]:
         message |= _record(load_islands(folder), int(manifest["tick"]), [name for name, _ in named])
     colours = own_colors(_colours(folder, plan.names[0]))
@@ -74,15 +92,20 @@ def _record(islands: Islands, end: int, names: list[str]) -> Message:
     """Return numbers and migrants before tick `end`, by the numbers of species in `names`."""
     ticks = next(iter(islands.series.values())).ticks
     rows = np.unique(np.linspace(0, np.searchsorted(ticks, end) - 1, POINTS).astype(np.int64))
-    n = [[np.asarray(series.of(name))[rows].astype(int).tolist() for name in names]
-         for series in islands.series.values()]
+    n = [
+        [np.asarray(series.of(name))[rows].astype(int).tolist() for name in names]
+        for series in islands.series.values()
+    ]
     moves = islands.moves[islands.moves[:, 0] < end].copy()
     moves[:, 0] = np.searchsorted(ticks[rows], moves[:, 0])
     moves[:, 1] = np.array([names.index(name) for name in islands.species])[moves[:, 1]]
     found, where = np.unique(moves[:, :4], axis=0, return_inverse=True)
     number = np.bincount(where.ravel(), moves[:, 4], len(found)).astype(np.int64)
-    return {"points": ticks[rows].tolist(), "n": n,
-            "moves": np.column_stack([found, number]).tolist() if len(found) else []}
+    return {
+        "points": ticks[rows].tolist(),
+        "n": n,
+        "moves": np.column_stack([found, number]).tolist() if len(found) else [],
+    }
 
 
 class Map:
@@ -156,20 +179,32 @@ class Map:
     def _open(self, page: Page, name: Any) -> None:
         known = [island["name"] for island in self.message["islands"]]
         if name not in known:
-            _send(page, _refusal(f"open: island = {str(name)[:60]!r}; allowed: {', '.join(known)}; did you "
-                                 f"mean {nearest(str(name), known)!r}?", "open"))
+            _send(
+                page,
+                _refusal(
+                    f"open: island = {str(name)[:60]!r}; allowed: {', '.join(known)}; did you "
+                    f"mean {nearest(str(name), known)!r}?",
+                    "open",
+                ),
+            )
         elif not self.message["tick"]:
             _send(page, _refusal(f"{name} has not come to its first barrier yet", "open"))
         else:
+
             def tell(address: str | None, why: str) -> None:
-                _send(page, _refusal(why, "open") if address is None
-                      else {"kind": "opened", "island": name, "address": address})
+                _send(
+                    page,
+                    _refusal(why, "open")
+                    if address is None
+                    else {"kind": "opened", "island": name, "address": address},
+                )
 
             self.islands.ask(name, int(self.message["tick"]), tell)
 
 
-def watch_islands(folder: Path, announce: Callable[[str], None] = print, *, port: int = 0,
-                  browser: bool = False) -> None:
+def watch_islands(
+    folder: Path, announce: Callable[[str], None] = print, *, port: int = 0, browser: bool = False
+) -> None:
     """Serve the map of an archipelago until Ctrl-C; `announce` gets an address, and another after each use.
 
     Raises RecordingError for a folder without an archipelago, OSError if the port is taken.

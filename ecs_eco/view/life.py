@@ -43,8 +43,11 @@ class Lives:
         """
         life = self.life(uid)
         out = life.message | {"alive": life.born <= tick and (life.died is None or tick < life.died)}
-        out |= {"age": number(max(0, min(tick, tick if life.died is None else life.died) - life.born)
-                              * self.recording.dt)}
+        out |= {
+            "age": number(
+                max(0, min(tick, tick if life.died is None else life.died) - life.born) * self.recording.dt
+            )
+        }
         if (died := self.died(uid, tick)) is not None:
             return out | self._last(life, uid, died)
         detail = self._detail(life, uid, tick)
@@ -73,14 +76,29 @@ class Lives:
         death = r.death(uid, born)
         parents = [int(p) for p in (birth["parent"], birth["parent2"]) if p]
         message = nothing_of(
-            {"kind": "organism", "uid": uid, "species": species, "born": born, "died": death,
-             "parents": parents, "note": "", "children": r.children(uid), "generation": r.generation(uid),
-             "genome": self._genome(species, birth["genome"]),
-             "energy_max": r.manifest["config"]["species"][species]["metabolism"]["energy_max"]}
-        )  # fmt: skip
+            {
+                "kind": "organism",
+                "uid": uid,
+                "species": species,
+                "born": born,
+                "died": death,
+                "parents": parents,
+                "note": "",
+                "children": r.children(uid),
+                "generation": r.generation(uid),
+                "genome": self._genome(species, birth["genome"]),
+                "energy_max": r.manifest["config"]["species"][species]["metabolism"]["energy_max"],
+            }
+        )
         until = r.last if death is None else death["tick"]
-        return Life(message, species, born, None if death is None else death["tick"], birth,
-                    self._seen(uid, max(born, r.first), until))
+        return Life(
+            message,
+            species,
+            born,
+            None if death is None else death["tick"],
+            birth,
+            self._seen(uid, max(born, r.first), until),
+        )
 
     def _seen(self, uid: int, first: int, last: int) -> Columns:
         names = ("tick", "uid", "x", "y", "z", "heading", "energy", "happiness")
@@ -89,16 +107,20 @@ class Lives:
             if group.ticks[0] <= last and group.ticks[1] >= first:
                 at = self.recording.snapshots.read(group, ("uid",))["uid"] == uid
                 if at.any():
-                    blocks.append({n: column[at]
-                                   for n, column in self.recording.snapshots.read(group, names).items()})
+                    blocks.append(
+                        {n: column[at] for n, column in self.recording.snapshots.read(group, names).items()}
+                    )
         return {n: np.concatenate([f[n] for f in blocks]) if blocks else np.zeros(0) for n in names}
 
     def _genome(self, species: str, text: Any) -> dict[str, Any] | None:
         r = self.recording
         if not isinstance(text, str) or not text:
             return None
-        if (r.scene is not None and (heredity := r.scene.tables[species].species.heredity) is not None
-            and heredity.layout is not None):
+        if (
+            r.scene is not None
+            and (heredity := r.scene.tables[species].species.heredity) is not None
+            and heredity.layout is not None
+        ):
             return marked(heredity.layout, heredity.layout.rows([text])[0])
         known = r.manifest.get("genomes", {}).get(species)
         if known is None:
@@ -106,9 +128,16 @@ class Lives:
         if known.get("longest"):
             return copies_found(known, text)
         length = len(text) // known["ploidy"]
-        genes = [{"name": g["name"], "trait": g["trait"], "from": g["at"], "to": g["at"] + g["letters"],
-                  "value": None}
-                 for g in known["genes"]]  # fmt: skip
+        genes = [
+            {
+                "name": g["name"],
+                "trait": g["trait"],
+                "from": g["at"],
+                "to": g["at"] + g["letters"],
+                "value": None,
+            }
+            for g in known["genes"]
+        ]
         strings = [text[s * length : (s + 1) * length] for s in range(known["ploidy"])]
         return {"alphabet": known["alphabet"], "strings": strings, "genes": genes}
 
@@ -150,12 +179,18 @@ class Lives:
         trace = self._trace(life, died)
         fill = "“Fill in” runs its last ticks again."
         if not life.seen["tick"].size:
-            return {"trace": trace, "detail": "record",
-                    "note": f"Nothing was recorded between its birth and its death. {fill}"}
+            return {
+                "trace": trace,
+                "detail": "record",
+                "note": f"Nothing was recorded between its birth and its death. {fill}",
+            }
         row = {name: column[-1] for name, column in life.seen.items()}
         as_of = int(row["tick"])
-        return _state(row, trace) | {"detail": "snapshot", "as_of": as_of, "note":
-                                     f"As of tick {as_of:,}, its last snapshot{self._without(life)}. {fill}"}
+        return _state(row, trace) | {
+            "detail": "snapshot",
+            "as_of": as_of,
+            "note": f"As of tick {as_of:,}, its last snapshot{self._without(life)}. {fill}",
+        }
 
     def _trace(self, life: Life, tick: int) -> dict[str, list[Any]]:
         """Return what snapshots say of it up to a tick."""
@@ -185,9 +220,14 @@ class Lives:
             return out | state | {"detail": "record", "note": f"As it was born, at tick {life.born}. {fill}"}
         row = {n: column[near] for n, column in seen.items()}
         when = "" if row["tick"] == tick else f"As of tick {int(row['tick'])}. "
-        return out | _state(row, out["trace"]) | {
-            "detail": "snapshot", "note": f"{when}Recorded every {every} ticks{self._without(life)}. {fill}"
-        }
+        return (
+            out
+            | _state(row, out["trace"])
+            | {
+                "detail": "snapshot",
+                "note": f"{when}Recorded every {every} ticks{self._without(life)}. {fill}",
+            }
+        )
 
 
 def _row(columns: Columns, uid: int, tick: int) -> dict[str, Any] | None:
@@ -197,25 +237,44 @@ def _row(columns: Columns, uid: int, tick: int) -> dict[str, Any] | None:
 
 def _trace(columns: Columns, uid: int, tick: int) -> dict[str, list[Any]]:
     at = np.flatnonzero((columns["uid"] == uid) & (columns["tick"] <= tick))
-    return {"tick": columns["tick"][at].tolist(),
-            **{n: [number(v) for v in columns[n][at]] for n in ("happiness", "energy")}}
+    return {
+        "tick": columns["tick"][at].tolist(),
+        **{n: [number(v) for v in columns[n][at]] for n in ("happiness", "energy")},
+    }
 
 
 def _state(row: dict[str, Any], trace: dict[str, list[Any]]) -> dict[str, Any]:
     place = [number(row[axis]) for axis in "xyz"]
-    return {"place": place, "heading": number(row["heading"]), "energy": number(row["energy"]),
-            "trace": trace}
+    return {
+        "place": place,
+        "heading": number(row["heading"]),
+        "energy": number(row["energy"]),
+        "trace": trace,
+    }
 
 
 def _full(row: dict[str, Any], trace: dict[str, list[Any]], note: str) -> dict[str, Any]:
     """Return a row of details in the form of the message."""
     actions = [name.removeprefix("decision: ") for name in row if name.startswith("decision: ")]
     nerves = {
-        "sensors": [{"name": n.removeprefix("sensor: "), "value": number(v)}
-                    for n, v in row.items() if n.startswith("sensor: ")],
-        "actions": [action(a.partition(".")[0], a.partition(".")[2], row[f"reflex: {a}"],
-                           row.get(f"probability: {a}"), row[f"chosen: {a}"], row[f"decision: {a}"],
-                           isinstance(row[f"decision: {a}"], float | np.floating)) for a in actions],
-        "happiness": number(row["happiness"]), "reward": number(row["reward"]),
-    }  # fmt: skip
+        "sensors": [
+            {"name": n.removeprefix("sensor: "), "value": number(v)}
+            for n, v in row.items()
+            if n.startswith("sensor: ")
+        ],
+        "actions": [
+            action(
+                a.partition(".")[0],
+                a.partition(".")[2],
+                row[f"reflex: {a}"],
+                row.get(f"probability: {a}"),
+                row[f"chosen: {a}"],
+                row[f"decision: {a}"],
+                isinstance(row[f"decision: {a}"], float | np.floating),
+            )
+            for a in actions
+        ],
+        "happiness": number(row["happiness"]),
+        "reward": number(row["reward"]),
+    }
     return _state(row, trace) | {"nerves": nerves, "detail": "full", "note": note}

@@ -15,8 +15,13 @@ from ecs_eco.view.source import Message
 ROWS, POINTS = 100, 500  # of a table; of each species
 TERM = re.compile(r"\s*([\w:.#]+)\s*(<=|>=|!=|=|<|>)\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*", re.IGNORECASE)
 HOLDS: dict[str, Callable[[Any, float], np.ndarray]] = {
-    "<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "=": np.equal,
-    "!=": np.not_equal}  # fmt: skip
+    "<": np.less,
+    "<=": np.less_equal,
+    ">": np.greater,
+    ">=": np.greater_equal,
+    "=": np.equal,
+    "!=": np.not_equal,
+}
 Columns = dict[str, np.ndarray]
 
 
@@ -35,10 +40,17 @@ def table(of: Callable[[str], Columns], species: Sequence[str], request: Message
     if isinstance(first, bool) or not isinstance(first, int) or first < 0:
         raise ValueError(f"table: from = {short(first)}; allowed: a whole number from 0 on")
     shown = order[first : first + ROWS]
-    return {"kind": "table", "species": name, "sort": sort, "down": bool(request.get("down")),
-            "from": first, "n": int(columns["uid"].size), "found": int(order.size),
-            "where": request.get("where") or "",
-            "columns": {key: _plain(column[shown]) for key, column in columns.items()}}  # fmt: skip
+    return {
+        "kind": "table",
+        "species": name,
+        "sort": sort,
+        "down": bool(request.get("down")),
+        "from": first,
+        "n": int(columns["uid"].size),
+        "found": int(order.size),
+        "where": request.get("where") or "",
+        "columns": {key: _plain(column[shown]) for key, column in columns.items()},
+    }
 
 
 def scatter(of: Callable[[str], Columns], species: Sequence[str], request: Message) -> Message:
@@ -55,19 +67,26 @@ def scatter(of: Callable[[str], Columns], species: Sequence[str], request: Messa
         there = np.flatnonzero(np.isfinite(x.astype(np.float64)) & np.isfinite(y.astype(np.float64)))
         there = there[:: max(1, -(-there.size // POINTS))]
         if there.size:
-            points[name] = {key: _plain(column[there])
-                            for key, column in {"x": x, "y": y, "uid": columns["uid"]}.items()}
+            points[name] = {
+                key: _plain(column[there]) for key, column in {"x": x, "y": y, "uid": columns["uid"]}.items()
+            }
     for axis in "xy":
         one_of(axis, request.get(axis), list(names))
-    return {"kind": "scatter", "x": request["x"], "y": request["y"], "points": points,
-            "names": [name for name in names if name != "uid"]}
+    return {
+        "kind": "scatter",
+        "x": request["x"],
+        "y": request["y"],
+        "points": points,
+        "names": [name for name in names if name != "uid"],
+    }
 
 
 def one_of(field: str, value: Any, known: Sequence[str]) -> str:
     """Return a value that is known; raises ValueError for another."""
     if value not in known:
-        raise ValueError(f"{field} = {short(value)}; allowed: {', '.join(known)}; "
-                         f"did you mean {nearest(value, known)!r}?")
+        raise ValueError(
+            f"{field} = {short(value)}; allowed: {', '.join(known)}; did you mean {nearest(value, known)!r}?"
+        )
     return str(value)
 
 
@@ -77,8 +96,9 @@ def kept(columns: Columns, where: Any) -> np.ndarray:
     for term in re.split(r",|\band\b|&", where) if isinstance(where, str) and where.strip() else []:
         match = TERM.fullmatch(term)
         if match is None:
-            raise ValueError(f"where = {short(term.strip())}; allowed: comparisons such as "
-                             "energy < 0.3, age > 100")
+            raise ValueError(
+                f"where = {short(term.strip())}; allowed: comparisons such as energy < 0.3, age > 100"
+            )
         column = columns[one_of("where", match[1], list(columns))]
         try:
             value = float(match[3])

@@ -104,10 +104,19 @@ class Live:
         """Return what a page needs to know of the world."""
         genes = dict.fromkeys(f"gene:{gene}" for names in self.genes.values() for gene in names)
         scene = describe(self.world, self.species, self.objects, self.genes)
-        return {"kind": "hello", "mode": "live", "first": 0, "last": self.last, "tick": self.tick,
-                "acts": True, "rewinds": self.ring.used and not self.ring.why,
-                "stays": self.ring.why, "foods": self.tally.foods,
-                "colours": ["species", "energy", "happiness", "age", "family", *genes], **scene}  # fmt: skip
+        return {
+            "kind": "hello",
+            "mode": "live",
+            "first": 0,
+            "last": self.last,
+            "tick": self.tick,
+            "acts": True,
+            "rewinds": self.ring.used and not self.ring.why,
+            "stays": self.ring.why,
+            "foods": self.tally.foods,
+            "colours": ["species", "energy", "happiness", "age", "family", *genes],
+            **scene,
+        }
 
     def greeting(self) -> list[Message]:
         """Return the interventions and the story so far."""
@@ -137,10 +146,18 @@ class Live:
         return [self._marks()]
 
     def _marks(self) -> Message:
-        done = [{"tick": tick, "text": in_words(intervention)}
-                for tick, intervention in self.world.intervened[-1000:]]
-        return {"kind": "marks", "births": None, "deaths": None, "interventions": done,
-                "switches": switches(self.world, self.species), **drawn(land_of(self.world))}
+        done = [
+            {"tick": tick, "text": in_words(intervention)}
+            for tick, intervention in self.world.intervened[-1000:]
+        ]
+        return {
+            "kind": "marks",
+            "births": None,
+            "deaths": None,
+            "interventions": done,
+            "switches": switches(self.world, self.species),
+            **drawn(land_of(self.world)),
+        }
 
     def counts(self) -> dict[str, int]:
         """Return the number of each kind."""
@@ -156,8 +173,15 @@ class Live:
         for name in self.names:
             table = self.world.tables[name]
             high, p = table.high, table[Position]
-            self._encoder.add(p.x[:high], p.y[:high], p.z[:high], p.heading[:high],
-                              self._value(table, colour)[:high], table.uid[:high], table.alive[:high])
+            self._encoder.add(
+                p.x[:high],
+                p.y[:high],
+                p.z[:high],
+                p.heading[:high],
+                self._value(table, colour)[:high],
+                table.uid[:high],
+                table.alive[:high],
+            )
         return self._encoder.bytes()
 
     def fates(self, after: int) -> list[Fate]:
@@ -170,8 +194,11 @@ class Live:
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
         """Return low and high of a colour, by kind."""
-        return {name: (float(f"{low:.5g}"), float(f"{high:.5g}"))
-                for (c, name), (low, high) in self.ranges.items() if c == colour}
+        return {
+            name: (float(f"{low:.5g}"), float(f"{high:.5g}"))
+            for (c, name), (low, high) in self.ranges.items()
+            if c == colour
+        }
 
     def _value(self, table: Table, colour: str) -> np.ndarray:
         """Return the value of each row: u8[capacity]."""
@@ -199,14 +226,20 @@ class Live:
         and their range as far as it is known beforehand."""
         if colour == "energy" and Metabolism in table:
             species = table.species.config
-            return (table[Metabolism].energy, 0.0,
-                    None if species is None else float(species.metabolism.energy_max))
+            return (
+                table[Metabolism].energy,
+                0.0,
+                None if species is None else float(species.metabolism.energy_max),
+            )
         if colour == "happiness" and Nervous in table and table.species.nerves.happiness is not None:
             return table[Nervous].happiness, None, None
         if colour == "age" and Biology in table:
             return table[Biology].age, 0.0, None
-        code = (self.genes.get(table.name, {}).get(colour.removeprefix("gene:"))
-                if colour.startswith("gene:") else None)
+        code = (
+            self.genes.get(table.name, {}).get(colour.removeprefix("gene:"))
+            if colour.startswith("gene:")
+            else None
+        )
         if code is None:
             return None, None, None
         return self._expressed(table, code.name), float(code.low), float(code.high)
@@ -216,8 +249,9 @@ class Live:
         out[rows] = table.species.heredity.layout.decode(table[Genome].loci[rows], [gene])[gene]
         return out
 
-    def _range(self, name: str, colour: str, low: float | None, high: float | None, least: float,
-               most: float) -> tuple[float, float]:
+    def _range(
+        self, name: str, colour: str, low: float | None, high: float | None, least: float, most: float
+    ) -> tuple[float, float]:
         """Return the range of a colour: wide enough for all now, and only slowly narrower,
         so that colours do not jump."""
         if not least <= most:
@@ -268,8 +302,11 @@ class Live:
         state = self.last_states.state_of(uid)
         happy = None if state.get("nerves") is None else state["nerves"].get("happiness")
         words = sentence(state, *self._web(state["species"]))
-        return state | {"kind": "organism", "sentence": words,
-                        "trace": self._trace(uid, happy, state["energy"] if state["alive"] else None)}
+        return state | {
+            "kind": "organism",
+            "sentence": words,
+            "trace": self._trace(uid, happy, state["energy"] if state["alive"] else None),
+        }
 
     def _web(self, species: str) -> tuple[list[str], list[str]]:
         """Return what a species eats, and what eats it."""
@@ -286,9 +323,10 @@ class Live:
         if energy is not None and (not points or points[-1][0] < self.tick):
             points.append((self.tick, _number(happiness), _number(energy)))
         names = ("tick", "happiness", "energy")
-        return {name: list(values) for name, values in zip(
-            names, zip(*points, strict=True) if points else ([], [], []), strict=True
-        )}
+        return {
+            name: list(values)
+            for name, values in zip(names, zip(*points, strict=True) if points else ([], [], []), strict=True)
+        }
 
     # --- what pages ask for ---------------------------------------------------------------------------------
 
@@ -309,8 +347,14 @@ class Live:
             from ecs_eco.config.knobs import offered
 
             return [{"kind": "params", **offered(self.world.config)}]
-        return [{"kind": "said", "level": "warning",
-                 "text": f"{kind} is for recorded runs; this world is alive", "field": kind}]
+        return [
+            {
+                "kind": "said",
+                "level": "warning",
+                "text": f"{kind} is for recorded runs; this world is alive",
+                "field": kind,
+            }
+        ]
 
     def _seek(self, tick: Any) -> Message:
         """Go back to an earlier tick; what came after it is forgotten."""

@@ -15,8 +15,9 @@ def text(message: Message) -> str:
 
 def refusal(words: str, field: str | None = None) -> str:
     """Return what a page is told whose request, or its part `field`, is refused."""
-    return text({"kind": "said", "level": "error", "text": words}
-                | ({} if field is None else {"field": field}))
+    return text(
+        {"kind": "said", "level": "error", "text": words} | ({} if field is None else {"field": field})
+    )
 
 
 def short(value: Any) -> str:

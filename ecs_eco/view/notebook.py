@@ -25,8 +25,9 @@ class Panel:
     `close()` ends it; a second `world.view()` of the same world ends the first.
     """
 
-    def __init__(self, world: World, ticks: int | None, *, speed: float | None, playing: bool,
-                 height: int, port: int) -> None:
+    def __init__(
+        self, world: World, ticks: int | None, *, speed: float | None, playing: bool, height: int, port: int
+    ) -> None:
         self.world, self.height = world, height
         self.player = served(Live(world, None if ticks is None else world.tick + ticks), speed, playing)
         self.server: Server | None = Server(self.player, port, FRAMES).start()
@@ -60,8 +61,10 @@ class Panel:
         if self.server is None:
             return "<p>This view is closed: <code>world.view()</code> opens another.</p>"
         style = "width: 100%; border: 1px solid #ccd; border-radius: 6px"
-        return (f'<iframe src="{escape(self.server.address())}" title="{escape(self.world.name)}" '
-                f'height="{self.height}" style="{style}"></iframe>')
+        return (
+            f'<iframe src="{escape(self.server.address())}" title="{escape(self.world.name)}" '
+            f'height="{self.height}" style="{style}"></iframe>'
+        )
 
     def __repr__(self) -> str:
         return f"<view of {self.world!r}{'' if self.server else ', closed'}>"
@@ -70,8 +73,15 @@ class Panel:
 _PANELS: dict[Any, Panel] = {}  # those that are open, by their world
 
 
-def view(world: World, ticks: int | None = None, *, speed: float | None = USUAL, playing: bool = False,
-         height: int = 640, port: int = 0) -> Panel | None:
+def view(
+    world: World,
+    ticks: int | None = None,
+    *,
+    speed: float | None = USUAL,
+    playing: bool = False,
+    height: int = 640,
+    port: int = 0,
+) -> Panel | None:
     """Show a living world: in a notebook in the output cell, elsewhere in the browser until Ctrl-C.
 
     `ticks` from now on, or without end; `speed` [ticks/s], None for as fast as possible; `height` [px].

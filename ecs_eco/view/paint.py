@@ -47,16 +47,20 @@ class Painter:
         self.replay, self.size = replay, size
         hello = replay.hello()
         self.kinds: list[dict[str, Any]] = hello["species"]
-        species, things = ({kind["name"]: str(kind["color"]) for kind in kinds}
-                           for kinds in (self.kinds, hello["objects"]))
+        species, things = (
+            {kind["name"]: str(kind["color"]) for kind in kinds} for kinds in (self.kinds, hello["objects"])
+        )
         self.hues = safe(species, things)
         self.rims = rims(self.kinds, self.hues)
         self.volume = len(replay.recording.size) == 3
         self.extent = (replay.recording.size[0], replay.recording.size[2 if self.volume else 1])
         self.unit = size[1] / 720
         with as_delivered({"font.size": 10.0, "text.parse_math": False, "path.simplify_threshold": 0.5}):
-            self.figure = Figure(figsize=(size[0] / 100 / self.unit, size[1] / 100 / self.unit),
-                                 dpi=100 * self.unit, facecolor=PAPER)
+            self.figure = Figure(
+                figsize=(size[0] / 100 / self.unit, size[1] / 100 / self.unit),
+                dpi=100 * self.unit,
+                facecolor=PAPER,
+            )
             self.canvas = FigureCanvasAgg(self.figure)
             self._lay_out(hello)
             self.moving = [artist for artist in self._moving() if artist is not None]
@@ -96,26 +100,35 @@ class Painter:
         or below where the world is wide."""
         wide, high = self.size[0] / self.unit / 100, self.size[1] / self.unit / 100  # inches
         beside = self.extent[0] / self.extent[1] < 1.6
-        room = ((0.55, 0.45, 0.56 * wide - 0.55, high - 0.95)
-                if beside else (0.55, 0.3 * high + 0.5, wide - 0.8, 0.7 * high - 1.1))
+        room = (
+            (0.55, 0.45, 0.56 * wide - 0.55, high - 0.95)
+            if beside
+            else (0.55, 0.3 * high + 0.5, wide - 0.8, 0.7 * high - 1.1)
+        )
         scale = min(room[2] / self.extent[0], room[3] / self.extent[1])
         w, h = scale * self.extent[0], scale * self.extent[1]
         left, bottom = room[0] + (0 if beside else (room[2] - w) / 2), room[1] + (room[3] - h) / 2
         self.ax = self.figure.add_axes((left / wide, bottom / high, w / wide, h / high))
         self.scale = scale * 100  # px of a picture 720 px high, a metre
         self._world()
-        self.figure.text(0.35 / wide, 1 - 0.27 / high, hello["title"], size=13, weight="bold", color=INK,
-                         va="center")
+        self.figure.text(
+            0.35 / wide, 1 - 0.27 / high, hello["title"], size=13, weight="bold", color=INK, va="center"
+        )
         k = len(self.kinds)
         if beside:
             x, top, each = (left + w + 0.5) / wide, 1 - 0.7 / high, (high - 1.25) / high / max(k, 2)
-            places = [Place(x, top - (i + 1) * each + 0.12 / high, 1 - x - 0.25 / wide, each - 0.5 / high)
-                      for i in range(k)]
+            places = [
+                Place(x, top - (i + 1) * each + 0.12 / high, 1 - x - 0.25 / wide, each - 0.5 / high)
+                for i in range(k)
+            ]
         else:
             each = (wide - 0.5) / wide / max(k, 2)
-            places = [Place(0.55 / wide + i * each, 0.42 / high, each - 0.45 / wide,
-                            0.3 * high / high - 0.75 / high)
-                      for i in range(k)]
+            places = [
+                Place(
+                    0.55 / wide + i * each, 0.42 / high, each - 0.45 / wide, 0.3 * high / high - 0.75 / high
+                )
+                for i in range(k)
+            ]
         curves = self.replay.recording.curves
         self.cursors: list[Any] = []
         self.counts: list[Any] = []
@@ -125,12 +138,15 @@ class Painter:
             self._strip(kind, place, curves["tick"], curves["n"][kind["name"]], last)
         for i, (name, places_of) in enumerate(self.replay.recording.objects.items()):
             x = (left + w + 0.5 if beside else 0.55) / wide + i * 1.2 / wide
-            self.figure.text(x, 0.1 / high, f"● {len(places_of)} {name}", size=8.5, color=self.hues[name],
-                             va="center")
-        self.clock = self.figure.text(1 - 0.25 / wide, 1 - 0.27 / high, "", size=11, color=INK, ha="right",
-                                      va="center")
-        self.hint = self.figure.text(1 - 0.25 / wide, 0.1 / high, "", size=7.5, color=SOFT, ha="right",
-                                     va="center")
+            self.figure.text(
+                x, 0.1 / high, f"● {len(places_of)} {name}", size=8.5, color=self.hues[name], va="center"
+            )
+        self.clock = self.figure.text(
+            1 - 0.25 / wide, 1 - 0.27 / high, "", size=11, color=INK, ha="right", va="center"
+        )
+        self.hint = self.figure.text(
+            1 - 0.25 / wide, 0.1 / high, "", size=7.5, color=SOFT, ha="right", va="center"
+        )
 
     def _world(self) -> None:
         ax, (w, h) = self.ax, self.extent
@@ -150,17 +166,23 @@ class Painter:
             if kind.get("shape"):
                 heading, *sides = self.replay.recording.poses(name).T
                 centres = places[:, [0, 2 if self.volume else 1]]
-                ax.add_collection(self._shapes(outlines(kind["shape"], centres, heading, sides, self.volume),
-                                               self.hues[name], linewidth=0, alpha=0.8))
+                ax.add_collection(
+                    self._shapes(
+                        outlines(kind["shape"], centres, heading, sides, self.volume),
+                        self.hues[name],
+                        linewidth=0,
+                        alpha=0.8,
+                    )
+                )
                 continue
             radius = kind["radius"]
             size = max(radius * self.scale, LEAST["moves"])
             self._discs(ax, places[:, 0], places[:, 2 if self.volume else 1], size, self.hues[name], 0.6)
 
-    def _strip(self, kind: dict[str, Any], place: Place, ticks: np.ndarray, n: np.ndarray,
-               labelled: bool) -> None:
-        """The numbers of a species over time: all of them pale, those so far strong; its sign and name above.
-        """
+    def _strip(
+        self, kind: dict[str, Any], place: Place, ticks: np.ndarray, n: np.ndarray, labelled: bool
+    ) -> None:
+        """The numbers of a species over time: all of them pale, those so far strong; its sign and name above."""
         name, hue = kind["name"], self.hues[kind["name"]]
         ax = self.figure.add_axes(place[:4])
         ax.plot(ticks, n, color=hue, lw=1.0, alpha=0.35)
@@ -188,8 +210,9 @@ class Painter:
         shape = DART.T if kind["moves"] else 0.6 * np.array([np.cos(around), np.sin(around)])
         sign.fill(*shape, facecolor=hue, **self.rims[name])
         self.figure.text(place.left + 22 / wide, y, name, size=10.5, color=INK, va="center")
-        self.counts.append(self.figure.text(place.left + place.width, y, "", size=10.5, color=INK,
-                                            va="center", ha="right"))
+        self.counts.append(
+            self.figure.text(place.left + place.width, y, "", size=10.5, color=INK, va="center", ha="right")
+        )
 
     # --- what moves -----------------------------------------------------------------------------------------
 
@@ -200,8 +223,9 @@ class Painter:
         (w, h), none = self.extent, np.zeros(0)
         if self.volume:
             dark = np.zeros((LEVELS, 1, 3))
-            self.light = self.ax.imshow(dark, extent=(0, w, 0, h), origin="lower", aspect="auto",
-                                        interpolation="bilinear")
+            self.light = self.ax.imshow(
+                dark, extent=(0, w, 0, h), origin="lower", aspect="auto", interpolation="bilinear"
+            )
         elif self.replay.hello()["day"] is not None:
             self.shade = self.ax.imshow(np.zeros((1, 1, 4)), extent=(0, w, 0, h), aspect="auto", zorder=1.5)
         self.bodies: dict[str, Any] = {}
@@ -212,18 +236,36 @@ class Painter:
                 self.ax.add_collection(self.bodies[kind["name"]])
             else:
                 radius = max(kind["radius"] * self.scale, LEAST["stays"])
-                self.bodies[kind["name"]] = self._discs(self.ax, none, none, radius, hue, 0.9,
-                                                        **self.rims[kind["name"]])
+                self.bodies[kind["name"]] = self._discs(
+                    self.ax, none, none, radius, hue, 0.9, **self.rims[kind["name"]]
+                )
         ordered = [self.bodies[kind["name"]] for kind in sorted(self.kinds, key=lambda kind: kind["moves"])]
         frame = list(self.ax.spines.values())
         pasts = [line for line, _, _ in self.pasts]
-        return [self.light, self.shade, *ordered, *frame, *pasts, *self.cursors, *self.counts,
-                self.clock, self.hint]
+        return [
+            self.light,
+            self.shade,
+            *ordered,
+            *frame,
+            *pasts,
+            *self.cursors,
+            *self.counts,
+            self.clock,
+            self.hint,
+        ]
 
-    def _discs(self, ax: Any, x: np.ndarray, y: np.ndarray, radius: float, hue: str,
-               alpha: float, **rim: Any) -> Any:
-        return ax.scatter(x, y, s=(2 * radius * 0.72) ** 2, facecolor=hue, alpha=alpha, marker="o",
-                          **(rim or {"linewidth": 0}))
+    def _discs(
+        self, ax: Any, x: np.ndarray, y: np.ndarray, radius: float, hue: str, alpha: float, **rim: Any
+    ) -> Any:
+        return ax.scatter(
+            x,
+            y,
+            s=(2 * radius * 0.72) ** 2,
+            facecolor=hue,
+            alpha=alpha,
+            marker="o",
+            **(rim or {"linewidth": 0}),
+        )
 
     def _shapes(self, corners: Any, hue: str, **rim: Any) -> Any:
         from matplotlib.collections import PolyCollection
@@ -258,9 +300,13 @@ class Painter:
                 [DART[None, :, 0] * cos[:, None], np.broadcast_to(DART[None, :, 1], (cos.size, 4))], axis=2
             )
         else:
-            turned = np.stack([DART[None, :, 0] * cos[:, None] - DART[None, :, 1] * sin[:, None],
-                               DART[None, :, 0] * sin[:, None] + DART[None, :, 1] * cos[:, None]],
-                              axis=2)  # fmt: skip
+            turned = np.stack(
+                [
+                    DART[None, :, 0] * cos[:, None] - DART[None, :, 1] * sin[:, None],
+                    DART[None, :, 0] * sin[:, None] + DART[None, :, 1] * cos[:, None],
+                ],
+                axis=2,
+            )
         body.set_verts(places[:, None] + size * turned)
 
     def _light(self, tick: int, light: float) -> None:
@@ -282,8 +328,9 @@ class Painter:
 
     def _strips(self, tick: int) -> None:
         numbers = self.replay.recording.numbers(tick)
-        for kind, cursor, count, (line, ticks, n) in zip(self.kinds, self.cursors, self.counts, self.pasts,
-                                                         strict=True):
+        for kind, cursor, count, (line, ticks, n) in zip(
+            self.kinds, self.cursors, self.counts, self.pasts, strict=True
+        ):
             cursor.set_xdata([tick, tick])
             so_far = ticks <= tick
             line.set_data(ticks[so_far], n[so_far])
@@ -292,11 +339,14 @@ class Painter:
     def _words(self, tick: int) -> None:
         r = self.replay.recording
         self.clock.set_text(f"tick {tick:,}  ·  {clock(tick * r.dt, self.replay.hello()['day'])}")
-        between = (tick % r.every != 0
-                   and not all(r.details[kind["name"]].rows and r.manifest.get("record") == "full"
-                               for kind in self.kinds if kind["moves"]))  # fmt: skip
-        self.hint.set_text(f"places between snapshots (every {r.every} ticks) are on straight lines"
-                           if between else "")
+        between = tick % r.every != 0 and not all(
+            r.details[kind["name"]].rows and r.manifest.get("record") == "full"
+            for kind in self.kinds
+            if kind["moves"]
+        )
+        self.hint.set_text(
+            f"places between snapshots (every {r.every} ticks) are on straight lines" if between else ""
+        )
 
 
 def rims(kinds: Sequence[dict[str, Any]], hues: dict[str, str]) -> dict[str, dict[str, Any]]:
@@ -318,8 +368,10 @@ def clock(seconds: float, day: dict[str, float] | None = None) -> str:
     """Return a time of a world in words: "1 h 5 min"; where it has a sun, the day and the hour."""
     if day is not None:
         since = seconds / day["length"] + day.get("start", 0.0)
-        return (f"day {math.floor(since) + 1}, "
-                f"{math.floor(since % 1 * 24):02d}:{math.floor(since * 24 % 1 * 60):02d}")
+        return (
+            f"day {math.floor(since) + 1}, "
+            f"{math.floor(since % 1 * 24):02d}:{math.floor(since * 24 % 1 * 60):02d}"
+        )
     parts = []
     for word, length in (("d", 86_400), ("h", 3600), ("min", 60)):
         if seconds >= length:

@@ -34,8 +34,14 @@ class Pair:
     begun in its place. `attend(player)` is to be called before `run`.
     """
 
-    def __init__(self, first: Source, second: Source | None = None, names: tuple[str, str] = ("", ""),
-                 start: Start | None = None, picker: Picker | None = None) -> None:
+    def __init__(
+        self,
+        first: Source,
+        second: Source | None = None,
+        names: tuple[str, str] = ("", ""),
+        start: Start | None = None,
+        picker: Picker | None = None,
+    ) -> None:
         self.first, self.begun, self.picker = first, start, picker
         self._why = reason(first, second)
         self.player: Player | None = None
@@ -89,6 +95,7 @@ class Pair:
 
     def run(self, turn: Callable[[], bool]) -> None:
         """Let time pass in both."""
+
         def both() -> bool:
             go = turn()
             while go and self._behind():  # the tick that is due waits for the second world
@@ -157,8 +164,10 @@ class Pair:
         if self.second is None or not isinstance(self.first, Live):
             return self.first.handle(request)
         if request["kind"] == "act" and self.second.forked and self.tick < self.second.start:
-            raise ValueError(f"act: the worlds part at tick {self.second.start:,}; "
-                             "go there, or close the other one, to change what comes before")
+            raise ValueError(
+                f"act: the worlds part at tick {self.second.start:,}; "
+                "go there, or close the other one, to change what comes before"
+            )
         return self._seek(request) if request["kind"] == "seek" else self.first.handle(request)
 
     # --- the second -----------------------------------------------------------------------------------------

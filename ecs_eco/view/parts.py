@@ -61,8 +61,9 @@ class Parts:
     `words` names the columns of words, with the number of each word.
     """
 
-    def __init__(self, run: Path, kind: str, words: Mapping[str, Sequence[str]], cache: Cache,
-                 sealed: bool) -> None:
+    def __init__(
+        self, run: Path, kind: str, words: Mapping[str, Sequence[str]], cache: Cache, sealed: bool
+    ) -> None:
         self.words, self.cache, self.sealed = words, cache, sealed
         self.groups = [group for path in parts(run, kind) for group in _groups(path)]
 
@@ -87,8 +88,9 @@ class Parts:
                     columns = {name: column[chosen] for name, column in columns.items()}
                 blocks.append(columns)
         if not blocks:
-            return {name: np.zeros(0, np.float32 if name in FLOATS else np.int64)
-                    for name in ("tick", *names)}
+            return {
+                name: np.zeros(0, np.float32 if name in FLOATS else np.int64) for name in ("tick", *names)
+            }
         return {name: np.concatenate([columns[name] for columns in blocks]) for name in ("tick", *names)}
 
     def each(self, names: Sequence[str]) -> Iterator[Columns]:
@@ -100,8 +102,11 @@ class Parts:
         """Return the row of an organism as a dict: the first one at or after a tick;
         None where there is none."""
         for group in self.groups:
-            if (group.rows and group.ticks[1] >= first
-                and (group.uids is None or group.uids[0] <= uid <= group.uids[1])):
+            if (
+                group.rows
+                and group.ticks[1] >= first
+                and (group.uids is None or group.uids[0] <= uid <= group.uids[1])
+            ):
                 at = np.flatnonzero(self.read(group, ("uid",))["uid"] == uid)
                 if at.size:
                     return {name: column[at[0]] for name, column in self.read(group, names).items()}
@@ -110,8 +115,11 @@ class Parts:
     def read(self, group: Group, names: Sequence[str]) -> Columns:
         """Return columns of one row group; those that it lacks are zeros."""
         cache = self.cache
-        missing = [name for name in dict.fromkeys(names)
-                   if (group.path, group.number, name) not in cache.columns and name in group.names]
+        missing = [
+            name
+            for name in dict.fromkeys(names)
+            if (group.path, group.number, name) not in cache.columns and name in group.names
+        ]
         fresh: Columns = {}
         if missing:
             table = read_group(group.path, cache.file(group.path, self.sealed), group.number, missing)
@@ -123,8 +131,9 @@ class Parts:
             key = group.path, group.number, name
             if key in cache.columns:
                 cache.columns.move_to_end(key)
-            out[name] = (fresh[name]
-                         if name in fresh else cache.columns.get(key, np.zeros(group.rows, np.uint64)))
+            out[name] = (
+                fresh[name] if name in fresh else cache.columns.get(key, np.zeros(group.rows, np.uint64))
+            )
         return out
 
     def _plain(self, name: str, column: Any) -> np.ndarray:
@@ -132,11 +141,15 @@ class Parts:
             column = pa.concat_arrays(column.chunks)
         if name in self.words and pa.types.is_dictionary(column.type):
             known = list(self.words[name])
-            code = np.array([known.index(word) if word in known else -1
-                             for word in column.dictionary.to_pylist()],
-                            np.int16)
-            return (code[column.indices.to_numpy(zero_copy_only=False)]
-                    if code.size else np.zeros(len(column), np.int16))
+            code = np.array(
+                [known.index(word) if word in known else -1 for word in column.dictionary.to_pylist()],
+                np.int16,
+            )
+            return (
+                code[column.indices.to_numpy(zero_copy_only=False)]
+                if code.size
+                else np.zeros(len(column), np.int16)
+            )
         if pa.types.is_dictionary(column.type):
             column = column.cast(column.type.value_type)
         return column.to_numpy(zero_copy_only=False)
@@ -156,8 +169,9 @@ def _groups(path: Path) -> Iterator[Group]:
             column = group.column(i)
             if column.path_in_schema in ("tick", "uid"):
                 s = column.statistics
-                spans[column.path_in_schema] = ((int(s.min), int(s.max)) if s is not None
-                                                and s.has_min_max else (0, 2**63 - 1))
+                spans[column.path_in_schema] = (
+                    (int(s.min), int(s.max)) if s is not None and s.has_min_max else (0, 2**63 - 1)
+                )
         if "tick" not in spans:
             raise RecordingError(f"{path}: has no column tick")
         yield Group(path, number, group.num_rows, spans["tick"], spans.get("uid"), names)

@@ -15,8 +15,17 @@ if TYPE_CHECKING:
 
 MOST = 500_000  # lives kept; beyond that the oldest quarter is dropped
 LATER = 20_000  # pending births and deaths: entered one by one they would cost a large world some percent
-FIELDS = {"uid": np.uint64, "parent": np.uint64, "second": np.uint64, "born": np.int64, "kind": np.int16,
-          "generation": np.int32, "died": np.int64, "cause": np.uint8, "killer": np.uint64}  # fmt: skip
+FIELDS = {
+    "uid": np.uint64,
+    "parent": np.uint64,
+    "second": np.uint64,
+    "born": np.int64,
+    "kind": np.int16,
+    "generation": np.int32,
+    "died": np.int64,
+    "cause": np.uint8,
+    "killer": np.uint64,
+}
 
 
 class PedigreeLog:
@@ -34,15 +43,27 @@ class PedigreeLog:
         self._births: list[tuple[int, np.ndarray, np.ndarray, int, int]] = []
         self._deaths: list[tuple[np.ndarray, np.ndarray, np.ndarray, int]] = []  # uids, causes, killers, tick
         self._waiting = 0
-        columns = [(t.uid[rows], t.born[rows], np.full(rows.size, i))
-                   for i, t in enumerate(world.tables.values()) for rows in [t.rows()]]
-        uid, born, kind = ((np.concatenate(part) for part in zip(*columns, strict=True))
-                           if columns else (np.zeros(0, np.int64),) * 3)
+        columns = [
+            (t.uid[rows], t.born[rows], np.full(rows.size, i))
+            for i, t in enumerate(world.tables.values())
+            for rows in [t.rows()]
+        ]
+        uid, born, kind = (
+            (np.concatenate(part) for part in zip(*columns, strict=True))
+            if columns
+            else (np.zeros(0, np.int64),) * 3
+        )
         order = np.argsort(uid)
         nobody = np.zeros(uid.size, np.uint64)
         self._since, self._at = int(world.next_uid), uid.size  # the next uid, and its row
-        self._add(uid[order].astype(np.int64), np.ones(uid.size, np.int64), born[order].astype(np.int64),
-                  kind[order], nobody, nobody)
+        self._add(
+            uid[order].astype(np.int64),
+            np.ones(uid.size, np.int64),
+            born[order].astype(np.int64),
+            kind[order],
+            nobody,
+            nobody,
+        )
         none = np.zeros(0, np.int64)  # compiles the other kernel before anybody waits
         self._bury(none, none, none.astype(np.uint64), none.astype(np.uint8), none.astype(np.uint64))
         world.on_birth.append(self._was_born)
@@ -63,8 +84,11 @@ class PedigreeLog:
     def parents(self, uid: int) -> list[int]:
         """Return the uids of its known parents, none, one or two."""
         row = self._row(uid)
-        return ([] if row is None
-                else [int(p) for p in (self._columns["parent"][row], self._columns["second"][row]) if p])
+        return (
+            []
+            if row is None
+            else [int(p) for p in (self._columns["parent"][row], self._columns["second"][row]) if p]
+        )
 
     def children(self, uid: int, most: int = 200) -> list[int]:
         """Return the uids of its children, in the order of birth; the last `most` of them."""
@@ -78,8 +102,7 @@ class PedigreeLog:
         return None if row is None else int(self._columns["born"][row])
 
     def generation(self, uid: int) -> int | None:
-        """Return its generation: one more than that of its parents; 0 for those whose parents are not known.
-        """
+        """Return its generation: one more than that of its parents; 0 for those whose parents are not known."""
         row = self._row(uid)
         return None if row is None else int(self._columns["generation"][row])
 
@@ -95,8 +118,11 @@ class PedigreeLog:
             return None
         c = self._columns
         killer = int(c["killer"][row])
-        return {"tick": int(c["died"][row]), "cause": self.world.causes[c["cause"][row] - 1],
-                "killer": killer or None}
+        return {
+            "tick": int(c["died"][row]),
+            "cause": self.world.causes[c["cause"][row] - 1],
+            "killer": killer or None,
+        }
 
     def deaths(self, names: Sequence[str]) -> dict[str, dict[str, np.ndarray]]:
         """Return tick, age [s] and cause of each death of some species that is known, by species."""
@@ -118,8 +144,9 @@ class PedigreeLog:
         return row if row < self.n and uids[row] == uid else None
 
     def _was_born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-        self._births.append((int(table.uid[rows[0]]), parents, second, self.world.tick,
-                             self.names.index(table.name)))
+        self._births.append(
+            (int(table.uid[rows[0]]), parents, second, self.world.tick, self.names.index(table.name))
+        )
         self._wait(rows.size)
 
     def _has_died(self, table: Table, rows: np.ndarray) -> None:
@@ -136,25 +163,52 @@ class PedigreeLog:
         births, deaths, self._births, self._deaths, self._waiting = self._births, self._deaths, [], [], 0
         if births:
             first, size, tick, kind = np.array([(b[0], b[1].size, b[3], b[4]) for b in births], np.int64).T
-            self._add(first, size, tick, kind, np.concatenate([b[1] for b in births]),
-                      np.concatenate([b[2] for b in births]))
+            self._add(
+                first,
+                size,
+                tick,
+                kind,
+                np.concatenate([b[1] for b in births]),
+                np.concatenate([b[2] for b in births]),
+            )
         if deaths:
             size, tick = np.array([(death[0].size, death[3]) for death in deaths], np.int64).T
             self._bury(size, tick, *(np.concatenate([death[i] for death in deaths]) for i in (0, 1, 2)))
 
-    def _bury(self, size: np.ndarray, tick: np.ndarray, uid: np.ndarray, cause: np.ndarray,
-              killer: np.ndarray) -> None:
+    def _bury(
+        self, size: np.ndarray, tick: np.ndarray, uid: np.ndarray, cause: np.ndarray, killer: np.ndarray
+    ) -> None:
         """Enter deaths: number and tick of each batch i64[k]; uid, cause and killer of each death."""
         c = self._columns
-        enter_deaths(size, tick, uid, cause, killer, self.n, self._since, self._at, c["uid"], c["died"],
-                     c["cause"], c["killer"])
+        enter_deaths(
+            size,
+            tick,
+            uid,
+            cause,
+            killer,
+            self.n,
+            self._since,
+            self._at,
+            c["uid"],
+            c["died"],
+            c["cause"],
+            c["killer"],
+        )
 
-    def _add(self, first: np.ndarray, size: np.ndarray, tick: np.ndarray, kind: np.ndarray,
-             parent: np.ndarray, second: np.ndarray) -> None:
+    def _add(
+        self,
+        first: np.ndarray,
+        size: np.ndarray,
+        tick: np.ndarray,
+        kind: np.ndarray,
+        parent: np.ndarray,
+        second: np.ndarray,
+    ) -> None:
         """Enter litters: the first uid, number, tick and kind of each i64[k]; both parents of each life."""
         self._reserve(parent.size)
-        enter_births(first, size, tick, kind, parent, second, self.n, self._since, self._at,
-                     *self._columns.values())
+        enter_births(
+            first, size, tick, kind, parent, second, self.n, self._since, self._at, *self._columns.values()
+        )
         self.n += parent.size
 
     def _reserve(self, k: int) -> None:
@@ -181,8 +235,26 @@ def row_of(uid, uids, n, since, at):
 
 
 @njit
-def enter_births(first, size, tick, kind, parent, second, n, since, at, uids, parents, seconds, born, kinds,
-                 generation, died, cause, killer):
+def enter_births(
+    first,
+    size,
+    tick,
+    kind,
+    parent,
+    second,
+    n,
+    since,
+    at,
+    uids,
+    parents,
+    seconds,
+    born,
+    kinds,
+    generation,
+    died,
+    cause,
+    killer,
+):
     """Write litters behind the `n` lives that are known; parents are known before their young."""
     k = 0
     for litter in range(first.size):

@@ -38,12 +38,16 @@ class Picker:
         """Note what is to be begun: {"world", "seed"}; ValueError if it is none of those offered."""
         world, seed = request.get("world", self.world), request.get("seed")
         if not isinstance(world, str) or world not in self.titles:
-            raise ValueError(f"begin: world = {short(world)}; allowed: {listed(self.titles)}; "
-                             f"did you mean {nearest(str(world), list(self.titles))!r}?")
+            raise ValueError(
+                f"begin: world = {short(world)}; allowed: {listed(self.titles)}; "
+                f"did you mean {nearest(str(world), list(self.titles))!r}?"
+            )
         whole = isinstance(seed, int) and not isinstance(seed, bool)
         if seed is not None and not (whole and 0 <= seed < SEEDS):
-            raise ValueError(f"begin: seed = {short(seed)}; allowed: a whole number from 0 to {SEEDS - 1}, "
-                             "or null for that of the world")
+            raise ValueError(
+                f"begin: seed = {short(seed)}; allowed: a whole number from 0 to {SEEDS - 1}, "
+                "or null for that of the world"
+            )
         self.wanted = world, seed
         words = f"beginning {self.titles[world] or world} …"
         return {"kind": "said", "level": "info", "field": "begin", "text": words}

@@ -38,8 +38,13 @@ class Player:
     `speed` [ticks/s], None for as fast as possible; `halted()` says when to stop.
     """
 
-    def __init__(self, source: Source, speed: float | None = USUAL, playing: bool = True,
-                 halted: Callable[[], bool] = lambda: False) -> None:
+    def __init__(
+        self,
+        source: Source,
+        speed: float | None = USUAL,
+        playing: bool = True,
+        halted: Callable[[], bool] = lambda: False,
+    ) -> None:
         self.source, self.speed, self.playing, self.halted = source, speed, playing, halted
         self.inbox: deque[tuple[Page, Message]] = deque()
         self.closing = False
@@ -86,8 +91,7 @@ class Player:
             self._wake.wait(wait)
 
     def poll(self) -> tuple[bool, float]:
-        """Serve the pages and return at once: whether a tick is due, else in how many seconds to ask again.
-        """
+        """Serve the pages and return at once: whether a tick is due, else in how many seconds to ask again."""
         if self.source.tick != self._passed:
             self._passed = self.source.tick
             self.source.passed()
@@ -186,17 +190,20 @@ class Player:
     def _period(self) -> float:
         """Return the time from frame to frame [s]: longer if frames cost a running world too much."""
         busy = self.playing and self.speed is None
-        return (max(BUSY_FRAMES, self._cost["frame"] * max(1, len(self._views)) / SHARE)
-                if busy else FASTEST_FRAMES)
+        return (
+            max(BUSY_FRAMES, self._cost["frame"] * max(1, len(self._views)) / SHARE)
+            if busy
+            else FASTEST_FRAMES
+        )
 
     def _timed(self, part: str, work: Callable[[], Any]) -> float:
-        """Do some work and return its usual time [s]: the first time, which includes loading, counts little.
-        """
+        """Do some work and return its usual time [s]: the first time, which includes loading, counts little."""
         begin = time.perf_counter()
         if work() is not False:
             spent, usual = time.perf_counter() - begin, self._cost[part]
-            self._cost[part] = (min(spent, max(1.5 * usual, 0.0005))
-                                if spent > usual else 0.5 * (spent + usual))
+            self._cost[part] = (
+                min(spent, max(1.5 * usual, 0.0005)) if spent > usual else 0.5 * (spent + usual)
+            )
         return self._cost[part]
 
     def _show(self, view: View, out: list[str | bytes], now: float) -> bool:
@@ -209,8 +216,11 @@ class Player:
         if series is not None:
             view.series = series["tick"][-1]
             out.append(text(series))
-        if (view.selected is not None and view.panel != (tick, view.selected)
-            and now >= view.panel_at + 2 * FASTEST_FRAMES):
+        if (
+            view.selected is not None
+            and view.panel != (tick, view.selected)
+            and now >= view.panel_at + 2 * FASTEST_FRAMES
+        ):
             panels.panel(self.source, view, now, out)
         if view.seen != (tick, view.colour) and now >= view.frame_at + self._period():
             if self._made.get(view.colour, (-1,))[0] != tick:
@@ -231,9 +241,19 @@ class Player:
     def _state(self, view: View) -> str:
         source = self.source
         rate = round(self._rate, 2) if self.playing and not source.done else 0.0
-        return text({"kind": "state", "playing": self.playing, "speed": self.speed, "tick": source.tick,
-                      "rate": rate, "done": source.done, "n": source.counts(),
-                      "scales": source.scales(view.colour), "pages": len(self._views)})  # fmt: skip
+        return text(
+            {
+                "kind": "state",
+                "playing": self.playing,
+                "speed": self.speed,
+                "tick": source.tick,
+                "rate": rate,
+                "done": source.done,
+                "n": source.counts(),
+                "scales": source.scales(view.colour),
+                "pages": len(self._views),
+            }
+        )
 
     # --- what pages ask for ---------------------------------------------------------------------------------
 
@@ -241,8 +261,12 @@ class Player:
         kind = request.get("kind")
         if kind == "join":
             new = self._views[page] = View()
-            page.send([text(message) for message in (
-                self.source.hello(), *self.source.greeting(), *self._log.came(new))])
+            page.send(
+                [
+                    text(message)
+                    for message in (self.source.hello(), *self.source.greeting(), *self._log.came(new))
+                ]
+            )
             return
         if (view := self._views.get(page)) is None:
             return
@@ -255,8 +279,10 @@ class Player:
             elif kind in REQUESTS:
                 REQUESTS[kind](self, view, request)
             else:
-                raise ValueError(f"unknown request {str(kind)[:40]!r}; "
-                                 f"did you mean {nearest(kind, [*REQUESTS, *ELSEWHERE])!r}?")
+                raise ValueError(
+                    f"unknown request {str(kind)[:40]!r}; "
+                    f"did you mean {nearest(kind, [*REQUESTS, *ELSEWHERE])!r}?"
+                )
         except Exception as error:  # no message of a page may end the run; a ConfigError is a ValueError
             words = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
             page.send([refusal(words, str(kind)[:40])])
@@ -310,8 +336,10 @@ class Player:
         value = request.get("value")
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if value is not None and not (number and SPEEDS[0] <= value <= SPEEDS[1]):
-            raise ValueError(f"speed: value = {short(value)}; allowed: "
-                             f"{SPEEDS[0]:g} to {SPEEDS[1]:g} ticks a second, or null")
+            raise ValueError(
+                f"speed: value = {short(value)}; allowed: "
+                f"{SPEEDS[0]:g} to {SPEEDS[1]:g} ticks a second, or null"
+            )
         self.speed = None if value is None else float(value)
         self._next = time.monotonic()
         self._refresh_all()
@@ -325,14 +353,20 @@ class Player:
     def _colour(self, view: View, request: Message) -> None:
         by, known = request.get("by"), self._colours
         if by not in known and asked(by) is None:
-            raise ValueError(f"colour: by = {short(by)}; allowed: {', '.join(known)}; "
-                             f"did you mean {nearest(by, known)!r}?")
+            raise ValueError(
+                f"colour: by = {short(by)}; allowed: {', '.join(known)}; did you mean {nearest(by, known)!r}?"
+            )
         view.colour = str(by)
         view.news = True
 
 
 REQUESTS: dict[str, Callable[[Player, View, Message], None]] = {
-    "ack": Player._ack, "play": Player._play, "pause": Player._play, "step": Player._step,
-    "speed": Player._speed, "select": Player._select, "colour": Player._colour, "field": Player._field,
-}  # fmt: skip
-
+    "ack": Player._ack,
+    "play": Player._play,
+    "pause": Player._play,
+    "step": Player._step,
+    "speed": Player._speed,
+    "select": Player._select,
+    "colour": Player._colour,
+    "field": Player._field,
+}

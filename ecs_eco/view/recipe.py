@@ -54,9 +54,12 @@ def dated(what: Message, tick: int) -> Message:
 
 def tables(done: Sequence[Message]) -> str:
     """Return interventions as TOML, a table each."""
-    return "\n".join("\n".join(["[[interventions]]", *(f"{_key(key)} = {inline(value)}"
-                                                       for key, value in what.items()), ""])
-                     for what in done)
+    return "\n".join(
+        "\n".join(
+            ["[[interventions]]", *(f"{_key(key)} = {inline(value)}" for key, value in what.items()), ""]
+        )
+        for what in done
+    )
 
 
 def inline(value: Any) -> str:

@@ -54,10 +54,13 @@ class Recording:
         self.size, self.torus = [float(s) for s in space["size"]], space.get("edges", "torus") == "torus"
         self._chapters: OrderedDict[int, Chapter] = OrderedDict()
         self.scene, self.why = self._build()
-        if self.scene is not None and (strange := [name for name in self.species
-                                                   if name not in self.scene.tables]):
-            raise RecordingError(f"{self.path / 'manifest.json'}: lists the species {strange[0]!r}, "
-                                 "which its world does not have")
+        if self.scene is not None and (
+            strange := [name for name in self.species if name not in self.scene.tables]
+        ):
+            raise RecordingError(
+                f"{self.path / 'manifest.json'}: lists the species {strange[0]!r}, "
+                "which its world does not have"
+            )
 
     def parts(self, kind: str, cache: Cache | None = None) -> Parts:
         """Return the parts of one kind; another thread has a cache of its own."""
@@ -70,8 +73,9 @@ class Recording:
 
         try:
             config = config_of(self.manifest, path=self.path)
-            return World.from_config(config, seed=self.manifest["seed"], policies="random", populate=False,
-                                     record=False), ""
+            return World.from_config(
+                config, seed=self.manifest["seed"], policies="random", populate=False, record=False
+            ), ""
         except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError) as error:
             # a missing file, say
             return None, str(error)
@@ -87,8 +91,17 @@ class Recording:
     def _chapter(self, tick: int) -> Chapter:
         number = tick // self.every
         if number not in self._chapters:
-            self._chapters[number] = chapter(tick, self.first, self.last, self.every, self.snapshots,
-                                             self.births, self.deaths, self.size, self.torus)  # fmt: skip
+            self._chapters[number] = chapter(
+                tick,
+                self.first,
+                self.last,
+                self.every,
+                self.snapshots,
+                self.births,
+                self.deaths,
+                self.size,
+                self.torus,
+            )
             while len(self._chapters) > CHAPTERS:
                 self._chapters.popitem(last=False)
         self._chapters.move_to_end(number)
@@ -117,9 +130,12 @@ class Recording:
         names = [name for name in declared if name not in remains]
         kept = sorted((self.path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
         if not names or not kept:
-            return {n: np.array([[*[*at, 0.0][:3], 0, 0, 0, 0] for at in declared[n].get("at", [])],
-                                np.float32).reshape(-1, 7)
-                    for n in names}
+            return {
+                n: np.array(
+                    [[*[*at, 0.0][:3], 0, 0, 0, 0] for at in declared[n].get("at", [])], np.float32
+                ).reshape(-1, 7)
+                for n in names
+            }
         from safetensors import SafetensorError, safe_open
 
         try:
@@ -133,8 +149,9 @@ class Recording:
 
     def birth(self, uid: int) -> dict[str, Any] | None:
         """Return the row of births of an organism, None where it was never born."""
-        return self.births.find(uid, ("tick", "species", "uid", "x", "y", "z", "energy", "parent",
-                                      "parent2", "genome"))
+        return self.births.find(
+            uid, ("tick", "species", "uid", "x", "y", "z", "energy", "parent", "parent2", "genome")
+        )
 
     def death(self, uid: int, since: int = 0) -> dict[str, Any] | None:
         """Return tick, cause and killer of an organism's death; None where it survived the recording."""
@@ -143,8 +160,11 @@ class Recording:
             return None
         cause = int(row["cause"])
         words = self.manifest.get("causes", [])
-        return {"tick": int(row["tick"]), "cause": words[cause] if cause >= 0 else "unknown",
-                "killer": int(row["killer"]) or None}
+        return {
+            "tick": int(row["tick"]),
+            "cause": words[cause] if cause >= 0 else "unknown",
+            "killer": int(row["killer"]) or None,
+        }
 
     def children(self, uid: int, most: int = 200) -> list[int]:
         """Return the uids of an organism's children, the last `most` of them."""
@@ -183,21 +203,31 @@ class Recording:
             starts = np.flatnonzero(np.diff(t, prepend=-(2**62)))
             uid.append(u[starts])
             tick.append(t[starts])
-        return (np.concatenate(uid or [np.zeros(0, np.uint64)]),
-                np.concatenate(tick or [np.zeros(0, np.int64)]))
+        return (
+            np.concatenate(uid or [np.zeros(0, np.uint64)]),
+            np.concatenate(tick or [np.zeros(0, np.int64)]),
+        )
 
     def born(self, uid: np.ndarray) -> np.ndarray:
         """Return the ticks at which organisms were born: i64[n]."""
         starts, ticks = self._births_by_uid
-        return (ticks[np.maximum(np.searchsorted(starts, uid, side="right") - 1, 0)]
-                if ticks.size else np.zeros(uid.size, np.int64))
+        return (
+            ticks[np.maximum(np.searchsorted(starts, uid, side="right") - 1, 0)]
+            if ticks.size
+            else np.zeros(uid.size, np.int64)
+        )
 
     def genomes(self, uid: np.ndarray) -> list[str]:
         """Return the genomes of organisms (uids ascending) as text, "" where there is none."""
         out = [""] * uid.size
         for group in self.births.groups:
-            if (group.uids is not None and uid.size and group.uids[0] <= uid[-1] and group.uids[1] >= uid[0]
-                and "genome" in group.names):
+            if (
+                group.uids is not None
+                and uid.size
+                and group.uids[0] <= uid[-1]
+                and group.uids[1] >= uid[0]
+                and "genome" in group.names
+            ):
                 columns = self.births.read(group, ("uid", "genome"))
                 for i in np.flatnonzero(np.isin(columns["uid"], uid)):
                     out[int(np.searchsorted(uid, columns["uid"][i]))] = columns["genome"][i] or ""
@@ -213,12 +243,14 @@ class Recording:
         width = max(1, -(-(self.last + 1 - self.first) // BINS))  # ticks of a bin
         bins = -(-(self.last + 1 - self.first) // width)
         out: dict[str, Any] = {"tick": np.arange(self.first, self.last + 1, step)}
-        out |= {kind: {name: np.zeros(out["tick"].size) for name in self.species}
-                for kind in ("n", "happiness")}
+        out |= {
+            kind: {name: np.zeros(out["tick"].size) for name in self.species} for kind in ("n", "happiness")
+        }
         out |= {kind: np.zeros(bins, np.int64) for kind in ("births", "deaths")}
         reporters = tuple(self.manifest["config"].get("reporters") or ())
-        out["reports"] = {name: {s: np.full(out["tick"].size, np.nan) for s in self.species}
-                          for name in reporters}
+        out["reports"] = {
+            name: {s: np.full(out["tick"].size, np.nan) for s in self.species} for name in reporters
+        }
         for c in self.series.each(("tick", "species", "n", "happiness_mean", "births", "deaths", *reporters)):
             since = c["tick"] - self.first
             for kind in ("births", "deaths"):
@@ -235,8 +267,9 @@ class Recording:
     def numbers(self, tick: int) -> dict[str, int]:
         """Return how many of each species live at the end of a tick."""
         rows = self.series.between(tick, tick, ("species", "n"))
-        return dict.fromkeys(self.species, 0) | {self.species[s]: int(n)
-                                                 for s, n in zip(rows["species"], rows["n"], strict=True)}
+        return dict.fromkeys(self.species, 0) | {
+            self.species[s]: int(n) for s, n in zip(rows["species"], rows["n"], strict=True)
+        }
 
     def recorded(self, tick: int) -> Columns:
         """Return the series of a tick, a row for each species, with which a rerun is compared."""
@@ -250,8 +283,9 @@ class Recording:
 
     def land(self, tick: int) -> Land:
         """Return the fences and roads that are there at the end of a tick, and the areas of land use."""
-        return land_at(self.manifest.get("config") or {}, self.manifest.get("intervened", ()), tick,
-                       self.path)
+        return land_at(
+            self.manifest.get("config") or {}, self.manifest.get("intervened", ()), tick, self.path
+        )
 
 
 def overlaid(organisms: Organisms, details: Columns) -> Organisms:
@@ -269,6 +303,7 @@ def overlaid(organisms: Organisms, details: Columns) -> Organisms:
 
 def lying(file: Any, name: str, shape: str | None) -> np.ndarray:
     """Return place, heading and size f32[n, 7] of the objects of a type in an open checkpoint."""
+
     def column(field: str) -> np.ndarray:
         return file.get_tensor(f"table/{name}/{field}")
 

@@ -87,43 +87,80 @@ class Replay:
         if self._hello is None:
             r = self.recording
             genes = dict.fromkeys(f"gene:{gene}" for names in self.genes.codes.values() for gene in names)
-            self._hello = {"kind": "hello", "mode": "replay", "first": r.first, "last": r.last, "acts": False,
-                           "foods": self._foods,
-                           "snapshot_every": r.every,
-                           "colours": ["species", "energy", "happiness", "age", "family", *genes],
-                           "note": note(r),
-                           **self._scene()}  # fmt: skip
+            self._hello = {
+                "kind": "hello",
+                "mode": "replay",
+                "first": r.first,
+                "last": r.last,
+                "acts": False,
+                "foods": self._foods,
+                "snapshot_every": r.every,
+                "colours": ["species", "energy", "happiness", "age", "family", *genes],
+                "note": note(r),
+                **self._scene(),
+            }
         return self._hello | {"tick": self._tick}
 
     def _scene(self) -> Message:
         r = self.recording
         colors, config = own_colors(r.manifest.get("colors")), r.manifest["config"]
         if r.scene is not None:
-            message = describe(r.scene, r.species, list(r.objects),
-                               {name: dict.fromkeys(g) for name, g in self.genes.codes.items()})
+            message = describe(
+                r.scene,
+                r.species,
+                list(r.objects),
+                {name: dict.fromkeys(g) for name, g in self.genes.codes.items()},
+            )
             learn = r.manifest.get("learn")
             for kind in message["species"]:
                 policy = config["species"][kind["name"]]["policy"]
-                kind["learns"] = (policy["kind"] != "none"
-                                  and bool(policy["learn"] if learn is None else learn))
+                kind["learns"] = policy["kind"] != "none" and bool(
+                    policy["learn"] if learn is None else learn
+                )
                 kind["color"] = colors.get(kind["name"], kind["color"])
             fields = [name for name in message["fields"] if name not in r.scene.fields]  # unrecorded
             return message | {"objects": sized(message["objects"], r.poses, OBJECT_UID), "fields": fields}
-        kinds = [{"name": n, "color": colors.get(n, "#888888"),
-                  **size_in(config["species"][n]["body"]),
-                  "moves": bool(config["species"][n].get("locomotion")),
-                  "sessile": not config["species"][n].get("locomotion"), "genes": [], "learns": False,
-                  "sees": eyes_of(config["species"][n].get("sensors"))}
-                 for n in r.species]  # fmt: skip
-        things = [{"name": n, "color": config["objects"][n].get("color", "#888888"),
-                   **size_in(config["objects"][n]["body"]),
-                   "moves": False, "sessile": True, "genes": [], "learns": False, "inanimate": True,
-                   "solid": config["objects"][n]["body"]["solid"]} for n in r.objects]  # fmt: skip
+        kinds = [
+            {
+                "name": n,
+                "color": colors.get(n, "#888888"),
+                **size_in(config["species"][n]["body"]),
+                "moves": bool(config["species"][n].get("locomotion")),
+                "sessile": not config["species"][n].get("locomotion"),
+                "genes": [],
+                "learns": False,
+                "sees": eyes_of(config["species"][n].get("sensors")),
+            }
+            for n in r.species
+        ]
+        things = [
+            {
+                "name": n,
+                "color": config["objects"][n].get("color", "#888888"),
+                **size_in(config["objects"][n]["body"]),
+                "moves": False,
+                "sessile": True,
+                "genes": [],
+                "learns": False,
+                "inanimate": True,
+                "solid": config["objects"][n]["body"]["solid"],
+            }
+            for n in r.objects
+        ]
         world = r.manifest["world"]
-        return {"world": world, "title": r.manifest.get("title") or world, "dt": r.dt,
-                "seed": r.manifest["seed"], "size": r.size,
-                "edges": "torus" if r.torus else "walls", "day": None, "usual_speed": 10.0,
-                "species": kinds, "objects": sized(things, r.poses, OBJECT_UID), "terrain": None}  # fmt: skip
+        return {
+            "world": world,
+            "title": r.manifest.get("title") or world,
+            "dt": r.dt,
+            "seed": r.manifest["seed"],
+            "size": r.size,
+            "edges": "torus" if r.torus else "walls",
+            "day": None,
+            "usual_speed": 10.0,
+            "species": kinds,
+            "objects": sized(things, r.poses, OBJECT_UID),
+            "terrain": None,
+        }
 
     def greeting(self) -> list[Message]:
         """Return births and deaths along the time line, interventions, and the story."""
@@ -134,9 +171,13 @@ class Replay:
 
     def _marks(self) -> Message:
         r = self.recording
-        return {"kind": "marks", "births": r.curves["births"].tolist(), "deaths": r.curves["deaths"].tolist(),
-                "interventions": r.interventions(),
-                "stretches": stretches(r, self.stretches)} | drawn(self._land)  # fmt: skip
+        return {
+            "kind": "marks",
+            "births": r.curves["births"].tolist(),
+            "deaths": r.curves["deaths"].tolist(),
+            "interventions": r.interventions(),
+            "stretches": stretches(r, self.stretches),
+        } | drawn(self._land)
 
     def _stand(self) -> list[Message]:
         """Return the marks again if the land differs from that at the tick shown before."""
@@ -159,8 +200,10 @@ class Replay:
         if stretch.wrong is None:
             message = _message("info", text, "fill")
         else:
-            differs = (f"but it differs from the recording from tick {stretch.wrong} on: other versions, "
-                       "or another machine?")
+            differs = (
+                f"but it differs from the recording from tick {stretch.wrong} on: other versions, "
+                "or another machine?"
+            )
             message = _message("warning", f"{text}; {differs}", "fill")
         try:
             return [message, self.organism(self._rerun.uid), self._marks()]
@@ -169,8 +212,9 @@ class Replay:
 
     def counts(self) -> dict[str, int]:
         """Return the number of each kind."""
-        return self.recording.numbers(self._tick) | {name: len(places)
-                                                     for name, places in self.recording.objects.items()}
+        return self.recording.numbers(self._tick) | {
+            name: len(places) for name, places in self.recording.objects.items()
+        }
 
     # --- frames ---------------------------------------------------------------------------------------------
 
@@ -197,14 +241,26 @@ class Replay:
         self._encoder.begin(number, self._tick, *self.sky(self._tick))
         for name in self.recording.species:
             organisms = self.organisms(name)
-            self._encoder.add(organisms.x, organisms.y, organisms.z, organisms.heading,
-                              self._value(name, organisms, colour), organisms.uid)
+            self._encoder.add(
+                organisms.x,
+                organisms.y,
+                organisms.z,
+                organisms.heading,
+                self._value(name, organisms, colour),
+                organisms.uid,
+            )
         first = OBJECT_UID
         for name, places in self.recording.objects.items():
             x, y, z = (np.ascontiguousarray(places[:, i]) for i in range(3))
             heading = np.ascontiguousarray(self.recording.poses(name)[:, 0])
-            self._encoder.add(x, y, z, heading, np.zeros(len(places), np.uint8),
-                              np.arange(first, first + len(places), dtype=np.uint64))
+            self._encoder.add(
+                x,
+                y,
+                z,
+                heading,
+                np.zeros(len(places), np.uint8),
+                np.arange(first, first + len(places), dtype=np.uint64),
+            )
             first += len(places)
         return self._encoder.bytes()
 
@@ -220,8 +276,11 @@ class Replay:
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
         """Return low and high of a colour, by kind."""
-        return {name: (float(f"{low:.5g}"), float(f"{high:.5g}"))
-                for (c, name), (low, high) in self.ranges.items() if c == colour}
+        return {
+            name: (float(f"{low:.5g}"), float(f"{high:.5g}"))
+            for (c, name), (low, high) in self.ranges.items()
+            if c == colour
+        }
 
     def _value(self, name: str, organisms: Organisms, colour: str) -> np.ndarray:
         out, of = np.zeros(organisms.uid.size, np.uint8), asked(colour)
@@ -253,10 +312,14 @@ class Replay:
         if colour == "age":
             return (
                 ((self._tick - self.recording.born(organisms.uid)) * self.recording.dt).astype(np.float32),
-                0.0, None
+                0.0,
+                None,
             )
-        code = (self.genes.codes.get(name, {}).get(colour.removeprefix("gene:"))
-                if colour.startswith("gene:") else None)
+        code = (
+            self.genes.codes.get(name, {}).get(colour.removeprefix("gene:"))
+            if colour.startswith("gene:")
+            else None
+        )
         if code is None:
             return None, None, None
         return self.genes.expressed(name, organisms.uid, code.name), float(code.low), float(code.high)
@@ -275,11 +338,20 @@ class Replay:
     def _all(self) -> Message:
         r = self.recording
         tick = r.curves["tick"]
-        out: Message = {"kind": "series", "tick": tick.tolist(), "reports": r.curves["reports"],
-                        "n": {n: v.astype(int).tolist() for n, v in r.curves["n"].items()}}
+        out: Message = {
+            "kind": "series",
+            "tick": tick.tolist(),
+            "reports": r.curves["reports"],
+            "n": {n: v.astype(int).tolist() for n, v in r.curves["n"].items()},
+        }
         feels = [name for name in r.species if r.manifest["config"]["species"][name].get("happiness")]
-        out["happiness"] = {name: [float(f"{v:.5g}") if n else None for v, n in zip(
-            r.curves["happiness"][name], r.curves["n"][name], strict=True)] for name in feels}
+        out["happiness"] = {
+            name: [
+                float(f"{v:.5g}") if n else None
+                for v, n in zip(r.curves["happiness"][name], r.curves["n"][name], strict=True)
+            ]
+            for name in feels
+        }
         if deep := self.past.depths(tick):
             out["reports"] = out["reports"] | {DEPTH: deep}
         out |= self.past.rates(tick) | {"energy": self.past.energy(tick)} | self.past.flows(tick)
@@ -340,8 +412,7 @@ class Replay:
         # its own files and cache: the recording's belong to this thread
         series = self.recording.parts("series", Cache())
         self._rerun.begin(uid, tick, lambda tick: series.between(tick, tick, COMPARED))
-        return [_message("info", f"running again from the last checkpoint before tick {tick + 1}",
-                         "fill")]
+        return [_message("info", f"running again from the last checkpoint before tick {tick + 1}", "fill")]
 
 
 def _message(level: str, text: str, field: str = "") -> Message:

@@ -34,13 +34,22 @@ class Stretch:
     `wrong` is the first tick at which the numbers differ from the recorded ones, None if none does.
     """
 
-    def __init__(self, first: int, last: int, blocks: dict[str, list[Columns]], sexes: dict[int, int],
-                 wrong: int | None) -> None:
-        joined = {kind: {n: np.concatenate([b[n] for b in pieces]) for n in pieces[0]}
-                  for kind, pieces in blocks.items()}
+    def __init__(
+        self,
+        first: int,
+        last: int,
+        blocks: dict[str, list[Columns]],
+        sexes: dict[int, int],
+        wrong: int | None,
+    ) -> None:
+        joined = {
+            kind: {n: np.concatenate([b[n] for b in pieces]) for n in pieces[0]}
+            for kind, pieces in blocks.items()
+        }
         self.first, self.last, self.sexes, self.wrong = first, last, sexes, wrong
-        self.details = {kind.removeprefix(KIND): columns
-                        for kind, columns in joined.items() if kind.startswith(KIND)}
+        self.details = {
+            kind.removeprefix(KIND): columns for kind, columns in joined.items() if kind.startswith(KIND)
+        }
         self.states = joined.get("snapshots", {})
 
     def at(self, tick: int, species: int) -> Columns:
@@ -50,10 +59,15 @@ class Stretch:
         return {name: column[chosen] for name, column in self.states.items()}
 
 
-def compute(path: Path, manifest: dict[str, Any], tick: int, end: int,
-            recorded: Callable[[int], dict[str, np.ndarray]],
-            progress: Callable[[int, int], None] | None = None,
-            halt: Callable[[], bool] = lambda: False) -> Stretch:
+def compute(
+    path: Path,
+    manifest: dict[str, Any],
+    tick: int,
+    end: int,
+    recorded: Callable[[int], dict[str, np.ndarray]],
+    progress: Callable[[int, int], None] | None = None,
+    halt: Callable[[], bool] = lambda: False,
+) -> Stretch:
     """Rerun the recorded run around a tick with all details; `end` is its last tick,
     `recorded(tick)` returns its series.
 
@@ -77,8 +91,12 @@ def compute(path: Path, manifest: dict[str, Any], tick: int, end: int,
     world.before_tick.append(look)
     world.run(first - at, None if progress is None else lambda done, _: progress(done, last + 1 - at))
     blocks: dict[str, list[Columns]] = {}
-    recorder = Recorder(world, lambda kind, columns: blocks.setdefault(kind, []).append(columns),
-                        snapshot_every=1, record="full")
+    recorder = Recorder(
+        world,
+        lambda kind, columns: blocks.setdefault(kind, []).append(columns),
+        snapshot_every=1,
+        record="full",
+    )
     sexes: dict[int, int] = {}
     world.on_death.append(lambda table, rows: _note_sexes(table, rows, sexes))
     while world.tick <= last and not halt():
@@ -173,12 +191,20 @@ class Rerun:
 
         try:
             with apart():  # no other thread uses its world, which takes turns with that of the main thread
-                self._result = compute(self.path, self.manifest, tick, self.end, recorded, progress,
-                                       self._is_over)
+                self._result = compute(
+                    self.path, self.manifest, tick, self.end, recorded, progress, self._is_over
+                )
         except InterruptedError:
             self._result = "given up"
-        except (CheckpointError, RecordingError, ConfigError, ImportError, OSError, ValueError,
-                FloatingPointError) as error:
+        except (
+            CheckpointError,
+            RecordingError,
+            ConfigError,
+            ImportError,
+            OSError,
+            ValueError,
+            FloatingPointError,
+        ) as error:
             self._result = str(error)
         except MemoryError:
             self._result = "there is not enough memory to run it again"

@@ -106,12 +106,24 @@ class Ring:
     def _keep(self) -> None:
         world, recorder = self.world, self.world.recorder
         meta, arrays = frozen.freeze(world, recording=False)
-        meta |= {"intervened": list(meta["intervened"]), "causes": list(meta["causes"]),
-                 "ambient": dict(meta["ambient"])}
+        meta |= {
+            "intervened": list(meta["intervened"]),
+            "causes": list(meta["causes"]),
+            "ambient": dict(meta["ambient"]),
+        }
         arrays = {name: array.copy() for name, array in arrays.items()}
         recording = None if recorder is None else rewinding.mark(recorder)
-        self.points.append(Point(world.tick, meta, arrays, world.config, recording, self.tally.mark(),
-                                 sum(array.nbytes for array in arrays.values())))
+        self.points.append(
+            Point(
+                world.tick,
+                meta,
+                arrays,
+                world.config,
+                recording,
+                self.tally.mark(),
+                sum(array.nbytes for array in arrays.values()),
+            )
+        )
         while len(self.points) > 2 and sum(point.size for point in self.points) > MEMORY:
             self.points.popleft()
 

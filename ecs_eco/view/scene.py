@@ -37,32 +37,46 @@ def kinds_of(world: World) -> tuple[list[str], list[str]]:
 
 
 def coloured_genes(table: Table) -> dict[str, Any]:
-    """Return the genes of a species that code for one number each, by name: an `ecs_eco.genomes` code each.
-    """
+    """Return the genes of a species that code for one number each, by name: an `ecs_eco.genomes` code each."""
     layout: Any = getattr(table.species.heredity, "layout", None)
-    return {} if layout is None else {code.name: code
-                                      for code in layout.genes if code.trait is not None and not code.width}
+    return (
+        {}
+        if layout is None
+        else {code.name: code for code in layout.genes if code.trait is not None and not code.width}
+    )
 
 
-def describe(world: World, species: list[str], objects: list[str],
-             genes: dict[str, dict[str, Any]]) -> dict[str, Any]:
+def describe(
+    world: World, species: list[str], objects: list[str], genes: dict[str, dict[str, Any]]
+) -> dict[str, Any]:
     """Return the part of hello that follows from the world: names, sizes, kinds, ground, day."""
     return {
-        "world": world.name, "title": getattr(world.config, "title", "") or world.name, "dt": world.dt,
-        "about": getattr(world.config, "description", ""), "seed": world.seed,
-        "size": list(world.space.size), "edges": world.space.edges, "day": day(world), "usual_speed": 10.0,
+        "world": world.name,
+        "title": getattr(world.config, "title", "") or world.name,
+        "dt": world.dt,
+        "about": getattr(world.config, "description", ""),
+        "seed": world.seed,
+        "size": list(world.space.size),
+        "edges": world.space.edges,
+        "day": day(world),
+        "usual_speed": 10.0,
         "species": [_kind(world, name, list(genes.get(name, ()))) for name in species],
         "objects": [_kind(world, name, []) | {"inanimate": True} for name in objects],
-        "terrain": ground(world), "fields": names_of(world),
-    }  # fmt: skip
+        "terrain": ground(world),
+        "fields": names_of(world),
+    }
 
 
 def switches(world: World, species: list[str]) -> dict[str, dict[str, bool | None]]:
     """Return whether each species breeds, and learns: None where it never does."""
     kinds = {name: world.tables[name].species for name in species}
-    return {name: {"reproduction": not kind.barren,
-                   "learning": bool(kind.nerves.learning) if kind.nerves and kind.nerves.policy else None}
-            for name, kind in kinds.items()}
+    return {
+        name: {
+            "reproduction": not kind.barren,
+            "learning": bool(kind.nerves.learning) if kind.nerves and kind.nerves.policy else None,
+        }
+        for name, kind in kinds.items()
+    }
 
 
 def grows(world: World, name: str) -> bool:
@@ -76,10 +90,16 @@ def grows(world: World, name: str) -> bool:
 def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
     table = world.tables[name]
     nerves, moves = table.species.nerves, Velocity in table
-    kind = {"name": name, "color": table.species.color, "radius": float(table.species.radius or 0.5),
-            "moves": moves, "sessile": not moves and grows(world, name),
-            "solid": bool(table.species.solid), "genes": genes,
-            "learns": bool(nerves is not None and nerves.learning)}  # fmt: skip
+    kind = {
+        "name": name,
+        "color": table.species.color,
+        "radius": float(table.species.radius or 0.5),
+        "moves": moves,
+        "sessile": not moves and grows(world, name),
+        "solid": bool(table.species.solid),
+        "genes": genes,
+        "learns": bool(nerves is not None and nerves.learning),
+    }
     config = None if world.config is None else {**world.config.objects, **world.config.species}.get(name)
     if table.species.opaque is False:
         kind["opaque"] = False
@@ -101,8 +121,9 @@ def size_in(body: dict[str, Any]) -> dict[str, Any]:
     return {"radius": known.radius} | shape_of(known)
 
 
-def sized(kinds: list[dict[str, Any]], poses: Callable[[str], np.ndarray],
-          first: int) -> list[dict[str, Any]]:
+def sized(
+    kinds: list[dict[str, Any]], poses: Callable[[str], np.ndarray], first: int
+) -> list[dict[str, Any]]:
     """Return object types with the sizes [m] of single capsules and boxes, by uid, which begin at `first`;
     `poses` gives heading and size f32[n, 4] of the objects of a type."""
     out = []
@@ -133,14 +154,20 @@ def ground(world: World) -> dict[str, Any] | None:
     ny, nx = terrain.height.shape
     every = max(1, math.ceil(math.sqrt(ny * nx / CELLS)))
     heights = _coarser(terrain.height, every).astype("<f4")
-    marks: dict[str, Any] = {kind: [p.model_dump() for p in getattr(config, kind, ())]
-                             for kind in ("rocks", "lakes")}
+    marks: dict[str, Any] = {
+        kind: [p.model_dump() for p in getattr(config, kind, ())] for kind in ("rocks", "lakes")
+    }
     if terrain.land is not None:  # real land stands on its lowest ground, and is painted as on maps
         heights -= heights.min()
         painted = (255 * _coarser(Relief.of(terrain).colours(), every)).astype(np.uint8)
         marks["colours"] = base64.b64encode(painted.tobytes()).decode()
-    return {"cell": every * world.space.size[0] / nx, "nx": heights.shape[1], "ny": heights.shape[0],
-            "heights": base64.b64encode(heights.tobytes()).decode(), **marks}  # fmt: skip
+    return {
+        "cell": every * world.space.size[0] / nx,
+        "nx": heights.shape[1],
+        "ny": heights.shape[0],
+        "heights": base64.b64encode(heights.tobytes()).decode(),
+        **marks,
+    }
 
 
 def _coarser(cells: np.ndarray, every: int) -> np.ndarray:
@@ -151,38 +178,50 @@ def _coarser(cells: np.ndarray, every: int) -> np.ndarray:
 def uses_of(world: World) -> list[dict[str, Any]]:
     """Return the uses of land, seasons aside, that are in force in a tick, as a world file has them."""
     uses = () if world.config is None else world.config.land_use
-    return [use.model_dump() for use in uses
-            if use.at <= world.tick and (use.until is None or world.tick <= use.until)]
+    return [
+        use.model_dump()
+        for use in uses
+        if use.at <= world.tick and (use.until is None or world.tick <= use.until)
+    ]
 
 
 def land_of(world: World) -> Land:
     """Return the fences and roads of a living world, and its areas of land use."""
     terrain = world.terrain
-    there = {} if terrain is None else {
-        "fences": [{"line": corners.tolist()} for corners in terrain.fences],
-        "roads": [{"line": road.line.tolist(), "width": road.width} for road in terrain.roads]}
+    there = (
+        {}
+        if terrain is None
+        else {
+            "fences": [{"line": corners.tolist()} for corners in terrain.fences],
+            "roads": [{"line": road.line.tolist(), "width": road.width} for road in terrain.roads],
+        }
+    )
     return land_at({"land_use": uses_of(world)}, (), world.tick) | there
 
 
 def drawn(land: Land) -> dict[str, Any]:
     """Return the land as pages draw it: the corners [m] of fences, the middle lines and widths of roads, kind
     and border of areas."""
+
     def corners(shape: dict[str, Any]) -> list[list[float]]:
         line = shape["line"] if "line" in shape else Region(None, shape["region"]).border()
         rounded: list[list[float]] = np.round(np.array(line, float), 3).tolist()
         return rounded
 
-    return {"fences": [corners(fence) for fence in land["fences"]],
-            "roads": [{"line": corners(road), "width": road["width"]} for road in land["roads"]],
-            "areas": [{"kind": area["kind"], "border": corners(area)} for area in land["areas"]]}
+    return {
+        "fences": [corners(fence) for fence in land["fences"]],
+        "roads": [{"line": corners(road), "width": road["width"]} for road in land["roads"]],
+        "areas": [{"kind": area["kind"], "border": corners(area)} for area in land["areas"]],
+    }
 
 
 def day(world: World) -> dict[str, float] | None:
     """Return the length of a day [s] and the time of the day at tick 0, a share since midnight;
     None where there are no days."""
     sun = _moving(world)
-    return None if sun is None else {"length": float(sun.day),
-                                     "start": (float(sun.start) + _shift(sun)) % 1.0}
+    return (
+        None if sun is None else {"length": float(sun.day), "start": (float(sun.start) + _shift(sun)) % 1.0}
+    )
 
 
 def _moving(world: World) -> Sun | None:
@@ -202,6 +241,7 @@ def sky(world: World) -> tuple[float, float]:
         x, y = (np.array([s / 2], np.float32) for s in world.space.size[:2])
         light = float(world.surroundings("light", x, y, top)[0]) if "light" in world.environment else full
         return min(max(light, 0.0), 1.0), math.asin(min(max(light, 0.0), 1.0))
-    height = sine_of_elevation(world.time / sun.day + sun.start + _shift(sun), sun.latitude,
-                               sun.season(world.time))
+    height = sine_of_elevation(
+        world.time / sun.day + sun.start + _shift(sun), sun.latitude, sun.season(world.time)
+    )
     return min(max(full * sun.light(world.time), 0.0), 1.0), math.asin(min(max(height, -1.0), 1.0))

@@ -159,8 +159,11 @@ class Second:
 
     def news(self) -> list[Message]:
         """Return new points of its curves, marks, and deaths."""
-        out = [_wrapped(message) if message["kind"] == "marks" else self.passed_on(message)
-               for message in self.source.news() if message["kind"] in ("marks", "said", "organism")]
+        out = [
+            _wrapped(message) if message["kind"] == "marks" else self.passed_on(message)
+            for message in self.source.news()
+            if message["kind"] in ("marks", "said", "organism")
+        ]
         points = self._points(self._sent)
         if points:
             self._sent = points[0]["series"]["tick"][-1] + self.shift

@@ -54,12 +54,13 @@ def _fed(state: Mapping[str, Any]) -> str:
 def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: Sequence[str]) -> str:
     """Say which of its kinds of targets is nearest, and where."""
     value = {s["name"]: s["value"] or 0.0 for s in sensors}
-    near = {name.removesuffix("_near"): v for name, v in value.items()
-            if name.endswith("_near") and v > SEEN}
+    near = {name.removesuffix("_near"): v for name, v in value.items() if name.endswith("_near") and v > SEEN}
     if not near:
         return ""
-    who = {target: next((name for name in (*enemies, *foods) if target.endswith(f"_{name}")), target)
-           for target in near}  # what rays of a sensor "far" hit is called "far_deer"
+    who = {
+        target: next((name for name in (*enemies, *foods) if target.endswith(f"_{name}")), target)
+        for target in near
+    }  # what rays of a sensor "far" hit is called "far_deer"
     lines = []
     for target in sorted(near, key=lambda t: (who[t] not in enemies, -near[t]))[:2]:
         word = " (an enemy)" if who[target] in enemies else " (food)" if who[target] in foods else ""
@@ -89,8 +90,9 @@ def _does(actions: Sequence[Mapping[str, Any]]) -> str:
     if forced:
         parts.append("its reflex made it " + " and ".join(_act(a) for a in forced))
     if chosen:
-        parts.append("its policy chose to " + " and ".join(
-            f"{_act(a)} ({a['probability']:.0%})" for a in chosen))
+        parts.append(
+            "its policy chose to " + " and ".join(f"{_act(a)} ({a['probability']:.0%})" for a in chosen)
+        )
     if other:
         parts.append(f"{' and '.join(other)} came by {'itself' if len(other) == 1 else 'themselves'}")
     return "; ".join(parts)

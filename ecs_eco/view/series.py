@@ -39,8 +39,13 @@ class Curves:
         if first == len(self.ticks):
             return None
         points = self.points[first:]
-        out: dict[str, Any] = {"kind": "series", "tick": self.ticks[first:], "n": {}, "happiness": {},
-                               "genes": {}}
+        out: dict[str, Any] = {
+            "kind": "series",
+            "tick": self.ticks[first:],
+            "n": {},
+            "happiness": {},
+            "genes": {},
+        }
         for key in dict.fromkeys(key for point in points for key in point):
             values = [_plain(point.get(key)) for point in points]
             group, name, *species = key
@@ -64,5 +69,6 @@ def by_species(said: dict[str, Any]) -> dict[str, list[float | None]]:
     first, *others = said.values()
     if all(np.array_equal(first, other, equal_nan=True) for other in others):
         said = {"": first}
-    return {name: [_plain(float(v)) for v in values]
-            for name, values in said.items() if np.isfinite(values).any()}
+    return {
+        name: [_plain(float(v)) for v in values] for name, values in said.items() if np.isfinite(values).any()
+    }

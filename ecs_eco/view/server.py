@@ -37,8 +37,13 @@ UNREAD = 1 << 18  # [bytes] that the system keeps for a page that does not read
 WAITING = 64  # pending messages of a page that does not read; beyond that it is disconnected
 ASKED = 16  # requests of a page that may be pending
 LARGEST = 1 << 18  # [bytes] of one message from a page
-TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".woff2": "font/woff2",
-         ".html": "text/html"}
+TYPES = {
+    ".js": "text/javascript",
+    ".css": "text/css",
+    ".svg": "image/svg+xml",
+    ".woff2": "font/woff2",
+    ".html": "text/html",
+}
 
 
 class Client:
@@ -68,8 +73,11 @@ class Client:
             self._some.clear()
             while self._waiting:
                 message = self._waiting.popleft()
-                await (self.socket.send_text(message)
-                       if isinstance(message, str) else self.socket.send_bytes(message))
+                await (
+                    self.socket.send_text(message)
+                    if isinstance(message, str)
+                    else self.socket.send_bytes(message)
+                )
 
 
 class Strangers(dict[Any, asyncio.Transport]):
@@ -121,8 +129,9 @@ class Server:
     was accepted; in the server's thread.
     """
 
-    def __init__(self, player: Listener, port: int = 0, frames: tuple[str, ...] = (),
-                 page: str = "index.html") -> None:
+    def __init__(
+        self, player: Listener, port: int = 0, frames: tuple[str, ...] = (), page: str = "index.html"
+    ) -> None:
         self.player, self.credentials, self.page = player, Credentials(), page
         self.came: Callable[[str, bool], None] = lambda code, good: None
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
@@ -137,14 +146,25 @@ class Server:
         self.clients: set[Client] = set()
         self._strangers = Strangers()
         self.app = Guard(self._pages(), self.credentials, self.port, frames)
-        config = uvicorn.Config(self.app, lifespan="off", log_config=None, log_level="critical",
-                                access_log=False, ws="websockets-sansio", backlog=BACKLOG,
-                                http=self._strangers.protocol(), ws_per_message_deflate=False,
-                                ws_max_size=LARGEST, server_header=False, timeout_graceful_shutdown=1,
-                                proxy_headers=False)  # fmt: skip
+        config = uvicorn.Config(
+            self.app,
+            lifespan="off",
+            log_config=None,
+            log_level="critical",
+            access_log=False,
+            ws="websockets-sansio",
+            backlog=BACKLOG,
+            http=self._strangers.protocol(),
+            ws_per_message_deflate=False,
+            ws_max_size=LARGEST,
+            server_header=False,
+            timeout_graceful_shutdown=1,
+            proxy_headers=False,
+        )
         self._uvicorn = uvicorn.Server(config)
-        self._thread = threading.Thread(target=self._uvicorn.run, kwargs={"sockets": [self._socket]},
-                                        name="ecs-eco viewer", daemon=True)
+        self._thread = threading.Thread(
+            target=self._uvicorn.run, kwargs={"sockets": [self._socket]}, name="ecs-eco viewer", daemon=True
+        )
 
     def start(self) -> Server:
         """Listen; returns when pages can come."""
@@ -160,6 +180,7 @@ class Server:
 
     def show(self, player: Listener) -> None:
         """Speak for another player from now on: all pages join it."""
+
         def swap() -> None:
             self.player = player
             for client in self.clients:

@@ -50,16 +50,20 @@ class View:
 
     def whole(self, tick: int) -> bool:
         """Whether the page has all of a tick."""
-        return (self.seen == (tick, self.colour)
-                and (self.selected is None or self.panel == (tick, self.selected))
-                and (self.field is None or self.mapped == (tick, self.field)))
+        return (
+            self.seen == (tick, self.colour)
+            and (self.selected is None or self.panel == (tick, self.selected))
+            and (self.field is None or self.mapped == (tick, self.field))
+        )
 
     def lay(self, source: Source, request: Message) -> None:
         """Choose the field that lies over the scene, None for none."""
         name, known = request.get("name"), source.hello().get("fields", [])
         if name is not None and name not in known:
-            raise ValueError(f"field: name = {short(name)}; allowed: {', '.join(known) or 'null alone'}"
-                             + (f"; did you mean {nearest(name, known)!r}?" if known else ""))
+            raise ValueError(
+                f"field: name = {short(name)}; allowed: {', '.join(known) or 'null alone'}"
+                + (f"; did you mean {nearest(name, known)!r}?" if known else "")
+            )
         self.field, self.mapped, self.field_at = name, None, -math.inf
 
 

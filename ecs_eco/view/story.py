@@ -33,8 +33,9 @@ class Story:
     `foods` gives what each species eats; `cause` names the cause of death of a column of the sums.
     """
 
-    def __init__(self, species: Sequence[str], foods: Mapping[str, Sequence[str]],
-                 cause: Callable[[int], str]) -> None:
+    def __init__(
+        self, species: Sequence[str], foods: Mapping[str, Sequence[str]], cause: Callable[[int], str]
+    ) -> None:
         self.species, self.foods, self.cause = list(species), foods, cause
         self.entries: list[dict[str, Any]] = []
         self._low: list[Turn | None] = [None] * len(self.species)
@@ -53,8 +54,9 @@ class Story:
         for name in STATE:
             setattr(self, name, copy(mark[name]))
 
-    def note(self, tick: int, n: np.ndarray, births: np.ndarray, deaths: Callable[[], np.ndarray],
-             bred: np.ndarray) -> None:
+    def note(
+        self, tick: int, n: np.ndarray, births: np.ndarray, deaths: Callable[[], np.ndarray], bred: np.ndarray
+    ) -> None:
         """Note the state after `tick` ticks: numbers i64[s]; births i64[s] since the beginning, deaths
         i64[s, causes], asked for where they matter; `bred` bool[s] says who has had young of parents."""
         for s, count in enumerate(n.tolist()):
@@ -98,13 +100,25 @@ class Story:
         """Tell a boom or a crash; remember a new high or low."""
         if now.n >= max(LEAST, FACTOR * low.n) and self._way[s] <= 0:
             times = now.n / max(low.n, 1)
-            self._tell(now, s, "boom", f"{self.species[s]} boom: {times:.2g} × tick {low.tick:,}",
-                       self._rise(s, low, now), low.n)
+            self._tell(
+                now,
+                s,
+                "boom",
+                f"{self.species[s]} boom: {times:.2g} × tick {low.tick:,}",
+                self._rise(s, low, now),
+                low.n,
+            )
             self._way[s], self._high[s], self._peak[s] = 1, now, None
         elif high.n >= LEAST and now.n * FACTOR <= high.n and self._way[s] >= 0:
             share = now.n / high.n
-            self._tell(now, s, "crash", f"{self.species[s]} crash: {share:.0%} of tick {high.tick:,} left",
-                       self._fall(s, high, now), high.n)
+            self._tell(
+                now,
+                s,
+                "crash",
+                f"{self.species[s]} crash: {share:.0%} of tick {high.tick:,} left",
+                self._fall(s, high, now),
+                high.n,
+            )
             self._way[s], self._low[s], self._peak[s] = -1, now, high
         if now.n >= self._high[s].n:  # type: ignore[union-attr]
             self._high[s] = now
@@ -115,8 +129,17 @@ class Story:
 
     def _tell(self, now: Turn, s: int, kind: str, text: str, cause: str, before: int | None = None) -> None:
         was = {} if before is None else {"before": before}
-        self.entries.append({"tick": now.tick, "kind": kind, "species": self.species[s], "n": now.n,
-                             "text": text[0].upper() + text[1:], "cause": cause, **was})
+        self.entries.append(
+            {
+                "tick": now.tick,
+                "kind": kind,
+                "species": self.species[s],
+                "n": now.n,
+                "text": text[0].upper() + text[1:],
+                "cause": cause,
+                **was,
+            }
+        )
         del self.entries[:-KEPT]
 
     # --- causes ---------------------------------------------------------------------------------------------
@@ -130,20 +153,23 @@ class Story:
         order = [int(c) for c in np.argsort(-died, kind="stable")[:4] if died[c] >= NAMED * total]
         shares = ", ".join(f"{died[c] / total:.0%} {self.cause(c)}" for c in order)
         text = f"Of {total:,} deaths since tick {high.tick:,}: {shares}; {born:,} were born."
-        eaters = [c.removeprefix("eaten by ") for c in (self.cause(i) for i in order)
-                  if c.startswith("eaten by ")]
+        eaters = [
+            c.removeprefix("eaten by ") for c in (self.cause(i) for i in order) if c.startswith("eaten by ")
+        ]
         starved = any(not self.cause(i).startswith("eaten by ") for i in order)
         meals = [food for food in self.foods.get(self.species[s], ()) if starved]
         return " ".join([text, *self._meanwhile(meals, eaters, high, now)])
 
     def _meanwhile(self, foods: Sequence[str], eaters: Sequence[str], then: Turn, now: Turn) -> list[str]:
         lines = []
-        for name, word, rises in [*((f, "Its food", False) for f in foods),
-                                  *((e, "Its enemy", True) for e in eaters)]:
+        for name, word, rises in [
+            *((f, "Its food", False) for f in foods),
+            *((e, "Its enemy", True) for e in eaters),
+        ]:
             if name not in self.species:
                 continue
             a, b = (int(turn.others[self.species.index(name)]) for turn in (then, now))
-            if (b >= 1.25 * a if rises else b <= 0.8 * a):
+            if b >= 1.25 * a if rises else b <= 0.8 * a:
                 lines.append(f"{word}, {name}, went from {a:,} to {b:,} meanwhile.")
         return lines
 
@@ -151,8 +177,10 @@ class Story:
         died, born = int((now.deaths - low.deaths).sum()), now.births - low.births
         enemies = [e for e, eaten in self.foods.items() if self.species[s] in eaten and e in self.species]
         lines = [f"{born:,} were born and {died:,} died since tick {low.tick:,}."]
-        for name, word, more in [*((f, "Its food", True) for f in self.foods.get(self.species[s], ())),
-                                 *((e, "Its enemy", False) for e in enemies)]:
+        for name, word, more in [
+            *((f, "Its food", True) for f in self.foods.get(self.species[s], ())),
+            *((e, "Its enemy", False) for e in enemies),
+        ]:
             if name not in self.species:
                 continue
             a, b = (int(turn.others[self.species.index(name)]) for turn in (low, now))
@@ -164,6 +192,13 @@ class Story:
 def foods_of(config: Any) -> dict[str, list[str]]:
     """Return what each species of a configuration, a mapping, eats without loss."""
     species = (config or {}).get("species") or {}
-    return {name: list(dict.fromkeys(line["eats"] for line in values.get("diet") or ()
-                                     if line.get("gain", 0) >= 0 and not line.get("deadly")))
-            for name, values in species.items()}
+    return {
+        name: list(
+            dict.fromkeys(
+                line["eats"]
+                for line in values.get("diet") or ()
+                if line.get("gain", 0) >= 0 and not line.get("deadly")
+            )
+        )
+        for name, values in species.items()
+    }

@@ -21,10 +21,27 @@ def stretches(recording: Recording, again: Sequence[Stretch]) -> list[dict[str, 
             if same is not None:
                 same["species"].append(name)
             else:
-                out.append({"kind": "full" if kind == "full" else "focal", "first": first, "last": last,
-                            "species": [name], "n": int(most) if most.isdecimal() else None, "wrong": None})
-    return out + [{"kind": "filled", "first": s.first, "last": s.last, "species": sorted(s.details),
-                   "n": None, "wrong": s.wrong} for s in again]  # fmt: skip
+                out.append(
+                    {
+                        "kind": "full" if kind == "full" else "focal",
+                        "first": first,
+                        "last": last,
+                        "species": [name],
+                        "n": int(most) if most.isdecimal() else None,
+                        "wrong": None,
+                    }
+                )
+    return out + [
+        {
+            "kind": "filled",
+            "first": s.first,
+            "last": s.last,
+            "species": sorted(s.details),
+            "n": None,
+            "wrong": s.wrong,
+        }
+        for s in again
+    ]
 
 
 def spans(recording: Recording, species: str) -> list[tuple[int, int]]:
@@ -45,6 +62,8 @@ def note(recording: Recording) -> str:
     detailed = [name for name in r.species if r.details[name].rows]
     text = "Recorded in every tick."
     if r.every > 1:
-        text = (f"Recorded every {r.every} ticks; in between, "
-                "births and deaths are exact and places are on straight lines.")
+        text = (
+            f"Recorded every {r.every} ticks; in between, "
+            "births and deaths are exact and places are on straight lines."
+        )
     return text + (f" Details of {', '.join(detailed)}: {r.manifest.get('record')}." if detailed else "")

@@ -83,22 +83,28 @@ class Tally:
         if Metabolism not in table or not table.n:
             return {}
         m, rows = table[Metabolism], table.rows()
-        return {("energy", name, "taken in"): float(m.taken[rows].sum(dtype=np.float64)),
-                ("energy", name, "burnt"): float(m.burnt[rows].sum(dtype=np.float64))}
+        return {
+            ("energy", name, "taken in"): float(m.taken[rows].sum(dtype=np.float64)),
+            ("energy", name, "burnt"): float(m.burnt[rows].sum(dtype=np.float64)),
+        }
 
     def _depths(self) -> dict[tuple[str, ...], float]:
         """Return how deep those of each moving species are in water, on average, as heights below 0 [m]."""
         if not self.world.space.volume:
             return {}
         top, moving = float(self.world.space.size[2]), [t for t in self._tables if t.n and Velocity in t]
-        return {("reports", DEPTH, t.name): float(t[Position].z[t.rows()].mean(dtype=np.float64)) - top
-                for t in moving}
+        return {
+            ("reports", DEPTH, t.name): float(t[Position].z[t.rows()].mean(dtype=np.float64)) - top
+            for t in moving
+        }
 
     def mark(self) -> dict[str, Any]:
         """Return what has been counted and told so far."""
         self._count()
         return {name: copy(getattr(self, name)) for name in KEPT} | {
-            "story": self.story.mark(), "flows": self.flows.mark()}
+            "story": self.story.mark(),
+            "flows": self.flows.mark(),
+        }
 
     def go_back(self, mark: dict[str, Any]) -> None:
         """Count and tell on from a mark."""
@@ -125,4 +131,3 @@ class Tally:
             for cause in np.flatnonzero(self.deaths[s]).tolist():
                 point["causes", name, self.world.causes[cause - 1]] = round(float(died[cause]) / span, 4)
         return point
-

@@ -72,8 +72,9 @@ class Told:
             rate = np.diff(deaths[at, s], axis=0) / span[:, None]
             out["births"][name] = _listed(np.diff(births[at, s]) / span)
             out["deaths"][name] = _listed(rate.sum(axis=1))
-            out["causes"][name] = {cause: _listed(rate[:, k]) for k, cause in enumerate(self.causes)
-                                   if deaths[-1, s, k]}
+            out["causes"][name] = {
+                cause: _listed(rate[:, k]) for k, cause in enumerate(self.causes) if deaths[-1, s, k]
+            }
         return out
 
     def energy(self, ticks: np.ndarray) -> dict[str, Any]:
@@ -86,9 +87,13 @@ class Told:
         for c in r.series.each(("tick", "species", *FLOWS)):
             flows[:, c["tick"] - r.first, c["species"]] = [c[name] for name in FLOWS]
         at = ticks - r.first
-        return {name: {words: [float(f"{v:.5g}") for v in flows[k, at, s]]
-                       for k, words in enumerate(FLOWS.values())}
-                for s, name in enumerate(r.species) if flows[:, :, s].any()}
+        return {
+            name: {
+                words: [float(f"{v:.5g}") for v in flows[k, at, s]] for k, words in enumerate(FLOWS.values())
+            }
+            for s, name in enumerate(r.species)
+            if flows[:, :, s].any()
+        }
 
     def depths(self, ticks: np.ndarray) -> dict[str, list[float | None]]:
         """Return mean depths at these ticks, as heights below 0 [m], of those that move; {} of no water."""
@@ -99,8 +104,11 @@ class Told:
         for c in r.series.each(("tick", "species", "n", "depth_mean")):
             deep[c["tick"] - r.first, c["species"]] = np.where(c["n"] > 0, -c["depth_mean"], np.nan)
         moves = {name for name, s in r.manifest["config"]["species"].items() if s.get("locomotion")}
-        return {name: [None if np.isnan(v) else float(f"{v:.5g}") for v in deep[ticks - r.first, s]]
-                for s, name in enumerate(r.species) if name in moves}
+        return {
+            name: [None if np.isnan(v) else float(f"{v:.5g}") for v in deep[ticks - r.first, s]]
+            for s, name in enumerate(r.species)
+            if name in moves
+        }
 
     def flows(self, ticks: np.ndarray) -> dict[str, Any]:
         """Return what flowed a tick between these ticks, by species; see `ecs_eco.view.flows`."""
@@ -115,8 +123,12 @@ class Told:
                 values[c["tick"] - r.first, c["species"]] = c[column]
             sums[column] = values.cumsum(axis=0)[at]
         foods, by = foods_of(r.manifest.get("config")), "eaten by "
-        meals = {(food, cause.removeprefix(by)): self._sums[2][at, s, k] for s, food in enumerate(r.species)
-                 for k, cause in enumerate(self.causes) if cause.startswith(by)}
+        meals = {
+            (food, cause.removeprefix(by)): self._sums[2][at, s, k]
+            for s, food in enumerate(r.species)
+            for k, cause in enumerate(self.causes)
+            if cause.startswith(by)
+        }
         said = flows.recorded(sums, r.species, ticks, foods, meals)
         return {"flows": said} | ({} if any(map(is_eaten, sums)) else {"shared": True})
 

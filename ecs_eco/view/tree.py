@@ -79,8 +79,9 @@ class Recorded:
         """Return the children of any of these, a row group of births at a time."""
         names, births = ("uid", "parent", "parent2"), self.recording.births
         least = int(uids.min()) if uids.size else 0
-        groups = [group for group in births.groups
-                  if group.rows and (group.uids is None or group.uids[1] > least)]
+        groups = [
+            group for group in births.groups if group.rows and (group.uids is None or group.uids[1] > least)
+        ]
         columns = (births.read(group, names) for group in groups if uids.size)
         return _young((tuple(part[name].astype(np.uint64) for name in names) for part in columns), uids)
 
@@ -97,8 +98,9 @@ def _young(parts: Iterable[tuple[np.ndarray, ...]], uids: np.ndarray) -> Young:
     return Young(every[order], np.concatenate(parents)[order])
 
 
-def described(species: str, born: int | None, died: dict[str, Any] | None, parents: list[int],
-              dt: float) -> dict[str, Any]:
+def described(
+    species: str, born: int | None, died: dict[str, Any] | None, parents: list[int], dt: float
+) -> dict[str, Any]:
     """Return the facts of a life; `dt` is the length of a tick [s]."""
     age = None if died is None or born is None else round((died["tick"] - born) * dt, 6)
     return {"species": species, "born": born, "died": died, "age": age, "parents": parents}
@@ -130,12 +132,21 @@ def tree(known: Genealogy, families: Families, request: Message) -> Message:
     listed = [*chosen.tolist(), *grand.tolist(), *beside[-BESIDE:].tolist()]
     lives |= {one: known.life(one) or _unknown() for one in dict.fromkeys(listed) if one not in lives}
     counts = [(_uids([uid]), children), (chosen, theirs), (grand, after), (parents, litter)]
-    young = {one: n for uids, of in counts
-             for one, n in zip(uids.tolist(), _counted(uids, of).tolist(), strict=True)}
+    young = {
+        one: n
+        for uids, of in counts
+        for one, n in zip(uids.tolist(), _counted(uids, of).tolist(), strict=True)
+    }
     clades = families.clades(request.get("by"), [life["species"] for life in lives.values()], _uids([*lives]))
-    return {"kind": "tree", "uid": uid, "siblings": int(beside.size),
-            "lives": [{"uid": one, "young": young.get(one), "clade": clade, **life}
-                      for (one, life), clade in zip(lives.items(), clades, strict=True)]}
+    return {
+        "kind": "tree",
+        "uid": uid,
+        "siblings": int(beside.size),
+        "lives": [
+            {"uid": one, "young": young.get(one), "clade": clade, **life}
+            for (one, life), clade in zip(lives.items(), clades, strict=True)
+        ],
+    }
 
 
 def _ancestors(known: Genealogy, uid: int, focal: dict[str, Any]) -> dict[int, dict[str, Any]]:

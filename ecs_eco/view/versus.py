@@ -17,13 +17,17 @@ class Side(NamedTuple):
 
 def side(counts: Mapping[str, int], entries: Sequence[Mapping[str, Any]], tick: int) -> Side:
     """Return a world's side at a tick, from its numbers and its story."""
-    gone = {entry["species"]: int(entry["tick"]) for entry in entries
-            if entry["kind"] == "extinct" and entry["tick"] <= tick}
+    gone = {
+        entry["species"]: int(entry["tick"])
+        for entry in entries
+        if entry["kind"] == "extinct" and entry["tick"] <= tick
+    }
     return Side(counts, {name: at for name, at in gone.items() if not counts.get(name)})
 
 
-def differences(species: Sequence[str], one: Side, other: Side, since: int | None,
-                tick: int) -> dict[str, Any]:
+def differences(
+    species: Sequence[str], one: Side, other: Side, since: int | None, tick: int
+) -> dict[str, Any]:
     """Return the sentence, and of which species it speaks with the clause for each: {"text", "clauses"}.
 
     `other` branched from `one` at tick `since`; None: they are two worlds that have nothing in common.
@@ -65,8 +69,11 @@ def _clause(name: str, one: Side, other: Side, forked: bool) -> str:
     a, b = one.n[name], other.n[name]
     here, there = ("here", "as it was") if forked else ("in the second", "in the first")
     if not a and not b:
-        ends = [f"at {ends.extinct[name]:,} {place}" for ends, place in ((other, here), (one, there))
-                if name in ends.extinct]
+        ends = [
+            f"at {ends.extinct[name]:,} {place}"
+            for ends, place in ((other, here), (one, there))
+            if name in ends.extinct
+        ]
         return f"{name} died out {' and '.join(ends)}"
     if not a or not b:
         (gone, place), (n, other_place) = ((other, here), (a, there)) if not b else ((one, there), (b, here))

@@ -79,8 +79,9 @@ class Window:
     one.
     """
 
-    def __init__(self, ticks: int, announce: Announce = print, *, port: int = 0,
-                 browser: bool = False) -> None:
+    def __init__(
+        self, ticks: int, announce: Announce = print, *, port: int = 0, browser: bool = False
+    ) -> None:
         self.ticks, self.announce, self.port, self.browser = ticks, announce, port, browser
         self.world: Any = None
         self.player: Player | None = None

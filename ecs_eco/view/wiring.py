@@ -18,10 +18,17 @@ def wiring(config: Any, species: str) -> dict[str, Any]:
     d = diagram(config, species)
     reflexes = [[[row for row, _ in reflex.sources], reflex.action, reflex.label] for reflex in d.reflexes]
     happiness = d.happiness
-    return {"wiring": {
-        "reflexes": reflexes, "function": d.function, "policy": d.policy.label,
-        "happiness": None if happiness is None else happiness.label,
-        "felt": [] if happiness is None else [row for row, _ in happiness.sources],
-        "all": {"reflex": bool(d.function), "policy": bool(d.policy.layers),
-                "happiness": happiness is not None and not happiness.sources},
-    }}  # fmt: skip
+    return {
+        "wiring": {
+            "reflexes": reflexes,
+            "function": d.function,
+            "policy": d.policy.label,
+            "happiness": None if happiness is None else happiness.label,
+            "felt": [] if happiness is None else [row for row, _ in happiness.sources],
+            "all": {
+                "reflex": bool(d.function),
+                "policy": bool(d.policy.layers),
+                "happiness": happiness is not None and not happiness.sources,
+            },
+        }
+    }

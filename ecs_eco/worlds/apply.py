@@ -49,8 +49,10 @@ def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None =
     """
     changed = None if before is None else [k for k, *_ in changes(before.model_dump(), config.model_dump())]
     world.config = config
-    world.reporters |= {name: formula_of(config, what) if is_formula(what) else config.function(what)
-                        for name, what in config.reporters.items()}
+    world.reporters |= {
+        name: formula_of(config, what) if is_formula(what) else config.function(what)
+        for name, what in config.reporters.items()
+    }
     apply_surroundings(world, config, changed)
     for use in config.land_use:
         world.tables[use.species].species.used = True
@@ -58,21 +60,27 @@ def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None =
         if changed is None or any(key[:2] == ("objects", name) for key in changed):
             apply_object(world.tables[name], kind, world.substances)
     for name, species in config.species.items():
-        keys = None if changed is None else {".".join(map(str, key[2:]))
-                                             for key in changed if key[:2] == ("species", name)}
+        keys = (
+            None
+            if changed is None
+            else {".".join(map(str, key[2:])) for key in changed if key[:2] == ("species", name)}
+        )
         if keys is None or keys:
             apply_species(world, world.tables[name], species, keys)
-            apply_heredity(world, world.tables[name], species, keys,
-                           None if before is None else before.species[name])
+            apply_heredity(
+                world, world.tables[name], species, keys, None if before is None else before.species[name]
+            )
 
 
-def apply_surroundings(world: SpatialWorld, config: WorldConfig,
-                       changed: Collection[Key] | None = None) -> None:
+def apply_surroundings(
+    world: SpatialWorld, config: WorldConfig, changed: Collection[Key] | None = None
+) -> None:
     """Set what surrounds all organisms: ambient values, sun, water and year, smells, slopes.
 
     Everything is set where `changed` is None; else what these keys of a configuration name, so that what
     users have set themselves stays.
     """
+
     def wanted(*key: str) -> bool:
         return changed is None or any(k[: len(key)] == key for k in changed)
 
@@ -142,8 +150,9 @@ def apply_object(table: Table, kind: Any, substances: list[str]) -> None:
         table.set_defaults(Metabolism, energy=kind.energy.initial)
 
 
-def apply_species(world: SpatialWorld, table: Table, species: Any,
-                  changed: Collection[str] | None = None) -> None:
+def apply_species(
+    world: SpatialWorld, table: Table, species: Any, changed: Collection[str] | None = None
+) -> None:
     """Set the initial values of newborn of a species, and what systems read of the species.
 
     Gaits and networks are made where `changed` is None, or has a dotted key of theirs.
@@ -193,21 +202,29 @@ def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:
     speeds, turns, climbs, _ = rows
     turning = {"left": way.turn, "right": -way.turn}
     climbing, pitching = {"up": way.climb, "down": -way.climb}, {"up": way.pitch, "down": -way.pitch}
-    arrays = ([way.speed.get(a, 0.0) for a in speeds], [way.cost.get(a, 0.0) for a in speeds],
-              [turning.get(a, 0.0) for a in turns], [climbing.get(a, 0.0) for a in climbs],
-              [pitching.get(a, 0.0) for a in climbs])
+    arrays = (
+        [way.speed.get(a, 0.0) for a in speeds],
+        [way.cost.get(a, 0.0) for a in speeds],
+        [turning.get(a, 0.0) for a in turns],
+        [climbing.get(a, 0.0) for a in climbs],
+        [pitching.get(a, 0.0) for a in climbs],
+    )
     return layout, *(np.array(a or [0.0], np.float32) for a in arrays), np.float32(way.drag)
 
 
 def networks(nerves: Any, species: Any, find: Callable[[Any], Any] = handed_over) -> None:
     """Give nerves the reflex and the happiness network that the species declares, if any;
     `find` as `WorldConfig.function`."""
-    coded = {gene.trait.partition(".")[0]
-             for gene in (species.genome.genes if species.genome else ()) if gene.trait}
+    coded = {
+        gene.trait.partition(".")[0]
+        for gene in (species.genome.genes if species.genome else ())
+        if gene.trait
+    }
     nerves.reflex = nerves.happiness = None
     if species.reflex is not None:
-        nerves.reflex = ReflexNetwork(species.reflex, nerves, species.action_rows(),
-                                      not coded.isdisjoint(("reflex", "actions")), find)
+        nerves.reflex = ReflexNetwork(
+            species.reflex, nerves, species.action_rows(), not coded.isdisjoint(("reflex", "actions")), find
+        )
     if species.happiness is not None:
         nerves.happiness = HappinessNetwork(species.happiness, nerves, "happiness" in coded, find)
         nerves.minimum = np.float32(species.happiness.minimum)
@@ -221,8 +238,9 @@ def begin_learning(world: SpatialWorld, table: Table) -> None:
     nerves, species = table.species.nerves, world.config.species[table.name]
     assert nerves is not None
     number = sorted(world.config.species).index(table.name)
-    nerves.learner = learner_of(nerves.brain, PPO(**species.ppo), seed=learner_seed(world.seed, number),
-                                workers=world.threads)
+    nerves.learner = learner_of(
+        nerves.brain, PPO(**species.ppo), seed=learner_seed(world.seed, number), workers=world.threads
+    )
 
 
 def learner_seed(seed: int, number: int) -> int:

@@ -60,10 +60,22 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1,
-          learn: Any = None, training: bool = False, record: bool = True, populate: bool = True,
-          systems: Sequence[Any] = (), reporters: Mapping[str, Any] = MappingProxyType({}),
-          controls: Sequence[str] = (), trust: bool = False) -> Any:
+def build(
+    cls: Any,
+    config: Any,
+    *,
+    seed: int | None = None,
+    policies: Any = "trained",
+    threads: int = 1,
+    learn: Any = None,
+    training: bool = False,
+    record: bool = True,
+    populate: bool = True,
+    systems: Sequence[Any] = (),
+    reporters: Mapping[str, Any] = MappingProxyType({}),
+    controls: Sequence[str] = (),
+    trust: bool = False,
+) -> Any:
     """Return a new world.
 
     `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every
@@ -82,9 +94,15 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     by_species("learn", learn, config.species, (bool, np.bool_), "true or false")
     config = for_training(config) if training else config
     require_memory(config)
-    world = cls(config.space.size, edges=config.space.edges, dt=config.dt,
-                seed=config.seed if seed is None else seed,
-                cell=config.space.cell or cell(config), threads=threads, name=config.name)
+    world = cls(
+        config.space.size,
+        edges=config.space.edges,
+        dt=config.dt,
+        seed=config.seed if seed is None else seed,
+        cell=config.space.cell or cell(config),
+        threads=threads,
+        name=config.name,
+    )
     world.config = config
     sources = sources_in_words(config, policies)
     world.origin = {"policies": sources, "training": training, "controls": list(controls)}
@@ -115,9 +133,16 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
 def _require_one(config: WorldConfig, training: bool) -> None:
     """Raise ConfigError for islands, which are several worlds; policies are trained in one."""
     if config.archipelago is not None and config.archipelago.here is None and not training:
-        raise ConfigError([Problem(("archipelago",), "several worlds where one is to be made",
-                                   ", ".join(config.archipelago.names),
-                                   "islands run by `ecs-eco run` or ecs_eco.archipelago.Archipelago")])
+        raise ConfigError(
+            [
+                Problem(
+                    ("archipelago",),
+                    "several worlds where one is to be made",
+                    ", ".join(config.archipelago.names),
+                    "islands run by `ecs-eco run` or ecs_eco.archipelago.Archipelago",
+                )
+            ]
+        )
 
 
 def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
@@ -169,17 +194,28 @@ def _landmarks(world: SpatialWorld, terrain: Any) -> None:
             continue
         table = world.add_table(kind, Position, Body, capacity=len(places))
         table.species.is_object, table.species.opaque, table.species.radius = (
-            True, False, max(p.radius for p in places)
+            True,
+            False,
+            max(p.radius for p in places),
         )
-        columns = {(Position, "x"): [p.at[0] for p in places], (Position, "y"): [p.at[1] for p in places],
-                   (Body, "radius"): [p.radius for p in places]}
-        table.request(np.zeros(len(places), np.uint64),
-                      {k: np.array(v, np.float32) for k, v in columns.items()})
+        columns = {
+            (Position, "x"): [p.at[0] for p in places],
+            (Position, "y"): [p.at[1] for p in places],
+            (Body, "radius"): [p.radius for p in places],
+        }
+        table.request(
+            np.zeros(len(places), np.uint64), {k: np.array(v, np.float32) for k, v in columns.items()}
+        )
 
 
 def _object_table(world: SpatialWorld, name: str, kind: Any) -> None:
-    table = world.add_table(name, Position, Body, dims={"substances": len(world.substances)},
-                            capacity=max(16, kind.count + len(kind.at) + len(kind.between)))
+    table = world.add_table(
+        name,
+        Position,
+        Body,
+        dims={"substances": len(world.substances)},
+        capacity=max(16, kind.count + len(kind.at) + len(kind.between)),
+    )
     apply_object(table, kind, world.substances)
     table.species.is_object = True
 
@@ -196,16 +232,29 @@ def _remains(world: SpatialWorld, table: Table, remains: str | None) -> None:
 
 def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
     actions = species.action_list()
-    table = world.add_table(name, Position, Body, Metabolism, Biology,
-                            capacity=max(64, int(species.count * 1.5)),
-                            dims={"substances": len(world.substances), "actions": len(actions)})
+    table = world.add_table(
+        name,
+        Position,
+        Body,
+        Metabolism,
+        Biology,
+        capacity=max(64, int(species.count * 1.5)),
+        dims={"substances": len(world.substances), "actions": len(actions)},
+    )
     matter(table, species, world.substances)  # its columns come before those of nerves
     if species.sensors or actions:
         table.add_component(Nervous)
         dims = world.config.dims
         senses = senses_of(species, dims, world.substances, world.config.function, world.config.bearers)
-        table.species.nerves = Nerves(species.channels(dims), senses, species.groups(), species.neutral,
-                                      species.automatic, species.readings(dims), species.ranges())
+        table.species.nerves = Nerves(
+            species.channels(dims),
+            senses,
+            species.groups(),
+            species.neutral,
+            species.automatic,
+            species.readings(dims),
+            species.ranges(),
+        )
         table.derived[Sensor] = Readings(table)
     if species.locomotion is not None and table.species.nerves is not None:
         table.add_component(Velocity)
@@ -218,8 +267,9 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
         table.add_component(Parentage)
 
 
-def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, learn: Any, number: int,
-              training: bool) -> np.ndarray | None:
+def _networks(
+    world: SpatialWorld, table: Table, species: Any, policies: Any, learn: Any, number: int, training: bool
+) -> np.ndarray | None:
     """Build the policy networks of one species; return the weights that all founders share, if any."""
     nerves = table.species.nerves
     if nerves is None or species.policy.kind == "none" or not nerves.choices:
@@ -246,13 +296,22 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
     chosen = learn.get(table.name) if isinstance(learn, Mapping) else learn
     nerves.learning = species.policy.learn if chosen is None else chosen
     if nerves.learning and species.happiness is None:
-        raise ConfigError([Problem(("species", table.name, "policy", "learn"), "nothing rewards it", True,
-                                   "a species that learns declares `happiness`; or learn = false")])
+        raise ConfigError(
+            [
+                Problem(
+                    ("species", table.name, "policy", "learn"),
+                    "nothing rewards it",
+                    True,
+                    "a species that learns declares `happiness`; or learn = false",
+                )
+            ]
+        )
     if alone:
         from ecs_eco.learning import PPO
 
-        nerves.individuals = fresh_individuals(world.config, table.name, species.policy, shape,
-                                               PPO(**species.ppo), seed)
+        nerves.individuals = fresh_individuals(
+            world.config, table.name, species.policy, shape, PPO(**species.ppo), seed
+        )
         return None if brain is None else nerves.individuals.flat(brain)
     assert brain is not None
     nerves.brain = brain

@@ -60,8 +60,13 @@ def kernel_of(function: str) -> Any:
     return getattr(import_module(module), name)
 
 
-def compile_listed(worlds: Sequence[str], share: int = 0, of: int = 1, backwards: bool = False,
-                   progress: Callable[[int, int], Any] | None = None) -> None:
+def compile_listed(
+    worlds: Sequence[str],
+    share: int = 0,
+    of: int = 1,
+    backwards: bool = False,
+    progress: Callable[[int, int], Any] | None = None,
+) -> None:
     """Compile what the list says of these worlds and no other process has done or is doing.
 
     Where several processes do so, each begins with a `share` of its own, 0 … `of` - 1.
@@ -110,8 +115,12 @@ def _mark(world: str) -> Path:
 
 
 def _start(arguments: Sequence[str]) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(python(_HELPER, *arguments), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                            stderr=subprocess.DEVNULL)
+    return subprocess.Popen(
+        python(_HELPER, *arguments),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
 
 
 @contextmanager

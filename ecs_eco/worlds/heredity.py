@@ -53,8 +53,9 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
         networks = {trait: network.weights for trait, network in instincts(world.config, table.name).items()}
         targets = _targets(table, species, layout, traits, networks)
         if section.founders == "own":
-            alike = _alike(layout, networks if founder is None else networks | {"policy.weights": founder},
-                           table.name)
+            alike = _alike(
+                layout, networks if founder is None else networks | {"policy.weights": founder}, table.name
+            )
     if species.reproduction is not None and species.reproduction.kind == "sexual":
         table.dims.setdefault("loci", 0)
         table.add_component(Gestation)
@@ -97,8 +98,13 @@ def _alike(layout: Any, networks: Mapping[str, np.ndarray], name: str) -> tuple[
     return row[0], shared
 
 
-def apply_heredity(world: SpatialWorld, table: Table, species: Any,
-                   changed: Collection[str] | None = None, before: Any = None) -> None:
+def apply_heredity(
+    world: SpatialWorld,
+    table: Table,
+    species: Any,
+    changed: Collection[str] | None = None,
+    before: Any = None,
+) -> None:
     """Set what newborn inherit of brains, individual traits that no gene codes for, and the operators that
     make genomes.
 
@@ -117,8 +123,9 @@ def apply_heredity(world: SpatialWorld, table: Table, species: Any,
         from ecs_eco.genomes import operators_of
 
         choice, counts = getattr(species.reproduction, "choice", "nearest"), heredity.state()
-        heredity.operators = operators_of(species.genome, heredity.layout, choice, world.config.function,
-                                          species.mates)
+        heredity.operators = operators_of(
+            species.genome, heredity.layout, choice, world.config.function, species.mates
+        )
         heredity.load(counts)
 
 
@@ -127,15 +134,19 @@ def _traits(world: SpatialWorld, species: Any) -> dict[str, Trait]:
     return traits_of(species, world.config.dims, own)
 
 
-def apply_traits(table: Table, traits: Mapping[str, Trait],
-                 before: Mapping[str, Trait] | None = None) -> None:
+def apply_traits(
+    table: Table, traits: Mapping[str, Trait], before: Mapping[str, Trait] | None = None
+) -> None:
     """Set what newborn have in the columns of individual traits, unless a gene says otherwise.
 
     Where the table lives with the traits `before`, those that differ are set for the living, too.
     """
     written = {component.__name__ for component, _, _ in table.species.heredity.targets.values()}
-    columns = {component.__name__: component for component in table.columns
-               if before is not None or component.__name__ in written}
+    columns = {
+        component.__name__: component
+        for component in table.columns
+        if before is not None or component.__name__ in written
+    }
     for name, trait in traits.items():
         if trait.component not in columns or trait.component in OF_NEWBORN:
             continue
@@ -150,19 +161,26 @@ def apply_traits(table: Table, traits: Mapping[str, Trait],
             column[(table.rows(), *(() if trait.index is None else (trait.index,)))] = trait.default
 
 
-def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any],
-             networks: Mapping[str, np.ndarray]) -> Targets:
+def _targets(
+    table: Table, species: Any, layout: Any, traits: dict[str, Any], networks: Mapping[str, np.ndarray]
+) -> Targets:
     """Add the components that genes write to, with the species' own values as defaults;
     return where each gene writes."""
-    coded = [(code.gene, traits[code.gene.trait]) for code in layout.genes
-             if code.gene.trait is not None and (code.gene.trait != "policy.weights" or Policy in table)]
+    coded = [
+        (code.gene, traits[code.gene.trait])
+        for code in layout.genes
+        if code.gene.trait is not None and (code.gene.trait != "policy.weights" or Policy in table)
+    ]
     used = {trait.component for _, trait in coded}
     known = {c.__name__: c for c in (*table.columns, *(getattr(own, n) for n in own.__all__))}
-    table.dims |= {"sensors": len(species.sensors),
-                   "connections": len(species.reflex.connections if species.reflex else ()),
-                   "desires": len(species.happiness.weights if species.happiness else ())}
-    table.species.traits = {t.name: t.index for t in traits.values()
-                            if t.component == "Traits" and t.index is not None}
+    table.dims |= {
+        "sensors": len(species.sensors),
+        "connections": len(species.reflex.connections if species.reflex else ()),
+        "desires": len(species.happiness.weights if species.happiness else ()),
+    }
+    table.species.traits = {
+        t.name: t.index for t in traits.values() if t.component == "Traits" and t.index is not None
+    }
     table.dims["traits"] = len(table.species.traits)
     for word in ("reflex", "happiness"):
         table.dims[f"{word}_weights"] = len(networks.get(f"{word}.weights", ()))
@@ -173,12 +191,13 @@ def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any],
                 table.add_component(component)
     if Instincts in table:
         table.set_defaults(Instincts, **{trait.partition(".")[0]: own for trait, own in networks.items()})
-    table.species.own_ranges = frozenset(t.index
-                                         for _, t in coded if (t.component, t.field) == ("Senses", "radius"))
-    table.species.own_places = frozenset(t.index for _, t in coded
-                                         if t.component == "Senses" and t.field in ("forward", "left"))
+    table.species.own_ranges = frozenset(
+        t.index for _, t in coded if (t.component, t.field) == ("Senses", "radius")
+    )
+    table.species.own_places = frozenset(
+        t.index for _, t in coded if t.component == "Senses" and t.field in ("forward", "left")
+    )
     for gene, trait in coded:
         if trait.name == "body.radius":
             table.species.radius = max([species.body.radius, *(gene.values or [gene.low, gene.high])])
     return {gene.name: (known[trait.component], trait.field, trait.index) for gene, trait in coded}
-

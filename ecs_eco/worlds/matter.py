@@ -43,23 +43,36 @@ def add_matter(world: SpatialWorld, config: WorldConfig) -> None:
     """Give `Matter` to the tables whose substances move: by reactions, exchange, decay, smells or newborn, or
     because they eat what holds substances; and to what remains of them."""
     kinds: dict[str, Any] = {**config.objects, **config.species}
-    moves = [name for name, kind in kinds.items() if Chemistry in world.tables[name] and (
-        kind.reactions or kind.exchange or getattr(kind, "decomposition", None) is not None
-        or any(isinstance(way, Emission) and way.consume for way in kind.emits.values())
-        or any(Chemistry in world.tables[food.eats] for food in getattr(kind, "diet", ()))
-        or getattr(kind, "born_with", "declared") != "declared")]
+    moves = [
+        name
+        for name, kind in kinds.items()
+        if Chemistry in world.tables[name]
+        and (
+            kind.reactions
+            or kind.exchange
+            or getattr(kind, "decomposition", None) is not None
+            or any(isinstance(way, Emission) and way.consume for way in kind.emits.values())
+            or any(Chemistry in world.tables[food.eats] for food in getattr(kind, "diet", ()))
+            or getattr(kind, "born_with", "declared") != "declared"
+        )
+    ]
     left = [left for name in moves if (left := getattr(kinds[name], "remains", None)) is not None]
     # in remains of another shape than the body's the same amounts have another concentration
-    left += [species.remains for name, species in config.species.items()
-             if species.remains is not None and Chemistry in world.tables[name]
-             and (Shape in world.tables[name]) != (Shape in world.tables[species.remains])]
+    left += [
+        species.remains
+        for name, species in config.species.items()
+        if species.remains is not None
+        and Chemistry in world.tables[name]
+        and (Shape in world.tables[name]) != (Shape in world.tables[species.remains])
+    ]
     for name in dict.fromkeys([*moves, *left]):
         world.tables[name].add_component(Matter)
 
 
 def keep_books(world: SpatialWorld) -> None:
     """Begin the ledger of matter of a world in which bodies or fields hold substances."""
-    if (any(Chemistry in table for table in world.tables.values())
-        or any(field.substance is not None for field in world.fields.values())):
+    if any(Chemistry in table for table in world.tables.values()) or any(
+        field.substance is not None for field in world.fields.values()
+    ):
         world.matter = Books(world)
         world.matter.watch(world)

@@ -16,9 +16,16 @@ if TYPE_CHECKING:
 def kept_elsewhere(world: SpatialWorld, new: WorldConfig) -> list[Problem]:
     """A problem for each new parameter of a system that it does not keep in an attribute of the same name."""
     fault = "cannot change in a living world: {} keeps no attribute {}"
-    return [Problem(("systems", i, name), fault.format(type(system).__name__, name), value,
-                    f"a system that reads self.{name} in each tick")
-            for i, system, name, value in _changed(world, new) if not hasattr(system, name)]
+    return [
+        Problem(
+            ("systems", i, name),
+            fault.format(type(system).__name__, name),
+            value,
+            f"a system that reads self.{name} in each tick",
+        )
+        for i, system, name, value in _changed(world, new)
+        if not hasattr(system, name)
+    ]
 
 
 def set_parameters(world: SpatialWorld, new: WorldConfig) -> None:

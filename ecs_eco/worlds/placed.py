@@ -38,11 +38,14 @@ def between(ways: np.ndarray, body: BodyConfig, space: Space) -> Values:
     middle = ways[:, :2] + ahead / 2
     height = body.extents[2] / 2 if space.volume else 0.0
     bodies = [_as_long(body, float(one)) for one in length]
-    values: Values = {(Position, "x"): middle[:, 0], (Position, "y"): middle[:, 1],
-                      (Position, "z"): np.full(len(ways), height),
-                      (Position, "heading"): arrays.arctan2(ahead[:, 1], ahead[:, 0]) % (2 * np.pi),
-                      (Body, "radius"): np.array([one.radius for one in bodies]),
-                      (Body, "mass"): np.array([one.mass for one in bodies])}
+    values: Values = {
+        (Position, "x"): middle[:, 0],
+        (Position, "y"): middle[:, 1],
+        (Position, "z"): np.full(len(ways), height),
+        (Position, "heading"): arrays.arctan2(ahead[:, 1], ahead[:, 0]) % (2 * np.pi),
+        (Body, "radius"): np.array([one.radius for one in bodies]),
+        (Body, "mass"): np.array([one.mass for one in bodies]),
+    }
     values |= {(Shape, field): np.array([one.form[field] for one in bodies]) for field in body.form}
     return {key: value.astype(np.float32) for key, value in values.items()}
 

@@ -40,8 +40,9 @@ def fresh_individuals(config: WorldConfig, name: str, policy: Any, shape: Shape,
     from ecs_eco.learning.brains import individuals_of
 
     with _refusals_of(name, policy, shape):
-        return individuals_of(config.function(policy.network), *shape, ppo=ppo, seed=seed,
-                              device=policy.device)
+        return individuals_of(
+            config.function(policy.network), *shape, ppo=ppo, seed=seed, device=policy.device
+        )
 
 
 @contextmanager
@@ -52,9 +53,17 @@ def _refusals_of(name: str, policy: Any, shape: Shape) -> Iterator[None]:
     except (ValueError, AttributeError, ImportError) as error:
         key = ("species", name, "policy", "network" if policy.network else "device")
         given = function_name(policy.network) if policy.network else policy.device
-        raise ConfigError([Problem(key, str(error), given,
-                                   f"a torch module for {shape[0]} observations and the groups of options "
-                                   f"{shape[1]} (docs/explanation/learning.md)")]) from None  # fmt: skip
+        raise ConfigError(
+            [
+                Problem(
+                    key,
+                    str(error),
+                    given,
+                    f"a torch module for {shape[0]} observations and the groups of options "
+                    f"{shape[1]} (docs/explanation/learning.md)",
+                )
+            ]
+        ) from None
 
 
 def outside_of(world: SpatialWorld, name: str, policy: Any) -> Any:
@@ -75,10 +84,13 @@ def take_weights(brain: PolicyNetwork, module: Any, name: str) -> None:
     try:
         brain.load(as_brain(module, brain.n_observations, brain.groups).state())
     except ValueError as error:
-        allowed = ("a module of the class that policy.network names, "
-                   "or a Sequential of Linear and Tanh for the built-in network")
-        raise ConfigError([Problem((name,), str(error), type(module).__name__, allowed,
-                                   source="policies")]) from None
+        allowed = (
+            "a module of the class that policy.network names, "
+            "or a Sequential of Linear and Tanh for the built-in network"
+        )
+        raise ConfigError(
+            [Problem((name,), str(error), type(module).__name__, allowed, source="policies")]
+        ) from None
 
 
 def load_weights(brain: PolicyNetwork, path: Path, config: WorldConfig, name: str) -> None:
@@ -94,17 +106,21 @@ def load_weights(brain: PolicyNetwork, path: Path, config: WorldConfig, name: st
             _require_names(names, names_of(config, name))
         brain.load(arrays)
     except (ValueError, OSError) as error:
-        raise ConfigError([Problem(("species", name, "policy"), str(error), str(path),
-                                   "weights of this species' network")]) from None
+        raise ConfigError(
+            [Problem(("species", name, "policy"), str(error), str(path), "weights of this species' network")]
+        ) from None
 
 
 def names_of(config: WorldConfig, name: str) -> dict[str, Any]:
-    """Return the names that a file of weights has of its species, as `ecs_eco.learning.weights` keeps them.
-    """
+    """Return the names that a file of weights has of its species, as `ecs_eco.learning.weights` keeps them."""
     species = config.species[name]
     gaits = {} if species.locomotion is None else dict(species.locomotion.speed)
-    return {"channels": list(species.channels(config.dims)), "options": species.groups(), "gaits": gaits,
-            "version": versions()["ecs-eco"]}
+    return {
+        "channels": list(species.channels(config.dims)),
+        "options": species.groups(),
+        "gaits": gaits,
+        "version": versions()["ecs-eco"],
+    }
 
 
 def name_weights(path: str | Path, config: WorldConfig, name: str) -> Path:
@@ -116,8 +132,7 @@ def name_weights(path: str | Path, config: WorldConfig, name: str) -> Path:
 
 
 def _require_names(theirs: Mapping[str, Any], mine: Mapping[str, Any]) -> None:
-    """Raise ValueError for weights of a species that senses or chooses in other names, or in another order.
-    """
+    """Raise ValueError for weights of a species that senses or chooses in other names, or in another order."""
     for word in ("channels", "options", "gaits"):
         file = _in_order(theirs, word)
         here = _in_order(mine, word, file)
@@ -126,8 +141,11 @@ def _require_names(theirs: Mapping[str, Any], mine: Mapping[str, Any]) -> None:
         lacking, new = ([x for x in some if x not in others] for some, others in ((file, here), (here, file)))
         what = f"in the file {listed(file)}, here the same in another order, {listed(here)}"
         if lacking or new:
-            what = "; ".join(f"{listed(some)} only {where}"
-                             for some, where in ((lacking, "in the file"), (new, "here")) if some)
+            what = "; ".join(
+                f"{listed(some)} only {where}"
+                for some, where in ((lacking, "in the file"), (new, "here"))
+                if some
+            )
         raise ValueError(f"was trained with other {word}: {what}")
 
 
@@ -148,16 +166,25 @@ def require_policies(config: WorldConfig, policies: Any) -> None:
     # a module is made of it: where nobody has loaded torch, nobody hands one over
     torch = sys.modules.get("torch")
     kinds = (str, Path, *((torch.nn.Module,) if torch is not None and isinstance(policies, Mapping) else ()))
-    by_species("policies", policies, config.species, kinds,
-               f"{listed(POLICIES)}, a folder, or in a dict a torch module")
+    by_species(
+        "policies",
+        policies,
+        config.species,
+        kinds,
+        f"{listed(POLICIES)}, a folder, or in a dict a torch module",
+    )
 
 
 def sources_in_words(config: WorldConfig, policies: Any) -> dict[str, str]:
     """Return where the policy of each species comes from, as a checkpoint holds it; a module has no words."""
-    sources = {name: policies.get(name, "trained") if isinstance(policies, dict) else policies
-               for name in config.species}
-    return {name: str(source) if isinstance(source, str | Path) else "untrained"
-            for name, source in sources.items()}
+    sources = {
+        name: policies.get(name, "trained") if isinstance(policies, dict) else policies
+        for name in config.species
+    }
+    return {
+        name: str(source) if isinstance(source, str | Path) else "untrained"
+        for name, source in sources.items()
+    }
 
 
 def weights_files(config: WorldConfig, policies: Any) -> dict[str, Path]:
@@ -176,8 +203,7 @@ def weights_files(config: WorldConfig, policies: Any) -> dict[str, Path]:
 
 
 def weights_file(config: WorldConfig, name: str, source: Any) -> Path | None:
-    """Return the file that the policy of a species starts from, None for a fresh network; raises ConfigError.
-    """
+    """Return the file that the policy of a species starts from, None for a fresh network; raises ConfigError."""
     if source == "trained":
         file = config.species[name].policy.file
         return config.file(file) if file else None
@@ -186,8 +212,18 @@ def weights_file(config: WorldConfig, name: str, source: Any) -> Path | None:
     folder = Path(source)
     if not folder.is_dir():
         allowed = f"{listed(POLICIES)}, or a folder of <species>.safetensors"
-        raise ConfigError([Problem((), "unknown source of policies", str(source), allowed,
-                                   nearest(source, POLICIES), "policies")])
+        raise ConfigError(
+            [
+                Problem(
+                    (),
+                    "unknown source of policies",
+                    str(source),
+                    allowed,
+                    nearest(source, POLICIES),
+                    "policies",
+                )
+            ]
+        )
     path = folder / f"{name}.safetensors"
     if not path.is_file():
         needed = "<species>.safetensors for every species with a policy"
@@ -207,8 +243,9 @@ def policy(world: SpatialWorld, species: str, uid: int | None = None) -> Any:
     table = world.table(species)
     nerves = table.species.nerves
     if nerves is None or (nerves.brain is None and nerves.individuals is None):
-        raise ConfigError([Problem((species,), "has no policy network", allowed="a species with one",
-                                   source="policy")])
+        raise ConfigError(
+            [Problem((species,), "has no policy network", allowed="a species with one", source="policy")]
+        )
     if nerves.individuals is None:
         return as_module(nerves.brain)
     if uid is None:

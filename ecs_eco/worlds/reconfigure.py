@@ -30,14 +30,16 @@ def reconfigure(world: SpatialWorld, config: Any, learners: Iterable[str] = ()) 
     """
     require_whole(world, "change values", within=True)
     if world.config is None:
-        raise RuntimeError("this world was made by hand, without a configuration: "
-                           "set what its systems read instead")
+        raise RuntimeError(
+            "this world was made by hand, without a configuration: set what its systems read instead"
+        )
     new, old = config if isinstance(config, WorldConfig) else load(config), world.config
     new._code.require(new._source)
     if problems := refused(old, new) + kept_elsewhere(world, new):
         n = len(problems)
-        raise ConfigError(problems,
-                          f"the world {world.name!r} lives: {n} value{'s' if n > 1 else ''} cannot change")
+        raise ConfigError(
+            problems, f"the world {world.name!r} lives: {n} value{'s' if n > 1 else ''} cannot change"
+        )
     with whole(world, "a change of values"):
         set_parameters(world, new)
         _apply(world, old, new)

@@ -15,12 +15,17 @@ import numpy as np
 DISASTERS = ("overgrazing", "predators too good", "predators too few", "newborns starve", "poisoned")
 CLASSES = (*DISASTERS, "healthy")
 WEBS = (  # producer, grazer, predator, a second producer
-    ("grass", "deer", "wolf", "fern"), ("algae", "snail", "fish", "moss"),
-    ("phytoplankton", "copepod", "krill", "diatom"), ("lichen", "mite", "spider", "fungus"),
-    ("clover", "hare", "lynx", "thistle"), ("kelp", "urchin", "otter", "dulse"),
-    ("weed", "aphid", "ladybird", "nettle"), ("alpha", "beta", "gamma", "delta"), ("p1", "h1", "c1", "p2"),
+    ("grass", "deer", "wolf", "fern"),
+    ("algae", "snail", "fish", "moss"),
+    ("phytoplankton", "copepod", "krill", "diatom"),
+    ("lichen", "mite", "spider", "fungus"),
+    ("clover", "hare", "lynx", "thistle"),
+    ("kelp", "urchin", "otter", "dulse"),
+    ("weed", "aphid", "ladybird", "nettle"),
+    ("alpha", "beta", "gamma", "delta"),
+    ("p1", "h1", "c1", "p2"),
     ("wolf", "grass", "deer", "otter"),  # names that would mislead whoever reads them
-)  # fmt: skip
+)
 CAUSES = ("starved", "no energy left", "hunger", "energy too low")
 OLD = ("too old", "old age", "age too high")
 
@@ -36,8 +41,13 @@ def web(seed: int, label: str) -> tuple[dict[str, Any], dict[str, Any]]:
     species = {plant: _plant(rng, side), grazer: _grazer(rng, plant, side, words)}
     if levels == 3:
         species[predator] = _predator(rng, grazer, side, words)
-    drawn: dict[str, Any] = {"who": grazer, "plant": plant, "grazer": grazer,
-                             "predator": predator if levels == 3 else None, "levels": levels}
+    drawn: dict[str, Any] = {
+        "who": grazer,
+        "plant": plant,
+        "grazer": grazer,
+        "predator": predator if levels == 3 else None,
+        "levels": levels,
+    }
     if label != "healthy":
         CHANGES[label](rng, species, drawn, other)
     config = {"format": 1, "name": "web", "space": {"size": [side, side]}, "species": species}
@@ -51,31 +61,50 @@ def about(rng: np.random.Generator, value: float, spread: float = 0.15) -> float
 
 def _plant(rng: np.random.Generator, side: float) -> dict[str, Any]:
     spacing = about(rng, 2.5, 0.08)
-    return {"count": round((side / spacing) ** 2 * rng.uniform(0.45, 0.7)),
-            "body": {"radius": 0.3, "opaque": False}, "metabolism": {"energy": 0.1, "energy_max": 0.1},
-            "reproduction": {"kind": "spread", "rate": about(rng, 0.035),
-                             "seed_rain": about(rng, 0.0005, 0.3), "spacing": spacing}}  # fmt: skip
+    return {
+        "count": round((side / spacing) ** 2 * rng.uniform(0.45, 0.7)),
+        "body": {"radius": 0.3, "opaque": False},
+        "metabolism": {"energy": 0.1, "energy_max": 0.1},
+        "reproduction": {
+            "kind": "spread",
+            "rate": about(rng, 0.035),
+            "seed_rain": about(rng, 0.0005, 0.3),
+            "spacing": spacing,
+        },
+    }
 
 
 def _walker(rng: np.random.Generator, basal: float, low: str, high: str, age: float) -> dict[str, Any]:
     gaits = {"still": 0.0, "walk": about(rng, 0.7)}
-    return {"body": {"radius": 0.4}, "metabolism": {"energy": 0.5, "energy_max": 1.0, "basal": basal},
-            "locomotion": {"speed": gaits, "cost": {"still": 0.0, "walk": 0.004}, "turn": 0.6},
-            "actions": {"speed": ["still", "walk"], "turn": ["left", "none", "right"]},
-            "neutral": {"speed": "walk", "turn": "none"},
-            "sensors": [{"kind": "own", "property": "energy"}], "policy": {"kind": "shared", "hidden": [2]},
-            "happiness": {"weights": {"energy": 1.0}, "minimum": -1.0},
-            "lethal": [{"property": "energy", "min": 0.0, "low": low},
-                       {"property": "age", "max": age, "high": high}]}  # fmt: skip
+    return {
+        "body": {"radius": 0.4},
+        "metabolism": {"energy": 0.5, "energy_max": 1.0, "basal": basal},
+        "locomotion": {"speed": gaits, "cost": {"still": 0.0, "walk": 0.004}, "turn": 0.6},
+        "actions": {"speed": ["still", "walk"], "turn": ["left", "none", "right"]},
+        "neutral": {"speed": "walk", "turn": "none"},
+        "sensors": [{"kind": "own", "property": "energy"}],
+        "policy": {"kind": "shared", "hidden": [2]},
+        "happiness": {"weights": {"energy": 1.0}, "minimum": -1.0},
+        "lethal": [
+            {"property": "energy", "min": 0.0, "low": low},
+            {"property": "age", "max": age, "high": high},
+        ],
+    }
 
 
 def _grazer(rng: np.random.Generator, plant: str, side: float, words: dict[str, str]) -> dict[str, Any]:
     return _walker(rng, about(rng, 0.006), **words, age=about(rng, 900)) | {
         "count": round(side**2 * about(rng, 0.022)),
-        "diet": [{"eats": plant, "reach": 0.4, "chance": about(rng, 0.4), "gain": about(rng, 0.19),
-                  "until": 0.9}],
-        "reproduction": {"kind": "simplified", "rate": about(rng, 0.012), "energy_min": 0.6,
-                         "energy_given": 0.3}}  # fmt: skip
+        "diet": [
+            {"eats": plant, "reach": 0.4, "chance": about(rng, 0.4), "gain": about(rng, 0.19), "until": 0.9}
+        ],
+        "reproduction": {
+            "kind": "simplified",
+            "rate": about(rng, 0.012),
+            "energy_min": 0.6,
+            "energy_given": 0.3,
+        },
+    }
 
 
 def _predator(rng: np.random.Generator, grazer: str, side: float, words: dict[str, str]) -> dict[str, Any]:
@@ -83,18 +112,35 @@ def _predator(rng: np.random.Generator, grazer: str, side: float, words: dict[st
     out["locomotion"]["speed"]["walk"] = about(rng, 1.0)
     return out | {
         "count": round(side**2 * about(rng, 0.0055)),
-        "diet": [{"eats": grazer, "reach": 0.6, "chance": about(rng, 0.25), "gain": about(rng, 0.45),
-                  "until": 0.65}],
-        "reproduction": {"kind": "simplified", "rate": about(rng, 0.006), "energy_min": 0.5,
-                         "energy_given": 0.25, "spacing": about(rng, 6.0, 0.1)}}  # fmt: skip
+        "diet": [
+            {
+                "eats": grazer,
+                "reach": 0.6,
+                "chance": about(rng, 0.25),
+                "gain": about(rng, 0.45),
+                "until": 0.65,
+            }
+        ],
+        "reproduction": {
+            "kind": "simplified",
+            "rate": about(rng, 0.006),
+            "energy_min": 0.5,
+            "energy_given": 0.25,
+            "spacing": about(rng, 6.0, 0.1),
+        },
+    }
 
 
-def _overgrazing(rng: np.random.Generator, species: dict[str, Any],
-                 drawn: dict[str, Any], other: str) -> None:
+def _overgrazing(
+    rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str
+) -> None:
     """The grazer eats far faster than plants grow, and turns it into more grazers."""
     plant, grazer = species[drawn["plant"]], species[drawn["grazer"]]
-    drawn["grows"], drawn["eats"], drawn["births"] = (rng.uniform(0.1, 0.4), rng.uniform(2.5, 5),
-                                                      rng.uniform(2, 4))
+    drawn["grows"], drawn["eats"], drawn["births"] = (
+        rng.uniform(0.1, 0.4),
+        rng.uniform(2.5, 5),
+        rng.uniform(2, 4),
+    )
     plant["reproduction"]["rate"] *= drawn["grows"]
     plant["reproduction"]["seed_rain"] *= drawn["grows"] / 4
     grazer["diet"][0]["chance"] = min(1.0, grazer["diet"][0]["chance"] * drawn["eats"])
@@ -151,16 +197,26 @@ def _poisoned(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str
         }
         return
     drawn["who"] = drawn["grazer"]
-    species[other] = {"count": round(plant["count"] * rng.uniform(0.3, 0.8)), "body": plant["body"],
-                      "metabolism": plant["metabolism"],
-                      "reproduction": plant["reproduction"] | {"seed_rain": 0.02}}  # fmt: skip
+    species[other] = {
+        "count": round(plant["count"] * rng.uniform(0.3, 0.8)),
+        "body": plant["body"],
+        "metabolism": plant["metabolism"],
+        "reproduction": plant["reproduction"] | {"seed_rain": 0.02},
+    }
     if drawn["how"] == "deadly":
         bad = {"gain": 0.0, "deadly": True, "chance": float(rng.uniform(0.03, 0.3))}
     else:
-        bad = {"gain": -grazer["diet"][0]["gain"] * float(rng.uniform(0.6, 1.5)),
-               "chance": grazer["diet"][0]["chance"]}
+        bad = {
+            "gain": -grazer["diet"][0]["gain"] * float(rng.uniform(0.6, 1.5)),
+            "chance": grazer["diet"][0]["chance"],
+        }
     grazer["diet"].append({"eats": other, "reach": 0.1, "until": 0.9} | bad)
 
 
-CHANGES = {"overgrazing": _overgrazing, "predators too good": _too_good, "predators too few": _too_few,
-           "newborns starve": _newborns, "poisoned": _poisoned}  # fmt: skip
+CHANGES = {
+    "overgrazing": _overgrazing,
+    "predators too good": _too_good,
+    "predators too few": _too_few,
+    "newborns starve": _newborns,
+    "poisoned": _poisoned,
+}

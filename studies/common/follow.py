@@ -15,8 +15,14 @@ if TYPE_CHECKING:
     from ecs_eco import World
 
 
-def follow(world: World, ticks: int, prey: str, predator: str, within: float = 10.0,
-           each: Callable[[World], None] | None = None) -> Tracks:
+def follow(
+    world: World,
+    ticks: int,
+    prey: str,
+    predator: str,
+    within: float = 10.0,
+    each: Callable[[World], None] | None = None,
+) -> Tracks:
     """Let a world live for some ticks and record what each of the prey does,
     and where the nearest predator within 10 m is.
 

@@ -59,10 +59,19 @@ class Family:
             known = np.isin(dead, uid)
             at = np.searchsorted(uid, dead[known])
             died[at], cause[at] = tick[known], why[known]
-        return Lineage(uid, first, second, np.full(len(uid), self.table.name), born, died,
-                       np.array(["", *self.world.causes])[cause],
-                       genome.astype(str).astype(object), end=self.world.tick - 1, dt=self.world.dt,
-                       genomes={self.table.name: genes_of(self.table)})  # fmt: skip
+        return Lineage(
+            uid,
+            first,
+            second,
+            np.full(len(uid), self.table.name),
+            born,
+            died,
+            np.array(["", *self.world.causes])[cause],
+            genome.astype(str).astype(object),
+            end=self.world.tick - 1,
+            dt=self.world.dt,
+            genomes={self.table.name: genes_of(self.table)},
+        )
 
 
 def identity() -> str:
@@ -74,8 +83,13 @@ def identity() -> str:
     return hashlib.sha256(str(load("reflexes").resolved()).encode()).hexdigest()[:16]
 
 
-def live(seed: int, ticks: int, arm: str = "goats", also: dict[str, Any] | None = None,
-         look: Callable[[Any], object] = lambda world: None) -> Family:
+def live(
+    seed: int,
+    ticks: int,
+    arm: str = "goats",
+    also: dict[str, Any] | None = None,
+    look: Callable[[Any], object] = lambda world: None,
+) -> Family:
     """Let the world of an arm live; it ends early where the goats die out.
 
     `also` are further changes of the world file; `look` is called with the world every 100 ticks.
@@ -84,8 +98,9 @@ def live(seed: int, ticks: int, arm: str = "goats", also: dict[str, Any] | None 
     from ecs_eco.config import load
 
     change = dict(ARMS[arm])
-    world = World.from_config(load("reflexes", change.pop("set", {}) | (also or {})), seed=seed,
-                              record=False, **change)
+    world = World.from_config(
+        load("reflexes", change.pop("set", {}) | (also or {})), seed=seed, record=False, **change
+    )
     family = Family(world, "goat")
     while world.tick < ticks and family.table.n:
         world.run(min(100, ticks - world.tick))
@@ -96,15 +111,21 @@ def live(seed: int, ticks: int, arm: str = "goats", also: dict[str, Any] | None 
 def carriers(lineage: Any, every: int) -> dict[str, Any]:
     """Ticks, numbers of the living, their mean generation, and carriers of each gene: arrays [samples]."""
     by_gene = {gene: lineage.frequencies("goat", gene, every) for gene in GENES}
-    out = {"tick": by_gene["blue"].ticks, "n": by_gene["blue"].n,
-           "generation": lineage.mean_generation("goat", every)}
+    out = {
+        "tick": by_gene["blue"].ticks,
+        "n": by_gene["blue"].n,
+        "generation": lineage.mean_generation("goat", every),
+    }
     return out | {gene: carry(f) for gene, f in by_gene.items()}
 
 
 def carry(frequencies: Any) -> np.ndarray:
     """Who has another value than 0 (a gene that can say only 0 is told by its letter): i64[samples]."""
-    return (frequencies.count[:, -1]
-            if len(frequencies.values) == 2 else np.zeros(len(frequencies.ticks), np.int64))
+    return (
+        frequencies.count[:, -1]
+        if len(frequencies.values) == 2
+        else np.zeros(len(frequencies.ticks), np.int64)
+    )
 
 
 def text(x: np.ndarray) -> str:

@@ -5,9 +5,22 @@ from __future__ import annotations
 import numpy as np
 
 # what deer of the world predator-prey sense, in this order
-CHANNELS = ("energy", "grass_forward", "grass_left", "grass_near", "deer_forward", "deer_left", "deer_near",
-            "wolf_forward", "wolf_left", "wolf_near", "grass_smell_1", "grass_smell_2", "wolf_smell_1",
-            "wolf_smell_2")  # fmt: skip
+CHANNELS = (
+    "energy",
+    "grass_forward",
+    "grass_left",
+    "grass_near",
+    "deer_forward",
+    "deer_left",
+    "deer_near",
+    "wolf_forward",
+    "wolf_left",
+    "wolf_near",
+    "grass_smell_1",
+    "grass_smell_2",
+    "wolf_smell_1",
+    "wolf_smell_2",
+)
 STILL, WALK, RUN = range(3)
 LEFT, AHEAD, RIGHT = range(3)
 SATED = 0.85  # energy above which deer of that world do not eat

@@ -59,8 +59,11 @@ def _arena(changes: Mapping[str, Any], deer: str, side: int) -> dict[str, Any]:
     content["code"], content["space"]["size"] = [MODULE], [side * SPACING] * 2
     for name, function in (("deer", deer), ("wolf", "chase")):
         content["species"][name].pop("ppo", None)
-        content["species"][name] |= {"count": side**2, "reproduction": None,
-                                     "policy": {"kind": "function", "function": f"{MODULE}:{function}"}}
+        content["species"][name] |= {
+            "count": side**2,
+            "reproduction": None,
+            "policy": {"kind": "function", "function": f"{MODULE}:{function}"},
+        }
     grass = content["species"]["grass"]
     grass["count"], grass["reproduction"]["seed_rain"] = 0, 0.0
     return content

@@ -22,8 +22,11 @@ def kernels() -> dict[str, Any]:
         if "njit" in path.read_text(encoding="utf-8") and path.name not in OWN:
             name = ".".join(path.relative_to(root).with_suffix("").parts)
             held = vars(importlib.import_module(f"ecs_eco.{name}"))
-            dispatchers |= {f"{name}.{word}": one for word, one in held.items()
-                            if isinstance(one, Dispatcher) and one.__module__ == f"ecs_eco.{name}"}
+            dispatchers |= {
+                f"{name}.{word}": one
+                for word, one in held.items()
+                if isinstance(one, Dispatcher) and one.__module__ == f"ecs_eco.{name}"
+            }
     return dispatchers
 
 
@@ -37,6 +40,7 @@ def reached() -> set[str]:
         if id(one) in names and names[id(one)] not in seen:
             seen.add(names[id(one)])
             held = one.py_func.__globals__
-            called += [held[word] for word in one.py_func.__code__.co_names
-                       if hasattr(held.get(word), "py_func")]
+            called += [
+                held[word] for word in one.py_func.__code__.co_names if hasattr(held.get(word), "py_func")
+            ]
     return seen

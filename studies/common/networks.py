@@ -20,8 +20,9 @@ class Plain(nn.Module):
 
     def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
         super().__init__()
-        self.trunk = nn.Sequential(_layer(n_observations, 64, 2**0.5), nn.Tanh(), _layer(64, 64, 2**0.5),
-                                   nn.Tanh())
+        self.trunk = nn.Sequential(
+            _layer(n_observations, 64, 2**0.5), nn.Tanh(), _layer(64, 64, 2**0.5), nn.Tanh()
+        )
         self.policy, self.value = _layer(64, sum(groups), 0.01), _layer(64, 1, 1.0)
 
     def forward(self, observations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
@@ -43,14 +44,18 @@ class Remembering(nn.Module):
         self.policy = nn.Sequential(_layer(half, 64, 2**0.5), nn.Tanh(), _layer(64, sum(groups), 0.01))
         self.value = nn.Sequential(_layer(half, 64, 2**0.5), nn.Tanh(), _layer(64, 1, 1.0))
 
-    def forward(self, observations: torch.Tensor,
-                state: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    def forward(
+        self, observations: torch.Tensor, state: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
         """Return logits, values and the state that follows."""
         for_policy, for_value = state.chunk(2, dim=1)
         for_policy = self.policy_cell(observations, for_policy)
         for_value = self.value_cell(observations, for_value)
-        return (self.policy(for_policy), self.value(for_value)[:, 0],
-                torch.cat([for_policy, for_value], dim=1))
+        return (
+            self.policy(for_policy),
+            self.value(for_value)[:, 0],
+            torch.cat([for_policy, for_value], dim=1),
+        )
 
 
 def _layer(n_in: int, n_out: int, gain: float) -> nn.Linear:

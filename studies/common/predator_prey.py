@@ -1,5 +1,4 @@
-"""What the studies of predator and prey share: their identity, worlds run to the first extinction, numbers.
-"""
+"""What the studies of predator and prey share: their identity, worlds run to the first extinction, numbers."""
 
 import hashlib
 from collections.abc import Mapping
@@ -20,14 +19,18 @@ def identity(policies: bool = True) -> dict[str, str | None]:
     from ecs_eco.config import load
 
     files = {s: SHIPPED / f"{s}.safetensors" for s in SPECIES[1:]} if policies else {}
-    hashes = {s: hashlib.sha256(f.read_bytes()).hexdigest()[:16] if f.is_file() else None
-              for s, f in files.items()}
-    return {"world": hashlib.sha256(str(without_policies(load("predator-prey"))).encode()).hexdigest()[:16],
-            **hashes}
+    hashes = {
+        s: hashlib.sha256(f.read_bytes()).hexdigest()[:16] if f.is_file() else None for s, f in files.items()
+    }
+    return {
+        "world": hashlib.sha256(str(without_policies(load("predator-prey"))).encode()).hexdigest()[:16],
+        **hashes,
+    }
 
 
-def live(config: Any, seed: int, policies: Any, ticks: int, learn: bool | None = None,
-         chunk: int = 250) -> Any:
+def live(
+    config: Any, seed: int, policies: Any, ticks: int, learn: bool | None = None, chunk: int = 250
+) -> Any:
     """Run a world until `ticks` or, to within `chunk` ticks, the first extinction of deer or wolves; who
     learns in it does so at a constant rate."""
     from ecs_eco import World
@@ -64,6 +67,7 @@ def unpacked(lines: Mapping[str, str], block: int) -> Any:
 def first_extinction(n: np.ndarray) -> tuple[int, str | None]:
     """Tick of the first extinction of deer or wolves and who it was;
     the run's length and None where both live."""
-    gone = [(int(t[0]), name)
-            for i, name in enumerate(SPECIES) if i and len(t := np.flatnonzero(n[:, i] == 0))]
+    gone = [
+        (int(t[0]), name) for i, name in enumerate(SPECIES) if i and len(t := np.flatnonzero(n[:, i] == 0))
+    ]
     return min(gone) if gone else (len(n), None)

@@ -59,11 +59,17 @@ class Registration:
         if name not in self.hypotheses:
             near = get_close_matches(name, self.hypotheses, 1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
-            raise ValueError(f"{self.path}: no hypothesis {name!r}; registered are "
-                             f"{', '.join(self.hypotheses)}{hint}")
+            raise ValueError(
+                f"{self.path}: no hypothesis {name!r}; registered are {', '.join(self.hypotheses)}{hint}"
+            )
         of = self.hypotheses[name]
-        return {"statement": of["statement"], "value": value, "goal": of["goal"], "met": bool(met),
-                "registered": name}
+        return {
+            "statement": of["statement"],
+            "value": value,
+            "goal": of["goal"],
+            "met": bool(met),
+            "registered": name,
+        }
 
     def note(self) -> dict[str, str]:
         """Return what a result holds of it: file, hash, and the commit that the file is from.
@@ -72,13 +78,16 @@ class Registration:
         """
         commit = self._git("log", "-1", "--format=%H", "--", self.path.name)
         if not commit or self._git("status", "--porcelain", "--", self.path.name):
-            raise RuntimeError(f"{self.path} is not committed as it is: what is registered comes before what "
-                               "is found; commit it first")
+            raise RuntimeError(
+                f"{self.path} is not committed as it is: what is registered comes before what "
+                "is found; commit it first"
+            )
         return {"file": f"studies/registered/{self.path.name}", "sha256": self.sha256, "commit": commit}
 
     def _git(self, *words: str) -> str:
-        return subprocess.run(["git", *words], cwd=self.path.parent, capture_output=True, text=True,
-                              timeout=30, check=False).stdout.strip()
+        return subprocess.run(
+            ["git", *words], cwd=self.path.parent, capture_output=True, text=True, timeout=30, check=False
+        ).stdout.strip()
 
 
 def registration(name: str, folder: Path = FOLDER) -> Registration:
@@ -100,8 +109,9 @@ def registration(name: str, folder: Path = FOLDER) -> Registration:
     for key, of in content["hypotheses"].items():
         _need(path, of, OF_A_HYPOTHESIS, f"hypotheses.{key}.")
         if ":" not in of["statistic"]:
-            raise ValueError(f"{path}: hypotheses.{key}.statistic is {of['statistic']!r}; it must be "
-                             "module:function")
+            raise ValueError(
+                f"{path}: hypotheses.{key}.statistic is {of['statistic']!r}; it must be module:function"
+            )
     return Registration(path, content, hashlib.sha256(data).hexdigest())
 
 

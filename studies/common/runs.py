@@ -1,5 +1,4 @@
-"""What the studies of runs on disk share: worlds made small, and what a run folder holds, whatever the parts.
-"""
+"""What the studies of runs on disk share: worlds made small, and what a run folder holds, whatever the parts."""
 
 from __future__ import annotations
 
@@ -53,5 +52,9 @@ def content(folder: Path) -> str:
 def summary(folder: Path) -> dict[str, Any]:
     """Where a run is, and the hashes of its world and of its recording."""
     manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
-    return {"done": manifest["done"], "finished": manifest["finished"], "world": manifest["digest"],
-            "recording": content(folder)}
+    return {
+        "done": manifest["done"],
+        "finished": manifest["finished"],
+        "world": manifest["digest"],
+        "recording": content(folder),
+    }

@@ -37,24 +37,37 @@ def life(world: Any, days: int) -> dict[str, Any]:
         world.run(day)
         if not world.tables["copepod"].n:
             break
-    series = replace(load_series(world.series()),
-                     manifest={"config": world.config.resolved(), "dt": world.dt})
+    series = replace(
+        load_series(world.series()), manifest={"config": world.config.resolved(), "dt": world.dt}
+    )
     alive = series.of("copepod") > 0
-    died = {c: float(series.of("copepod", f"died: {c}").sum() * day / max(series.of("copepod").sum(), 1))
-            for c in series.causes}
-    out = {"copepods": int(series.of("copepod")[-1]), "mean number": float(series.of("copepod").mean()),
-           "days lived": float(alive.sum() / day),
-           "deaths per copepod and day": {c: v for c, v in died.items() if v}}  # fmt: skip
+    died = {
+        c: float(series.of("copepod", f"died: {c}").sum() * day / max(series.of("copepod").sum(), 1))
+        for c in series.causes
+    }
+    out = {
+        "copepods": int(series.of("copepod")[-1]),
+        "mean number": float(series.of("copepod").mean()),
+        "days lived": float(alive.sum() / day),
+        "deaths per copepod and day": {c: v for c, v in died.items() if v},
+    }
     cycle = depths.depth_cycle(series, "copepod")
     if cycle is None:
         return out | {"cycle": None}
     hours, depth = depths.hours_of(series, series.ticks), series.of("copepod", "depth_mean")
     lived = alive & (series.ticks >= series.ticks[0] + day)
     eighths = [float(depth[lived & ((hours * 8).astype(int) == k)].mean()) for k in range(8)]
-    return out | {"cycle": {"amplitude": cycle.share, "vector": (cycle.fit.vector / cycle.height).tolist(),
-                            "lag [days]": cycle.lag, "p": cycle.p,
-                            "r": cycle.r, "mean depth": cycle.fit.mesor,
-                            "depth by eighths of a day from midnight": eighths}}  # fmt: skip
+    return out | {
+        "cycle": {
+            "amplitude": cycle.share,
+            "vector": (cycle.fit.vector / cycle.height).tolist(),
+            "lag [days]": cycle.lag,
+            "p": cycle.p,
+            "r": cycle.r,
+            "mean depth": cycle.fit.mesor,
+            "depth by eighths of a day from midnight": eighths,
+        }
+    }
 
 
 def approach(build: Any, kind: str, ticks: int = 300) -> dict[str, Any]:
@@ -65,9 +78,12 @@ def approach(build: Any, kind: str, ticks: int = 300) -> dict[str, Any]:
     dark here; "drifting", krill that are moved by the experimenter, smell as any krill and do not swim;
     "object", a thing without smell, moved so. Nothing is eaten; all are put elsewhere every 20 ticks.
     """
-    changes: dict[str, Any] = {"ambient.light": 0.0, "species.krill.count": KRILL,
-                               "species.krill.diet.0.chance": 0.0,
-                               "species.krill.sensors.1.blind": AIM}  # fmt: skip
+    changes: dict[str, Any] = {
+        "ambient.light": 0.0,
+        "species.krill.count": KRILL,
+        "species.krill.diet.0.chance": 0.0,
+        "species.krill.sensors.1.blind": AIM,
+    }
     if kind == "drifting":
         changes |= {"species.krill.locomotion.speed": {"wander": 0.0, "chase": 0.0}}
     if kind == "object":
@@ -144,9 +160,16 @@ def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
     before = float(np.nanmean(summary.speed[:k]))
     events = approaches(tracks.distance, CUE, REST)
     way = [float(np.nanmean(event_average(c, events, 0, 2))) for c in (tracks.away, tracks.aside)]
-    return {"n": summary.n, "speed": summary.speed.tolist(), "away": summary.away.tolist(), "before": before,
-            "gain": summary.gain, "way": way, "latency": summary.latency,
-            "latency [s]": None if summary.latency is None else summary.latency * dt}  # fmt: skip
+    return {
+        "n": summary.n,
+        "speed": summary.speed.tolist(),
+        "away": summary.away.tolist(),
+        "before": before,
+        "gain": summary.gain,
+        "way": way,
+        "latency": summary.latency,
+        "latency [s]": None if summary.latency is None else summary.latency * dt,
+    }
 
 
 def encounters(world: Any, days: int) -> dict[str, Any]:
@@ -172,12 +195,17 @@ def encounters(world: Any, days: int) -> dict[str, Any]:
     met = {(animal, tick + k) for tick, animal in events.tolist() for k in range(AFTER + 1)}
     place = {int(uid): k for k, uid in enumerate(tracks.uids)}
     missed = sum((place.get(uid, -1), tick) not in met for tick, uid in killed)
-    alive = np.array([np.isfinite(tracks.depth[tick + AFTER, animal]) for tick, animal in events.tolist()],
-                     bool)
+    alive = np.array(
+        [np.isfinite(tracks.depth[tick + AFTER, animal]) for tick, animal in events.tolist()], bool
+    )
     n, lived = len(events) + missed, max(float(np.isfinite(tracks.depth).sum()) / day, 1e-9)
-    return {"n": n, "without an encounter before": missed, "survived": float(alive.sum()) / n if n else None,
-            "encounters per copepod and day": n / lived,
-            "killed per copepod and day": len(killed) / lived}  # fmt: skip
+    return {
+        "n": n,
+        "without an encounter before": missed,
+        "survived": float(alive.sum()) / n if n else None,
+        "encounters per copepod and day": n / lived,
+        "killed per copepod and day": len(killed) / lived,
+    }
 
 
 def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
@@ -191,8 +219,13 @@ def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
     """
     body = {"radius": 0.4, "opaque": False}
     at = [[1.0 + i, 1.0, 1.0] for i in range(PLUMES)]
-    world = build({"ambient.light": 0.0, "species.krill.count": 0,
-                   "objects.plume": {"at": at, "body": body, "emits": {"krill_smell": 1.0}}})
+    world = build(
+        {
+            "ambient.light": 0.0,
+            "species.krill.count": 0,
+            "objects.plume": {"at": at, "body": body, "emits": {"krill_smell": 1.0}},
+        }
+    )
     world.run(60)  # those below come up
     random, cosines, ways = np.random.default_rng(world.seed), [np.zeros(0)], [np.zeros(0)]
     for _ in range(rounds):
@@ -200,21 +233,30 @@ def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
             break
         _put_among(world, random)
         places: list[dict[int, np.ndarray]] = []
-        tracks = follow(world, STAY, "copepod", "plume", within=FAR,
-                        each=lambda w, places=places: places.append(_places(w)))
+        tracks = follow(
+            world,
+            STAY,
+            "copepod",
+            "plume",
+            within=FAR,
+            each=lambda w, places=places: places.append(_places(w)),
+        )
         places.append(_places(world))
         counted = (tracks.distance > NEAR) & (tracks.distance < FAR) & np.isfinite(tracks.away)
         counted[:SPREAD] = False
         cosines.append(tracks.away[counted])
         ways.append(_level(world, tracks.uids, places, counted))
     away, level = np.concatenate(cosines), np.concatenate(ways)
-    return {"n": int(away.size), "index": _index(away), "cosine": float(away.mean()) if away.size else None,
-            "level": {"n": int(level.size), "index": _index(level)}}  # fmt: skip
+    return {
+        "n": int(away.size),
+        "index": _index(away),
+        "cosine": float(away.mean()) if away.size else None,
+        "level": {"n": int(level.size), "index": _index(level)},
+    }
 
 
 def _index(parts: np.ndarray) -> float | None:
-    """The chemotaxis index (N away − N toward)/N: 1 where all leave the source, 0 where as many come nearer.
-    """
+    """The chemotaxis index (N away − N toward)/N: 1 where all leave the source, 0 where as many come nearer."""
     toward = int((parts < 0).sum())
     return (parts.size - 2 * toward) / parts.size if parts.size else None
 
@@ -222,12 +264,18 @@ def _index(parts: np.ndarray) -> float | None:
 def _places(world: Any) -> dict[int, np.ndarray]:
     table = world.tables["copepod"]
     rows, p = table.by_uid(), table[Position]
-    return dict(zip(table.uid[rows].tolist(), np.stack([p.x[rows], p.y[rows], p.z[rows]], 1).astype(float),
-                    strict=True))
+    return dict(
+        zip(
+            table.uid[rows].tolist(),
+            np.stack([p.x[rows], p.y[rows], p.z[rows]], 1).astype(float),
+            strict=True,
+        )
+    )
 
 
-def _level(world: Any, uids: np.ndarray, places: list[dict[int, np.ndarray]],
-           counted: np.ndarray) -> np.ndarray:
+def _level(
+    world: Any, uids: np.ndarray, places: list[dict[int, np.ndarray]], counted: np.ndarray
+) -> np.ndarray:
     """The level parts of counted ways (tick, animal), as far as they lead away from the nearest plume [m]."""
     table = world.tables["plume"]
     rows, p = table.by_uid(), table[Position]

@@ -40,29 +40,54 @@ Entry = dict[str, Any]
 # --- the grid -----------------------------------------------------------------------------------------------
 
 
-def crossed_study(name: str, claim: str, arms: Mapping[str, Mapping[str, Any]], training: Iterable[int],
-                  worlds: Iterable[int], *, world: str = "predator-prey", ticks: int = 20_000,
-                  judged: Sequence[str] = (), also: Sequence[Mapping[str, Any]] = (),
-                  goal: float = 0.8, short: Mapping[str, Any] | None = None) -> Study:
+def crossed_study(
+    name: str,
+    claim: str,
+    arms: Mapping[str, Mapping[str, Any]],
+    training: Iterable[int],
+    worlds: Iterable[int],
+    *,
+    world: str = "predator-prey",
+    ticks: int = 20_000,
+    judged: Sequence[str] = (),
+    also: Sequence[Mapping[str, Any]] = (),
+    goal: float = 0.8,
+    short: Mapping[str, Any] | None = None,
+) -> Study:
     """A study of all cells; the arms in `judged` (the first where it is empty) must persist
     in a share of `goal`.
 
     `also` holds further cases, such as one long run: {"arm": …, "training": …, "seed": …, "ticks":
     60_000}; they are not judged.
-    """  # fmt: skip
+    """
     training, worlds = list(training), list(worlds)
     for arm, says in arms.items():
         if odd := sorted(set(says) - set(SAYS)):
             raise ValueError(f"arm {arm!r}: no {odd[0]!r}; an arm may say {', '.join(SAYS)}")
     judged = list(judged) or [next(iter(arms))]
-    config = {"world": world, "identity": _hash(without_policies(_load(world, {}))), "ticks": ticks,
-              "block": BLOCK, "arms": {k: dict(v) for k, v in arms.items()},
-              "judged": judged, "goal": goal, "training seeds": training, "world seeds": worlds}  # fmt: skip
+    config = {
+        "world": world,
+        "identity": _hash(without_policies(_load(world, {}))),
+        "ticks": ticks,
+        "block": BLOCK,
+        "arms": {k: dict(v) for k, v in arms.items()},
+        "judged": judged,
+        "goal": goal,
+        "training seeds": training,
+        "world seeds": worlds,
+    }
     few = [{"arm": arm, "training": training[0], "seed": worlds[0]} for arm in list(arms)[:2]]
-    return Study(name=name, claim=claim, config=config, cases=[*cells(arms, training, worlds), *also],
-                 run=cell, depends=depends,
-                 summarise=lambda entries: summarise(entries, judged, goal), short_cases=few,
-                 short_config={"ticks": 1000, "short training": 100, **(short or {})})  # fmt: skip
+    return Study(
+        name=name,
+        claim=claim,
+        config=config,
+        cases=[*cells(arms, training, worlds), *also],
+        run=cell,
+        depends=depends,
+        summarise=lambda entries: summarise(entries, judged, goal),
+        short_cases=few,
+        short_config={"ticks": 1000, "short training": 100, **(short or {})},
+    )
 
 
 def cells(arms: Iterable[str], training: Sequence[int], worlds: Sequence[int]) -> list[dict[str, Any]]:
@@ -87,8 +112,9 @@ def cell(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     ticks = case.get("ticks", config["ticks"])
     policies = says.get("policies") or str(policies_of(config, says, case["training"]))
     began: list[Policies] = []
-    world = live(living, case["seed"], policies, ticks, says.get("learn"),
-                 lambda world: began.append(Policies(world)))
+    world = live(
+        living, case["seed"], policies, ticks, says.get("learn"), lambda world: began.append(Policies(world))
+    )
     moved = {"moved": rates(began[0].moved(), world.tick)} if says.get("learn") else {}
     return record(world, living) | moved
 
@@ -100,8 +126,14 @@ def policies_of(config: Mapping[str, Any], says: Mapping[str, Any], seed: int) -
     return trained(world, seed, config.get("short training") or says.get("training_ticks"))
 
 
-def live(config: Any, seed: int, policies: Any, ticks: int, learn: bool | None,
-         begin: Callable[[Any], object] = lambda world: None) -> Any:
+def live(
+    config: Any,
+    seed: int,
+    policies: Any,
+    ticks: int,
+    learn: bool | None,
+    begin: Callable[[Any], object] = lambda world: None,
+) -> Any:
     """Run a world until `ticks` or, to within CHUNK ticks, the first extinction of a consumer:
     nothing brings it back. `begin` is called with the world before its first tick."""
     from ecs_eco import World
@@ -130,14 +162,25 @@ def record(world: Any, config: Any) -> dict[str, Any]:
     n, names = series.n, series.species
     died = {s: {c: int(k) for c in series.causes if (k := series.of(s, f"died: {c}").sum())} for s in names}
     return {
-        "persisted": series.persisted, "lived": lived if lost else float(len(series.ticks)),
-        "extinct": lost[0].species if lost else None, "ends": [asdict(d) for d in lost], "deaths": died,
-        "numbers": {s: {"mean": n[:, i].mean(), "mean log": np.log1p(n[:, i]).mean(), "least": n[:, i].min(),
-                        "most": n[:, i].max(), "end": n[-1, i]}
-                    for i, s in enumerate(names)},
-        "cycles": statistics, "periods": statistics["ticks"] / statistics["period"]
-                                         if statistics["period"] else 0.0, "series": packed(n, names),
-    }  # fmt: skip
+        "persisted": series.persisted,
+        "lived": lived if lost else float(len(series.ticks)),
+        "extinct": lost[0].species if lost else None,
+        "ends": [asdict(d) for d in lost],
+        "deaths": died,
+        "numbers": {
+            s: {
+                "mean": n[:, i].mean(),
+                "mean log": np.log1p(n[:, i]).mean(),
+                "least": n[:, i].min(),
+                "most": n[:, i].max(),
+                "end": n[-1, i],
+            }
+            for i, s in enumerate(names)
+        },
+        "cycles": statistics,
+        "periods": statistics["ticks"] / statistics["period"] if statistics["period"] else 0.0,
+        "series": packed(n, names),
+    }
 
 
 def packed(n: np.ndarray, names: Sequence[str]) -> dict[str, str]:
@@ -149,8 +192,12 @@ def packed(n: np.ndarray, names: Sequence[str]) -> dict[str, str]:
 # --- what the cells say -------------------------------------------------------------------------------------
 
 
-def summarise(entries: Sequence[Entry], judged: Sequence[str], goal: float,
-              lags: Mapping[str, tuple[float, float]] = LAGS) -> dict[str, Any]:
+def summarise(
+    entries: Sequence[Entry],
+    judged: Sequence[str],
+    goal: float,
+    lags: Mapping[str, tuple[float, float]] = LAGS,
+) -> dict[str, Any]:
     """Verdicts on the judged arms, and a table of all."""
     of: dict[str, list[Entry]] = {}
     for e in entries:
@@ -160,18 +207,31 @@ def summarise(entries: Sequence[Entry], judged: Sequence[str], goal: float,
     for e in entries:
         if "ticks" in e["case"]:
             r, case = e["result"], e["case"]
-            out.append(verdict(f"{case['arm']}, training seed {case['training']}, world seed {case['seed']}: "
-                               f"periods of one run of {case['ticks']:,} ticks",
-                               r["periods"], "at least 50, all persist",
-                               r["persisted"] and r["periods"] >= 50))  # fmt: skip
-    head = ["arm", "runs", "share that persists (95 %, both seeds replicates)", "by training seed",
-            "first to die out",
-            "peaks of all consumers > AR(1), of those that persist",
-            "median period [ticks]", *lags]  # fmt: skip
-    return {"verdicts": out,
-            "table": {"head": head, "rows": [row(arm, results, lags) for arm, results in of.items()]},
-            "variance": {arm: variance(results) for arm, results in of.items()},
-            "notes": "\n\n".join(map(variance_sentence, of.values()))}  # fmt: skip
+            out.append(
+                verdict(
+                    f"{case['arm']}, training seed {case['training']}, world seed {case['seed']}: "
+                    f"periods of one run of {case['ticks']:,} ticks",
+                    r["periods"],
+                    "at least 50, all persist",
+                    r["persisted"] and r["periods"] >= 50,
+                )
+            )
+    head = [
+        "arm",
+        "runs",
+        "share that persists (95 %, both seeds replicates)",
+        "by training seed",
+        "first to die out",
+        "peaks of all consumers > AR(1), of those that persist",
+        "median period [ticks]",
+        *lags,
+    ]
+    return {
+        "verdicts": out,
+        "table": {"head": head, "rows": [row(arm, results, lags) for arm, results in of.items()]},
+        "variance": {arm: variance(results) for arm, results in of.items()},
+        "notes": "\n\n".join(map(variance_sentence, of.values())),
+    }
 
 
 def both_peaks(result: Mapping[str, Any], level: float = 0.05) -> bool:
@@ -180,31 +240,53 @@ def both_peaks(result: Mapping[str, Any], level: float = 0.05) -> bool:
     return bool(p) and all(v is not None and v < level for v in p)
 
 
-def verdicts(arm: str, entries: Sequence[Entry], goal: float,
-             lags: Mapping[str, tuple[float, float]]) -> list[dict[str, Any]]:
+def verdicts(
+    arm: str, entries: Sequence[Entry], goal: float, lags: Mapping[str, tuple[float, float]]
+) -> list[dict[str, Any]]:
     """Persistence over the grid, and peaks and lags where everybody persists."""
     from ecs_eco.analysis.cycles import median_lag_interval
 
     results = [e["result"] for e in entries]
     kept = [r for r in results if r["persisted"]]
     share, cycling = len(kept) / len(results), sum(map(both_peaks, kept))
-    out = [verdict(f"{arm}: runs in which all species persist",
-                   f"{len(kept)} of {len(results)} ({share:.0%})", f"at least {goal:.0%}", share >= goal),
-           verdict(f"{arm}: of these with peaks of all consumers beyond AR(1), p < .05",
-                   f"{cycling} of {len(kept)}", f"at least {goal:.0%}",
-                   bool(kept) and cycling >= goal * len(kept))]  # fmt: skip
+    out = [
+        verdict(
+            f"{arm}: runs in which all species persist",
+            f"{len(kept)} of {len(results)} ({share:.0%})",
+            f"at least {goal:.0%}",
+            share >= goal,
+        ),
+        verdict(
+            f"{arm}: of these with peaks of all consumers beyond AR(1), p < .05",
+            f"{cycling} of {len(kept)}",
+            f"at least {goal:.0%}",
+            bool(kept) and cycling >= goal * len(kept),
+        ),
+    ]
     for pair, (low, high) in lags.items():
-        m = median_lag_interval([r["cycles"]["lags"][pair]["share"]
-                                 for r in kept if pair in r["cycles"]["lags"]])
-        out.append(verdict(f"{arm}: median lag {pair}, share of the period",
-                           [m["median"], m["low"], m["high"]], f"{low} to {high}",
-                           bool(m["n"]) and low <= m["median"] <= high))  # fmt: skip
+        m = median_lag_interval(
+            [r["cycles"]["lags"][pair]["share"] for r in kept if pair in r["cycles"]["lags"]]
+        )
+        out.append(
+            verdict(
+                f"{arm}: median lag {pair}, share of the period",
+                [m["median"], m["low"], m["high"]],
+                f"{low} to {high}",
+                bool(m["n"]) and low <= m["median"] <= high,
+            )
+        )
     moved = [r["moved"] for r in results if r.get("moved")]
     for name in dict.fromkeys(name for one in moved for name in one):
         nats = [one[name] for one in moved if one.get(name) is not None]
-        out.append(verdict(f"{arm}: nats that the policy of the {name} moves in 1,000 ticks, median of runs "
-                           "(KL of the first from the last)",
-                           float(np.median(nats)) if nats else None, "reported", True))  # fmt: skip
+        out.append(
+            verdict(
+                f"{arm}: nats that the policy of the {name} moves in 1,000 ticks, median of runs "
+                "(KL of the first from the last)",
+                float(np.median(nats)) if nats else None,
+                "reported",
+                True,
+            )
+        )
     return out
 
 
@@ -227,27 +309,39 @@ def variance(entries: Sequence[Entry]) -> dict[str, Any]:
     from ecs_eco.analysis.seed_grid import EFFECTS, variance_shares
 
     names = list(entries[0]["result"]["numbers"])
-    tables = {"persisted": grid(entries, lambda r: r["persisted"]),
-              "log time to first extinction": grid(entries, lambda r: np.log(max(r["lived"], 1))),
-              "log period": grid(entries, lambda r: np.log(r["cycles"]["period"]) if r["persisted"]
-                                          and r["cycles"]["period"] else None),
-              **{f"mean log number of {s}": grid(entries, lambda r, s=s: r["numbers"][s]["mean log"])
-                 for s in names}}  # fmt: skip
+    tables = {
+        "persisted": grid(entries, lambda r: r["persisted"]),
+        "log time to first extinction": grid(entries, lambda r: np.log(max(r["lived"], 1))),
+        "log period": grid(
+            entries,
+            lambda r: np.log(r["cycles"]["period"]) if r["persisted"] and r["cycles"]["period"] else None,
+        ),
+        **{
+            f"mean log number of {s}": grid(entries, lambda r, s=s: r["numbers"][s]["mean log"])
+            for s in names
+        },
+    }
     out = {}
     for name, table in tables.items():
         if min(table.shape) > 1 and np.isfinite(table).sum() > max(table.shape):
             shares = variance_shares(table)
-            out[name] = {"n": shares.n, "mean": shares.mean,
-                         **{k: list(v) for k, v in zip(EFFECTS, shares.share, strict=True)}}
+            out[name] = {
+                "n": shares.n,
+                "mean": shares.mean,
+                **{k: list(v) for k, v in zip(EFFECTS, shares.share, strict=True)},
+            }
     return out
 
 
 def variance_sentence(entries: Sequence[Entry]) -> str:
     """Where the variance of one arm comes from, in a sentence."""
     arm, shares = entries[0]["case"]["arm"], variance(entries)
-    parts = [f"{name}: training seed {x['training seed'][0]:.0%}, world seed {x['world seed'][0]:.0%}, "
-             f"rest {x['rest'][0]:.0%}"
-             for name, x in shares.items() if np.isfinite(x["rest"][0])]  # fmt: skip
+    parts = [
+        f"{name}: training seed {x['training seed'][0]:.0%}, world seed {x['world seed'][0]:.0%}, "
+        f"rest {x['rest'][0]:.0%}"
+        for name, x in shares.items()
+        if np.isfinite(x["rest"][0])
+    ]
     words = "; ".join(parts) or "nothing varies, or there are too few seeds"
     return f"{arm}, where the variance comes from (persisted on the linear scale of 0 and 1): {words}."
 
@@ -265,12 +359,20 @@ def row(arm: str, entries: Sequence[Entry], lags: Mapping[str, Any]) -> list[Any
     gone = [r["extinct"] for r in results if r["extinct"]]
     who = ", ".join(f"{s} {gone.count(s)}" for s in dict.fromkeys(gone)) or "–"
     periods = [r["cycles"]["period"] for r in kept if r["cycles"]["period"]]
-    m = [median_lag_interval([r["cycles"]["lags"][pair]["share"]
-                              for r in kept if pair in r["cycles"]["lags"]])
-         for pair in lags]
-    return [arm, len(results), share, each, who, f"{sum(map(both_peaks, kept))} of {len(kept)}",
-            float(np.median(periods)) if periods else None,
-            *([v["median"], v["low"], v["high"]] if v["n"] else None for v in m)]  # fmt: skip
+    m = [
+        median_lag_interval([r["cycles"]["lags"][pair]["share"] for r in kept if pair in r["cycles"]["lags"]])
+        for pair in lags
+    ]
+    return [
+        arm,
+        len(results),
+        share,
+        each,
+        who,
+        f"{sum(map(both_peaks, kept))} of {len(kept)}",
+        float(np.median(periods)) if periods else None,
+        *([v["median"], v["low"], v["high"]] if v["n"] else None for v in m),
+    ]
 
 
 # --- names under which things are kept ----------------------------------------------------------------------

@@ -54,8 +54,9 @@ class AgeRates(NamedTuple):
     high: np.ndarray
 
 
-def selection_coefficient(carriers: Numbers, reference: Numbers, n: Numbers, generation: Numbers,
-                          pseudo: float = 0.5) -> float:
+def selection_coefficient(
+    carriers: Numbers, reference: Numbers, n: Numbers, generation: Numbers, pseudo: float = 0.5
+) -> float:
     """Selection coefficient per generation of a gene against a neutral reference.
 
     The least-squares slope over `generation` [samples] of logit(p_gene) − logit(p_reference), with p of the
@@ -77,8 +78,9 @@ def selection_coefficient(carriers: Numbers, reference: Numbers, n: Numbers, gen
     return float((x @ y) / (x @ x))
 
 
-def path_coefficient(carriers: Numbers, n: Numbers, generation: Numbers, mutation: float = 0.0,
-                     share: float = 0.25) -> float:
+def path_coefficient(
+    carriers: Numbers, n: Numbers, generation: Numbers, mutation: float = 0.0, share: float = 0.25
+) -> float:
     """Selection coefficient per generation of a gene by the likelihood of its path.
 
     sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples, where m is the rate at which letters are drawn
@@ -170,8 +172,9 @@ def reappearances(carriers: Numbers) -> int:
     return int(((k[1:] > 0) & (k[:-1] == 0) & seen[:-1]).sum())
 
 
-def deaths_by_age(lineage: Lineage, cause: str | None, edges: Numbers, species: str | None = None,
-                  level: float = 0.95) -> AgeRates:
+def deaths_by_age(
+    lineage: Lineage, cause: str | None, edges: Numbers, species: str | None = None, level: float = 0.95
+) -> AgeRates:
     """Deaths of a cause (None: of any) per organism and second of life, by class of age [s].
 
     Everybody's life counts in the classes that it passed through; those alive at the end are censored. Who
@@ -218,5 +221,6 @@ def _finite(what: str, values: Numbers) -> np.ndarray:
 def _same(**arrays: Any) -> None:
     shapes = {name: a.shape for name, a in arrays.items()}
     if len(set(shapes.values())) != 1 or len(next(iter(shapes.values()))) != 1:
-        raise ValueError("samples must be flat and equally many, "
-                         f"got {', '.join(f'{n} {s}' for n, s in shapes.items())}")
+        raise ValueError(
+            f"samples must be flat and equally many, got {', '.join(f'{n} {s}' for n, s in shapes.items())}"
+        )

@@ -13,9 +13,16 @@ def settings(ppo: PPO, anneal: bool) -> dict[str, Any]:
     def schedule(value: float) -> Any:
         return (lambda left: left * value) if anneal else value
 
-    return {"n_steps": ppo.horizon, "batch_size": ppo.minibatch, "n_epochs": ppo.epochs,
-            "gamma": ppo.discount, "gae_lambda": ppo.gae_lambda, "ent_coef": ppo.entropy,
-            "learning_rate": schedule(ppo.learning_rate), "clip_range": schedule(ppo.clip)}  # fmt: skip
+    return {
+        "n_steps": ppo.horizon,
+        "batch_size": ppo.minibatch,
+        "n_epochs": ppo.epochs,
+        "gamma": ppo.discount,
+        "gae_lambda": ppo.gae_lambda,
+        "ent_coef": ppo.entropy,
+        "learning_rate": schedule(ppo.learning_rate),
+        "clip_range": schedule(ppo.clip),
+    }
 
 
 def learn(model: Any, steps: int, threshold: float) -> Training:

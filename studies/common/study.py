@@ -80,27 +80,44 @@ class Study:
             "--short", action="store_true", help="few small cases, for CI; writes to a temporary folder"
         )
         parser.add_argument(
-            "--workers", type=int, metavar="N",
-            help="cases at a time, each in its own process (default: 1; on Ray all its CPUs)"
+            "--workers",
+            type=int,
+            metavar="N",
+            help="cases at a time, each in its own process (default: 1; on Ray all its CPUs)",
         )
-        parser.add_argument("--on", default="local", metavar="ENGINE",
-                            help="where cases run: local (processes of this machine), or ray (a Ray cluster)")
+        parser.add_argument(
+            "--on",
+            default="local",
+            metavar="ENGINE",
+            help="where cases run: local (processes of this machine), or ray (a Ray cluster)",
+        )
         parser.add_argument("--fresh", action="store_true", help="forget the cases that are there already")
-        parser.add_argument("--results", type=Path, metavar="DIR",
-                            help="where to write (default: studies/results)")
+        parser.add_argument(
+            "--results", type=Path, metavar="DIR", help="where to write (default: studies/results)"
+        )
         asked = parser.parse_args(argv)
         if asked.workers is not None and asked.workers < 1:
             parser.error(f"--workers must be 1 or more, got {asked.workers}")
         try:
-            result = self.execute(short=asked.short, workers=asked.workers, fresh=asked.fresh,
-                                  results=asked.results, executor=asked.on)
+            result = self.execute(
+                short=asked.short,
+                workers=asked.workers,
+                fresh=asked.fresh,
+                results=asked.results,
+                executor=asked.on,
+            )
         except ConfigError as error:
             parser.error(str(error))
         sys.exit(0 if result["complete"] else 1)
 
     def execute(
-        self, *, short: bool = False, workers: int | None = None, fresh: bool = False,
-        results: Path | None = None, executor: str | Executor = "local"
+        self,
+        *,
+        short: bool = False,
+        workers: int | None = None,
+        fresh: bool = False,
+        results: Path | None = None,
+        executor: str | Executor = "local",
     ) -> dict[str, Any]:
         """Run the missing cases, write the result and return it;
         incomplete results stay in NAME.partial.json.
@@ -236,8 +253,7 @@ def _key(case: Case) -> str:
 
 
 def _kept(paths: Sequence[Path], hashes: Mapping[str, str]) -> dict[str, dict[str, Any]]:
-    """Finished cases of earlier runs, by key: those still wanted, with the hash that they would have today.
-    """
+    """Finished cases of earlier runs, by key: those still wanted, with the hash that they would have today."""
     entries: dict[str, dict[str, Any]] = {}
     for path in paths:
         if path.is_file():
@@ -279,8 +295,11 @@ def _one(run: Callable[..., Any], config: dict[str, Any], case: Case) -> dict[st
 
 
 def _run_all(
-    run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case], workers: int | None,
-    executor: str | Executor
+    run: Callable[..., Any],
+    config: dict[str, Any],
+    cases: Sequence[Case],
+    workers: int | None,
+    executor: str | Executor,
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Yield (case, entry) as cases finish, with a bar: done, rate and remaining time."""
     if not cases:
@@ -307,16 +326,20 @@ def _run_all(
         task = progress.add_task("cases", total=len(cases), rate="")
         for count, (case, entry) in enumerate(_each(run, config, cases, workers, executor), 1):
             if "error" in entry:
-                progress.console.print(f"case {dict(case)} failed:\n{entry['error']}", markup=False,
-                                       highlight=False)
+                progress.console.print(
+                    f"case {dict(case)} failed:\n{entry['error']}", markup=False, highlight=False
+                )
             rate = count / (time.perf_counter() - start)
             progress.update(task, advance=1, rate=f"{rate:.2f}/s" if rate > 1 else f"{1 / rate:.1f} s each")
             yield case, entry
 
 
 def _each(
-    run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case], workers: int | None,
-    executor: str | Executor
+    run: Callable[..., Any],
+    config: dict[str, Any],
+    cases: Sequence[Case],
+    workers: int | None,
+    executor: str | Executor,
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Yield (case, entry) as cases finish."""
     from ecs_eco.experiments.engines import completed, engine

@@ -36,8 +36,11 @@ def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
 
 def in_words(interval_: list[float], n: int, p: float | None = None) -> str:
     """An interval in words, over how many training seeds, and a p."""
-    words = f"{interval_[0]:.3g}" + (f" ({interval_[1]:.3g} … {interval_[2]:.3g})"
-                                     if np.isfinite(interval_[1]) else "") + f", {n} training seeds"
+    words = (
+        f"{interval_[0]:.3g}"
+        + (f" ({interval_[1]:.3g} … {interval_[2]:.3g})" if np.isfinite(interval_[1]) else "")
+        + f", {n} training seeds"
+    )
     return words if p is None else f"{words}, p = {p:.2g}"
 
 

@@ -24,14 +24,48 @@ TICKS = 2  # after the numbers were changed
 FEW, HORIZON, HIDDEN = 9, 3, 8  # organisms of a species, ticks of a rollout, units of a layer
 FLOCKS = {"flock": ("ripe",), "choosy-flock": ("ripe", "young", "span")}  # and the genes that they lack
 WAYS = ("columns", "spawn", "within a tick", "checkpoint")
-PHASES = ("environment", "sense", "feel", "learn", "decide", "move", "interact", "metabolise", "die",
-          "reproduce", "record")
+PHASES = (
+    "environment",
+    "sense",
+    "feel",
+    "learn",
+    "decide",
+    "move",
+    "interact",
+    "metabolise",
+    "die",
+    "reproduce",
+    "record",
+)
 FAILURES = ("out of bounds", "crash", "hang", "traceback", "refused without a place")
 PLACES = ("uid ", "spawn", "field '", "terrain: ", "ambient[")  # that a refusal names
 OWN = ("cause", "born", "killer", "uid")
-FLOATS = [np.nan, np.inf, -np.inf, 0.0, -0.0, 1e-45, -1e-45, 1e-38, 1e38, -1e38, 3.4028235e38, -3.4028235e38,
-          1e30, 1e9, -1e9, 1.0, -1.0, -500.0, 0.5,
-          16_777_217.0, 2147483648.0, 9.3e18, 1.9e19, -2147483649.0]  # fmt: skip
+FLOATS = [
+    np.nan,
+    np.inf,
+    -np.inf,
+    0.0,
+    -0.0,
+    1e-45,
+    -1e-45,
+    1e-38,
+    1e38,
+    -1e38,
+    3.4028235e38,
+    -3.4028235e38,
+    1e30,
+    1e9,
+    -1e9,
+    1.0,
+    -1.0,
+    -500.0,
+    0.5,
+    16_777_217.0,
+    2147483648.0,
+    9.3e18,
+    1.9e19,
+    -2147483649.0,
+]
 
 
 def tried(case: dict[str, Any], states: int) -> dict[str, Any]:
@@ -77,12 +111,20 @@ def _flock(source: str) -> dict[str, Any]:
     data = parsed(sources()["herd"][0])
     data["space"]["size"] = [12.0, 12.0]
     goat = data["species"]["goat"]
-    goat["reproduction"] |= {"age_min": 0.0, "energy_min": 0.2, "energy_given": 0.05, "reach": 6.0,
-                             "consent": "none", "gestation": 1.0, "rest": 0.0}
-    goat["actions"]["mate"], goat["automatic"] = ["mate"], ["eat"]
-    goat["genome"]["mate"], goat["genome"]["mutate"] = {"operator": "cxUniform", "indpb": 0.3}, {
-        "operator": "mutShuffleIndexes", "indpb": 0.02
+    goat["reproduction"] |= {
+        "age_min": 0.0,
+        "energy_min": 0.2,
+        "energy_given": 0.05,
+        "reach": 6.0,
+        "consent": "none",
+        "gestation": 1.0,
+        "rest": 0.0,
     }
+    goat["actions"]["mate"], goat["automatic"] = ["mate"], ["eat"]
+    goat["genome"]["mate"], goat["genome"]["mutate"] = (
+        {"operator": "cxUniform", "indpb": 0.3},
+        {"operator": "mutShuffleIndexes", "indpb": 0.02},
+    )
     goat["genome"]["genes"] = [gene for gene in goat["genome"]["genes"] if gene["name"] not in FLOCKS[source]]
     return data
 
@@ -156,8 +198,9 @@ def _judge(item: tuple[str, int]) -> dict[str, Any]:
         try:
             world = _world(source)
             _empty(world, chance)
-            {"columns": columns, "spawn": spawn, "within a tick": within,
-             "checkpoint": checkpoint}[way](world, chance)
+            {"columns": columns, "spawn": spawn, "within a tick": within, "checkpoint": checkpoint}[way](
+                world, chance
+            )
             world.run(TICKS)
             call_others(world, chance, _odd(world, chance))
             return {"kind": "ran"}
@@ -177,16 +220,22 @@ def _kind(error: Exception, way: str) -> dict[str, Any]:
     if isinstance(error, IndexError):
         return {"kind": "out of bounds", "said": traceback.format_exc()[-1500:]}
     if isinstance(error, CheckpointError):
-        return {"kind": "refused" if ".safetensors" in message else "refused without a place",
-                "said": message}
+        return {
+            "kind": "refused" if ".safetensors" in message else "refused without a place",
+            "said": message,
+        }
     if isinstance(error, ValueError) and "allowed" in message and any(place in message for place in PLACES):
-        return {"kind": "refused"
-                        if re.search(r"\w\.\w+ is|cause of death|(value|height|ground|source|\]) is", message)
-                        else "refused without a place", "said": message}
+        return {
+            "kind": "refused"
+            if re.search(r"\w\.\w+ is|cause of death|(value|height|ground|source|\]) is", message)
+            else "refused without a place",
+            "said": message,
+        }
     if isinstance(error, FloatingPointError):
         return {"kind": "no finite number, and said so", "said": message}
-    if (way == "within a tick"
-        and isinstance(error, ValueError | OverflowError | ZeroDivisionError | ArithmeticError)):
+    if way == "within a tick" and isinstance(
+        error, ValueError | OverflowError | ZeroDivisionError | ArithmeticError
+    ):
         return {"kind": "stopped with an error", "said": message}
     return {"kind": "traceback", "said": traceback.format_exc()[-1500:]}
 
@@ -204,15 +253,26 @@ def _empty(world: Any, chance: random.Random) -> None:
 
 def wild(dtype: np.dtype, shape: tuple[int, ...], chance: random.Random, size: float) -> np.ndarray:
     """Odd numbers of a type: one for all, or another for each."""
+
     def one() -> Any:
         if dtype.kind == "b":
             return chance.random() < 0.5
         if dtype.kind in "iu":
             info = np.iinfo(dtype)
-            return chance.choice((info.min, info.max, 0, 1, min(200, info.max), info.max // 2,
-                                  chance.randint(info.min, info.max)))
-        return chance.choice([*FLOATS, size, -size, size * 2, size * (1 - 1e-7),
-                              chance.uniform(-size, 2 * size)])
+            return chance.choice(
+                (
+                    info.min,
+                    info.max,
+                    0,
+                    1,
+                    min(200, info.max),
+                    info.max // 2,
+                    chance.randint(info.min, info.max),
+                )
+            )
+        return chance.choice(
+            [*FLOATS, size, -size, size * 2, size * (1 - 1e-7), chance.uniform(-size, 2 * size)]
+        )
 
     if chance.random() < 0.5:
         return np.full(shape, one()).astype(dtype)
@@ -238,8 +298,12 @@ def poke(world: Any, chance: random.Random, own: bool) -> None:
         rows = np.array(chance.choice((table.rows()[:1], table.rows()[::2], table.rows())))
         places = [(vars(c), f) for c in table.columns.values() for f in vars(c)]
         if chance.random() < 0.3:  # where they are counts most
-            places = [(vars(c), f) for k, c in table.columns.items()
-                      for f in vars(c) if k.__name__ in ("Position", "Body", "Velocity")]
+            places = [
+                (vars(c), f)
+                for k, c in table.columns.items()
+                for f in vars(c)
+                if k.__name__ in ("Position", "Body", "Velocity")
+            ]
         if own and chance.random() < 0.1:
             array = getattr(table, chance.choice(OWN))
         else:
@@ -276,7 +340,6 @@ def within(world: Any, chance: random.Random) -> None:
     """Let an odd system write within the next tick, in any phase."""
     import esper
 
-
     class Poke(esper.Processor):
         def process(self, *_: Any) -> None:
             poke(world, chance, own=True)
@@ -299,8 +362,9 @@ def checkpoint(world: Any, chance: random.Random) -> None:
     meta, arrays = frozen.freeze(world)
     meta, arrays = copy.deepcopy(meta), {name: array.copy() for name, array in arrays.items()}
     for _ in range(chance.choice((1, 1, 2))):
-        name = chance.choice([n for n in arrays if n.startswith("table/") or chance.random() < 0.2]
-                             or list(arrays))
+        name = chance.choice(
+            [n for n in arrays if n.startswith("table/") or chance.random() < 0.2] or list(arrays)
+        )
         array = arrays[name]
         way = chance.choice(("wild", "wild", "wild", "rows", "type", "shape", "clock"))
         if way == "wild" and array.size:
@@ -309,20 +373,29 @@ def checkpoint(world: Any, chance: random.Random) -> None:
             flat[at] = wild(array.dtype, at.shape, chance, float(max(world.space.size)))
         elif way == "rows":
             rows = arrays[f"table/{chance.choice(list(world.tables))}/{chance.choice(('row', 'uid'))}"]
-            rows[:] = chance.choice((rows[::-1].copy(), np.full_like(rows, rows[0] if rows.size else 0),
-                                     rows + rows.dtype.type(2**40)))
+            rows[:] = chance.choice(
+                (
+                    rows[::-1].copy(),
+                    np.full_like(rows, rows[0] if rows.size else 0),
+                    rows + rows.dtype.type(2**40),
+                )
+            )
         elif way == "type":
             arrays[name] = array.astype(
                 chance.choice((np.float64, np.float32, np.int64, np.uint8, np.uint64))
             )
         elif way == "shape" and array.size:
-            arrays[name] = chance.choice((array[:-1], array.reshape(-1), np.concatenate([array, array]),
-                                          array[None])) if array.ndim else array[None]
+            arrays[name] = (
+                chance.choice((array[:-1], array.reshape(-1), np.concatenate([array, array]), array[None]))
+                if array.ndim
+                else array[None]
+            )
         elif way == "clock":
             part = chance.choice(("tick", "next_uid", "capacity"))
             value = chance.choice((0, -1, 1, 2**40, 2**63, 2**70, 0.5, "x", None))
-            (meta["tables"][chance.choice(list(world.tables))]
-             if part == "capacity" else meta["clock"])[part] = value
+            (meta["tables"][chance.choice(list(world.tables))] if part == "capacity" else meta["clock"])[
+                part
+            ] = value
     with tempfile.TemporaryDirectory(prefix="ecs-eco-wild-") as folder:
         path = Path(folder) / "odd.safetensors"
         write(path, meta, arrays)

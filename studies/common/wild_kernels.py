@@ -51,8 +51,21 @@ def carry(world: Any, table: Any, odd: Any) -> None:
     x, y, z = (column[:high].copy() for column in (p.x, p.y, p.z))
     alive, still, dt = table.alive[:high], odd(np.float32, (3, 3)), np.float32(world.dt)
     water.carry(alive, *odd(np.float32, (3, high)), dt, space.lengths, space.torus, x, y, z)
-    water.drift(0, high, alive, still, space.lengths[2], odd(np.float32, ())[()], dt, space.lengths,
-                space.torus, space.volume, x, y, z)
+    water.drift(
+        0,
+        high,
+        alive,
+        still,
+        space.lengths[2],
+        odd(np.float32, ())[()],
+        dt,
+        space.lengths,
+        space.torus,
+        space.volume,
+        x,
+        y,
+        z,
+    )
 
 
 def breed(table: Any, odd: Any) -> None:

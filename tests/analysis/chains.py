@@ -43,8 +43,11 @@ def series_table(numbers: np.ndarray, seed: int = 0, species: tuple[str, ...] = 
     deaths = before + births - numbers
     flat: dict[str, Any] = {"tick": np.repeat(np.arange(ticks), s)}
     flat["species"] = pa.array(np.tile(species, ticks)).dictionary_encode()
-    flat |= {"n": numbers.astype(np.int32), "births": births.astype(np.int32),
-             "deaths": deaths.astype(np.int32)}
+    flat |= {
+        "n": numbers.astype(np.int32),
+        "births": births.astype(np.int32),
+        "deaths": deaths.astype(np.int32),
+    }
     flat |= {
         "energy_mean": np.full((ticks, s), 0.5, np.float32),
         "happiness_mean": np.full((ticks, s), 0.2, np.float32),
@@ -68,8 +71,9 @@ def series_table(numbers: np.ndarray, seed: int = 0, species: tuple[str, ...] = 
     by_cause[..., 0] += (shares[:, 0] > 0) * (deaths - by_cause.sum(-1)).astype(np.int32)
     by_cause[..., 1] += (shares[:, 0] == 0) * (deaths - by_cause.sum(-1)).astype(np.int32)
     flat |= {f"died: {cause}": by_cause[..., k] for k, cause in enumerate(CAUSES)}
-    return pa.table({k: v if isinstance(v, pa.Array) else pa.array(np.asarray(v).ravel())
-                     for k, v in flat.items()})
+    return pa.table(
+        {k: v if isinstance(v, pa.Array) else pa.array(np.asarray(v).ravel()) for k, v in flat.items()}
+    )
 
 
 def write_run(
@@ -96,18 +100,29 @@ def write_run(
         tick = pa.array(np.full(len(who), len(numbers) - 1))
         (folder / "snapshots").mkdir()
         pq.write_table(
-            pa.table({"tick": tick, "species": pa.array(who, pa.string()).dictionary_encode(),
-                      **rest, **place}),
+            pa.table(
+                {"tick": tick, "species": pa.array(who, pa.string()).dictionary_encode(), **rest, **place}
+            ),
             folder / "snapshots" / "part-00000.parquet",
         )
     manifest = {
-        "format": 1, "world": "predator-prey", "title": "Grass, deer and wolves",
+        "format": 1,
+        "world": "predator-prey",
+        "title": "Grass, deer and wolves",
         "config": {"space": {"size": [160.0, 160.0], "edges": "torus"}},
-        "config_hash": "0" * 64, "seed": seed, "ticks": len(numbers), "dt": 1.0,
-        "versions": {"ecs-eco": "0.1.0"}, "git_commit": None,
-        "species": list(species), "colors": {"grass": "#4d9221", "deer": "#b8860b", "wolf": "#67001f"},
-        "causes": list(CAUSES), "finished": True, "wall_seconds": 12.5, "compile_seconds": 3.0,
-    }  # fmt: skip
+        "config_hash": "0" * 64,
+        "seed": seed,
+        "ticks": len(numbers),
+        "dt": 1.0,
+        "versions": {"ecs-eco": "0.1.0"},
+        "git_commit": None,
+        "species": list(species),
+        "colors": {"grass": "#4d9221", "deer": "#b8860b", "wolf": "#67001f"},
+        "causes": list(CAUSES),
+        "finished": True,
+        "wall_seconds": 12.5,
+        "compile_seconds": 3.0,
+    }
     (folder / "manifest.json").write_text(json.dumps(manifest))
     return folder
 

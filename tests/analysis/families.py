@@ -10,43 +10,83 @@ import pyarrow.parquet as pq
 from ecs_eco.analysis.lineage import ALIVE, Lineage
 
 #         uid, mother, father, born, died, genome
-FAMILY = [(1, 0, 0, 0, 4, "AA"), (2, 0, 0, 0, 7, "CA"), (3, 1, 0, 2, 6, "AA"), (4, 1, 2, 3, 9, "CA"),
-          (5, 3, 4, 5, ALIVE, "AC"), (6, 5, 0, 8, ALIVE, "TA"), (7, 0, 0, 8, ALIVE, "CG"),
-          (8, 6, 7, 9, ALIVE, "TT"), (9, 0, 0, 9, 10, "AA")]  # fmt: skip
-GENES = {"finch": {"alphabet": "ACGT", "ploidy": 1, "genes": [
-    {"name": "beak", "at": 0, "letters": 1, "trait": "body.mass"},
-    {"name": "red", "at": 0, "letters": 1, "trait": "reflex.red.weight", "values": [0.0, 0.0, 0.0, -1.0]},
-    {"name": "song", "at": 1, "letters": 1, "trait": "Song.length", "values": [3.0, 1.0, 3.0, 2.0]},
-]}}  # fmt: skip
+FAMILY = [
+    (1, 0, 0, 0, 4, "AA"),
+    (2, 0, 0, 0, 7, "CA"),
+    (3, 1, 0, 2, 6, "AA"),
+    (4, 1, 2, 3, 9, "CA"),
+    (5, 3, 4, 5, ALIVE, "AC"),
+    (6, 5, 0, 8, ALIVE, "TA"),
+    (7, 0, 0, 8, ALIVE, "CG"),
+    (8, 6, 7, 9, ALIVE, "TT"),
+    (9, 0, 0, 9, 10, "AA"),
+]
+GENES = {
+    "finch": {
+        "alphabet": "ACGT",
+        "ploidy": 1,
+        "genes": [
+            {"name": "beak", "at": 0, "letters": 1, "trait": "body.mass"},
+            {
+                "name": "red",
+                "at": 0,
+                "letters": 1,
+                "trait": "reflex.red.weight",
+                "values": [0.0, 0.0, 0.0, -1.0],
+            },
+            {"name": "song", "at": 1, "letters": 1, "trait": "Song.length", "values": [3.0, 1.0, 3.0, 2.0]},
+        ],
+    }
+}
 
 
 def family(rows=FAMILY, species="finch", end=10, genomes=GENES):
     uid, parent, parent2, born, died, genome = zip(*rows, strict=True)
     names = [species] * len(rows) if isinstance(species, str) else species
-    return Lineage(np.array(uid, np.uint64), np.array(parent, np.uint64), np.array(parent2, np.uint64),
-                   np.array(names), np.array(born), np.array(died),
-                   np.where(np.array(died) < 0, "", "starved"), np.array(genome, object), end, 1.0, genomes)
+    return Lineage(
+        np.array(uid, np.uint64),
+        np.array(parent, np.uint64),
+        np.array(parent2, np.uint64),
+        np.array(names),
+        np.array(born),
+        np.array(died),
+        np.where(np.array(died) < 0, "", "starved"),
+        np.array(genome, object),
+        end,
+        1.0,
+        genomes,
+    )
 
 
 def write_folder(folder, rows=FAMILY, genome=True, genomes=GENES):
     """A run folder with the births and deaths of a family, and no more than that."""
     uid, parent, parent2, born, died, letters = (np.array(c) for c in zip(*rows, strict=True))
-    births = {"tick": born, "species": pa.array(["finch"] * len(uid)).dictionary_encode(),
-              "uid": uid.astype(np.uint64), "parent": parent.astype(np.uint64),
-              "parent2": parent2.astype(np.uint64)} | ({"genome": letters} if genome else {})
+    births = {
+        "tick": born,
+        "species": pa.array(["finch"] * len(uid)).dictionary_encode(),
+        "uid": uid.astype(np.uint64),
+        "parent": parent.astype(np.uint64),
+        "parent2": parent2.astype(np.uint64),
+    } | ({"genome": letters} if genome else {})
     gone = np.argsort(died, kind="stable")[(died < 0).sum() :]
-    deaths = {"tick": died[gone], "species": pa.array(["finch"] * len(gone)).dictionary_encode(),
-              "uid": uid[gone].astype(np.uint64),
-              "cause": pa.array(["starved"] * len(gone)).dictionary_encode()}
+    deaths = {
+        "tick": died[gone],
+        "species": pa.array(["finch"] * len(gone)).dictionary_encode(),
+        "uid": uid[gone].astype(np.uint64),
+        "cause": pa.array(["starved"] * len(gone)).dictionary_encode(),
+    }
     for kind, columns in (("births", births), ("deaths", deaths)):
         (folder / kind).mkdir(parents=True)
         for part in range(2):  # in two parts
             half = len(columns["uid"]) // 2
             rows_of_part = slice(0, half) if part == 0 else slice(half, None)
-            pq.write_table(pa.table({k: v[rows_of_part] for k, v in columns.items()}),
-                           folder / kind / f"part-{part:05d}.parquet")
-    (folder / "manifest.json").write_text(json.dumps({"done": 11, "dt": 1.0, "species": ["finch"],
-                                                      "genomes": genomes}))
+            pq.write_table(
+                pa.table({k: v[rows_of_part] for k, v in columns.items()}),
+                folder / kind / f"part-{part:05d}.parquet",
+            )
+    (folder / "manifest.json").write_text(
+        json.dumps({"done": 11, "dt": 1.0, "species": ["finch"], "genomes": genomes})
+    )
     return folder
 
 
@@ -83,6 +123,13 @@ def forest(seed, n=60):
         able = [j for j in range(i) if born[j] < born[i] and (died[j] < 0 or died[j] >= born[i])]
         two = [*rng.permutation(able)[:2], -1, -1][:2] if able and rng.random() < 0.8 else [-1, -1]
         mother, father = two[0], two[1] if rng.random() < 0.5 else -1
-        rows.append((3 * i + 1, *(3 * int(p) + 1 if p >= 0 else 0 for p in (mother, father)), int(born[i]),
-                     int(min(died[i], 30)), "".join(rng.choice(list("ACGT"), 2))))
+        rows.append(
+            (
+                3 * i + 1,
+                *(3 * int(p) + 1 if p >= 0 else 0 for p in (mother, father)),
+                int(born[i]),
+                int(min(died[i], 30)),
+                "".join(rng.choice(list("ACGT"), 2)),
+            )
+        )
     return rows

@@ -62,14 +62,23 @@ def lamb(**changes: Any) -> WorldConfig:
 
 def many() -> WorldConfig:
     """A lamb of 40 channels with ten reflexes, four of them for one action, and lines of every kind."""
-    eye = {"kind": "rays", "name": "eye", "count": 32, "radius": 5.0, "targets": ["lamb"],
-           "report": "per_ray"}
+    eye = {
+        "kind": "rays",
+        "name": "eye",
+        "count": 32,
+        "radius": 5.0,
+        "targets": ["lamb"],
+        "report": "per_ray",
+    }
     reflex = copy.deepcopy(LAMB["species"]["lamb"]["reflex"])
     for threshold in (0.1, 0.2, 0.3):
-        reflex["connections"] += [{"sensor": "glucose", "action": a, "weight": 1, "below": threshold}
-                                  for a in ("suck", "walk")]
-    reflex["formulas"] = {"inhale": "0.3 - oxygen + min(eye_lamb_3, "
-                                    "eye_lamb_30) * (lips > 0.5 or water_on_nose > 0.25) - milk_smell"}
+        reflex["connections"] += [
+            {"sensor": "glucose", "action": a, "weight": 1, "below": threshold} for a in ("suck", "walk")
+        ]
+    reflex["formulas"] = {
+        "inhale": "0.3 - oxygen + min(eye_lamb_3, "
+        "eye_lamb_30) * (lips > 0.5 or water_on_nose > 0.25) - milk_smell"
+    }
     reflex["connections"].append({"sensor": "sheep_smell", "action": "still", "weight": 0, "above": 0.5})
     happiness = {"formula": "tanh(glucose) - oxygen + (lips - milk_smell) ** 2", "minimum": -1.0}
     return lamb(sensors=[*LAMB["species"]["lamb"]["sensors"], eye], reflex=reflex, happiness=happiness)

@@ -36,18 +36,30 @@ def test_a_gene_may_be_given_by_its_place():
 def test_one_of_two_strings_is_enough_to_carry_a_value():
     # strings of two loci
     rows = [(1, 0, 0, 0, ALIVE, "ATTT"), (2, 0, 0, 0, ALIVE, "CTAT"), (3, 0, 0, 0, ALIVE, "CGCG")]
-    beaks = family(rows, genomes={"finch": GENES["finch"] | {"ploidy": 2}},
-                   end=0).frequencies("finch", "beak", 1)
+    beaks = family(rows, genomes={"finch": GENES["finch"] | {"ploidy": 2}}, end=0).frequencies(
+        "finch", "beak", 1
+    )
     assert dict(zip(beaks.values, beaks.count[0].tolist(), strict=True)) == {"A": 2, "C": 2, "T": 1}
     assert beaks.n.tolist() == [3]
 
 
 def test_carriers_of_genes_without_a_place_are_found_by_promoters_once_for_each_value():
-    genes = {"alphabet": "ACGT", "ploidy": 2, "longest": 12, "separator": "|", "genes": [
-        {"name": "red", "promoter": "TA", "letters": 1, "trait": None, "values": [0.0, 0.0, 0.0, -1.0]},
-        {"name": "size", "promoter": "GC", "letters": 2, "trait": None}]}
-    rows = [(1, 0, 0, 0, ALIVE, "TATTAT|TAA"), (2, 0, 0, 0, ALIVE, "GCTAC|C"),
-            (3, 0, 0, 0, ALIVE, "ATAG|TAC"), (4, 0, 0, 0, ALIVE, "TA|GCAC")]
+    genes = {
+        "alphabet": "ACGT",
+        "ploidy": 2,
+        "longest": 12,
+        "separator": "|",
+        "genes": [
+            {"name": "red", "promoter": "TA", "letters": 1, "trait": None, "values": [0.0, 0.0, 0.0, -1.0]},
+            {"name": "size", "promoter": "GC", "letters": 2, "trait": None},
+        ],
+    }
+    rows = [
+        (1, 0, 0, 0, ALIVE, "TATTAT|TAA"),
+        (2, 0, 0, 0, ALIVE, "GCTAC|C"),
+        (3, 0, 0, 0, ALIVE, "ATAG|TAC"),
+        (4, 0, 0, 0, ALIVE, "TA|GCAC"),
+    ]
     finches = family(rows, genomes={"finch": genes}, end=0)
     red = finches.frequencies("finch", "red", 1)
     assert dict(zip(red.values, red.count[0].tolist(), strict=True)) == {"0": 2, "-1": 1}

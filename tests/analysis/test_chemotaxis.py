@@ -12,22 +12,32 @@ from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
 
 DAY = 48
-SMALL = {"species.phytoplankton.count": 60, "species.copepod.count": 25, "species.krill.count": 12,
-         "space.size": [16.0, 16.0, 16.0], "sun.day": float(DAY)}  # fmt: skip
+SMALL = {
+    "species.phytoplankton.count": 60,
+    "species.copepod.count": 25,
+    "species.krill.count": 12,
+    "space.size": [16.0, 16.0, 16.0],
+    "sun.day": float(DAY),
+}
 
 
 def test_who_leaves_a_smell_is_counted_as_a_slow_loop_counts_it(tmp_path: Path):
     small = load("diel-migration", SMALL)
-    run_to_folder(small, seed=6, ticks=DAY, out=tmp_path / "run", policies="untrained", record="full",
-                  report=False)
+    run_to_folder(
+        small, seed=6, ticks=DAY, out=tmp_path / "run", policies="untrained", record="full", report=False
+    )
     assert noses(load_series(tmp_path / "run").manifest) == [("copepod", "krill_smell_gradient")]
-    rows = [r for file in sorted((tmp_path / "run" / "details-copepod").iterdir())
-            for r in pq.read_table(file).to_pylist()]
+    rows = [
+        r
+        for file in sorted((tmp_path / "run" / "details-copepod").iterdir())
+        for r in pq.read_table(file).to_pylist()
+    ]
     last, down, up = {}, 0, 0
     for r in sorted(rows, key=lambda r: r["tick"]):
         was, last[r["uid"]] = last.get(r["uid"]), r
-        gradient = np.array([r[f"sensor: krill_smell_gradient_{way}"] for way in ("forward", "left", "up")],
-                            float)
+        gradient = np.array(
+            [r[f"sensor: krill_smell_gradient_{way}"] for way in ("forward", "left", "up")], float
+        )
         if was is None or was["tick"] != r["tick"] - 1 or np.linalg.norm(gradient) <= 0.1:
             continue
         dx, dy = ((r[a] - was[a] + 8) % 16 - 8 for a in "xy")  # around the edge of 16 m

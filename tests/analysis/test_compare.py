@@ -102,9 +102,11 @@ def test_a_species_that_was_never_there_did_not_die_out_and_is_compared_with_nob
     for n in without:
         n[:, 2] = 0
     arms = {"world": numbers, "no-wolf": without}
-    comparison = compare({arm: [chains.series_table(n, i) for i, n in enumerate(runs)]
-                          for arm, runs in arms.items()},
-                         tmp_path, n_boot=19)
+    comparison = compare(
+        {arm: [chains.series_table(n, i) for i, n in enumerate(runs)] for arm, runs in arms.items()},
+        tmp_path,
+        n_boot=19,
+    )
     wolf = comparison["arms"]["no-wolf"]["per_species"]["wolf"]
     assert (wolf["extinctions"], wolf["median_extinction"], wolf["mean_time"]) == (0, None, None)
     assert set(comparison["effects"]["no-wolf"]["per_species"]) == {"grass", "deer"}

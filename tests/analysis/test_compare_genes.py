@@ -6,10 +6,21 @@ import pytest
 from ecs_eco.analysis.compare_genes import bands, blocks, genes_of, summary
 from tests.analysis.families import GENES, write_folder
 
-GENOMES = {"finch": GENES["finch"] | {"genes": [
-    GENES["finch"]["genes"][1],
-    {"name": "size", "at": 1, "letters": 1, "trait": "body.mass",
-     "range": {"low": 0.0, "high": 3.0, "code": "positional", "scale": "linear", "codons": 1}}]}}
+GENOMES = {
+    "finch": GENES["finch"]
+    | {
+        "genes": [
+            GENES["finch"]["genes"][1],
+            {
+                "name": "size",
+                "at": 1,
+                "letters": 1,
+                "trait": "body.mass",
+                "range": {"low": 0.0, "high": 3.0, "code": "positional", "scale": "linear", "codons": 1},
+            },
+        ]
+    }
+}
 
 
 def spreading(folder, chance, seed):
@@ -29,8 +40,10 @@ def spreading(folder, chance, seed):
 @pytest.fixture(scope="module")
 def arms(tmp_path_factory):
     out = tmp_path_factory.mktemp("arms")
-    return {arm: [spreading(out / f"{arm}-{k}", chance, 10 * k) for k in range(6)]
-            for arm, chance in (("world", 1.5), ("neutral", 1.0))}
+    return {
+        arm: [spreading(out / f"{arm}-{k}", chance, 10 * k) for k in range(6)]
+        for arm, chance in (("world", 1.5), ("neutral", 1.0))
+    }
 
 
 ROWS = {arm: [list(range(6))] for arm in ("world", "neutral")}

@@ -158,8 +158,10 @@ def test_the_period_is_that_of_the_consumers_where_it_is_known_who_eats_whom() -
     wave /= wave.std()
     columns = np.stack([beat, 0.3 * wave, 0.3 * np.roll(wave, 75)], 1) + 0.02 * rng.standard_normal((4000, 3))
     numbers = {"n": np.round(500 * np.exp(columns))}
-    blind, statistics = (cycle_statistics(Series(t, NAMES, numbers, manifest), n_boot=99)
-                         for manifest in ({}, {"config": DIETS}))
+    blind, statistics = (
+        cycle_statistics(Series(t, NAMES, numbers, manifest), n_boot=99)
+        for manifest in ({}, {"config": DIETS})
+    )
     assert (blind.period_of, statistics.period_of) == (NAMES, ("deer", "wolf"))
     assert blind.period == pytest.approx(60, rel=0.03)
     assert statistics.period == pytest.approx(300, rel=0.1)
@@ -173,5 +175,9 @@ def test_the_period_is_that_of_the_consumers_where_it_is_known_who_eats_whom() -
 def test_consumers_are_those_that_eat_another_species() -> None:
     assert consumers(DIETS) == ("deer", "wolf")
     assert consumers({}) == ()
-    assert consumers({"species": {"pike": {"diet": [{"eats": "pike"}]},
-                                  "crab": {"diet": [{"eats": "carrion"}]}}}) == ()
+    assert (
+        consumers(
+            {"species": {"pike": {"diet": [{"eats": "pike"}]}, "crab": {"diet": [{"eats": "carrion"}]}}}
+        )
+        == ()
+    )

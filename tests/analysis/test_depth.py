@@ -18,8 +18,13 @@ from ecs_eco.record import run_to_folder
 from ecs_eco.runs.run import snapshots
 
 DAY = 48
-SMALL = {"species.phytoplankton.count": 60, "species.copepod.count": 25, "species.krill.count": 12,
-         "space.size": [16.0, 16.0, 16.0], "sun.day": float(DAY)}  # fmt: skip
+SMALL = {
+    "species.phytoplankton.count": 60,
+    "species.copepod.count": 25,
+    "species.krill.count": 12,
+    "space.size": [16.0, 16.0, 16.0],
+    "sun.day": float(DAY),
+}
 
 
 @pytest.fixture(scope="module")
@@ -34,8 +39,9 @@ def wave(small, amplitude: float = 4.0, lag: float = 0.0, days: int = 6, alive: 
     series = Series(ticks, ("copepod",), {}, manifest)
     depth = 8 + amplitude * np.cos(2 * np.pi * (depths.hours_of(series, ticks) - 0.5 - lag))
     n = np.where(ticks < (len(ticks) if alive is None else alive), 9, 0)
-    return replace(series, columns={"n": n[:, None].astype(float),
-                                    "depth_mean": np.where(n > 0, depth, 0)[:, None]})
+    return replace(
+        series, columns={"n": n[:, None].astype(float), "depth_mean": np.where(n > 0, depth, 0)[:, None]}
+    )
 
 
 def test_a_wave_of_depth_is_found_again_with_its_lag(small):
@@ -67,19 +73,34 @@ def test_the_day_by_hours_leaves_the_first_one_out_and_knows_when_nobody_lived(s
     # of the second day only from six to eighteen
     gone = depths.day_by_hour(wave(small, alive=DAY + DAY // 2), "copepod")
     assert np.isfinite(gone).tolist() == [6 <= h < 18 for h in range(24)]
-    assert (depths.mean_of_there(np.array([[1.0, np.nan, np.nan], [3.0, 5.0, np.nan]]))
-            == pytest.approx([2, 5, np.nan], nan_ok=True))
+    assert depths.mean_of_there(np.array([[1.0, np.nan, np.nan], [3.0, 5.0, np.nan]])) == pytest.approx(
+        [2, 5, np.nan], nan_ok=True
+    )
 
 
 def test_depths_over_time_are_means_of_snapshots(small, tmp_path: Path) -> None:
-    at = [(0, "copepod", 15.9), (0, "copepod", 0.1), (0, "krill", 8.1), (5, "copepod", 15.5),
-          (10, "krill", 7.9), (15, "krill", 16.0)]
+    at = [
+        (0, "copepod", 15.9),
+        (0, "copepod", 0.1),
+        (0, "krill", 8.1),
+        (5, "copepod", 15.5),
+        (10, "krill", 7.9),
+        (15, "krill", 16.0),
+    ]
     folder = tmp_path / "snapshots"
     folder.mkdir()
     for k, rows in enumerate((at[:4], at[4:])):
         tick, name, z = zip(*rows, strict=True)
-        pq.write_table(pa.table({"tick": pa.array(tick), "species": pa.array(name).dictionary_encode(),
-                                 "z": pa.array(z, pa.float32())}), folder / f"part-{k:05d}.parquet")
+        pq.write_table(
+            pa.table(
+                {
+                    "tick": pa.array(tick),
+                    "species": pa.array(name).dictionary_encode(),
+                    "z": pa.array(z, pa.float32()),
+                }
+            ),
+            folder / f"part-{k:05d}.parquet",
+        )
     series = wave(small)
     edges, numbers = depths.depths_over_time(tmp_path, series, ["copepod", "krill"], layers=2, most=2)
     assert edges.tolist() == [0, 10, 20]  # two snapshots each
@@ -92,8 +113,9 @@ def test_arms_are_compared_by_depth(small, tmp_path):
     def runs(amplitude, lag):
         return [wave(small, a, lag) for a in amplitude]
 
-    comparison = compare({"sea": runs((4.0, 4.2, 3.8), 0.0), "inverted": runs((2.0, 2.0, 2.0), 0.5)},
-                         tmp_path, n_boot=19)
+    comparison = compare(
+        {"sea": runs((4.0, 4.2, 3.8), 0.0), "inverted": runs((2.0, 2.0, 2.0), 0.5)}, tmp_path, n_boot=19
+    )
     one, two = (comparison["arms"][arm]["per_species"]["copepod"]["depth"] for arm in ("sea", "inverted"))
     assert one["n"] == 3
     value, low, high = one["along_day"]
@@ -131,13 +153,15 @@ def test_mean_depth_is_recorded_in_a_volume_and_is_that_of_the_living(small):
 
 
 def test_a_run_of_two_days_is_reported_with_depths_hours_and_escapes(small, tmp_path: Path):
-    run_to_folder(small, seed=4, ticks=2 * DAY + 10, out=tmp_path / "run", policies="untrained",
-                  record="full")
+    run_to_folder(
+        small, seed=4, ticks=2 * DAY + 10, out=tmp_path / "run", policies="untrained", record="full"
+    )
     text = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     for words in ("Depth and the day", "r with light", "approaches of krill to 1.5 m"):
         assert words in text
-    assert {"depth.svg", "depths.svg", "hours.svg", "escape-1-2.svg"} <= {p.name
-                                                            for p in (tmp_path / "run" / "figures").iterdir()}
+    assert {"depth.svg", "depths.svg", "hours.svg", "escape-1-2.svg"} <= {
+        p.name for p in (tmp_path / "run" / "figures").iterdir()
+    }
     shares = depths.depths_by_hour(tmp_path / "run", load_series(tmp_path / "run"))["copepod"]
     sums = shares.sum(0)
     assert np.isfinite(sums).any()

@@ -16,8 +16,9 @@ def test_an_escape_by_hand():
     speed[8] = 2.0
     away = np.zeros((14, 1))
     away[8] = 1.0
-    tracks = Tracks(np.zeros(1, np.uint64), np.ones((14, 1)), speed, distance, away, np.zeros((14, 1)),
-                    np.zeros(14))
+    tracks = Tracks(
+        np.zeros(1, np.uint64), np.ones((14, 1)), speed, distance, away, np.zeros((14, 1)), np.zeros(14)
+    )
     response = escapes(tracks)
     assert (response.n, response.gain, response.latency) == (1, 4.0, 1)
     assert response.u == pytest.approx(2**0.5)

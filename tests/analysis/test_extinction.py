@@ -7,15 +7,25 @@ from ecs_eco.analysis.extinction import decline, declines, lifetime, multiplies,
 from ecs_eco.analysis.runs import Series
 
 
-def run(deer: list[int], wolf: list[int], starved: list[int], eaten: list[int], births: list[int],
-        **manifest: object) -> Series:
+def run(
+    deer: list[int],
+    wolf: list[int],
+    starved: list[int],
+    eaten: list[int],
+    births: list[int],
+    **manifest: object,
+) -> Series:
     """A run of deer and wolves; deaths and births are those of the deer."""
     zero = np.zeros(len(deer))
     died = np.add(starved, eaten)
     columns = {"n": (deer, wolf), "births": (births, zero), "deaths": (died, zero)}
     columns |= {"died: starved": (starved, zero), "died: eaten by wolf": (eaten, zero)}
-    return Series(np.arange(len(deer)), ("deer", "wolf"),
-                  {k: np.array(v, float).T for k, v in columns.items()}, dict(manifest))
+    return Series(
+        np.arange(len(deer)),
+        ("deer", "wolf"),
+        {k: np.array(v, float).T for k, v in columns.items()},
+        dict(manifest),
+    )
 
 
 @pytest.fixture
@@ -60,8 +70,10 @@ def test_an_end_that_was_to_be_expected_is_called_so() -> None:
 def test_a_species_that_dies_within_the_first_tick_is_not_hidden() -> None:
     gone = run([0, 0], [2, 2], [7, 0], [0, 0], [0, 0])
     assert not gone.persisted
-    assert (opening(gone)[1] == "deer died out at tick 0. From tick 0, when there were 7, "
-                                "7 deaths against 0 births: starved 100%.")
+    assert (
+        opening(gone)[1] == "deer died out at tick 0. From tick 0, when there were 7, "
+        "7 deaths against 0 births: starved 100%."
+    )
 
 
 def test_several_runs_open_with_the_share_that_persisted(lost: Series) -> None:

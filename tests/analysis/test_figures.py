@@ -42,8 +42,12 @@ def test_populations_of_one_species_need_one_axis(run: Series) -> None:
 
 def test_a_line_marks_each_intervention_and_its_words_stand_at_the_first_of_its_kind(run: Series) -> None:
     cull = {"kind": "cull", "species": "wolf", "share": 0.5}
-    done = [[100, cull], [400, cull], [400, {"kind": "fence", "line": [[1, 2], [3, 4]]}],
-            [401, {"kind": "switch", "learning": False}]]
+    done = [
+        [100, cull],
+        [400, cull],
+        [400, {"kind": "fence", "line": [[1, 2], [3, 4]]}],
+        [401, {"kind": "switch", "learning": False}],
+    ]
     marked = load_series(run)
     marked.manifest["intervened"] = done
     try:
@@ -51,14 +55,20 @@ def test_a_line_marks_each_intervention_and_its_words_stand_at_the_first_of_its_
     finally:
         del marked.manifest["intervened"]
     assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_linestyle() == "--"] == [100, 400, 401]
-    assert [(text.xy[0], text.get_text()) for text in ax.texts] == [(100, "cull 50 % of wolf"),
-                                                                    (400, "fence along [1, 2] [3, 4]")]
+    assert [(text.xy[0], text.get_text()) for text in ax.texts] == [
+        (100, "cull 50 % of wolf"),
+        (400, "fence along [1, 2] [3, 4]"),
+    ]
     assert not figures.populations(run).axes[-1].texts
 
 
 def test_notebooks_show_every_figure_as_a_picture_without_pyplot(run: Series) -> None:
-    drawn = [figures.populations(run), figures.phase(run, PAIRS), figures.deaths(run),
-             draw_nervous_system(load("reflexes"), "goat")]
+    drawn = [
+        figures.populations(run),
+        figures.phase(run, PAIRS),
+        figures.deaths(run),
+        draw_nervous_system(load("reflexes"), "goat"),
+    ]
     for figure in [*drawn, copy.deepcopy(drawn[0])]:
         assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
 

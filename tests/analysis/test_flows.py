@@ -14,25 +14,43 @@ SPECIES = ("grass", "deer", "wolf")
 
 def run(**columns):
     """Two ticks of grass, deer and wolves; columns by name, (ticks, species), else 0."""
-    names = ("taken_in", "burnt", "given", "lost", "eaten: grass", "eaten: deer", "died: eaten by deer",
-             "died: eaten by wolf")
+    names = (
+        "taken_in",
+        "burnt",
+        "given",
+        "lost",
+        "eaten: grass",
+        "eaten: deer",
+        "died: eaten by deer",
+        "died: eaten by wolf",
+    )
     table = {name: np.zeros((2, 3)) for name in names} | {"n": np.ones((2, 3))}
-    table |= {name.replace("_by_", ": eaten by ").replace("ate_", "eaten: "): np.array(values, float)
-              for name, values in columns.items()}
+    table |= {
+        name.replace("_by_", ": eaten by ").replace("ate_", "eaten: "): np.array(values, float)
+        for name, values in columns.items()
+    }
     return Series(np.arange(2), SPECIES, table, {"colors": {"grass": "#4d9221", "wolf": "#d7191c"}})
 
 
-MEALS = {"ate_grass": [[0, 4, 0], [0, 2, 0]], "died_by_deer": [[8, 0, 0], [4, 0, 0]],
-         "ate_deer": [[0, 0, 1], [0, 0, 0]], "died_by_wolf": [[0, 1, 0], [0, 0, 0]],
-         "taken_in": [[5, 4, 1], [5, 2, 0.5]], "burnt": [[0, 1, 1], [0, 1, 1]],
-         "lost": [[3.5, 2, 0], [3.5, 2, 0]]}  # fmt: skip
+MEALS = {
+    "ate_grass": [[0, 4, 0], [0, 2, 0]],
+    "died_by_deer": [[8, 0, 0], [4, 0, 0]],
+    "ate_deer": [[0, 0, 1], [0, 0, 0]],
+    "died_by_wolf": [[0, 1, 0], [0, 0, 0]],
+    "taken_in": [[5, 4, 1], [5, 2, 0.5]],
+    "burnt": [[0, 1, 1], [0, 1, 1]],
+    "lost": [[3.5, 2, 0], [3.5, 2, 0]],
+}
 
 
 def test_means_of_a_tick_are_those_counted_by_hand():
     found = flows(run(**MEALS))
     assert found.meals == (Meal("grass", "deer", 3.0, 6.0), Meal("deer", "wolf", 0.5, 0.5))
-    assert found.budgets == {"grass": Budget(5.0, 0.0, 0.0, 0.5), "deer": Budget(0.0, 0.0, 1.0, 1.5),
-                             "wolf": Budget(0.0, 0.25, 1.0, 0.0)}
+    assert found.budgets == {
+        "grass": Budget(5.0, 0.0, 0.0, 0.5),
+        "deer": Budget(0.0, 0.0, 1.0, 1.5),
+        "wolf": Budget(0.0, 0.25, 1.0, 0.0),
+    }
     assert not found.shared
     assert levels(found) == {"grass": 0, "deer": 1, "wolf": 2}
 

@@ -34,10 +34,23 @@ def test_a_formula_rises_or_falls_with_a_reading(text: str, wanted: dict[str, in
     assert directions(text, {"smell", "energy"}) == wanted
 
 
-FORMULAS = ("a * b - c", "clip(c, -1, b)", "b / (a + 1) + c * c", "-a ** 2 * (c > 0)",
-            "(a > 0.4) * (b < 0.6) - abs(a)", "max(a, c) - exp(-b)", "c if a > 0.5 else b", "sqrt(a) * -b",
-            "1 if c < 0 else -2", "a / c", "(a - c) * (b - 2)",
-            "a and c > 0", "not a", "not c", "2 * (not c < b)")  # fmt: skip
+FORMULAS = (
+    "a * b - c",
+    "clip(c, -1, b)",
+    "b / (a + 1) + c * c",
+    "-a ** 2 * (c > 0)",
+    "(a > 0.4) * (b < 0.6) - abs(a)",
+    "max(a, c) - exp(-b)",
+    "c if a > 0.5 else b",
+    "sqrt(a) * -b",
+    "1 if c < 0 else -2",
+    "a / c",
+    "(a - c) * (b - 2)",
+    "a and c > 0",
+    "not a",
+    "not c",
+    "2 * (not c < b)",
+)
 
 
 @pytest.mark.parametrize("text", FORMULAS)

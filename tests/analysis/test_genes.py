@@ -27,11 +27,21 @@ def of_texts(texts, genomes):
     return family([(i + 1, 0, 0, 0, ALIVE, text) for i, text in enumerate(texts)], genomes=genomes, end=0)
 
 
-@pytest.mark.parametrize("more", [
-    {}, {"code": "gray"}, {"scale": "log"}, {"code": "additive", "codons": 4}, {"whole": True, "low": 1},
-    {"code": "gray", "scale": "log"}, {"values": list(range(64)), "low": None, "high": None}])
-@pytest.mark.parametrize("ploidy", [{}, {"ploidy": 2, "dominance": "mean"},
-                                    {"ploidy": 2, "dominance": "greater"}, {"ploidy": 2}])
+@pytest.mark.parametrize(
+    "more",
+    [
+        {},
+        {"code": "gray"},
+        {"scale": "log"},
+        {"code": "additive", "codons": 4},
+        {"whole": True, "low": 1},
+        {"code": "gray", "scale": "log"},
+        {"values": list(range(64)), "low": None, "high": None},
+    ],
+)
+@pytest.mark.parametrize(
+    "ploidy", [{}, {"ploidy": 2, "dominance": "mean"}, {"ploidy": 2, "dominance": "greater"}, {"ploidy": 2}]
+)
 def test_values_are_those_that_the_layout_decodes(more, ploidy):
     layout = Layout([Gene(**GENE | more)], "ACGT", **ploidy)
     loci = layout.random(np.arange(40, dtype=np.uint64))
@@ -42,9 +52,18 @@ def test_values_are_those_that_the_layout_decodes(more, ploidy):
 @pytest.mark.parametrize("doubled", ["first", "mean", "sum", "greatest"])
 @pytest.mark.parametrize("ploidy", [{}, {"ploidy": 2, "dominance": "mean"}])
 def test_values_of_genes_without_a_place_are_those_that_the_layout_decodes(doubled, ploidy):
-    layout = layout_of(GenomeSection(longest=40, loci=40, doubled=doubled, **ploidy, genes=[
-        {"name": "red", "promoter": "TA", "letters": 1, "values": [3, 1, 2, 0]},
-        {"name": "size", "promoter": "GC", "letters": 2, "low": 1, "high": 15, "copies": 2}]))
+    layout = layout_of(
+        GenomeSection(
+            longest=40,
+            loci=40,
+            doubled=doubled,
+            **ploidy,
+            genes=[
+                {"name": "red", "promoter": "TA", "letters": 1, "values": [3, 1, 2, 0]},
+                {"name": "size", "promoter": "GC", "letters": 2, "low": 1, "high": 15, "copies": 2},
+            ],
+        )
+    )
     loci = layout.random(np.arange(60, dtype=np.uint64))
     loci[:20, :20] = layout.blank  # some have nothing at all in a string
     lineage = of_texts([layout.text(row) for row in loci], recorded(layout))
@@ -66,8 +85,10 @@ def test_misuse_of_values_is_refused():
         family().values("sung")
     with pytest.raises(ValueError, match="does not say what its codons mean"):
         family().values("beak")
-    weights = {"finch": GENES["finch"] | {"genes": [{"name": "brain", "at": 0, "letters": 2, "trait": None,
-                                                     "weights": 9}]}}
+    weights = {
+        "finch": GENES["finch"]
+        | {"genes": [{"name": "brain", "at": 0, "letters": 2, "trait": None, "weights": 9}]}
+    }
     with pytest.raises(ValueError, match="codes for 9 weights"):
         family(genomes=weights).values("brain")
     with pytest.raises(ValueError, match="finch, robin have one of that name; say which"):
@@ -134,8 +155,19 @@ def overlapping(ratio, ticks=400, n=1500, death=0.05, seed=0):
     uid = np.arange(1, len(born) + 1, dtype=np.uint64)
     none = np.zeros(len(uid), np.uint64)
     born, died = np.array(born), np.array(died)
-    return Lineage(uid, np.array(parent) + 1, none, np.full(len(uid), "finch"), born, died,
-                   np.full(len(uid), ""), np.where(carries, "TA", "AA").astype(object), ticks - 1, 1.0, GENES)
+    return Lineage(
+        uid,
+        np.array(parent) + 1,
+        none,
+        np.full(len(uid), "finch"),
+        born,
+        died,
+        np.full(len(uid), ""),
+        np.where(carries, "TA", "AA").astype(object),
+        ticks - 1,
+        1.0,
+        GENES,
+    )
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.3])
@@ -149,15 +181,16 @@ def test_selection_of_a_known_strength_is_found_where_generations_overlap(ratio)
     assert found.first == pytest.approx(0.3, abs=0.04)
     early = selection(lineage, "finch", "red", "-1", until=100)
     assert early.samples < found.samples
-    with pytest.raises(KeyError, match='did you mean'):
+    with pytest.raises(KeyError, match="did you mean"):
         selection(lineage, "finch", "red", "1")
 
 
 def test_haldanes_are_standard_deviations_a_generation():
     lineage = overlapping(1.0, ticks=40, n=50)
     song = course(lineage, "finch", "red", 1)
-    steady = SimpleNamespace(ticks=np.arange(11), mean=0.3 * np.arange(11), sd=np.full(11, 2.0),
-                             n=np.full(11, 5))
+    steady = SimpleNamespace(
+        ticks=np.arange(11), mean=0.3 * np.arange(11), sd=np.full(11, 2.0), n=np.full(11, 5)
+    )
     assert haldanes(steady, 20) == pytest.approx(0.3 / 2 * 20)
     assert np.isfinite(haldanes(song, 10))
 
@@ -170,8 +203,12 @@ def test_alleles_count_strings_and_are_drawn(tmp_path):
     assert beaks.allele[0].sum() == pytest.approx(1)
     lineage = family()
     drawn = alleles([lineage.frequencies("finch", gene, 1) for gene in ("red", "song")], "finch")
-    assert [line.get_label() for line in drawn.axes[0].get_lines()] == ["red = -1", "song = 3", "song = 1",
-                                                                        "song = 2"]
+    assert [line.get_label() for line in drawn.axes[0].get_lines()] == [
+        "red = -1",
+        "song = 3",
+        "song = 1",
+        "song = 2",
+    ]
     assert save(drawn, tmp_path / "alleles.png").stat().st_size > 5000
     shaded = courses([course(lineage, "finch", "song", 1)], {"song": "Song.length"}, "#0072B2", "finch")
     assert shaded.axes[0].get_ylabel() == "Song.length"

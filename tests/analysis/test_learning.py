@@ -13,8 +13,15 @@ from ecs_eco.record.learning import UPDATE
 def table(n=20):
     ticks, species = np.arange(2 * n), np.array(["deer", "wolf"] * n)
     columns = {word: np.linspace(k, k + 1, 2 * n) for k, word in enumerate(UPDATE)}
-    return pa.table({"tick": ticks, "species": species, "n_transitions": np.full(2 * n, 100),
-                     "n_learners": np.ones(2 * n, int), **columns})
+    return pa.table(
+        {
+            "tick": ticks,
+            "species": species,
+            "n_transitions": np.full(2 * n, 100),
+            "n_learners": np.ones(2 * n, int),
+            **columns,
+        }
+    )
 
 
 def test_updates_are_by_species_and_summed_up_by_their_ends():
@@ -27,8 +34,17 @@ def test_updates_are_by_species_and_summed_up_by_their_ends():
 
 
 def test_actions_are_shares_of_those_that_decided():
-    acts = acts_of(pa.table({"tick": [10, 10, 20, 20], "species": ["deer"] * 4,
-                             "action": ["speed.walk", "eat.eat"] * 2, "n": [3, 1, 0, 4], "of": [4, 4, 4, 4]}))
+    acts = acts_of(
+        pa.table(
+            {
+                "tick": [10, 10, 20, 20],
+                "species": ["deer"] * 4,
+                "action": ["speed.walk", "eat.eat"] * 2,
+                "n": [3, 1, 0, 4],
+                "of": [4, 4, 4, 4],
+            }
+        )
+    )
     assert acts["deer"].actions == ("speed.walk", "eat.eat")
     assert acts["deer"].share.tolist() == [[0.75, 0.25], [0, 1]]
     assert acts["deer"].groups == {"speed": [0], "eat": [1]}

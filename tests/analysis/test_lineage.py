@@ -104,8 +104,10 @@ def test_one_species_is_a_lineage_of_its_own():
 @pytest.mark.parametrize(
     ("row", "message"),
     [
-        ((10, 10, 0, 9, ALIVE, "A"),
-         "the organism 10 has the parent 10; allowed are 0 and the uids of those born before it: no loops"),
+        (
+            (10, 10, 0, 9, ALIVE, "A"),
+            "the organism 10 has the parent 10; allowed are 0 and the uids of those born before it: no loops",
+        ),
         ((10, 1, 12, 9, ALIVE, "A"), "the organism 10 has the parent 12; allowed .* no loops"),
         ((19, 0, 11, 9, ALIVE, "A"), "the organism 19 has the parent 11, of whom no birth is recorded"),
         ((9, 0, 0, 9, ALIVE, "A"), "the uid 9 is there twice or out of order"),
@@ -157,8 +159,14 @@ def test_an_old_folder_without_genomes_and_founders_is_readable(tmp_path):
     old = [row for row in FAMILY if row[1]]  # 9 left nothing but its death, which these rows lack, too
     folder = write_folder(tmp_path / "run", old, genome=False, genomes={})
     pq.write_table(
-        pa.table({"tick": [4, 10], "species": ["finch", "finch"], "uid": pa.array([1, 9], pa.uint64()),
-                  "cause": ["old", "old"]}),
+        pa.table(
+            {
+                "tick": [4, 10],
+                "species": ["finch", "finch"],
+                "uid": pa.array([1, 9], pa.uint64()),
+                "cause": ["old", "old"],
+            }
+        ),
         folder / "deaths" / "part-00002.parquet",
     )
     lineage = Lineage.read(folder)
@@ -183,8 +191,10 @@ def test_a_million_births_are_read_and_counted_in_seconds(tmp_path):
     rows = (np.arange(1, n + 1), parent, np.zeros(n, int), born, died, genome)
     folder = tmp_path / "run"
     columns = dict(zip(("uid", "parent", "parent2", "tick", "died", "genome"), rows, strict=True))
-    whole = pa.table({k: v for k, v in columns.items() if k != "died"}
-                     | {"species": pa.array(["finch"] * n).dictionary_encode()})
+    whole = pa.table(
+        {k: v for k, v in columns.items() if k != "died"}
+        | {"species": pa.array(["finch"] * n).dictionary_encode()}
+    )
     gone = pa.table({"tick": died, "species": ["finch"] * n, "uid": rows[0], "cause": [""] * n})
     for kind, table in (("births", whole), ("deaths", gone)):
         (folder / kind).mkdir(parents=True)

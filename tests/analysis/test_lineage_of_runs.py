@@ -34,8 +34,10 @@ def run(menagerie, tmp_path_factory):
 def test_the_living_of_a_real_run_are_those_of_its_series_at_every_tick(run):
     lineage, series = Lineage.read(run), load_series(run)
     for species in series.species:
-        assert (lineage.living_sums(series.ticks, mask=lineage.species == species).tolist()
-                == series.of(species).tolist())
+        assert (
+            lineage.living_sums(series.ticks, mask=lineage.species == species).tolist()
+            == series.of(species).tolist()
+        )
     assert (lineage.generation() > 1).any()
 
 
@@ -50,11 +52,17 @@ def test_a_world_in_memory_has_the_lineage_that_a_folder_has(run, menagerie):
 
 
 def test_genomes_of_a_real_run_are_those_of_its_organisms(menagerie, tmp_path):
-    genes = [{"name": "red", "letters": 1, "values": [0, 0, 0, 1]},
-             {"name": "age", "trait": "life.age_max", "letters": 4, "low": 50, "high": 90}]
-    config = menagerie(species={"ram": {
-        "genome": {"ploidy": 2, "mutate": {"operator": "mutUniformInt", "indpb": 0.2}, "genes": genes}
-    }})
+    genes = [
+        {"name": "red", "letters": 1, "values": [0, 0, 0, 1]},
+        {"name": "age", "trait": "life.age_max", "letters": 4, "low": 50, "high": 90},
+    ]
+    config = menagerie(
+        species={
+            "ram": {
+                "genome": {"ploidy": 2, "mutate": {"operator": "mutUniformInt", "indpb": 0.2}, "genes": genes}
+            }
+        }
+    )
     run_to_folder(config, seed=7, ticks=60, out=tmp_path / "run", policies="untrained", report=False)
     world = World.from_config(config, seed=7, policies="untrained").run(60)
     table, lineage = world.tables["ram"], Lineage.read(tmp_path / "run").of_species("ram")
@@ -62,8 +70,9 @@ def test_genomes_of_a_real_run_are_those_of_its_organisms(menagerie, tmp_path):
     assert lineage.uid[alive].tolist() == table.uid[table.by_uid()].tolist()
     assert lineage.genome[alive].tolist() == [layout.alphabet.decode(row) for row in loci]
     red = lineage.frequencies("ram", "red", 1)
-    assert [red.of(v)[-1] for v in ("0", "1")] == [(layout.alleles(loci, "red") == v).any(1).sum()
-                                                   for v in (0, 1)]
+    assert [red.of(v)[-1] for v in ("0", "1")] == [
+        (layout.alleles(loci, "red") == v).any(1).sum() for v in (0, 1)
+    ]
     assert 0 < red.of("1")[-1] < table.n == red.n[-1]
     born = np.flatnonzero(lineage.mother >= 0)
     assert any(lineage.genome[i] != lineage.genome[lineage.mother[i]] for i in born)  # they mutate
@@ -79,18 +88,30 @@ def test_a_world_that_keeps_no_events_has_no_lineage(menagerie):
 
 def test_csv_and_tree_of_a_real_run_agree_with_its_births_and_deaths(run, tmp_path):
     result = CliRunner().invoke(
-        app, ["lineage", str(run), "--csv", str(tmp_path / "ram.csv"), "--newick", str(tmp_path / "ram.nwk"),
-              "--species", "ram"]
+        app,
+        [
+            "lineage",
+            str(run),
+            "--csv",
+            str(tmp_path / "ram.csv"),
+            "--newick",
+            str(tmp_path / "ram.nwk"),
+            "--species",
+            "ram",
+        ],
     )
     assert result.exit_code == 0, result.output
-    births, deaths = (pa.concat_tables([pq.read_table(p) for p in sorted((run / kind).glob("*.parquet"))])
-                      for kind in ("births", "deaths"))
+    births, deaths = (
+        pa.concat_tables([pq.read_table(p) for p in sorted((run / kind).glob("*.parquet"))])
+        for kind in ("births", "deaths")
+    )
     births = {b["uid"]: b for b in births.to_pylist() if b["species"] == "ram"}
     died = {d["uid"]: d["tick"] for d in deaths.to_pylist() if d["species"] == "ram"}
     rows = list(csv.DictReader((tmp_path / "ram.csv").read_text(encoding="utf-8").splitlines()))
     assert [int(r["id"]) for r in rows] == sorted(births)
-    assert {int(r["id"]): r["ancestor_list"] for r in rows} == {u: f"[{b['parent'] or 'none'}]"
-                                                                for u, b in births.items()}
+    assert {int(r["id"]): r["ancestor_list"] for r in rows} == {
+        u: f"[{b['parent'] or 'none'}]" for u, b in births.items()
+    }
     assert {int(r["id"]): int(r["destruction_time"]) for r in rows if r["destruction_time"] != "inf"} == died
     assert {int(r["id"]): int(r["origin_time"]) for r in rows} == {u: b["tick"] for u, b in births.items()}
     tree = parsed((tmp_path / "ram.nwk").read_text().strip())
@@ -98,16 +119,21 @@ def test_csv_and_tree_of_a_real_run_agree_with_its_births_and_deaths(run, tmp_pa
     assert len(died) > 5
     assert any(b["parent"] for b in births.values())
     alive = len(births) - len(died)
-    assert (f"ram\n  without parents: 40\n  born of parents: {len(births) - 40}\n  alive at tick 59: "
-            f"{alive}\n" in result.output)
+    assert (
+        f"ram\n  without parents: 40\n  born of parents: {len(births) - 40}\n  alive at tick 59: "
+        f"{alive}\n" in result.output
+    )
     assert "moss" not in result.output
 
 
 def test_the_command_says_every_species_and_prunes_to_the_living(run, tmp_path):
     result = CliRunner().invoke(app, ["lineage", str(run), "--newick", str(tmp_path / "all.nwk"), "--living"])
     assert result.exit_code == 0, result.output
-    assert [line for line in result.output.splitlines()
-            if not line.startswith(" ")][:3] == ["lynx", "moss", "ram"]
+    assert [line for line in result.output.splitlines() if not line.startswith(" ")][:3] == [
+        "lynx",
+        "moss",
+        "ram",
+    ]
     lineage = Lineage.read(run)
     tree = parsed((tmp_path / "all.nwk").read_text().strip())
     tips = {int(uid) for uid in tree} - {int(parent) for parent, _ in tree.values() if parent}
@@ -118,11 +144,13 @@ def test_the_command_says_every_species_and_prunes_to_the_living(run, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["nowhere"], "DIR: \"nowhere\"\n  no such folder; allowed: a folder written by `ecs-eco run`"),
+        (["nowhere"], 'DIR: "nowhere"\n  no such folder; allowed: a folder written by `ecs-eco run`'),
         (["."], "has no manifest.json"),
-        (["RUN", "--species", "rem"],
-         'no such species in this run; allowed: lynx, moss, ram; did you mean "ram"?'),
-        (["RUN", "--csv", "missing/x.csv"], "--csv: \"missing/x.csv\"\n  its folder does not exist"),
+        (
+            ["RUN", "--species", "rem"],
+            'no such species in this run; allowed: lynx, moss, ram; did you mean "ram"?',
+        ),
+        (["RUN", "--csv", "missing/x.csv"], '--csv: "missing/x.csv"\n  its folder does not exist'),
         (["RUN", "--newick", "."], "is a folder; allowed: a file in a folder that exists"),
     ],
 )
@@ -152,8 +180,10 @@ def test_the_report_draws_genes_of_few_values_alone(run, tmp_path):
     head = write_part(births, first, mark_of(first)[0])
     manifest = json.loads((folder / "manifest.json").read_text())
     manifest["heads"]["births"] = head
-    genomes = {"ram": GENES["finch"],
-               "moss": {"alphabet": "ACGT", "ploidy": 1, "genes": GENES["finch"]["genes"][:1]}}
+    genomes = {
+        "ram": GENES["finch"],
+        "moss": {"alphabet": "ACGT", "ploidy": 1, "genes": GENES["finch"]["genes"][:1]},
+    }
     write_manifest(folder, manifest | {"genomes": genomes})
     page = write_report(folder).read_text()
     assert "<h2>Genes</h2>" in page

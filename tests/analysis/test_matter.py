@@ -12,23 +12,38 @@ from ecs_eco.analysis.why import write_why
 from ecs_eco.record import run_to_folder
 
 MEADOW = {
-    "format": 1, "name": "meadow", "ticks": 12, "space": {"size": [10.0, 10.0]},
+    "format": 1,
+    "name": "meadow",
+    "ticks": 12,
+    "space": {"size": [10.0, 10.0]},
     "substances": {"nitrogen": "in proteins and in the soil"},
-    "fields": {"soil": {"cell": 1.0, "depth": 0.1, "diffusion": 1e-3, "substance": "nitrogen",
-                        "initial": 0.004}},
-    "species": {"vole": {
-        "count": 20, "body": {"radius": 0.08, "opaque": False}, "substances": {"nitrogen": 0.5},
-        "metabolism": {"energy": 0.6, "energy_max": 1.0, "basal": 0.001},
-        "exchange": [{"kind": "release", "substance": "nitrogen", "field": "soil", "rate": 0.02}],
-        "lethal": [{"property": "age", "max": 500.0}]}},
-}  # fmt: skip
+    "fields": {
+        "soil": {"cell": 1.0, "depth": 0.1, "diffusion": 1e-3, "substance": "nitrogen", "initial": 0.004}
+    },
+    "species": {
+        "vole": {
+            "count": 20,
+            "body": {"radius": 0.08, "opaque": False},
+            "substances": {"nitrogen": 0.5},
+            "metabolism": {"energy": 0.6, "energy_max": 1.0, "basal": 0.001},
+            "exchange": [{"kind": "release", "substance": "nitrogen", "field": "soil", "rate": 0.02}],
+            "lethal": [{"property": "age", "max": 500.0}],
+        }
+    },
+}
 
 
 def ledger(gap=0.0):
     """Two ticks of a vole that leaks into the soil, and rain."""
-    rows = {"tick": [0, 0, 1, 1], "holder": ["vole", "soil"] * 2, "substance": ["nitrogen"] * 4,
-            "stock_before": [4.0, 6.0, 3.0, 7.0], "released": [-1.0, 1.0, -1.0, 1.0],
-            "brought_in": [0.0, 0.0, 0.0, 2.0], "stock_after": [3.0, 7.0, 2.0, 10.0 + gap]}
+    rows = {
+        "tick": [0, 0, 1, 1],
+        "holder": ["vole", "soil"] * 2,
+        "substance": ["nitrogen"] * 4,
+        "stock_before": [4.0, 6.0, 3.0, 7.0],
+        "released": [-1.0, 1.0, -1.0, 1.0],
+        "brought_in": [0.0, 0.0, 0.0, 2.0],
+        "stock_after": [3.0, 7.0, 2.0, 10.0 + gap],
+    }
     return matter.ledger_of(pa.table(rows))
 
 
@@ -38,8 +53,9 @@ def test_a_ledger_that_closes_says_what_came_and_where_it_is():
     assert pages.flows == ("released", "brought_in")
     assert pages.stock[:, :, 0].tolist() == [[3, 7], [2, 10]]
     first, last = matter.told(pages)
-    assert first == ("nitrogen: 10 mol at first, 12 mol at last (brought in +2); "
-                     "most of it, 83%, is in soil.")
+    assert first == (
+        "nitrogen: 10 mol at first, 12 mol at last (brought in +2); most of it, 83%, is in soil."
+    )
     assert "The ledger of matter closes" in last
 
 

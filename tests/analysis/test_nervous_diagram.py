@@ -23,8 +23,10 @@ def test_deer_have_these_senses_actions_and_networks() -> None:
         ("vision", "nearest deer within 6 m", 3),
         ("vision", "nearest wolf within 6 m, if in sight", 3),
     ]
-    assert [(a.section, a.name) for a in d.actions][:2] == [("homeostatic regulation", "eat"),
-                                                            ("locomotion", "still")]
+    assert [(a.section, a.name) for a in d.actions][:2] == [
+        ("homeostatic regulation", "eat"),
+        ("locomotion", "still"),
+    ]
     assert [a.name for a in d.actions if a.automatic] == ["eat"]
     assert [a.name for a in d.actions if a.neutral] == ["still", "none"]
     assert [a.name for a in d.actions if a.chosen] == ["still", "walk", "run", "left", "none", "right"]
@@ -56,8 +58,10 @@ def bounce(x):
 
 
 def test_formulas_are_connections_from_every_sensor_that_they_name() -> None:
-    reflex = {"formulas": {"suck": "(lips > 0.5) - (milk_smell < 0.1)", "walk": "glucose"},
-              "function": bounce}
+    reflex = {
+        "formulas": {"suck": "(lips > 0.5) - (milk_smell < 0.1)", "walk": "glucose"},
+        "function": bounce,
+    }
     d = diagram(lamb(reflex=reflex), "lamb")
     assert [(channel, action, sign) for channel, action, sign, _ in d.edges] == [
         ("milk_smell_1", "suck", -1),
@@ -65,8 +69,10 @@ def test_formulas_are_connections_from_every_sensor_that_they_name() -> None:
         ("lips", "suck", 1),
         ("glucose", "walk", 1),
     ]
-    assert [(r.sign, r.label) for r in d.reflexes] == [(None, "(lips > 0.5) - (milk_smell < 0.1)"),
-                                                       (1, "glucose")]
+    assert [(r.sign, r.label) for r in d.reflexes] == [
+        (None, "(lips > 0.5) - (milk_smell < 0.1)"),
+        (1, "glucose"),
+    ]
     assert d.function.endswith(":bounce")
 
 

@@ -35,8 +35,11 @@ def overlapping(figure: Any) -> list[tuple[str, str]]:
     texts = [t for ax in figure.axes for t in ax.texts if t.get_text()]
     boxes = [(t.get_text(), t.get_window_extent(renderer)) for t in texts]
     pairs = itertools.combinations(boxes, 2)
-    return [(a, b) for (a, p), (b, q) in pairs
-            if min(p.x1, q.x1) - max(p.x0, q.x0) > 1 and min(p.y1, q.y1) - max(p.y0, q.y0) > 2]
+    return [
+        (a, b)
+        for (a, p), (b, q) in pairs
+        if min(p.x1, q.x1) - max(p.x0, q.x0) > 1 and min(p.y1, q.y1) - max(p.y0, q.y0) > 2
+    ]
 
 
 def outside(figure: Any) -> list[str]:
@@ -48,14 +51,22 @@ def outside(figure: Any) -> list[str]:
 @pytest.mark.parametrize("species", ["deer", "wolf", "lamb", "heritable", "many", "one"])
 @pytest.mark.parametrize("with_values", [False, True])
 def test_no_texts_overlap_and_none_leaves_the_page(species: str, with_values: bool) -> None:
-    one = {"sensors": [{"kind": "own", "property": "energy"}], "reflex": None, "happiness": None,
-           "actions": {}}
-    config = {"lamb": lamb, "heritable": heritable, "many": many,
-              "one": lambda: lamb(**one)}.get(species, lambda: load("predator-prey"))()
+    one = {
+        "sensors": [{"kind": "own", "property": "energy"}],
+        "reflex": None,
+        "happiness": None,
+        "actions": {},
+    }
+    config = {"lamb": lamb, "heritable": heritable, "many": many, "one": lambda: lamb(**one)}.get(
+        species, lambda: load("predator-prey")
+    )()
     name = species if species in config.species else "lamb"
     d = diagram(config, name)
-    actions = {"y": [1] * len(d.actions), "probabilities": [0.5] * len(d.actions),
-               "decision": [1] * len(d.actions)}
+    actions = {
+        "y": [1] * len(d.actions),
+        "probabilities": [0.5] * len(d.actions),
+        "decision": [1] * len(d.actions),
+    }
     values = actions | {"readings": np.linspace(-1, 1, len(d.channels)), "happiness": -0.25}
     figure = draw_nervous_system(config, name, values if with_values else None)
     assert overlapping(figure) == []
@@ -85,8 +96,12 @@ def test_of_many_rays_those_are_drawn_that_a_network_names() -> None:
 
 
 def test_values_are_shown_as_numbers_and_the_decision_is_filled() -> None:
-    values = {"readings": np.arange(8) / 8, "y": [0, 0, 1, -1], "decision": [0, 1, 1, 0],
-              "probabilities": [0.75, 0.25, 0.5, np.nan]}
+    values = {
+        "readings": np.arange(8) / 8,
+        "y": [0, 0, 1, -1],
+        "decision": [0, 1, 1, 0],
+        "probabilities": [0.75, 0.25, 0.5, np.nan],
+    }
     figure = draw_nervous_system(lamb(), "lamb", values | {"happiness": np.float32(-0.25)})
     (ax,) = figure.axes
     texts = [t.get_text() for t in ax.texts]
@@ -99,8 +114,10 @@ def test_values_are_shown_as_numbers_and_the_decision_is_filled() -> None:
 
 def test_blocking_is_told_from_forcing_without_colour() -> None:
     assert nervous_figure.look(1)["ls"] != nervous_figure.look(-1)["ls"]
-    assert nervous_figure.look(1, dotted=True)["ls"] not in (nervous_figure.look(1)["ls"],
-                                                             nervous_figure.look(-1)["ls"])
+    assert nervous_figure.look(1, dotted=True)["ls"] not in (
+        nervous_figure.look(1)["ls"],
+        nervous_figure.look(-1)["ls"],
+    )
 
 
 # files and errors
@@ -108,8 +125,10 @@ def test_blocking_is_told_from_forcing_without_colour() -> None:
 
 @pytest.mark.parametrize(("ending", "begins"), [("png", b"\x89PNG"), ("svg", b"<svg"), ("pdf", b"%PDF")])
 def test_the_same_drawing_gives_the_same_file(tmp_path: Path, ending: str, begins: bytes) -> None:
-    files = [save(draw_nervous_system(lamb(), "lamb"), tmp_path / f"{i}.{ending}", dpi=50).read_bytes()
-             for i in range(2)]
+    files = [
+        save(draw_nervous_system(lamb(), "lamb"), tmp_path / f"{i}.{ending}", dpi=50).read_bytes()
+        for i in range(2)
+    ]
     assert files[0].startswith(begins)
     assert files[0] == files[1]
 

@@ -9,10 +9,12 @@ from ecs_eco.analysis.palette import GREY, SAFE, safe
 from ecs_eco.analysis.style import colors
 
 GROUNDS = {False: ["#f3f5f3", "#ffffff", "#eef0e8"], True: ["#0e1315", "#161c1f", "#1a2321"]}
-DEUTERANOPIA = np.array([[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413],
-                         [-0.011820, 0.042940, 0.968881]])  # Machado, Oliveira & Fernandes 2009, severity 1
-XYZ = np.array([[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750],
-                [0.0193339, 0.1191920, 0.9503041]])
+DEUTERANOPIA = np.array(
+    [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
+)  # Machado, Oliveira & Fernandes 2009, severity 1
+XYZ = np.array(
+    [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
+)
 THEMES = pytest.mark.parametrize("dark", [False, True])
 
 
@@ -53,8 +55,10 @@ def test_a_shaded_deer_is_no_wolf(dark):
     """The page shades facets down to 0.88 of their colour."""
     hues = safe({"grass": "#4d9221", "deer": "#b8860b", "wolf": "#67001f"}, dark=dark)
     for sees in (np.eye(3), DEUTERANOPIA):
-        levels = {name: [lab(sees @ (linear(hue) * share**2.2)) for share in (0.88, 1.0)]
-                  for name, hue in hues.items()}
+        levels = {
+            name: [lab(sees @ (linear(hue) * share**2.2)) for share in (0.88, 1.0)]
+            for name, hue in hues.items()
+        }
         for a, b in combinations(levels, 2):
             assert min(np.linalg.norm(x - y) for x in levels[a] for y in levels[b]) > 12, (a, b)
 

@@ -13,8 +13,14 @@ from tests.analysis.families import FAMILY, family, forest, parsed
 def test_the_csv_keeps_the_standard(tmp_path):
     path = family().to_csv(tmp_path / "finch.csv")
     rows = list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
-    assert list(rows[0]) == ["id", "ancestor_list", "origin_time", "destruction_time",
-                             "taxon_label", "genome"]
+    assert list(rows[0]) == [
+        "id",
+        "ancestor_list",
+        "origin_time",
+        "destruction_time",
+        "taxon_label",
+        "genome",
+    ]
     assert [r["id"] for r in rows] == [str(row[0]) for row in FAMILY]
     assert [r["ancestor_list"] for r in rows][:5] == ["[none]", "[none]", "[1]", "[1,2]", "[3,4]"]
     assert [r["destruction_time"] for r in rows] == ["4", "7", "6", "9", "inf", "inf", "inf", "inf", "10"]
@@ -36,8 +42,14 @@ def test_the_tree_of_one_founder_has_it_as_its_root():
 
 def test_names_are_quoted_where_newick_would_misread_them():
     assert [quoted(n) for n in ("12", "Elk-2.1", "", "a b", "a_b", "it's", "x:(y)")] == [
-        "12", "Elk-2.1", "''", "'a b'", "'a_b'", "'it''s'", "'x:(y)'"
-    ]  # fmt: skip
+        "12",
+        "Elk-2.1",
+        "''",
+        "'a b'",
+        "'a_b'",
+        "'it''s'",
+        "'x:(y)'",
+    ]
     text = family(FAMILY[:3]).to_newick(names=["Eve's", "old, oak", "c"])
     assert text == "((c:2)'Eve''s':0,'old, oak':0);"
     assert parsed(text) == {"Eve's": ("", 0.0), "old, oak": ("", 0.0), "c": ("Eve's", 2.0)}
@@ -59,8 +71,17 @@ def test_a_chain_of_100_000_births_is_no_matter_of_recursion():
     n = 100_000
     uid = np.arange(1, n + 1, dtype=np.uint64)
     none, text = np.zeros(n, np.uint64), np.full(n, "", object)
-    chain = Lineage(uid, uid - np.uint64(1), none, np.full(n, "finch"), np.arange(n), np.full(n, ALIVE),
-                    np.full(n, ""), text, n)
+    chain = Lineage(
+        uid,
+        uid - np.uint64(1),
+        none,
+        np.full(n, "finch"),
+        np.arange(n),
+        np.full(n, ALIVE),
+        np.full(n, ""),
+        text,
+        n,
+    )
     tree = chain.to_newick()
     assert tree.startswith("(" * (n - 1) + f"{n}:1)")
     assert tree.endswith(")2:1)1;")

@@ -8,12 +8,26 @@ from ecs_eco.analysis.palette import safe
 
 @pytest.fixture(scope="module")
 def world():
-    return World.from_config({"format": 1, "name": "pond", "space": {"size": [9.0, 9.0]}, "species": {
-        "weed": {"count": 5, "color": "#123456", "body": {"radius": 0.1},
-                 "reproduction": {"kind": "spread", "rate": 0.0, "spacing": 1.0}},
-        "alga": {"count": 3, "body": {"radius": 0.1},
-                 "reproduction": {"kind": "spread", "rate": 0.0, "spacing": 1.0}},
-    }}).run(4)
+    return World.from_config(
+        {
+            "format": 1,
+            "name": "pond",
+            "space": {"size": [9.0, 9.0]},
+            "species": {
+                "weed": {
+                    "count": 5,
+                    "color": "#123456",
+                    "body": {"radius": 0.1},
+                    "reproduction": {"kind": "spread", "rate": 0.0, "spacing": 1.0},
+                },
+                "alga": {
+                    "count": 3,
+                    "body": {"radius": 0.1},
+                    "reproduction": {"kind": "spread", "rate": 0.0, "spacing": 1.0},
+                },
+            },
+        }
+    ).run(4)
 
 
 def test_numbers_over_time_in_the_colours_of_the_world(world):

@@ -32,8 +32,9 @@ def test_water_rock_streams_and_classes_have_their_colours():
     ground, kinds, wet = OPEN.copy(), OPEN.copy(), np.zeros(OPEN.shape, bool)
     ground[0, :2], kinds[0, 1:4], wet[5, 5] = 1, 1, True
     ground[1, 0] = 2
-    colours = Relief(0 * HILL, ground, 1.0, kinds=kinds, colors=["#ff0000", None], wet=wet,
-                     grounds=["water", "open"]).colours()
+    colours = Relief(
+        0 * HILL, ground, 1.0, kinds=kinds, colors=["#ff0000", None], wet=wet, grounds=["water", "open"]
+    ).colours()
     red = 0.35 * np.array(LAND) + 0.65 * np.array([1.0, 0, 0])
     assert colours[0, 0] == pytest.approx(WATER)
     assert colours[0, 1] == pytest.approx(red)  # water of a class that has a colour of its own
@@ -46,8 +47,14 @@ def test_water_rock_streams_and_classes_have_their_colours():
 def test_lakes_and_rocks_on_a_class_with_a_colour_are_seen_unless_it_makes_them(ground, number, colour):
     kinds = np.repeat(np.array([[1, 2, 0]], np.uint8), 3, axis=0)
     there = np.full((3, 3), number, np.uint8)
-    colours = Relief(np.zeros((3, 3), np.float32), there, 1.0, kinds=kinds, colors=["#ff0000", "#ff0000"],
-                     grounds=["open", ground]).colours()
+    colours = Relief(
+        np.zeros((3, 3), np.float32),
+        there,
+        1.0,
+        kinds=kinds,
+        colors=["#ff0000", "#ff0000"],
+        grounds=["open", ground],
+    ).colours()
     red = 0.35 * np.array(LAND) + 0.65 * np.array([1.0, 0, 0])
     assert colours[0] == pytest.approx(np.array([colour, red, colour]))
 

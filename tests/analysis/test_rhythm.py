@@ -22,8 +22,9 @@ def test_days_alike_are_told_from_days_apart():
     alike = np.stack([np.cos(2 * np.pi * hours / 24)] * 8)
     assert p_of_days(alike) < 0.001
     rng = np.random.default_rng(4)
-    apart = [np.stack([np.cos(2 * np.pi * (hours - rng.integers(24)) / 24) for _ in range(8)])
-             for _ in range(200)]
+    apart = [
+        np.stack([np.cos(2 * np.pi * (hours - rng.integers(24)) / 24) for _ in range(8)]) for _ in range(200)
+    ]
     assert 0.02 <= np.mean([p_of_days(days, n=199, seed=i) <= 0.05 for i, days in enumerate(apart)]) <= 0.1
 
 

@@ -27,8 +27,9 @@ from ecs_eco.analysis.survival import wilson
 chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("chains.py"))))
 
 
-def simulated(rng: np.random.Generator, n: int, rows: int, columns: int, by_row: float,
-              by_column: float) -> np.ndarray:
+def simulated(
+    rng: np.random.Generator, n: int, rows: int, columns: int, by_row: float, by_column: float
+) -> np.ndarray:
     """Tables (n, rows, columns) of variance 1 with known shares of rows and columns."""
     row, column = rng.standard_normal((n, rows, 1)), rng.standard_normal((n, 1, columns))
     rest = rng.standard_normal((n, rows, columns))
@@ -157,12 +158,14 @@ def test_a_crossed_comparison_opens_with_who_persisted_and_tells_the_variance(tm
     members, training, _ = runs({(8, 1): 101, (8, 2): 201})
     alone = runs({(7, 1): 51, (7, 2): 61})[0][:2]
     words = {"world": "policies trained"}
-    comparison = compare({"world": members, "random": alone}, tmp_path, n_boot=99,
-                         training={"world": training}, policies=words)
+    comparison = compare(
+        {"world": members, "random": alone}, tmp_path, n_boot=99, training={"world": training}, policies=words
+    )
     arm = comparison["arms"]["world"]
     sentence = comparison["opening"]["world"]
-    assert sentence.startswith("All species persisted in 4 of 6 runs (67%). wolf died out in 2 of 6, "
-                               "at ticks 100 to 200 (")
+    assert sentence.startswith(
+        "All species persisted in 4 of 6 runs (67%). wolf died out in 2 of 6, at ticks 100 to 200 ("
+    )
     assert arm["persistence"] == pytest.approx(list(share_interval(np.array([[1, 1], [0, 0], [1, 1]]))))
     assert arm["crossed"]["world_seeds"] == [1, 2]
     assert comparison["effects"]["random"]["persistence"][0] == pytest.approx(-2 / 3)

@@ -24,8 +24,10 @@ def test_period_lag_and_swing_of_waves_are_found(lag):
 
 
 def test_noise_is_not_regular_and_has_any_lag():
-    pairs = [signature(wave(21, 10, swing=0, noise=1, seed=i), wave(21, 10, swing=0, noise=1, seed=1000 + i))
-             for i in range(200)]  # fmt: skip
+    pairs = [
+        signature(wave(21, 10, swing=0, noise=1, seed=i), wave(21, 10, swing=0, noise=1, seed=1000 + i))
+        for i in range(200)
+    ]
     assert np.mean([p.regularity for p in pairs]) < 0.5
     assert abs(np.exp(2j * np.pi * np.array([p.lag for p in pairs])).mean()) < 0.2
 
@@ -50,13 +52,16 @@ def test_windows_of_a_long_series_are_sampled_as_a_short_one():
     assert [w.period for w in found] == pytest.approx([10.0] * 4, rel=0.15)
 
 
-@pytest.mark.parametrize(("prey", "predator", "words"), [
-    (wave(20, 5), wave(19, 5), "20 numbers of the prey, 19 of the predator"),
-    (np.zeros(20), wave(20, 5), "all numbers are 0"),
-    (np.where(np.arange(20) == 3, np.nan, 1.0), wave(20, 5), "sample 3 is nan"),
-    (-wave(20, 5), wave(20, 5), "0 or more"),
-    (wave(11, 5), wave(11, 5), "at least 12 numbers"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("prey", "predator", "words"),
+    [
+        (wave(20, 5), wave(19, 5), "20 numbers of the prey, 19 of the predator"),
+        (np.zeros(20), wave(20, 5), "all numbers are 0"),
+        (np.where(np.arange(20) == 3, np.nan, 1.0), wave(20, 5), "sample 3 is nan"),
+        (-wave(20, 5), wave(20, 5), "0 or more"),
+        (wave(11, 5), wave(11, 5), "at least 12 numbers"),
+    ],
+)
 def test_what_cannot_be_measured_is_refused(prey, predator, words):
     with pytest.raises(ValueError, match=words):
         signature(prey, predator)

@@ -19,8 +19,9 @@ def quasi_cycle(n: int, period: float, rng: np.random.Generator, memory: float =
     """A cycle kept going by noise, whose phase is forgotten within `memory` periods."""
     r = np.exp(-1 / (memory * period))
     return lfilter(
-        [1], [1, -2 * r * np.cos(2 * np.pi / period), r * r],
-        rng.standard_normal(n + int(10 * memory * period))
+        [1],
+        [1, -2 * r * np.cos(2 * np.pi / period), r * r],
+        rng.standard_normal(n + int(10 * memory * period)),
     )[-n:]
 
 
@@ -32,8 +33,9 @@ def called(series: list[np.ndarray], null: str = "relaxation") -> float:
 @pytest.mark.parametrize("null", ["relaxation", "ar1"])
 def test_red_noise_is_called_periodic_in_about_five_percent(null: str) -> None:
     rng = np.random.default_rng(1)
-    rates = {phi: called([red((phi,), 256, rng) for _ in range(100)], null)
-             for phi in (0.5, 0.7, 0.9, 0.95, 0.99)}
+    rates = {
+        phi: called([red((phi,), 256, rng) for _ in range(100)], null) for phi in (0.5, 0.7, 0.9, 0.95, 0.99)
+    }
     assert 0.02 <= np.mean(list(rates.values())) <= 0.09, rates
     assert max(rates.values()) <= 0.11, rates
 
@@ -88,8 +90,14 @@ def test_a_steady_wave_is_held_as_often_as_it_has_periods_and_beyond_a_longer_on
     assert steady.held == pytest.approx(20, rel=0.05)
     assert steady.slower < 0.01
     rng = np.random.default_rng(12)
-    upon = [spectral_peak(a * np.sin(2 * np.pi * t / 1900) + np.sin(2 * np.pi * t / 100)
-                          + 0.1 * rng.standard_normal(2000), how="none", n_boot=9) for a in (0.5, 3.0)]
+    upon = [
+        spectral_peak(
+            a * np.sin(2 * np.pi * t / 1900) + np.sin(2 * np.pi * t / 100) + 0.1 * rng.standard_normal(2000),
+            how="none",
+            n_boot=9,
+        )
+        for a in (0.5, 3.0)
+    ]
     assert [peak.period for peak in upon] == pytest.approx([100, 100], rel=0.05)
     assert [peak.recurs for peak in upon] == [True, False]
 

@@ -44,12 +44,18 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     at = {"deer": np.array([[1.0, 2, 3], [4, 5, 6]]), "wolf": np.array([[7.0, 8, 9]])}
     lived = {"a": kaplan_meier([3, 5], [True, False]), "b": kaplan_meier([2], [True])}
     hours = {"deer": np.random.default_rng(1).random((10, depth_figures.HOURS))}
-    shown = {"populations": figures.populations(series), "phase": figures.phase(series, PAIRS),
-             "spectra": figures.spectra(found.peaks), "lags": figures.lags(series, PAIRS, found.period),
-             "deaths": figures.deaths(series), "energy": figures.energy(series),
-             "positions": figures.positions(at, [10, 10], figures.colors(["deer", "wolf"])),
-             "survival": figures.survival(lived, 5), "arms": figures.arms({"a": [series], "b": [series]}),
-             "hours": depth_figures.by_hour(hours, 10.0, np.ones(50))}
+    shown = {
+        "populations": figures.populations(series),
+        "phase": figures.phase(series, PAIRS),
+        "spectra": figures.spectra(found.peaks),
+        "lags": figures.lags(series, PAIRS, found.period),
+        "deaths": figures.deaths(series),
+        "energy": figures.energy(series),
+        "positions": figures.positions(at, [10, 10], figures.colors(["deer", "wolf"])),
+        "survival": figures.survival(lived, 5),
+        "arms": figures.arms({"a": [series], "b": [series]}),
+        "hours": depth_figures.by_hour(hours, 10.0, np.ones(50)),
+    }
     folder = tmp_path_factory.mktemp("drawn")
     return {name: svg(figure, folder, name) for name, figure in shown.items()}
 

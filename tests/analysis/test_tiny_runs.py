@@ -11,15 +11,23 @@ from ecs_eco.cli.app import app
 from ecs_eco.record import run_to_folder
 from ecs_eco.view.replay import Replay
 
-MOSS = {"count": 6, "body": {"radius": 0.1}, "metabolism": {"energy": 1.0, "basal": 0.01},
-        "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}]}
+MOSS = {
+    "count": 6,
+    "body": {"radius": 0.1},
+    "metabolism": {"energy": 1.0, "basal": 0.01},
+    "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+}
 STARVES = {"metabolism": {"energy": 1.0, "basal": 1.5}}
 SIZE = {"name": "size", "letters": 2, "trait": "body.mass", "low": 0.5, "high": 1.0}
-THINKS = {"sensors": [{"kind": "own", "property": "energy"}], "actions": {"speed": ["sit", "go"]},
-          "locomotion": {"speed": {"sit": 0.0, "go": 0.5}},
-          "happiness": {"formula": "energy", "minimum": -1.0},
-          "policy": {"kind": "shared", "learn": True, "hidden": [4]}, "ppo": {"horizon": 2},
-          "genome": {"genes": [SIZE]}}
+THINKS = {
+    "sensors": [{"kind": "own", "property": "energy"}],
+    "actions": {"speed": ["sit", "go"]},
+    "locomotion": {"speed": {"sit": 0.0, "go": 0.5}},
+    "happiness": {"formula": "energy", "minimum": -1.0},
+    "policy": {"kind": "shared", "learn": True, "hidden": [4]},
+    "ppo": {"horizon": 2},
+    "genome": {"genes": [SIZE]},
+}
 CULL = [{"kind": "cull", "at": 0, "species": "moss", "share": 1.0}]
 ODD = "\x01\x00\uffff$\\frac{<b>&\"'--a\n\tb老い \u202e%s {0}"
 RUNS = {
@@ -28,29 +36,55 @@ RUNS = {
     "all are culled in the first tick": ({"moss": MOSS}, {"interventions": CULL}),
     "one for a tick": ({"moss": MOSS | THINKS | {"count": 1}}, {"ticks": 1}),
     "no tick": ({"moss": MOSS}, {"ticks": 0}),
-    "eaters without food": ({"moss": MOSS | STARVES,
-                             "mite": MOSS | {"diet": [{"eats": "moss", "reach": 0.5, "gain": 0.1}]}}, {}),
-    "odd causes": ({"moss": MOSS | {"lethal": [{"property": "age", "max": 2.0, "high": ODD}]},
-                    "mite": MOSS | {"lethal": [{"property": "age", "max": 2.0, "high": " "}]}},
-                   {"title": ODD}),
-}  # fmt: skip
+    "eaters without food": (
+        {"moss": MOSS | STARVES, "mite": MOSS | {"diet": [{"eats": "moss", "reach": 0.5, "gain": 0.1}]}},
+        {},
+    ),
+    "odd causes": (
+        {
+            "moss": MOSS | {"lethal": [{"property": "age", "max": 2.0, "high": ODD}]},
+            "mite": MOSS | {"lethal": [{"property": "age", "max": 2.0, "high": " "}]},
+        },
+        {"title": ODD},
+    ),
+}
 
 
 @pytest.fixture(scope="module", params=RUNS)
 def run(request, tmp_path_factory):
     species, more = RUNS[request.param]
-    config = {"format": 1, "name": "bog", "ticks": 4, "space": {"size": [9.0, 9.0], "edges": "walls"},
-              "species": species} | more
+    config = {
+        "format": 1,
+        "name": "bog",
+        "ticks": 4,
+        "space": {"size": [9.0, 9.0], "edges": "walls"},
+        "species": species,
+    } | more
     folder = tmp_path_factory.mktemp("run") / "run"
-    run_to_folder(config | {"ticks": max(1, config["ticks"])}, 1, config["ticks"], folder, "untrained",
-                  record="full", snapshot_every=1, report=not config["ticks"])
+    run_to_folder(
+        config | {"ticks": max(1, config["ticks"])},
+        1,
+        config["ticks"],
+        folder,
+        "untrained",
+        record="full",
+        snapshot_every=1,
+        report=not config["ticks"],
+    )
     return folder
 
 
-@pytest.mark.parametrize("words", [
-    ("report",), ("why",), ("lineage", "--csv", "l.csv", "--newick", "l.nwk", "--living"),
-    ("tracks", "t.csv"), ("tracks", "t.parquet", "--lines"),
-], ids=" ".join)
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("report",),
+        ("why",),
+        ("lineage", "--csv", "l.csv", "--newick", "l.nwk", "--living"),
+        ("tracks", "t.csv"),
+        ("tracks", "t.parquet", "--lines"),
+    ],
+    ids=" ".join,
+)
 def test_a_command_reads_it_or_says_in_a_sentence_why_not(run, monkeypatch, words):
     monkeypatch.chdir(run)
     result = CliRunner().invoke(app, [words[0], str(run), *words[1:]])

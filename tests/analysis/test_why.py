@@ -29,12 +29,15 @@ HUNGER, AGE = "no energy left", "worn out"  # causes have the names that the wor
 
 def animal(eats: str, **more: Any) -> dict[str, Any]:
     """A species that eats: 0.1 energy of each."""
-    return (
-        {"diet": [{"eats": eats, "gain": 0.1, "chance": 0.5, "deadly": False}], "metabolism": {"basal": 0.01},
-         "reproduction": {"kind": "simplified", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.3},
-         "lethal": [{"property": "energy", "min": 0.0, "max": None, "low": HUNGER, "high": ""},
-                    {"property": "age", "min": None, "max": 300.0, "low": "", "high": AGE}]} | more
-    )  # fmt: skip
+    return {
+        "diet": [{"eats": eats, "gain": 0.1, "chance": 0.5, "deadly": False}],
+        "metabolism": {"basal": 0.01},
+        "reproduction": {"kind": "simplified", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.3},
+        "lethal": [
+            {"property": "energy", "min": 0.0, "max": None, "low": HUNGER, "high": ""},
+            {"property": "age", "min": None, "max": 300.0, "low": "", "high": AGE},
+        ],
+    } | more
 
 
 PLANT = {"diet": [], "reproduction": {"kind": "spread", "rate": 0.03, "seed_rain": 0.001, "spacing": 2.0}}
@@ -45,8 +48,14 @@ def course(*points: tuple[int, float]) -> np.ndarray:
     return np.round(np.interp(np.arange(TICKS), *zip(*points, strict=True)))
 
 
-def case(numbers: dict[str, np.ndarray], died: dict[tuple[str, str], np.ndarray], species: dict[str, Any],
-         manifest: Any = None, deaths: Any = None, **columns: dict[str, np.ndarray]) -> Case:  # fmt: skip
+def case(
+    numbers: dict[str, np.ndarray],
+    died: dict[tuple[str, str], np.ndarray],
+    species: dict[str, Any],
+    manifest: Any = None,
+    deaths: Any = None,
+    **columns: dict[str, np.ndarray],
+) -> Case:
     """A record made by hand: numbers, deaths by cause, ledger columns by species; what is absent is 0."""
     names = tuple(numbers)
     table = {"n": np.column_stack(list(numbers.values())).astype(float)}
@@ -58,25 +67,38 @@ def case(numbers: dict[str, np.ndarray], died: dict[tuple[str, str], np.ndarray]
         [v for k, v in table.items() if k.startswith(DIED)] or [np.zeros_like(table["n"])], axis=0
     )
     config = {"species": species, "space": {"size": [10.0, 10.0], "edges": "torus"}}
-    return Case(Series(np.arange(TICKS), names, table, {"config": config} | (manifest or {})), config,
-                deaths or {}, {})
+    return Case(
+        Series(np.arange(TICKS), names, table, {"config": config} | (manifest or {})),
+        config,
+        deaths or {},
+        {},
+    )
 
 
 def grazed(left: float, caught: float = 1.0) -> Case:
     """Plants fall from 1,000 to a share of it; 100 grazers, which ate 10 a tick of them,
     starve from tick 50 on."""
-    n = {"wolf": course((0, 1000), (50, 1000 * left), (99, 1000 * left)),
-         "grass": course((0, 100), (50, 100), (80, 0), (99, 0))}
+    n = {
+        "wolf": course((0, 1000), (50, 1000 * left), (99, 1000 * left)),
+        "grass": course((0, 100), (50, 100), (80, 0), (99, 0)),
+    }
     eaten = caught * np.where(n["grass"] > 0, 20.0, 0.0)
     fell = -np.diff(n["grass"], append=0)
-    return case(n, {("wolf", "eaten by grass"): eaten, ("grass", HUNGER): np.maximum(fell, 0)},
-                {"wolf": PLANT, "grass": animal("wolf")}, burnt={"grass": 0.01 * n["grass"]})  # fmt: skip
+    return case(
+        n,
+        {("wolf", "eaten by grass"): eaten, ("grass", HUNGER): np.maximum(fell, 0)},
+        {"wolf": PLANT, "grass": animal("wolf")},
+        burnt={"grass": 0.01 * n["grass"]},
+    )
 
 
 def test_grazers_that_starve_when_plants_are_gone_have_overgrazed_whatever_their_names() -> None:
     diagnosis = diagnose(grazed(0.05))
-    assert (diagnosis["verdict"], diagnosis["species"],
-            diagnosis["victim"]) == ("overgrazing", "grass", "wolf")
+    assert (diagnosis["verdict"], diagnosis["species"], diagnosis["victim"]) == (
+        "overgrazing",
+        "grass",
+        "wolf",
+    )
     assert diagnosis["confidence"] == pytest.approx(1)
     (fell,) = diagnosis["fell"]
     assert (fell["tick"], fell["since"], fell["extinct"]) == (80, 65, True)
@@ -98,38 +120,66 @@ def test_supply_is_what_was_left_and_what_all_of_it_would_have_fed() -> None:
     assert food["feeds"] == pytest.approx(eaten / met * 1000 * 0.1 / 0.01)
 
 
-def chain(prey: np.ndarray, hunters: np.ndarray, eaten: np.ndarray, hunger: np.ndarray,
-          old: np.ndarray | None = None, **more: Any) -> Case:
+def chain(
+    prey: np.ndarray,
+    hunters: np.ndarray,
+    eaten: np.ndarray,
+    hunger: np.ndarray,
+    old: np.ndarray | None = None,
+    **more: Any,
+) -> Case:
     """Plants in plenty, their grazers, and hunters of these."""
     n = {"a": course((0, 500), (99, 500)), "b": prey, "c": hunters}
     old = np.zeros(TICKS) if old is None else old
-    died = {("a", "eaten by b"): prey / 10, ("b", "eaten by c"): eaten, ("c", HUNGER): hunger,
-            ("c", AGE): old}
+    died = {
+        ("a", "eaten by b"): prey / 10,
+        ("b", "eaten by c"): eaten,
+        ("c", HUNGER): hunger,
+        ("c", AGE): old,
+    }
     burnt = {"b": 0.01 * prey, "c": 0.01 * hunters}
     return case(n, died, {"a": PLANT, "b": animal("a"), "c": animal("b", **more)}, burnt=burnt)
 
 
 def test_hunters_that_eat_all_prey_and_starve_were_too_good() -> None:
     prey, hunters = course((0, 200), (40, 0), (99, 0)), course((0, 20), (60, 20), (80, 0), (99, 0))
-    diagnosis = diagnose(chain(prey, hunters, np.maximum(-np.diff(prey, append=0), 0),
-                               np.maximum(-np.diff(hunters, append=0), 0)))
-    assert (diagnosis["verdict"], diagnosis["species"],
-            diagnosis["victim"]) == ("predators too good", "c", "b")
+    diagnosis = diagnose(
+        chain(
+            prey, hunters, np.maximum(-np.diff(prey, append=0), 0), np.maximum(-np.diff(hunters, append=0), 0)
+        )
+    )
+    assert (diagnosis["verdict"], diagnosis["species"], diagnosis["victim"]) == (
+        "predators too good",
+        "c",
+        "b",
+    )
     assert [f["species"] for f in diagnosis["fell"]] == ["b", "c"]
 
 
 def test_hunters_that_catch_too_little_among_prey_were_too_few() -> None:
     prey, hunters = course((0, 200), (99, 400)), course((0, 20), (40, 0), (99, 0))
-    diagnosis = diagnose(chain(prey, hunters, np.where(np.arange(TICKS) % 10 == 0, 1.0, 0.0),
-                               np.maximum(-np.diff(hunters, append=0), 0)))
+    diagnosis = diagnose(
+        chain(
+            prey,
+            hunters,
+            np.where(np.arange(TICKS) % 10 == 0, 1.0, 0.0),
+            np.maximum(-np.diff(hunters, append=0), 0),
+        )
+    )
     assert (diagnosis["verdict"], diagnosis["species"]) == ("predators too few", "c")
 
 
 def test_hunters_that_age_and_hardly_breed_were_too_few() -> None:
     prey, hunters = course((0, 200), (99, 300)), course((0, 20), (90, 0), (99, 0))
     way = {"kind": "simplified", "rate": 0.001, "energy_min": 0.6, "energy_given": 0.3}
-    run = chain(prey, hunters, hunters / 5, np.zeros(TICKS), np.maximum(-np.diff(hunters, append=0), 0),
-                reproduction=way)
+    run = chain(
+        prey,
+        hunters,
+        hunters / 5,
+        np.zeros(TICKS),
+        np.maximum(-np.diff(hunters, append=0), 0),
+        reproduction=way,
+    )
     assert offspring(run, "c") == pytest.approx(0.3)
     assert diagnose(run)["verdict"] == "predators too few"
 
@@ -141,10 +191,15 @@ def test_hunters_that_starved_in_a_trough_of_prey_are_not_to_blame_for_its_later
         "c": course((0, 10), (30, 10), (50, 0)),
     }
     fell = {s: np.maximum(-np.diff(v, append=v[-1]), 0) for s, v in n.items()}
-    died = {("a", "eaten by b"): n["b"] / 5, ("b", HUNGER): fell["b"], ("b", "eaten by c"): n["c"] / 20,
-            ("c", HUNGER): fell["c"]}
-    diagnosis = diagnose(case(n, died, {"a": PLANT, "b": animal("a"), "c": animal("b")},
-                              burnt={s: 0.01 * n[s] for s in "bc"}))
+    died = {
+        ("a", "eaten by b"): n["b"] / 5,
+        ("b", HUNGER): fell["b"],
+        ("b", "eaten by c"): n["c"] / 20,
+        ("c", HUNGER): fell["c"],
+    }
+    diagnosis = diagnose(
+        case(n, died, {"a": PLANT, "b": animal("a"), "c": animal("b")}, burnt={s: 0.01 * n[s] for s in "bc"})
+    )
     assert [f["species"] for f in diagnosis["fell"]] == ["c", "b"]
     assert diagnosis["fell"][0]["causes"]["scarce: b"] > 0.9
     assert (diagnosis["verdict"], diagnosis["species"], diagnosis["victim"]) == ("overgrazing", "b", "a")
@@ -158,8 +213,14 @@ def test_newborn_that_cannot_last_until_a_meal_starve() -> None:
     tick = np.repeat(np.arange(2, 90), 2)
     deaths = {"b": {"tick": tick, "age": np.ones(len(tick)), "cause": np.full(len(tick), HUNGER)}}
     died = {("a", "eaten by b"): n["b"] / 8, ("b", HUNGER): born, ("b", AGE): fell}
-    run = case(n, died, {"a": PLANT, "b": animal("a", reproduction=way)}, deaths=deaths, births={"b": born},
-               burnt={"b": 0.01 * n["b"]})
+    run = case(
+        n,
+        died,
+        {"a": PLANT, "b": animal("a", reproduction=way)},
+        deaths=deaths,
+        births={"b": born},
+        burnt={"b": 0.01 * n["b"]},
+    )
     young = newborn(run, Fall("b", 45, 90, True))
     assert young["lasts"] == pytest.approx(1)
     assert young["meal_every"] == pytest.approx(8)
@@ -177,13 +238,18 @@ def test_poison_that_takes_what_was_lacking_is_to_blame() -> None:
     assert diagnose(poisoned)["verdict"] == "poisoned"
 
 
-@pytest.mark.parametrize(("cause", "verdict"),
-                         [("poisoned by a", "poisoned"), ("shot", "removed"), ("too hot", "surroundings")])
+@pytest.mark.parametrize(
+    ("cause", "verdict"), [("poisoned by a", "poisoned"), ("shot", "removed"), ("too hot", "surroundings")]
+)
 def test_causes_of_their_own_have_verdicts_of_their_own(cause: str, verdict: str) -> None:
     n = {"a": course((0, 500), (99, 500)), "b": course((0, 100), (50, 0), (99, 0))}
     cull = [[3, {"kind": "cull", "species": "b", "share": 0.5, "cause": "shot"}]]
-    run = case(n, {("b", cause): np.maximum(-np.diff(n["b"], append=0), 0)}, {"a": PLANT, "b": animal("a")},
-               {"intervened": cull})
+    run = case(
+        n,
+        {("b", cause): np.maximum(-np.diff(n["b"], append=0), 0)},
+        {"a": PLANT, "b": animal("a")},
+        {"intervened": cull},
+    )
     assert diagnose(run)["verdict"] == verdict
 
 
@@ -191,8 +257,10 @@ def test_a_run_in_which_all_live_is_healthy_and_one_without_anybody_says_so() ->
     n = {"a": course((0, 500), (99, 500)), "b": course((0, 100), (99, 90))}
     diagnosis = diagnose(case(n, {("b", AGE): np.ones(TICKS)}, {"a": PLANT, "b": animal("a")}))
     assert (diagnosis["verdict"], diagnosis["confidence"], diagnosis["fell"]) == ("healthy", 1.0, [])
-    assert diagnose(case({"a": np.zeros(TICKS)}, {("a", AGE): np.zeros(TICKS)},
-                         {"a": PLANT}))["verdict"] == "nobody"
+    assert (
+        diagnose(case({"a": np.zeros(TICKS)}, {("a", AGE): np.zeros(TICKS)}, {"a": PLANT}))["verdict"]
+        == "nobody"
+    )
 
 
 def test_a_stopped_run_is_told_by_who_has_as_good_as_died_out() -> None:
@@ -212,11 +280,18 @@ def test_a_meadow_that_is_always_full_falls_because_it_is_grazed() -> None:
     n = {"algae": course((0, 1000), (50, 1000), (99, 100)), "snail": course((0, 10), (50, 10), (99, 90))}
     eaten = np.where(np.arange(TICKS) < 50, 0.06, 0.09) * n["algae"]
     plant = PLANT | {"reproduction": {"kind": "spread", "rate": 0.3, "spacing": 1.0}}
-    run = case(n, {("algae", "eaten by snail"): eaten}, {"algae": plant, "snail": animal("algae")},
-               births={"algae": 0.06 * n["algae"]}, burnt={"snail": 0.01 * n["snail"]})
+    run = case(
+        n,
+        {("algae", "eaten by snail"): eaten},
+        {"algae": plant, "snail": animal("algae")},
+        births={"algae": 0.06 * n["algae"]},
+        burnt={"snail": 0.01 * n["snail"]},
+    )
     full, fell = phases(run, "algae")
-    assert [(p["trend"], p["limit"], p["by"]) for p in (full, fell)] == [("held", "room", "level"),
-                                                                         ("fell", "predators", "rise")]
+    assert [(p["trend"], p["limit"], p["by"]) for p in (full, fell)] == [
+        ("held", "room", "level"),
+        ("fell", "predators", "rise"),
+    ]
     assert (fell["share"] > 0.95, fell["losses"]["room"] > fell["losses"]["predators"]) == (True, True)
     assert any("mostly by being eaten" in w for w in sentences(run, explain(run))["What limited whom"])
 
@@ -247,8 +322,12 @@ def test_a_course_turns_where_it_turns() -> None:
 def test_distance_is_that_to_the_nearest_of_the_other_species(edges: str, metres: float) -> None:
     at = {"tick": np.zeros(1), "z": np.zeros(1), "energy": np.ones(1), "y": np.full(1, 5.0)}
     run = grazed(0.5)
-    near = Case(run.series, run.config | {"space": {"size": [10.0, 10.0], "edges": edges}}, {},
-                {"grass": at | {"x": np.array([1.0])}, "wolf": at | {"x": np.array([9.0])}})  # fmt: skip
+    near = Case(
+        run.series,
+        run.config | {"space": {"size": [10.0, 10.0], "edges": edges}},
+        {},
+        {"grass": at | {"x": np.array([1.0])}, "wolf": at | {"x": np.array([9.0])}},
+    )
     distance_ = distance(near, "grass", "wolf", 0, 10)
     assert distance_ is not None
     assert distance_["mean"] == pytest.approx(metres)
@@ -263,17 +342,21 @@ def test_chance_is_the_distance_at_random_places() -> None:
 
 
 def test_effort_is_the_share_of_the_dearest_gait() -> None:
-    run = case({"b": np.ones(TICKS)}, {("b", AGE): np.zeros(TICKS)},
-               {"b": animal("a", locomotion={"cost": {"walk": 0.01, "run": 0.04}})})
+    run = case(
+        {"b": np.ones(TICKS)},
+        {("b", AGE): np.zeros(TICKS)},
+        {"b": animal("a", locomotion={"cost": {"walk": 0.01, "run": 0.04}})},
+    )
     assert effort(run, "b", 0.02) == pytest.approx(0.25)
     assert effort(grazed(0.5), "grass", 0.02) is None
 
 
 def test_values_that_interventions_set_are_those_that_are_told() -> None:
     config = {"species": {"b": {"diet": [{"chance": 0.5}], "defence": None}}}
-    done = {"set": {"species.b.diet.0.chance": 0.1, "species.b.diet.7.chance": 1,
-                    "species.b.defence.poison": 1},
-            "kind": "set"}
+    done = {
+        "set": {"species.b.diet.0.chance": 0.1, "species.b.diet.7.chance": 1, "species.b.defence.poison": 1},
+        "kind": "set",
+    }
     now = in_force({"config": config, "intervened": [[5, done]]})
     assert look_up(now, "species.b.diet.0.chance") == 0.1
     assert look_up(now, "species.b.diet.7.chance") is look_up(now, "species.b.defence.poison") is None
@@ -300,12 +383,16 @@ def test_every_value_to_turn_is_one_that_a_world_file_may_set(world: str) -> Non
 def test_nothing_is_to_be_turned_beyond_its_end() -> None:
     run = Case(grazed(0.5).series, {"species": {"wolf": PLANT, "grass": animal("wolf", count=1)}}, {}, {})
     run.config["species"]["grass"]["diet"][0]["chance"] = 1.0
-    keys = {(a["key"], a["turn"])
-            for a in advise(run, {"verdict": "starved amid plenty", "species": "grass", "victim": "grass"})}
+    keys = {
+        (a["key"], a["turn"])
+        for a in advise(run, {"verdict": "starved amid plenty", "species": "grass", "victim": "grass"})
+    }
     assert ("species.grass.diet.0.chance", "higher") not in keys
     assert ("species.grass.diet.0.gain", "higher") in keys
-    keys = {(a["key"], a["turn"])
-            for a in advise(run, {"verdict": "overgrazing", "species": "grass", "victim": "wolf"})}
+    keys = {
+        (a["key"], a["turn"])
+        for a in advise(run, {"verdict": "overgrazing", "species": "grass", "victim": "wolf"})
+    }
     assert ("species.grass.diet.0.chance", "lower") in keys
     assert ("species.grass.count", "lower") not in keys
 
@@ -314,10 +401,14 @@ def test_nothing_is_to_be_turned_beyond_its_end() -> None:
 def starving(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run in which wolves cannot catch anything."""
     out = tmp_path_factory.mktemp("why") / "run"
-    few = {"species.grass.count": 300, "species.deer.count": 60, "species.wolf.count": 12,
-           "species.wolf.diet.0.chance": 0.0,
-           "species.wolf.metabolism.basal": 0.02,
-           "interventions": [{"kind": "cull", "at": 3, "species": "deer", "count": 5}]}  # fmt: skip
+    few = {
+        "species.grass.count": 300,
+        "species.deer.count": 60,
+        "species.wolf.count": 12,
+        "species.wolf.diet.0.chance": 0.0,
+        "species.wolf.metabolism.basal": 0.02,
+        "interventions": [{"kind": "cull", "at": 3, "species": "deer", "count": 5}],
+    }
     run_to_folder(load("predator-prey", few), 1, 60, out, "random", report=False)
     return out
 

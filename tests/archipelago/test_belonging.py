@@ -66,8 +66,9 @@ def _digest(mine: Path, other: Path) -> str:
 
 
 @pytest.mark.parametrize("put", [_exports, _neighbour, _island, _manifest, _link, _digest])
-def test_what_is_of_another_archipelago_is_refused(put: Callable[[Path, Path], str], two: Path,
-                                                   tmp_path: Path) -> None:
+def test_what_is_of_another_archipelago_is_refused(
+    put: Callable[[Path, Path], str], two: Path, tmp_path: Path
+) -> None:
     mine = shutil.copytree(two / "seed-1", tmp_path / "mine")
     said = put(mine, two / "seed-2")
     before = _content(mine)
@@ -80,8 +81,9 @@ def _content(folder: Path) -> dict[Path, bytes]:
     return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*.safetensors")}
 
 
-def test_an_island_that_is_further_than_the_others_is_shown_up_to_their_tick(two: Path, tmp_path: Path
-                                                                             ) -> None:
+def test_an_island_that_is_further_than_the_others_is_shown_up_to_their_tick(
+    two: Path, tmp_path: Path
+) -> None:
     mine = shutil.copytree(two / "seed-1", tmp_path / "mine")
     before = load_islands(mine)
     advance(str(mine), "north", 8, 12)
@@ -99,14 +101,24 @@ def test_one_of_the_other_mode_is_refused(two: Path, tmp_path: Path) -> None:
         Archipelago(mine).run(until=12, report=False)
 
 
-@pytest.mark.parametrize(("key", "value", "said"), [
-    ("tick", "8", "tick: Input should be a valid integer"), ("ticks", -1, "ticks: "),
-    ("islands", [], "islands: "),
-    ("config", {"archipelago": {"islands": {"../victim": {}, "b": {}}, "every": 4}}, r"config\.archipelago"),
-    ("seed", 3, "hash: is not the hash of the plan"), ("extra", 1, "extra: "),
-])
-def test_a_manifest_with_wrong_values_is_refused_by_key(two: Path, tmp_path: Path, key: str, value: object,
-                                                        said: str) -> None:
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("tick", "8", "tick: Input should be a valid integer"),
+        ("ticks", -1, "ticks: "),
+        ("islands", [], "islands: "),
+        (
+            "config",
+            {"archipelago": {"islands": {"../victim": {}, "b": {}}, "every": 4}},
+            r"config\.archipelago",
+        ),
+        ("seed", 3, "hash: is not the hash of the plan"),
+        ("extra", 1, "extra: "),
+    ],
+)
+def test_a_manifest_with_wrong_values_is_refused_by_key(
+    two: Path, tmp_path: Path, key: str, value: object, said: str
+) -> None:
     content = json.loads((two / "seed-1" / FILE).read_text()) | {key: value}
     seal.write_manifest(tmp_path, content, FILE)
     with pytest.raises(RecordingError, match=rf"archipelago\.json: {said}"):

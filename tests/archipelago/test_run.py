@@ -24,8 +24,11 @@ OPTIONS = {"ticks": TICKS, "policies": "untrained", "learn": True, "snapshot_eve
 
 
 def config(menagerie, **more):
-    plan = {"islands": {"a": {}, "b": {"species.moss.count": 100}, "c": {}}, "every": 5,
-            "emigration": {"ram": 0.3, "lynx": 0.3}}
+    plan = {
+        "islands": {"a": {}, "b": {"species.moss.count": 100}, "c": {}},
+        "every": 5,
+        "emigration": {"ram": 0.3, "lynx": 0.3},
+    }
     return menagerie(archipelago=plan | more)
 
 
@@ -98,8 +101,9 @@ def test_two_workers_one_of_them_killed_end_the_same(menagerie, tmp_path, whole)
     assert archipelago.digest == whole.digest
 
 
-def test_it_goes_on_where_a_shorter_one_ended_and_after_a_stop_anywhere(menagerie, tmp_path, whole,
-                                                                        monkeypatch):
+def test_it_goes_on_where_a_shorter_one_ended_and_after_a_stop_anywhere(
+    menagerie, tmp_path, whole, monkeypatch
+):
     archipelago = Archipelago.from_config(config(menagerie), out=tmp_path / "run", **OPTIONS)
     archipelago.run(until=7, report=False)
     assert archipelago.tick == 7
@@ -124,8 +128,10 @@ def test_it_goes_on_where_a_shorter_one_ended_and_after_a_stop_anywhere(menageri
 def test_a_killed_process_resumes(menagerie, tmp_path, whole):
     """kill -9, twice, at moments that nobody chose."""
     Archipelago.from_config(config(menagerie), out=tmp_path / "run", **OPTIONS)
-    code = (f"from ecs_eco.archipelago.run import Archipelago\n"
-            f"Archipelago({str(tmp_path / 'run')!r}).run(report=False)\n")
+    code = (
+        f"from ecs_eco.archipelago.run import Archipelago\n"
+        f"Archipelago({str(tmp_path / 'run')!r}).run(report=False)\n"
+    )
     for pause in (0.05, 0.02):
         victim = subprocess.Popen([sys.executable, "-c", code])
         began = time.monotonic()

@@ -25,9 +25,15 @@ def mpirun(tmp_path):
         pytest.skip("needs mpiexec")
 
     def run(n, code, *arguments, timeout=400):
-        return subprocess.run([mpiexec, "-n", str(n), sys.executable, "-c", code, *arguments], cwd=tmp_path,
-                              env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True,
-                              timeout=timeout, check=False)
+        return subprocess.run(
+            [mpiexec, "-n", str(n), sys.executable, "-c", code, *arguments],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            check=False,
+        )
 
     return run
 

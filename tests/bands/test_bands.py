@@ -5,9 +5,16 @@ from ecs_eco import World
 from ecs_eco.bands import Bands
 from ecs_eco.config import load
 
-SHORT = ["species.deer.ppo.horizon=8", "species.wolf.ppo.horizon=8", "species.deer.ppo.minibatch=4096",
-         "species.goat.ppo.horizon=8", "space.size=[120.0, 120.0]", "species.grass.count=1000",
-         "species.deer.count=600", "species.wolf.count=90"]
+SHORT = [
+    "species.deer.ppo.horizon=8",
+    "species.wolf.ppo.horizon=8",
+    "species.deer.ppo.minibatch=4096",
+    "species.goat.ppo.horizon=8",
+    "space.size=[120.0, 120.0]",
+    "species.grass.count=1000",
+    "species.deer.count=600",
+    "species.wolf.count=90",
+]
 SAME = """
 import json, sys
 from mpi4py import MPI
@@ -52,8 +59,14 @@ def test_the_world_is_the_same_in_one_process_and_in_bands_while_all_learn(mpiru
 
 @pytest.mark.slow
 def test_every_shipped_world_is_the_same_in_bands(mpirun):
-    run_same(mpirun, 3, [(name, None, 12, []) for name in
-                         ("diel-migration", "happiness", "innate", "island", "lamb", "learning-krill")])
+    run_same(
+        mpirun,
+        3,
+        [
+            (name, None, 12, [])
+            for name in ("diel-migration", "happiness", "innate", "island", "lamb", "learning-krill")
+        ],
+    )
 
 
 def test_bands_are_whole_rows_of_cells_with_about_as_many_organisms(alone):

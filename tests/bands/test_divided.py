@@ -9,14 +9,31 @@ from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 
 ROAMING = str(Path(__file__).parents[2] / "examples" / "roaming.toml")  # speeds and turns are numbers
-SHORT = {"predator-prey": ["species.deer.ppo.horizon=8", "species.wolf.ppo.horizon=8", "space.cell=3.0",
-                           "species.deer.ppo.minibatch=4096", "space.size=[120.0, 120.0]",
-                           "species.grass.count=1000", "species.deer.count=600", "species.wolf.count=90"],
-         "reflexes": ["species.goat.ppo.horizon=8", "species.goat.reproduction.age_min=5.0",
-                      "species.goat.max_count=500", "species.green.max_count=3520",
-                      "species.goat.reproduction.energy_min=0.5"],
-         ROAMING: ["species.deer.ppo.horizon=8", "species.deer.metabolism.energy=0.9",
-                   "species.deer.metabolism.basal=0.03", "species.deer.reproduction.rate=0.2"]}
+SHORT = {
+    "predator-prey": [
+        "species.deer.ppo.horizon=8",
+        "species.wolf.ppo.horizon=8",
+        "space.cell=3.0",
+        "species.deer.ppo.minibatch=4096",
+        "space.size=[120.0, 120.0]",
+        "species.grass.count=1000",
+        "species.deer.count=600",
+        "species.wolf.count=90",
+    ],
+    "reflexes": [
+        "species.goat.ppo.horizon=8",
+        "species.goat.reproduction.age_min=5.0",
+        "species.goat.max_count=500",
+        "species.green.max_count=3520",
+        "species.goat.reproduction.energy_min=0.5",
+    ],
+    ROAMING: [
+        "species.deer.ppo.horizon=8",
+        "species.deer.metabolism.energy=0.9",
+        "species.deer.metabolism.basal=0.03",
+        "species.deer.reproduction.rate=0.2",
+    ],
+}
 SAME = """
 import json, sys
 from mpi4py import MPI
@@ -73,9 +90,11 @@ except Exception as error:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "n"), [
-    *((name, n) for name in ("predator-prey", "reflexes") for n in (1, 2, 4)), (ROAMING, 3)],
-    ids=lambda value: Path(str(value)).stem)
+@pytest.mark.parametrize(
+    ("name", "n"),
+    [*((name, n) for name in ("predator-prey", "reflexes") for n in (1, 2, 4)), (ROAMING, 3)],
+    ids=lambda value: Path(str(value)).stem,
+)
 def test_each_process_holds_a_part_and_together_they_are_the_world_of_one(mpirun, name, n):
     policies = "untrained" if name == ROAMING else "trained"
     ended = mpirun(n, SAME, json.dumps([name, 28, SHORT[name], policies]))
@@ -98,11 +117,14 @@ def test_all_processes_are_told_what_cannot_be_divided(mpirun):
     assert "a world made by hand" in ended.stdout
 
 
-@pytest.mark.parametrize(("name", "changes", "words"), [
-    ("diel-migration", [], ["space.size", "a volume", "with water"]),
-    ("lamb", [], ["with substances", "the system Suckle"]),
-    ("happiness", [], ["species.berry.genome", "plants with genes"]),
-])
+@pytest.mark.parametrize(
+    ("name", "changes", "words"),
+    [
+        ("diel-migration", [], ["space.size", "a volume", "with water"]),
+        ("lamb", [], ["with substances", "the system Suckle"]),
+        ("happiness", [], ["species.berry.genome", "plants with genes"]),
+    ],
+)
 def test_a_world_that_cannot_be_divided_is_refused_with_what_can_be_done(name, changes, words, alone):
     world = World.from_config(load(name, changes), seed=1, record=False)
     with pytest.raises(ConfigError) as error:

@@ -44,14 +44,30 @@ def test_a_run_in_bands_leaves_the_folder_that_one_process_would_leave(mpirun, t
 
 @pytest.mark.slow
 def test_a_divided_run_leaves_the_records_of_one_process_and_goes_on_in_one(mpirun, tmp_path):
-    ended = mpirun(2, MAIN, "run", "reflexes", "--divided", "--ticks", "24", "--checkpoint-every", "10",
-                   "--out", "two", *FEW, "--set", "species.goat.ppo.horizon=8",
-                   "--set", "species.goat.reproduction.age_min=5.0")
+    ended = mpirun(
+        2,
+        MAIN,
+        "run",
+        "reflexes",
+        "--divided",
+        "--ticks",
+        "24",
+        "--checkpoint-every",
+        "10",
+        "--out",
+        "two",
+        *FEW,
+        "--set",
+        "species.goat.ppo.horizon=8",
+        "--set",
+        "species.goat.reproduction.age_min=5.0",
+    )
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert "2 processes, each with its own part of the world" in ended.stdout
     of_two = json.loads((tmp_path / "two" / "manifest.json").read_text())
-    of_one = run_to_folder({**of_two["config"]}, of_two["seed"], 24, tmp_path / "one", report=False,
-                           checkpoint_every=10)
+    of_one = run_to_folder(
+        {**of_two["config"]}, of_two["seed"], 24, tmp_path / "one", report=False, checkpoint_every=10
+    )
     assert of_two["finished"]
     assert of_two["digest"] == of_one["digest"]
     for kind in ("series", "births", "deaths", "snapshots", "actions", "learning"):
@@ -68,8 +84,20 @@ def test_a_divided_run_leaves_the_records_of_one_process_and_goes_on_in_one(mpir
 @pytest.mark.slow
 @pytest.mark.parametrize("how", ["--bands", "--divided"])
 def test_a_run_is_resumed_by_another_number_of_processes(mpirun, tmp_path, how):
-    first = mpirun(2, MAIN, "run", "reflexes", how, "--ticks", "12", "--out", "many", *FEW,
-                   "--set", "species.goat.ppo.horizon=8")
+    first = mpirun(
+        2,
+        MAIN,
+        "run",
+        "reflexes",
+        how,
+        "--ticks",
+        "12",
+        "--out",
+        "many",
+        *FEW,
+        "--set",
+        "species.goat.ppo.horizon=8",
+    )
     assert first.returncode == 0, first.stdout + first.stderr
     ended = mpirun(3, MAIN, "resume", "many", how, "--until", "24", "--quiet", "--no-report")
     assert ended.returncode == 0, ended.stdout + ended.stderr
@@ -90,9 +118,14 @@ def test_a_fork_begins_in_one_process(mpirun, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("state", ["whole", "divided"])
-@pytest.mark.parametrize(("case", "code", "text"), [
-    ("error", 1, "ZeroDivisionError"), ("other", 1, "2 processes have 2 different worlds"),
-    ("stop", 0, "ended at 4")])
+@pytest.mark.parametrize(
+    ("case", "code", "text"),
+    [
+        ("error", 1, "ZeroDivisionError"),
+        ("other", 1, "2 processes have 2 different worlds"),
+        ("stop", 0, "ended at 4"),
+    ],
+)
 def test_what_ends_one_process_ends_all(mpirun, case, code, text, state):
     ended = mpirun(2, FAULT, case, state, timeout=120)
     assert ended.returncode == code, ended.stdout + ended.stderr

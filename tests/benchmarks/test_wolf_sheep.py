@@ -51,8 +51,9 @@ def place(model):
 def animals(world, model, name):
     """Return the (cell, energy) of all living, sorted."""
     table = world.tables[name]
-    return sorted((int(table[model.Animal].cell[r]), float(table[model.Animal].energy[r]))
-                  for r in table.rows())
+    return sorted(
+        (int(table[model.Animal].cell[r]), float(table[model.Animal].energy[r])) for r in table.rows()
+    )
 
 
 def ripe(world, model):
@@ -95,8 +96,9 @@ def test_grass_with_a_countdown_of_1_is_not_ripe_in_the_first_tick_but_in_the_se
         assert collect.series[0] == (100, 50, (when == 0).sum())
         assert 0.4 < (when == 0).mean() < 0.65  # a half, and 1/30 of the others
         sheep = world.tables["sheep"]
-        assert (0 <= sheep[model.Animal].energy[:100].min() < 1 < 7 < sheep[model.Animal].energy[:100].max()
-                < 8)
+        assert (
+            0 <= sheep[model.Animal].energy[:100].min() < 1 < 7 < sheep[model.Animal].energy[:100].max() < 8
+        )
 
 
 @pytest.mark.parametrize("kind", ["sheep", "wolves"])
@@ -107,8 +109,9 @@ def test_an_animal_starves_below_zero_not_at_zero(place, model, kind):
     assert animals(world, model, kind.replace("wolves", "wolf"))[0][1] == 0.0
 
 
-@pytest.mark.parametrize(("kind", "table", "p"),
-                         [("sheep", "sheep", "sheep_reproduce"), ("wolves", "wolf", "wolf_reproduce")])
+@pytest.mark.parametrize(
+    ("kind", "table", "p"), [("sheep", "sheep", "sheep_reproduce"), ("wolves", "wolf", "wolf_reproduce")]
+)
 def test_a_parent_shares_its_energy_with_a_newborn_in_its_cell_that_acts_from_the_next_tick_on(
     place, model, kind, table, p
 ):
@@ -134,8 +137,9 @@ def test_a_wolf_goes_to_a_sheep_eats_it_and_gains_twenty(place, model):
 def test_a_lamb_may_be_eaten_in_the_tick_of_its_birth_and_so_may_its_parent(place, model):
     left = set()
     for seed in range(30):
-        world, series = place(sheep=[(HERE, 3.0)], wolves=[(14, 3.0)], ripe=[RIGHT], seed=seed,
-                              sheep_reproduce=1.0)
+        world, series = place(
+            sheep=[(HERE, 3.0)], wolves=[(14, 3.0)], ripe=[RIGHT], seed=seed, sheep_reproduce=1.0
+        )
         parent = int(world.tables["sheep"].uid[0])
         world.run(1)
         assert series[-1] == (1, 1, 0)
@@ -152,8 +156,9 @@ def test_a_sheep_prefers_a_bare_cell_to_grass_under_a_wolf(place, model):
 
 
 def test_a_sheep_with_wolves_all_around_stays_eats_what_is_there_and_is_eaten_once(place, model):
-    world, series = place(sheep=[(HERE, 5.0)], wolves=[(c, 9.0) for c in (LEFT, RIGHT, ABOVE, BELOW)],
-                          ripe=[HERE])
+    world, series = place(
+        sheep=[(HERE, 5.0)], wolves=[(c, 9.0) for c in (LEFT, RIGHT, ABOVE, BELOW)], ripe=[HERE]
+    )
     world.run(1)
     assert series[-1] == (0, 4, 0)
     assert ripe(world, model)[HERE] == 1 + 30 + 1

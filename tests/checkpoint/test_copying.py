@@ -12,8 +12,9 @@ from ecs_eco.engine.errors import CheckpointError
 
 @pytest.fixture(params=["predator-prey", "reflexes", "diel-migration"])
 def world(request):
-    return World.from_config(request.param, seed=4, policies="untrained",
-                             learn=True if request.param == "predator-prey" else None)
+    return World.from_config(
+        request.param, seed=4, policies="untrained", learn=True if request.param == "predator-prey" else None
+    )
 
 
 def test_a_copy_has_the_same_digest_and_the_same_future(world):
@@ -92,8 +93,9 @@ def test_a_system_of_ones_own_is_made_anew_for_a_copy():
     named = World.from_config("reflexes", seed=1, policies="untrained", systems=[Starve]).run(2)
     assert named.copy().run(2).digest() == named.run(2).digest()
     handed = World.from_config("reflexes", seed=1, policies="untrained", systems=[Starve()]).run(2)
-    with pytest.raises(CheckpointError,
-                       match=r"Starve was handed in as an instance.*world.copy\(systems=\[…\]\)"):
+    with pytest.raises(
+        CheckpointError, match=r"Starve was handed in as an instance.*world.copy\(systems=\[…\]\)"
+    ):
         handed.copy()
     assert handed.copy(systems=[Starve()]).run(2).digest() == handed.run(2).digest()
     added = World.from_config("reflexes", seed=1, policies="untrained").run(2)

@@ -38,8 +38,9 @@ def test_a_cut_or_changed_file_is_refused_with_its_name(written, tmp_path):
             assert "flip.safetensors" in message
         else:  # a byte that means nothing
             assert again[0] == meta
-            assert all(np.array_equal(again[1][k], v, equal_nan=v.dtype.kind == "f")
-                       for k, v in arrays.items())
+            assert all(
+                np.array_equal(again[1][k], v, equal_nan=v.dtype.kind == "f") for k, v in arrays.items()
+            )
 
 
 def test_a_file_that_is_another_is_refused(tmp_path):

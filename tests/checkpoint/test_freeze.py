@@ -76,8 +76,9 @@ def herd():
     """The configuration of the herd with genes for everything, individual brains and sexual reproduction."""
     config = herd_with()
     config["species"]["goat"]["components"] = []
-    config["species"]["goat"]["genome"]["genes"] = [g for g in config["species"]["goat"]["genome"]["genes"]
-                                                    if g["name"] != "wool"]
+    config["species"]["goat"]["genome"]["genes"] = [
+        g for g in config["species"]["goat"]["genome"]["genes"] if g["name"] != "wool"
+    ]
     return config
 
 
@@ -99,11 +100,15 @@ def test_a_world_goes_on_from_a_checkpoint_to_the_same_bytes(menagerie, tmp_path
 
 @settings(max_examples=20, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
 @given(splits=st.lists(st.integers(0, 45), min_size=1, max_size=3), individual=st.booleans())
-def test_wherever_and_however_often_a_run_is_cut_it_ends_the_same(menagerie, herd, tmp_path,
-                                                                  splits, individual):
+def test_wherever_and_however_often_a_run_is_cut_it_ends_the_same(
+    menagerie, herd, tmp_path, splits, individual
+):
     def make():
-        return (World.from_config(herd)
-                if individual else World.from_config(menagerie(), policies="untrained", learn=True))
+        return (
+            World.from_config(herd)
+            if individual
+            else World.from_config(menagerie(), policies="untrained", learn=True)
+        )
 
     world = make()
     for split in sorted(splits):
@@ -114,9 +119,9 @@ def test_wherever_and_however_often_a_run_is_cut_it_ends_the_same(menagerie, her
 @pytest.mark.parametrize("split", [3, 30])
 def test_individual_brains_pregnancies_and_genomes_go_on_too(herd, tmp_path, split):
     whole = World.from_config(herd).run(45)
-    world = World.restore(
-        World.from_config(herd).run(split).save(tmp_path / "herd.safetensors")
-    ).run(45 - split)
+    world = World.restore(World.from_config(herd).run(split).save(tmp_path / "herd.safetensors")).run(
+        45 - split
+    )
     assert _same(world, whole)
 
 
@@ -140,21 +145,26 @@ def test_who_comes_later_starts_from_the_same_trained_brain_after_a_restore(herd
 def test_a_checkpoint_may_go_on_with_another_number_of_threads(menagerie, tmp_path):
     config = menagerie(species={"ram": {"count": 120}})
     whole = World.from_config(config, policies="untrained", learn=True).run(30)
-    path = World.from_config(
-        config, policies="untrained", learn=True
-    ).run(11).save(tmp_path / "world.safetensors")
+    path = (
+        World.from_config(config, policies="untrained", learn=True)
+        .run(11)
+        .save(tmp_path / "world.safetensors")
+    )
     with all_threads():
         assert _same(World.restore(path, threads=2).run(19), whole)
 
 
 def test_a_new_process_goes_on_to_the_same_bytes(menagerie, tmp_path):
     whole = World.from_config(menagerie(), policies="untrained", learn=True).run(40)
-    path = World.from_config(
-        menagerie(), policies="untrained", learn=True
-    ).run(21).save(tmp_path / "world.safetensors")
+    path = (
+        World.from_config(menagerie(), policies="untrained", learn=True)
+        .run(21)
+        .save(tmp_path / "world.safetensors")
+    )
     script = f"from ecs_eco import World\nprint(World.restore({str(path)!r}).run(19).digest())"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True,
-                          env=os.environ)
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, env=os.environ
+    )
     assert done.stdout.strip() == whole.digest()
 
 
@@ -171,8 +181,9 @@ def test_births_asked_for_and_deaths_not_yet_carried_out_are_kept(menagerie, tmp
     def make():
         world = World.from_config(menagerie(), policies="untrained").run(5)
         world.spawn("ram", Position(x=3.0, y=4.0), Metabolism(energy=0.5), n=3, parent=7)
-        world.kill(int(world.tables["ram"].uid[world.tables["ram"].by_uid()[0]]),
-                   "struck by lightning", killer=9)
+        world.kill(
+            int(world.tables["ram"].uid[world.tables["ram"].by_uid()[0]]), "struck by lightning", killer=9
+        )
         return world
 
     other = World.restore(make().save(tmp_path / "w.safetensors"))
@@ -181,12 +192,16 @@ def test_births_asked_for_and_deaths_not_yet_carried_out_are_kept(menagerie, tmp
 
 
 def test_what_frozen_learning_and_random_policies_were_they_stay(menagerie, tmp_path):
-    for i, options in enumerate(({"policies": "random"}, {"policies": "untrained", "learn": False},
-                                 {"policies": {"ram": "random"}})):
+    for i, options in enumerate(
+        ({"policies": "random"}, {"policies": "untrained", "learn": False}, {"policies": {"ram": "random"}})
+    ):
         whole = World.from_config(menagerie(), **options).run(20)
-        assert _same(World.restore(
-            World.from_config(menagerie(), **options).run(9).save(tmp_path / f"{i}.safetensors")
-        ).run(11), whole)
+        assert _same(
+            World.restore(
+                World.from_config(menagerie(), **options).run(9).save(tmp_path / f"{i}.safetensors")
+            ).run(11),
+            whole,
+        )
 
 
 def test_controls_stay_in_force(herd, tmp_path):
@@ -236,8 +251,10 @@ def test_a_world_that_is_made_otherwise_is_left_as_it_was(tmp_path):
     world.add_table("sheep", Position, Wool)
     world.spawn("sheep", n=2)
     path = world.run(1).save(tmp_path / "hand.safetensors")
-    for table, components, word in (("goat", (Position, Wool), "tables sheep"),
-                                    ("sheep", (Position,), "Wool of sheep")):
+    for table, components, word in (
+        ("goat", (Position, Wool), "tables sheep"),
+        ("sheep", (Position,), "Wool of sheep"),
+    ):
         other = World((50.0, 50.0), seed=4)
         other.add_table(table, *components)
         before = other.digest()

@@ -79,8 +79,14 @@ except SystemExit:
 def _seconds(code: str) -> tuple[float, str]:
     """Seconds of a processor that a process with this code takes, and what it says on stderr."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60,
-                          check=True, env=environment())
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+        env=environment(),
+    )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, done.stderr.strip()
 
@@ -94,8 +100,13 @@ def test_version_is_said() -> None:
 
 
 def test_the_package_can_be_run_as_a_module() -> None:
-    done = subprocess.run([sys.executable, "-m", "ecs_eco", "--version"], check=True, capture_output=True,
-                          text=True, env=environment())
+    done = subprocess.run(
+        [sys.executable, "-m", "ecs_eco", "--version"],
+        check=True,
+        capture_output=True,
+        text=True,
+        env=environment(),
+    )
     assert done.stdout == invoke("--version")
 
 
@@ -120,8 +131,9 @@ def test_check_says_what_is_in_a_world() -> None:
 
 
 def test_run_leaves_a_folder_with_what_was_asked_for(here: Path) -> None:
-    output = invoke("run", "predator-prey", *FEW, "--ticks", "3", "--seed", "5", "--out", "a/b",
-                    "--no-report", "--quiet")
+    output = invoke(
+        "run", "predator-prey", *FEW, "--ticks", "3", "--seed", "5", "--out", "a/b", "--no-report", "--quiet"
+    )
     manifest = json.loads((here / "a" / "b" / "manifest.json").read_text())
     assert (manifest["seed"], manifest["ticks"], manifest["finished"]) == (5, 3, True)
     assert manifest["config"]["species"]["deer"]["count"] == 12
@@ -164,9 +176,14 @@ def caught(*arguments: str) -> tuple[tuple[Any, ...], dict[str, Any]]:
     ],
 )
 def test_run_hands_on_its_options(
-    arguments: list[str], policies: str, learn: bool | None, threads: int, report: bool,
-    here: Path, monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+    arguments: list[str],
+    policies: str,
+    learn: bool | None,
+    threads: int,
+    report: bool,
+    here: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     (here / "folder").mkdir()
     for name in ("deer", "wolf"):
         (here / "folder" / f"{name}.safetensors").write_bytes(b"")
@@ -189,7 +206,8 @@ def test_commands_that_repeat_a_run_allow_its_code_and_name_the_mode(monkeypatch
         assert "--portable" not in run + fork
     monkeypatch.setattr("ecs_eco.engine.portable._on", True)
     assert command_of("own.toml", SimpleNamespace(code=[]), 1, 5, "random", [], None, None) == (
-        "ecs-eco --portable run own.toml --seed 1 --ticks 5 --policies random --out DIR")
+        "ecs-eco --portable run own.toml --seed 1 --ticks 5 --policies random --out DIR"
+    )
     assert of_run("my-run", False, 3, None)["command"].startswith("ecs-eco --portable resume my-run ")
 
 
@@ -213,8 +231,11 @@ def interrupt(out: Path, *arguments: str) -> str:
     """Starts a command, presses Ctrl-C when its first block of series is written; what it said on stderr."""
     run = subprocess.Popen(
         command(*arguments, *FEW, "--ticks", "100000000", "--out", str(out)),
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment(),
-    )  # fmt: skip
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment(),
+    )
     deadline = time.monotonic() + 120
     while not any(out.rglob("series/*.parquet")) and run.poll() is None and time.monotonic() < deadline:
         time.sleep(0.05)

@@ -48,12 +48,15 @@ def test_a_run_in_two_parts_ends_as_one_in_one(here: Path) -> None:
     assert read(here / "parts")["digest"] == read(here / "whole")["digest"]
 
 
-@pytest.mark.parametrize(("words", "said"), [
-    (("run", "islands.toml", "--watch"), "no --watch"),
-    (("run", "islands.toml", "--checkpoint-every", "2"), "checkpoints at barriers"),
-    (("run", "islands.toml", "--on", "moon"), "no such engine"),
-    (("run", "predator-prey", "--workers", "2"), "has no [archipelago]"),
-])
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("run", "islands.toml", "--watch"), "no --watch"),
+        (("run", "islands.toml", "--checkpoint-every", "2"), "checkpoints at barriers"),
+        (("run", "islands.toml", "--on", "moon"), "no such engine"),
+        (("run", "predator-prey", "--workers", "2"), "has no [archipelago]"),
+    ],
+)
 def test_options_of_the_other_kind_are_refused(here: Path, words: tuple[str, ...], said: str) -> None:
     assert said in invoke(*words, code=2)
 

@@ -52,8 +52,11 @@ def test_arms_run_with_the_same_seeds_and_are_compared(here: Path) -> None:
     output = invoke(*SET, "--seeds", "2", "--ticks", "4", "--control", "dt=0.5", "--out", "out")
     manifests = {p.parent: json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")}
     assert {(p.parent.name, m["seed"], m["dt"], m["done"]) for p, m in manifests.items()} == {
-        ("world", 1, 1.0, 4), ("world", 2, 1.0, 4), ("dt-0.5", 1, 0.5, 4), ("dt-0.5", 2, 0.5, 4)
-    }  # fmt: skip
+        ("world", 1, 1.0, 4),
+        ("world", 2, 1.0, 4),
+        ("dt-0.5", 1, 0.5, 4),
+        ("dt-0.5", 2, 0.5, 4),
+    }
     content = json.loads((here / "out" / "compare.json").read_text())
     assert {arm: row["seeds"] for arm, row in content["arms"].items()} == {"world": [1, 2], "dt-0.5": [1, 2]}
     assert content["reference"] == "world"
@@ -84,8 +87,9 @@ def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_don
     assert set(ran) == trained | {"random-policy/seed-1", "random-policy/seed-2"}
     assert ran["dt-0.5/training-2/seed-1"]["policies"] == "out/policies/dt-0.5/seed-2"
     content = json.loads((here / "out" / "compare.json").read_text())["arms"]
-    assert (content["world"]["crossed"]["training_seeds"] == content["world"]["crossed"]["world_seeds"]
-            == [1, 2])
+    assert (
+        content["world"]["crossed"]["training_seeds"] == content["world"]["crossed"]["world_seeds"] == [1, 2]
+    )
     assert "crossed" not in content["random-policy"]
     assert "dt-0.5 runs with policies trained anew under its own values, from 2 training seeds" in output
     assert "world: All species persisted in " in output
@@ -138,14 +142,16 @@ def test_policies_of_a_folder_are_those_of_all_arms_but_the_random_one(here: Pat
     world = World.from_config("predator-prey", policies="untrained", record=False)
     for name in ("deer", "wolf"):
         save(here / "mine" / f"{name}.safetensors", world.tables[name].species.nerves.brain.state())
-    arms = [arm.with_policies(Path("mine"))
-            for arm in arms_of("predator-prey", FEW, ["random-policy", "dt=0.5"])]
+    arms = [
+        arm.with_policies(Path("mine")) for arm in arms_of("predator-prey", FEW, ["random-policy", "dt=0.5"])
+    ]
     assert [arm.policies for arm in arms] == ["mine", "random", "mine"]
     told = Comparison(here / "out", arms, 4, [1]).policies_in_words()
     assert told["world"] == told["dt-0.5"] == "the policies in mine"
     assert told["random-policy"] == "policies that are not trained"
-    output = invoke(*SET, "--seeds", "1", "--ticks", "2", "--workers", "1", "--policies", "mine",
-                    "--out", "out")
+    output = invoke(
+        *SET, "--seeds", "1", "--ticks", "2", "--workers", "1", "--policies", "mine", "--out", "out"
+    )
     assert "world runs with the policies in mine" in output
     manifests = {p.parts[-3]: json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")}
     assert set(manifests["world"]["weights"]) == {"deer", "wolf"}

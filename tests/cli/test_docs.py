@@ -21,11 +21,16 @@ def site(tmp_path, monkeypatch):
     return tmp_path, opened
 
 
-@pytest.mark.parametrize(("asked", "file"), [
-    ([], "index.html"), (["how-to"], "how-to/index.html"), (["running"], "how-to/running.html"),
-    (["how-to/running.md"], "how-to/running.html"),
-    (["reference/api/world.html"], "reference/api/world.html"),
-])
+@pytest.mark.parametrize(
+    ("asked", "file"),
+    [
+        ([], "index.html"),
+        (["how-to"], "how-to/index.html"),
+        (["running"], "how-to/running.html"),
+        (["how-to/running.md"], "how-to/running.html"),
+        (["reference/api/world.html"], "reference/api/world.html"),
+    ],
+)
 def test_a_page_is_found_by_its_path_or_its_name_and_opened(asked, file, site):
     folder, opened = site
     done = CliRunner().invoke(app, ["docs", *asked])
@@ -44,8 +49,10 @@ def test_an_unknown_page_is_refused_with_the_nearest(site):
     assert "how-to/running" in done.output
 
 
-@pytest.mark.parametrize(("asked", "file"), [
-    ([], "index.md"), (["running"], "how-to/running.md"), (["start/install.html"], "start/install.md")])
+@pytest.mark.parametrize(
+    ("asked", "file"),
+    [([], "index.md"), (["running"], "how-to/running.md"), (["start/install.html"], "start/install.md")],
+)
 def test_a_copy_of_the_sources_shows_its_texts_and_says_how_the_site_is_built(asked, file, site, monkeypatch):
     monkeypatch.setattr(docs, "SITE", site[0] / "nowhere")
     done = CliRunner().invoke(app, ["docs", *asked])

@@ -29,8 +29,18 @@ def test_it_says_what_results_depend_on():
     result = CliRunner().invoke(app, ["doctor", "--no-test"])
     assert result.exit_code == 0, result.output
     here = target()
-    for word in ("ecs-eco", here.cpu, here.torch, *here.versions.values(), "cache", "mode 0700", "owner",
-                 "GB", "browser", "threads"):
+    for word in (
+        "ecs-eco",
+        here.cpu,
+        here.torch,
+        *here.versions.values(),
+        "cache",
+        "mode 0700",
+        "owner",
+        "GB",
+        "browser",
+        "threads",
+    ):
         assert word in result.output, word
     assert "Self-test" not in result.output
 

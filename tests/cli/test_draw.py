@@ -22,8 +22,9 @@ def draw(*arguments: str, code: int = 0) -> str:
     return done.output
 
 
-@pytest.mark.parametrize(("name", "begins"),
-                         [("deer.png", b"\x89PNG"), ("a/deer.svg", b"<svg"), ("deer.PDF", b"%PDF")])
+@pytest.mark.parametrize(
+    ("name", "begins"), [("deer.png", b"\x89PNG"), ("a/deer.svg", b"<svg"), ("deer.PDF", b"%PDF")]
+)
 def test_a_species_is_drawn_in_the_format_that_the_ending_says(here: Path, name: str, begins: bytes) -> None:
     assert draw("predator-prey", "--species", "deer", "--out", name) == f"Drawn in {name}\n"
     assert (here / name).read_bytes().startswith(begins)
@@ -36,8 +37,15 @@ def test_without_names_all_nervous_systems_go_into_one_file(here: Path) -> None:
 
 def test_values_set_on_the_command_line_are_drawn(here: Path) -> None:
     draw("predator-prey", "--species", "wolf", "--out", "a.svg")
-    draw("predator-prey", "--species", "wolf", "--out", "b.svg", "--set",
-         "species.wolf.happiness.formula='energy - deer_smell'")
+    draw(
+        "predator-prey",
+        "--species",
+        "wolf",
+        "--out",
+        "b.svg",
+        "--set",
+        "species.wolf.happiness.formula='energy - deer_smell'",
+    )
     assert (here / "a.svg").read_bytes() != (here / "b.svg").read_bytes()
 
 
@@ -51,8 +59,9 @@ def test_values_set_on_the_command_line_are_drawn(here: Path) -> None:
         (["--out", "file/nerves.png"], "cannot be written"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused_and_leaves_nothing(here: Path,
-                                                            arguments: list[str], message: str) -> None:
+def test_what_cannot_be_drawn_is_refused_and_leaves_nothing(
+    here: Path, arguments: list[str], message: str
+) -> None:
     (here / "folder.png").mkdir()
     (here / "file").touch()
     assert message in draw("predator-prey", *arguments, code=2)

@@ -51,17 +51,26 @@ def run(tmp_path: Path, meadow: Path) -> Path:
 
 @pytest.mark.parametrize(
     ("out", "what"),
-    [("", "'' is not possible"), (".", "is not empty"), ("/", "is not empty"), ("..", "is not empty"),
-     ("meadow.toml", "is a file"), ("loop", "cannot be written"), ("\udcff", "is not possible")],
+    [
+        ("", "'' is not possible"),
+        (".", "is not empty"),
+        ("/", "is not empty"),
+        ("..", "is not empty"),
+        ("meadow.toml", "is a file"),
+        ("loop", "cannot be written"),
+        ("\udcff", "is not possible"),
+    ],
     ids=["nothing", "here", "root", "above", "file", "loop", "name"],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("command", ["run", "compare"])
 def test_folders_that_are_none_are_refused(command: str, out: str, what: str, meadow: Path) -> None:
     (meadow.parent / "loop").symlink_to("loop")
     before = sorted(meadow.parent.rglob("*"))
-    output = (refused(command, str(meadow), "--control", "ticks=2", "--out", out)
-              if command == "compare" else refused(
-                  command, str(meadow), "--out", out))
+    output = (
+        refused(command, str(meadow), "--control", "ticks=2", "--out", out)
+        if command == "compare"
+        else refused(command, str(meadow), "--out", out)
+    )
     assert what in output.replace("\n│", "")
     assert sorted(meadow.parent.rglob("*")) == before
 
@@ -108,14 +117,18 @@ def read_only(run: Path) -> Iterator[Path]:
 def test_pages_of_a_run_that_is_read_only_are_refused_with_the_way_out(command: str, read_only: Path) -> None:
     output = refused(command, str(read_only))
     assert f'DIR: "{read_only}"'[:60] in output
-    assert ("cannot be written: Permission denied; allowed: a folder that can be written: name one with --out"
-            in output)
+    assert (
+        "cannot be written: Permission denied; allowed: a folder that can be written: name one with --out"
+        in output
+    )
 
 
-@pytest.mark.parametrize(("command", "page", "figure"),
-                         [("report", "report.html", "deaths.svg"), ("why", "why.html", "why.svg")])
-def test_pages_go_elsewhere_and_the_run_stays_as_it_is(command: str, page: str, figure: str, run: Path,
-                                                       tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("command", "page", "figure"), [("report", "report.html", "deaths.svg"), ("why", "why.html", "why.svg")]
+)
+def test_pages_go_elsewhere_and_the_run_stays_as_it_is(
+    command: str, page: str, figure: str, run: Path, tmp_path: Path
+) -> None:
     before = {p: p.stat().st_mtime_ns for p in run.rglob("*")}
     done = CliRunner().invoke(app, [command, str(run), "--out", str(tmp_path / "elsewhere")])
     assert done.exit_code == 0, done.output
@@ -132,8 +145,9 @@ def test_long_controls_have_short_folders_of_their_own() -> None:
     assert folder_name("species.deer.count=5") == "species.deer.count-5"
 
 
-@pytest.mark.parametrize("control",
-                         ["../../x=1", "a\0b=1", "a/b=1", "a\nb=1", "..=1", "\u202eb=1", "\udcff=1"])
+@pytest.mark.parametrize(
+    "control", ["../../x=1", "a\0b=1", "a/b=1", "a\nb=1", "..=1", "\u202eb=1", "\udcff=1"]
+)
 def test_names_of_controls_are_no_paths(control: str) -> None:
     name = folder_name(control)
     assert name == Path(name).name

@@ -20,15 +20,22 @@ BARE = {key: value for key, value in os.environ.items() if key != "ECS_ECO_PORTA
 
 
 def mode(on: str, folder: Path, **variables: str) -> str:
-    done = subprocess.run([sys.executable, "-c", CODE, on, str(folder)], env=BARE | variables, check=True,
-                          capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [sys.executable, "-c", CODE, on, str(folder)],
+        env=BARE | variables,
+        check=True,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     return done.stdout.strip()
 
 
 @pytest.mark.skipif(platform.machine().lower() not in ("x86_64", "amd64"), reason="the mode is for x86-64")
 @pytest.mark.parametrize("engine", ["ray", "slurm"])
 def test_a_new_sweep_on_several_machines_is_portable_unless_it_is_told_not_to_be(
-        tmp_path: Path, engine: str) -> None:
+    tmp_path: Path, engine: str
+) -> None:
     assert mode(engine, tmp_path) == "portable False"
     assert mode(engine, tmp_path, ECS_ECO_PORTABLE="0") == "native False"
     assert mode("local", tmp_path) == "native False"

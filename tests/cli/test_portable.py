@@ -7,8 +7,13 @@ import sys
 
 def command(*words, **variables):
     code = "from ecs_eco.cli import main; main()"
-    return subprocess.run([sys.executable, "-c", code, *words], env={**os.environ, **variables},
-                          capture_output=True, text=True, timeout=120)  # fmt: skip
+    return subprocess.run(
+        [sys.executable, "-c", code, *words],
+        env={**os.environ, **variables},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
 
 
 def test_the_mode_can_be_asked_for_before_any_command():

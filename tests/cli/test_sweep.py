@@ -63,13 +63,16 @@ def test_jobs_are_done_by_number(here: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert "no such job; allowed: a number from 0 to 3" in invoke("job", "out", "4", code=2)
 
 
-@pytest.mark.parametrize(("arguments", "words"), [
-    (["plan.toml", "--on", "rya"], ["--on", "no such engine"]),
-    (["plan.toml", "--sbatch=--time=1"], ["--sbatch", "an option of SLURM", "--on slurm with it"]),
-    (["no.toml"], ["PLAN", "no.toml"]),
-    (["status", "."], ["is no folder of a sweep"]),
-    (["plan.toml", "--out", "."], ["is not empty"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["plan.toml", "--on", "rya"], ["--on", "no such engine"]),
+        (["plan.toml", "--sbatch=--time=1"], ["--sbatch", "an option of SLURM", "--on slurm with it"]),
+        (["no.toml"], ["PLAN", "no.toml"]),
+        (["status", "."], ["is no folder of a sweep"]),
+        (["plan.toml", "--out", "."], ["is not empty"]),
+    ],
+)
 def test_wrong_arguments_are_refused(arguments: list[str], words: list[str]) -> None:
     out = invoke(*arguments, code=1 if arguments[0] == "status" else 2)
     for word in words:
@@ -86,9 +89,12 @@ def test_sigterm_leaves_a_checkpoint_and_says_unfinished(here: Path) -> None:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(running, "run_job", lambda *_: None)
         invoke("plan.toml", "--workers", "1", "--out", "out")
-    job = subprocess.Popen([sys.executable, "-c", "from ecs_eco.cli import main; main()", "sweep", "job",
-                            "out", "0"], stderr=subprocess.PIPE, text=True,
-                           env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)})
+    job = subprocess.Popen(
+        [sys.executable, "-c", "from ecs_eco.cli import main; main()", "sweep", "job", "out", "0"],
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )
     note = here / "out" / "jobs" / "0000" / "progress.json"
     until = time.monotonic() + 120
     while time.monotonic() < until and not (note.exists() and json.loads(note.read_text())["done"]):

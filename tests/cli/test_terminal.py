@@ -15,8 +15,11 @@ WORLD = {"format": 1, "name": "garden", "ticks": 3, "space": {"size": [9.0, 9.0]
 
 
 def controls(text: str) -> list[str]:
-    return [c for c in text if (ord(c) < 32 and c not in "\n\t") or 127 <= ord(c) < 160
-            or c in "\u202e\u2066\u2028"]
+    return [
+        c
+        for c in text
+        if (ord(c) < 32 and c not in "\n\t") or 127 <= ord(c) < 160 or c in "\u202e\u2066\u2028"
+    ]
 
 
 def test_control_characters_are_shown_and_all_else_is_as_it_was() -> None:
@@ -28,9 +31,9 @@ def test_control_characters_are_shown_and_all_else_is_as_it_was() -> None:
 
 @pytest.mark.parametrize("command", [["check"], ["run", "--ticks", "1", "--no-report"], ["draw"]])
 @pytest.mark.parametrize("key", ["title", "description", "unknown", "cause"])
-def test_texts_of_a_world_reach_the_terminal_without_control_characters(command: list[
-    str
-], key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
+def test_texts_of_a_world_reach_the_terminal_without_control_characters(
+    command: list[str], key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from ecs_eco.config.edit import as_toml
 
     data = json.loads(json.dumps(WORLD)) | {"title": f"T{EVIL}", "description": EVIL}

@@ -50,8 +50,19 @@ def world(menagerie):
     return World.from_config(menagerie(species={"ram": {"lethal": lethal}}), policies="untrained")
 
 
-@pytest.mark.definition("1 temperature", "1 mass", "1 pressure", "1 current", "1 luminosity",
-                        "1 conformation", "1 substances", "1 age", "1 sex", "1 fertility", "3 properties")
+@pytest.mark.definition(
+    "1 temperature",
+    "1 mass",
+    "1 pressure",
+    "1 current",
+    "1 luminosity",
+    "1 conformation",
+    "1 substances",
+    "1 age",
+    "1 sex",
+    "1 fertility",
+    "3 properties",
+)
 def test_definition_1_every_object_property_has_a_column_and_its_value(world):
     ram = world.tables["ram"]
     rows = ram.rows()
@@ -81,8 +92,9 @@ def test_definition_2_inanimate_objects_have_a_type_and_properties(world):
     assert boulder[Position].x[:2].tolist() == before  # solid, and nothing moves it
 
 
-@pytest.mark.definition("3 type", "3 actions", "3 reflex", "3 policy", "3 happiness", "3 reflex agents",
-                        "3 no nerves")
+@pytest.mark.definition(
+    "3 type", "3 actions", "3 reflex", "3 policy", "3 happiness", "3 reflex agents", "3 no nerves"
+)
 def test_definition_3_an_organism_has_a_nervous_system_of_sensors_actions_and_three_networks(world):
     nerves = world.tables["ram"].species.nerves
     assert len(nerves.channels) == 4 + 2 * 3 + 2 * 3 + 3 + 2 + 1 + 3
@@ -102,10 +114,22 @@ def test_definition_3_an_organism_has_a_nervous_system_of_sensors_actions_and_th
 def test_definition_3_a_sensor_may_be_sensitive_to_any_property_of_bodies_of_any_type(menagerie):
     felt = [name for name in PROPERTIES if name != "x"] + ["volume", "glucose", "oxygen", "hydron"]
     of = {"ram": felt, "boulder": ["temperature", "mass", "radius", "volume", "hydron"], "moss": ["energy"]}
-    sensors = [{"kind": "property", "property": name, "of": kind, "radius": 1.0, "at": [2.0, -3.0],
-                "decay": "inverse_square", "scale": 2.0} for kind, names in of.items() for name in names]
-    world = World.from_config(menagerie(species={"lynx": {"sensors": sensors, "reflex": None}}),
-                              policies="random")  # fmt: skip
+    sensors = [
+        {
+            "kind": "property",
+            "property": name,
+            "of": kind,
+            "radius": 1.0,
+            "at": [2.0, -3.0],
+            "decay": "inverse_square",
+            "scale": 2.0,
+        }
+        for kind, names in of.items()
+        for name in names
+    ]
+    world = World.from_config(
+        menagerie(species={"lynx": {"sensors": sensors, "reflex": None}}), policies="random"
+    )
     nerves = arrange(world, "lynx", x=10, y=10, heading=np.pi / 2).species.nerves
     arrange(world, "ram", x=30, y=25)
     for kind, name in ((kind, name) for kind, names in of.items() for name in names):
@@ -117,9 +141,13 @@ def test_definition_3_a_sensor_may_be_sensitive_to_any_property_of_bodies_of_any
         table.version += 1
         act(world, Sense)
         x = nerves.reading(f"{kind}_{name}", nerves.x)
-        value = (4 / 3 * np.pi * table[Body].radius[row] ** 3 if name == "volume"
-                 else table[Chemistry].molarity[row, world.substances.index(name)] if name in world.substances
-                 else table.field(PROPERTIES[name][0], name)[row])
+        value = (
+            4 / 3 * np.pi * table[Body].radius[row] ** 3
+            if name == "volume"
+            else table[Chemistry].molarity[row, world.substances.index(name)]
+            if name in world.substances
+            else table.field(PROPERTIES[name][0], name)[row]
+        )
         distance = max(0.7, table[Body].radius[row])
         assert x.tolist() == pytest.approx([value / distance**2 / 2] * len(x), rel=1e-4), (kind, name)
 
@@ -135,8 +163,9 @@ def test_definition_3_a_genome_is_a_string_over_a_finite_alphabet(world):
 
 @pytest.mark.parametrize(("name", "value", "cause"), LETHAL)
 @pytest.mark.definition("3 staying alive")
-def test_definition_3_each_property_that_leaves_its_interval_kills_by_a_cause_of_its_own(world, name,
-                                                                                         value, cause):
+def test_definition_3_each_property_that_leaves_its_interval_kills_by_a_cause_of_its_own(
+    world, name, value, cause
+):
     ram = world.tables["ram"]
     uid = int(ram.uid[ram.by_uid()][3])
     _, row = world.locate(uid)
@@ -147,8 +176,11 @@ def test_definition_3_each_property_that_leaves_its_interval_kills_by_a_cause_of
         component = PROPERTIES[name][0]
         ram.field(component, name)[row] = value
     died = []
-    world.on_death.append(lambda t, rows: died.extend((int(t.uid[r]), world.causes[t.cause[r] - 1])
-                                                      for r in rows if t.name == "ram"))
+    world.on_death.append(
+        lambda t, rows: died.extend(
+            (int(t.uid[r]), world.causes[t.cause[r] - 1]) for r in rows if t.name == "ram"
+        )
+    )
     carcasses = world.tables["carcass"].n
     world.run(1)
     assert (uid, cause) in died

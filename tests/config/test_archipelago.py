@@ -33,12 +33,18 @@ def test_a_world_without_islands_has_the_hash_that_it_had(menagerie):
     assert "archipelago" not in load(menagerie()).resolved()
 
 
-@pytest.mark.parametrize(("graph", "neighbours"), [
-    ({"graph": "ring"}, [[1, 4], [0, 2], [1, 3], [2, 4], [0, 3]]),
-    ({"graph": "full"}, [[1, 2, 3, 4], [0, 2, 3, 4], [0, 1, 3, 4], [0, 1, 2, 4], [0, 1, 2, 3]]),
-    ({"graph": "grid"}, [[1, 3], [0, 2, 4], [1], [0, 4], [1, 3]]),
-    ({"graph": "own", "edges": [["island_1", "island_5"], ["island_5", "island_2"]]}, [[4], [], [], [], [1]]),
-])
+@pytest.mark.parametrize(
+    ("graph", "neighbours"),
+    [
+        ({"graph": "ring"}, [[1, 4], [0, 2], [1, 3], [2, 4], [0, 3]]),
+        ({"graph": "full"}, [[1, 2, 3, 4], [0, 2, 3, 4], [0, 1, 3, 4], [0, 1, 2, 4], [0, 1, 2, 3]]),
+        ({"graph": "grid"}, [[1, 3], [0, 2, 4], [1], [0, 4], [1, 3]]),
+        (
+            {"graph": "own", "edges": [["island_1", "island_5"], ["island_5", "island_2"]]},
+            [[4], [], [], [], [1]],
+        ),
+    ],
+)
 def test_neighbours_by_hand(menagerie, graph, neighbours):
     assert load(islands(menagerie, islands=5, **graph)).archipelago.neighbours() == neighbours
 
@@ -47,27 +53,32 @@ def test_two_islands_in_a_ring_are_one_neighbour_each(menagerie):
     assert load(islands(menagerie, islands=2)).archipelago.neighbours() == [[1], [0]]
 
 
-@pytest.mark.parametrize(("wrong", "said"), [
-    ({"islands": 1}, "at least 2"),
-    ({"islands": 33}, "at most 32"),
-    ({"every": 0}, "at least 1"),
-    ({"emigration": {"ram": 1.5}}, "at most 1"),
-    ({"emigration": {"rams": 0.5}}, 'no such species; allowed: moss, ram, lynx; did you mean "ram"?'),
-    ({"emigration": {"moss": 0.5}}, "plants that spread do not wander"),
-    ({"graph": "star"}, "star"),
-    ({"graph": "own"}, "is missing"),
-    ({"edges": [["island_1", "island_2"]]}, 'graph = "own", or no edges'),
-    ({"graph": "own", "edges": [["island_1", "islnd_2"]]}, 'did you mean "island_2"?'),
-    ({"graph": "own", "edges": [["island_1", "island_1"]]}, "to itself"),
-    ({"graph": "own", "edges": [["island_1", "island_2"]] * 2}, "stands there already"),
-    ({"here": "atlantis"}, "no such island"),
-    ({"islands": {"a": {"species.ram.count": -1}, "b": {}}}, "archipelago.islands.a.\"species.ram.count\""),
-    ({"islands": {"a": {"species.ramm.count": 1}, "b": {}}}, 'did you mean "ram"?'),
-    ({"islands": {"a": {"dt": 2.0}, "b": {}}}, "is the same on all islands"),
-    ({"islands": {"a": {}, "b": {"species.ram.policy.hidden": [4]}}}, "migrants take it along"),
-    ({"islands": {"a": {}, "b": {"substances": {"glucose": "", "oxygen": "", "hydron": "", "x": ""}}}},
-     "differs from the other islands"),
-])
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"islands": 1}, "at least 2"),
+        ({"islands": 33}, "at most 32"),
+        ({"every": 0}, "at least 1"),
+        ({"emigration": {"ram": 1.5}}, "at most 1"),
+        ({"emigration": {"rams": 0.5}}, 'no such species; allowed: moss, ram, lynx; did you mean "ram"?'),
+        ({"emigration": {"moss": 0.5}}, "plants that spread do not wander"),
+        ({"graph": "star"}, "star"),
+        ({"graph": "own"}, "is missing"),
+        ({"edges": [["island_1", "island_2"]]}, 'graph = "own", or no edges'),
+        ({"graph": "own", "edges": [["island_1", "islnd_2"]]}, 'did you mean "island_2"?'),
+        ({"graph": "own", "edges": [["island_1", "island_1"]]}, "to itself"),
+        ({"graph": "own", "edges": [["island_1", "island_2"]] * 2}, "stands there already"),
+        ({"here": "atlantis"}, "no such island"),
+        ({"islands": {"a": {"species.ram.count": -1}, "b": {}}}, 'archipelago.islands.a."species.ram.count"'),
+        ({"islands": {"a": {"species.ramm.count": 1}, "b": {}}}, 'did you mean "ram"?'),
+        ({"islands": {"a": {"dt": 2.0}, "b": {}}}, "is the same on all islands"),
+        ({"islands": {"a": {}, "b": {"species.ram.policy.hidden": [4]}}}, "migrants take it along"),
+        (
+            {"islands": {"a": {}, "b": {"substances": {"glucose": "", "oxygen": "", "hydron": "", "x": ""}}}},
+            "differs from the other islands",
+        ),
+    ],
+)
 def test_a_bad_archipelago_is_refused_with_its_place(menagerie, wrong, said):
     with pytest.raises(ConfigError) as error:
         load(islands(menagerie, **wrong))

@@ -39,8 +39,9 @@ def test_mass_follows_from_a_density():
     assert load(_world(BOX | {"density": 2.0})).species["deer"].body.mass == 72
 
 
-@pytest.mark.parametrize("body", [{"radius": 0.5}, BOX, BOX | {"density": 2.0},
-                                  {"shape": "capsule", "radius": 0.5, "length": 3.0}])
+@pytest.mark.parametrize(
+    "body", [{"radius": 0.5}, BOX, BOX | {"density": 2.0}, {"shape": "capsule", "radius": 0.5, "length": 3.0}]
+)
 def test_what_is_written_loads_as_the_same_world(body):
     config = load(_world(body))
     assert load(config.resolved()).config_hash == config.config_hash
@@ -49,16 +50,34 @@ def test_what_is_written_loads_as_the_same_world(body):
 
 def test_what_is_written_of_a_sphere_is_what_it_always_was():
     assert list(load(_world()).resolved()["species"]["deer"]["body"]) == [
-        "radius", "mass", "opaque", "solid", "sinking"]
+        "radius",
+        "mass",
+        "opaque",
+        "solid",
+        "sinking",
+    ]
     assert list(load(_world(at=[[1.0, 1.0]])).resolved()["objects"]["thing"]) == [
-        "count", "at", "color", "body", "properties", "substances", "emits"]
+        "count",
+        "at",
+        "color",
+        "body",
+        "properties",
+        "substances",
+        "emits",
+    ]
 
 
 @pytest.mark.definition("1 conformation")
 def test_objects_stand_where_and_as_the_file_says():
-    world = World.from_config(_world(at=[[1.0, 2.0], [3.0, 4.0]], heading=[0.5, 1.5], body=BOX,
-                                     between=[[1.0, 1.0, 4.0, 5.0], [0.0, 9.0, 20.0, 9.0]],
-                                     space={"edges": "walls"}))
+    world = World.from_config(
+        _world(
+            at=[[1.0, 2.0], [3.0, 4.0]],
+            heading=[0.5, 1.5],
+            body=BOX,
+            between=[[1.0, 1.0, 4.0, 5.0], [0.0, 9.0, 20.0, 9.0]],
+            space={"edges": "walls"},
+        )
+    )
     table = world.tables["thing"]
     p, rows = table[Position], table.by_uid()
     assert p.x[rows].tolist() == [1, 3, 2.5, 10]
@@ -72,50 +91,67 @@ def test_objects_stand_where_and_as_the_file_says():
 
 
 def test_a_longer_body_of_the_same_density_is_heavier():
-    world = World.from_config(_world(between=[[1.0, 1.0, 3.0, 1.0], [1.0, 3.0, 9.0, 3.0]],
-                                     body={"shape": "box", "size": [1.0, 1.0], "density": 5.0}))
+    world = World.from_config(
+        _world(
+            between=[[1.0, 1.0, 3.0, 1.0], [1.0, 3.0, 9.0, 3.0]],
+            body={"shape": "box", "size": [1.0, 1.0], "density": 5.0},
+        )
+    )
     table = world.tables["thing"]
     assert table[Body].mass[table.by_uid()].tolist() == [10, 40]
 
 
 def test_in_a_volume_what_is_between_two_places_stands_on_the_floor():
-    world = World.from_config(_world(between=[[1.0, 1.0, 3.0, 1.0]], space={"size": [20.0, 10.0, 8.0]},
-                                     body={"shape": "box", "size": [1.0, 1.0, 3.0]}))
+    world = World.from_config(
+        _world(
+            between=[[1.0, 1.0, 3.0, 1.0]],
+            space={"size": [20.0, 10.0, 8.0]},
+            body={"shape": "box", "size": [1.0, 1.0, 3.0]},
+        )
+    )
     table = world.tables["thing"]
     assert table[Position].z[table.rows()].tolist() == [1.5]
 
 
-@pytest.mark.parametrize(("body", "words"), [
-    (BOX | {"radius": 1.0}, "a box has no radius"),
-    ({"shape": "box", "radius": 1.0}, "a box has no radius"),
-    ({"shape": "box"}, "a box needs its size"),
-    ({"shape": "capsule", "radius": 1.0}, "a capsule needs its length"),
-    ({"shape": "capsule", "radius": 1.0, "length": 1.5}, "at least twice the radius, 2 m"),
-    ({"radius": 1.0, "length": 3.0}, 'length is that of a capsule: shape = "capsule"'),
-    ({"radius": 1.0, "size": [1.0, 1.0]}, "size is that of a box"),
-    ({"shape": "bx", "size": [1.0, 1.0]}, 'did you mean "box"'),
-    ({"radius": 1.0, "mass": 1.0, "density": 1.0}, "one of mass and density"),
-    ({"shape": "box", "size": [1.0, 1.0, 1.0, 1.0]}, "at most 3 entries"),
-    ({"shape": "box", "size": [11.0, 1.0]}, "does not fit into the world"),
-    ({"shape": "capsule", "radius": 1.0, "length": 11.0}, "at most 10 m"),
-    ({"shape": "capsule"}, "radius"),
-])
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        (BOX | {"radius": 1.0}, "a box has no radius"),
+        ({"shape": "box", "radius": 1.0}, "a box has no radius"),
+        ({"shape": "box"}, "a box needs its size"),
+        ({"shape": "capsule", "radius": 1.0}, "a capsule needs its length"),
+        ({"shape": "capsule", "radius": 1.0, "length": 1.5}, "at least twice the radius, 2 m"),
+        ({"radius": 1.0, "length": 3.0}, 'length is that of a capsule: shape = "capsule"'),
+        ({"radius": 1.0, "size": [1.0, 1.0]}, "size is that of a box"),
+        ({"shape": "bx", "size": [1.0, 1.0]}, 'did you mean "box"'),
+        ({"radius": 1.0, "mass": 1.0, "density": 1.0}, "one of mass and density"),
+        ({"shape": "box", "size": [1.0, 1.0, 1.0, 1.0]}, "at most 3 entries"),
+        ({"shape": "box", "size": [11.0, 1.0]}, "does not fit into the world"),
+        ({"shape": "capsule", "radius": 1.0, "length": 11.0}, "at most 10 m"),
+        ({"shape": "capsule"}, "radius"),
+    ],
+)
 def test_wrong_bodies_are_refused_with_what_is_allowed(body, words):
     with pytest.raises(ConfigError, match=words):
         load(_world(body))
 
 
-@pytest.mark.parametrize(("thing", "words"), [
-    ({"between": [[1.0, 1.0, 3.0, 1.0]]}, "a sphere has no length"),
-    ({"between": [[1.0, 1.0, 21.0, 1.0]], "body": BOX}, "outside of the world"),
-    ({"between": [[1.0, 1.0, 1.0, 1.0]], "body": BOX}, "more than 0 m"),
-    ({"between": [[1.0, 1.0, 19.0, 1.0]], "body": BOX}, "at most 10 m"),
-    ({"between": [[1.0, 1.0, 1.5, 1.0]], "body": {"shape": "capsule", "radius": 1.0, "length": 3.0}},
-     "more than 2 m"),
-    ({"at": [[1.0, 1.0]], "heading": [1.0, 2.0]}, "2 headings for 1 places"),
-    ({"count": 2, "heading": [1.0]}, "heading"),
-    ({"count": 2, "between": [[1.0, 1.0, 3.0, 1.0]], "body": BOX}, "given together with between"),
-])
+@pytest.mark.parametrize(
+    ("thing", "words"),
+    [
+        ({"between": [[1.0, 1.0, 3.0, 1.0]]}, "a sphere has no length"),
+        ({"between": [[1.0, 1.0, 21.0, 1.0]], "body": BOX}, "outside of the world"),
+        ({"between": [[1.0, 1.0, 1.0, 1.0]], "body": BOX}, "more than 0 m"),
+        ({"between": [[1.0, 1.0, 19.0, 1.0]], "body": BOX}, "at most 10 m"),
+        (
+            {"between": [[1.0, 1.0, 1.5, 1.0]], "body": {"shape": "capsule", "radius": 1.0, "length": 3.0}},
+            "more than 2 m",
+        ),
+        ({"at": [[1.0, 1.0]], "heading": [1.0, 2.0]}, "2 headings for 1 places"),
+        ({"count": 2, "heading": [1.0]}, "heading"),
+        ({"count": 2, "between": [[1.0, 1.0, 3.0, 1.0]], "body": BOX}, "given together with between"),
+    ],
+)
 def test_wrong_objects_are_refused_with_what_is_allowed(thing, words):
     with pytest.raises(ConfigError, match=words):
         load(_world(**thing))

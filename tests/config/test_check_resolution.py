@@ -20,15 +20,23 @@ def test_the_resolution_is_that_of_float32(value):
 RICH = {"species.deer.metabolism.energy_max": 1e8}
 WIDE = {"space.size": [1e7, 1e7], "space.cell": 1e4}
 REFUSED = {
-    "species.deer.metabolism.basal": (RICH | {"species.deer.metabolism.basal": 3.0},
-                                      "at least 64 per second"),
+    "species.deer.metabolism.basal": (
+        RICH | {"species.deer.metabolism.basal": 3.0},
+        "at least 64 per second",
+    ),
     "species.deer.locomotion.speed": (WIDE | {"species.deer.locomotion.speed.walk": 0.4}, "at least 8 m/s"),
-    "species.deer.locomotion.cost": (RICH | {"species.deer.locomotion.cost.walk": 3.0},
-                                     "at least 64 per second"),
-    "species.grass.metabolism.growth": ({"species.grass.metabolism.energy_max": 1e8,
-                                         "species.grass.metabolism.growth": 3.0}, "at least 64 per second"),
-    "species.deer.locomotion.turn": ({"dt": 1e-4, "species.deer.locomotion.turn": 0.03},
-                                     "at least 0.0381 rad/s"),
+    "species.deer.locomotion.cost": (
+        RICH | {"species.deer.locomotion.cost.walk": 3.0},
+        "at least 64 per second",
+    ),
+    "species.grass.metabolism.growth": (
+        {"species.grass.metabolism.energy_max": 1e8, "species.grass.metabolism.growth": 3.0},
+        "at least 64 per second",
+    ),
+    "species.deer.locomotion.turn": (
+        {"dt": 1e-4, "species.deer.locomotion.turn": 0.03},
+        "at least 0.0381 rad/s",
+    ),
     "fields.grass_smell.decay": ({"fields.grass_smell.decay": 4e-7}, "at least 4.77e-07 per second"),
     "species.deer.diet.0.gain": (RICH | {"species.deer.diet.0.gain": 3.0}, "at least 64;"),
 }
@@ -49,7 +57,9 @@ def test_debug_mode_says_where_energy_no_longer_falls(monkeypatch):
     world = World.from_config("predator-prey", policies="random")
     deer = world.tables["deer"]
     deer[Metabolism].energy[3] = 1e8
-    lost = (r"Metabolism.energy of uid \d+ \(row 3\) is 100000000.0, and a step of .* is rounded away there; "
-            r"float32 holds steps of 8 and")
+    lost = (
+        r"Metabolism.energy of uid \d+ \(row 3\) is 100000000.0, and a step of .* is rounded away there; "
+        r"float32 holds steps of 8 and"
+    )
     with pytest.raises(DebugError, match=lost):
         world.run(1)

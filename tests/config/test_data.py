@@ -37,10 +37,13 @@ def world(tmp_path):
     return path
 
 
-@pytest.mark.parametrize(("columns", "fault"), [
-    ('{ lynx = "mites" }', 'did you mean "mite"?'),
-    ('{ lynx = "mite", other = "mite" }', "another column is compared with it"),
-])
+@pytest.mark.parametrize(
+    ("columns", "fault"),
+    [
+        ('{ lynx = "mites" }', 'did you mean "mite"?'),
+        ('{ lynx = "mite", other = "mite" }', "another column is compared with it"),
+    ],
+)
 def test_what_columns_are_compared_with_must_be_there(world, columns, fault):
     world.write_text(WORLD.replace('{ lynx = "mite" }', columns))
     with pytest.raises(ConfigError) as error:
@@ -71,22 +74,25 @@ def test_a_run_keeps_the_series_and_its_report_shows_it_wherever_it_is(world, tm
 ROWS = [f"{1900 + k},{10 + k % 5}" for k in range(16)]
 
 
-@pytest.mark.parametrize(("lines", "fault"), [
-    (["year;lynx", *(row.replace(",", ";") + ",5" for row in ROWS)], "has no head of two columns"),
-    (["year\tlynx", *(row.replace(",", "\t") for row in ROWS)], "has no head of two columns"),
-    (["year,lynx", *(f'{k},"1,{k:03d}"' for k in range(16))], "has 0 rows of numbers"),
-    (["year,lynx", *(row.replace(",", "-01-01,") for row in ROWS)], "has 0 rows of numbers"),
-    (["year,lynx", *ROWS[:5], "1905,NA", *ROWS[6:]], "has 15 rows of numbers, or gaps between them"),
-    (["year,lynx", *ROWS[:5], *ROWS[6:]], "not evenly spaced"),
-    (["year,lynx", *ROWS[::-1]], "not evenly spaced"),
-    (["year,lynx", *ROWS, ROWS[-1]], "not evenly spaced"),
-    (["year,lynx", *(row.replace(",", ",-") for row in ROWS)], "has numbers below 0"),
-    (["year,lynx", *(row.partition(",")[0] + ",0" for row in ROWS)], "has a column of zeros alone"),
-    (["year,puma", *ROWS], "no column of this name"),
-    (["year,lynx", *ROWS, "1916"], "row 18 has not as many columns as the head"),
-    (["j\xe4hr,lynx", *ROWS], "cannot be read"),
-    ([], "has no head of two columns"),
-])
+@pytest.mark.parametrize(
+    ("lines", "fault"),
+    [
+        (["year;lynx", *(row.replace(",", ";") + ",5" for row in ROWS)], "has no head of two columns"),
+        (["year\tlynx", *(row.replace(",", "\t") for row in ROWS)], "has no head of two columns"),
+        (["year,lynx", *(f'{k},"1,{k:03d}"' for k in range(16))], "has 0 rows of numbers"),
+        (["year,lynx", *(row.replace(",", "-01-01,") for row in ROWS)], "has 0 rows of numbers"),
+        (["year,lynx", *ROWS[:5], "1905,NA", *ROWS[6:]], "has 15 rows of numbers, or gaps between them"),
+        (["year,lynx", *ROWS[:5], *ROWS[6:]], "not evenly spaced"),
+        (["year,lynx", *ROWS[::-1]], "not evenly spaced"),
+        (["year,lynx", *ROWS, ROWS[-1]], "not evenly spaced"),
+        (["year,lynx", *(row.replace(",", ",-") for row in ROWS)], "has numbers below 0"),
+        (["year,lynx", *(row.partition(",")[0] + ",0" for row in ROWS)], "has a column of zeros alone"),
+        (["year,puma", *ROWS], "no column of this name"),
+        (["year,lynx", *ROWS, "1916"], "row 18 has not as many columns as the head"),
+        (["j\xe4hr,lynx", *ROWS], "cannot be read"),
+        ([], "has no head of two columns"),
+    ],
+)
 def test_check_and_run_refuse_the_same_measurements(world, tmp_path, lines, fault):
     (tmp_path / "pelts.csv").write_text("\n".join(lines), encoding="latin-1")
     with pytest.raises(ConfigError, match=fault) as error:

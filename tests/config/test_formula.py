@@ -15,10 +15,18 @@ from ecs_eco.config import FormulaError, compile_formula
 
 NAMES = ("a", "b", "energy")
 BINARY = {
-    "+": operator.add, "-": operator.sub, "*": operator.mul,
-    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq,
-    "!=": operator.ne, "and": lambda x, y: x != 0 and y != 0, "or": lambda x, y: x != 0 or y != 0,
-}  # fmt: skip
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+    "and": lambda x, y: x != 0 and y != 0,
+    "or": lambda x, y: x != 0 or y != 0,
+}
 
 
 def twin(tree: Any, values: dict[str, float]) -> np.float32:
@@ -35,8 +43,14 @@ def twin(tree: Any, values: dict[str, float]) -> np.float32:
         return read[1] if read[0] != 0 else read[2]
     if head == "clip":
         return np.float32(min(max(read[0], read[1]), read[2]))
-    single = {"neg": operator.neg, "not": lambda x: x == 0, "abs": abs, "tanh": np.tanh,
-              "min": min, "max": max}
+    single = {
+        "neg": operator.neg,
+        "not": lambda x: x == 0,
+        "abs": abs,
+        "tanh": np.tanh,
+        "min": min,
+        "max": max,
+    }
     return np.float32(single[head](*read))
 
 

@@ -55,12 +55,19 @@ class Outer(Section):
 
 def test_numbers_are_found_in_lists_tables_and_sections_but_flags_are_none() -> None:
     found = {n.name: (n.low, n.high, n.whole) for n in numbers_of(Outer).values()}
-    assert found == {"most": (-1e30, 1e30, True), "inner.*.share": (0.0, 1.0, False),
-                     "rates.*": (-1e30, 1e30, False)}
+    assert found == {
+        "most": (-1e30, 1e30, True),
+        "inner.*.share": (0.0, 1.0, False),
+        "rates.*": (-1e30, 1e30, False),
+    }
     outer = Outer(most=3, inner=[Inner(name="a"), Inner(name="b", share=0.25), Inner()], rates={"x": 2.0})
     assert [(key, value) for _, key, value in values_in(outer)] == [
-        (("most",), 3), (("inner", "a", "share"), 0.5), (("inner", "b", "share"), 0.25),
-        (("inner", "2", "share"), 0.5), (("rates", "x"), 2.0)]
+        (("most",), 3),
+        (("inner", "a", "share"), 0.5),
+        (("inner", "b", "share"), 0.25),
+        (("inner", "2", "share"), 0.5),
+        (("rates", "x"), 2.0),
+    ]
     changed = with_value(outer, ("inner", "b", "share"), 0.75)
     assert [value for _, _, value in values_in(changed)] == [3, 0.5, 0.75, 0.5, 2.0]
     assert [value for _, _, value in values_in(outer)] == [3, 0.5, 0.25, 0.5, 2.0]
@@ -73,6 +80,11 @@ def test_entries_that_share_a_name_are_numbered() -> None:
 def test_traits_have_the_bounds_the_unit_and_the_text_of_the_schema() -> None:
     trait = traits_of(load("reflexes").species["goat"], 2)["diet.green.efficiency"]
     assert (trait.component, trait.index, trait.default, trait.low, trait.high) == (
-        "Traits", None, 0.0, 0.0, 1.0)
+        "Traits",
+        None,
+        0.0,
+        0.0,
+        1.0,
+    )
     assert trait.text == "share of the energy held by the eaten that is gained in addition"
     assert traits_of(load("reflexes").species["goat"], 2)["metabolism.basal"].unit == "energy/s"

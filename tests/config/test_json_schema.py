@@ -13,13 +13,33 @@ from ecs_eco.config.json_schema import json_schema
 from ecs_eco.config.shipped import shipped
 from studies.common.fuzz.sources import sources
 
-TYPES = {"string": str, "integer": int, "number": (int, float), "boolean": bool, "object": dict,
-         "array": list}
+TYPES = {
+    "string": str,
+    "integer": int,
+    "number": (int, float),
+    "boolean": bool,
+    "object": dict,
+    "array": list,
+}
 OF_NUMBERS = {"minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"}  # keywords that other values pass
-OF_TABLES = {"required", "properties", "propertyNames", "patternProperties", "additionalProperties",
-             "minProperties", "maxProperties"}
-ANNOTATIONS = {"$schema", "$defs", "title", "description", "default", "unit",
-               "discriminator"}  # limit nothing
+OF_TABLES = {
+    "required",
+    "properties",
+    "propertyNames",
+    "patternProperties",
+    "additionalProperties",
+    "minProperties",
+    "maxProperties",
+}
+ANNOTATIONS = {
+    "$schema",
+    "$defs",
+    "title",
+    "description",
+    "default",
+    "unit",
+    "discriminator",
+}  # limit nothing
 
 
 def _wrong(value, schema, root, at=""):
@@ -30,12 +50,17 @@ def _wrong(value, schema, root, at=""):
     others = [k for k in keys if not any(re.search(p, k) for p in patterns)]
     checks = {
         "$ref": lambda s: _wrong(value, root["$defs"][s.removeprefix("#/$defs/")], root, at),
-        "anyOf": lambda s: [] if any(not _wrong(value, one, root, at) for one in s)
-                           else [f"{at}: none of anyOf"],
-        "oneOf": lambda s: [] if sum(not _wrong(value, one, root, at) for one in s) == 1
-                           else [f"{at}: not one of oneOf"],
-        "type": lambda s: [] if isinstance(value, TYPES[s])
-                          and (s == "boolean" or not isinstance(value, bool)) else [f"{at}: no {s}"],
+        "anyOf": lambda s: (
+            [] if any(not _wrong(value, one, root, at) for one in s) else [f"{at}: none of anyOf"]
+        ),
+        "oneOf": lambda s: (
+            [] if sum(not _wrong(value, one, root, at) for one in s) == 1 else [f"{at}: not one of oneOf"]
+        ),
+        "type": lambda s: (
+            []
+            if isinstance(value, TYPES[s]) and (s == "boolean" or not isinstance(value, bool))
+            else [f"{at}: no {s}"]
+        ),
         "const": lambda s: [] if value == s else [f"{at}: not {s}"],
         "enum": lambda s: [] if value in s else [f"{at}: none of {s}"],
         "minimum": lambda s: [] if value >= s else [f"{at}: below {s}"],
@@ -51,21 +76,35 @@ def _wrong(value, schema, root, at=""):
         "pattern": lambda s: [] if re.search(s, value) else [f"{at}: not like {s}"],
         "required": lambda s: [f"{at}.{key}: missing" for key in s if key not in value],
         "items": lambda s: [w for i, x in enumerate(value) for w in _wrong(x, s, root, f"{at}.{i}")],
-        "properties": lambda s: [w for key in s.keys() & value.keys()
-                                 for w in _wrong(value[key], s[key], root, f"{at}.{key}")],
+        "properties": lambda s: [
+            w for key in s.keys() & value.keys() for w in _wrong(value[key], s[key], root, f"{at}.{key}")
+        ],
         "propertyNames": lambda s: [w for key in value for w in _wrong(key, s, root, f"{at}.{key}")],
-        "patternProperties": lambda s: [w for p in s for k in value if re.search(p, k)
-                                        for w in _wrong(value[k], s[p], root, f"{at}.{k}")],
-        "additionalProperties": lambda s: [w for k in others for w in (
-            [] if s is True else [f"{at}.{k}: unknown"]
-            if s is False else _wrong(value[k], s, root, f"{at}.{k}"))],
-    }  # fmt: skip
+        "patternProperties": lambda s: [
+            w for p in s for k in value if re.search(p, k) for w in _wrong(value[k], s[p], root, f"{at}.{k}")
+        ],
+        "additionalProperties": lambda s: [
+            w
+            for k in others
+            for w in (
+                []
+                if s is True
+                else [f"{at}.{k}: unknown"]
+                if s is False
+                else _wrong(value[k], s, root, f"{at}.{k}")
+            )
+        ],
+    }
     kinds = [kind] if isinstance(kind := schema.get("type", []), str) else kind
     if kinds and all(checks["type"](one) for one in kinds):
         return checks["type"](kinds[0])
     passed = {"type", *(OF_NUMBERS if isinstance(value, dict) else OF_TABLES)}
-    return [w for keyword, limit in schema.items() if keyword not in ANNOTATIONS | passed
-            for w in checks[keyword](limit)]
+    return [
+        w
+        for keyword, limit in schema.items()
+        if keyword not in ANNOTATIONS | passed
+        for w in checks[keyword](limit)
+    ]
 
 
 @pytest.mark.parametrize("world", shipped())
@@ -77,8 +116,10 @@ def test_every_shipped_world_fits_the_schema(world):
 def test_a_world_with_ranges_fits_the_schema():
     schema, path = json_schema(), Path(__file__).parents[2] / "examples" / "dying_world.toml"
     data = tomllib.loads(path.read_text(encoding="utf-8"))
-    assert _wrong(data | {"search": data["search"] | {"ranges": {"species.hare.count": [5, 9]}}},
-                  schema, schema) == []
+    assert (
+        _wrong(data | {"search": data["search"] | {"ranges": {"species.hare.count": [5, 9]}}}, schema, schema)
+        == []
+    )
 
 
 def test_worlds_with_everything_fit_the_schema():
@@ -98,8 +139,11 @@ def test_worlds_with_everything_fit_the_schema():
         (("species", "a goat"), {}, ".species.a goat: unknown"),
         (("species", "goat", "genome", "ploidy"), 3, ".species.goat.genome.ploidy: none of [1, 2]"),
         (("space",), {}, ".space.size: missing"),
-        (("species", "goat", "count"), {"value": 10, "search": [5]},
-         ".species.goat.count.search: fewer than 2"),
+        (
+            ("species", "goat", "count"),
+            {"value": 10, "search": [5]},
+            ".species.goat.count.search: fewer than 2",
+        ),
         (("species", "goat", "count"), {"value": 10}, ".species.goat.count.search: missing"),
     ],
 )
@@ -115,8 +159,10 @@ def test_the_schema_marks_what_is_wrong(path, value, mark):
 def test_the_schema_has_units_and_no_null():
     schema = json_schema()
     assert schema["$defs"]["Metabolism"]["properties"]["basal"]["unit"] == "energy/s"
-    assert (schema["$defs"]["Metabolism"]["properties"]["basal"]["description"]
-            == "energy burnt by living [energy/s]")
+    assert (
+        schema["$defs"]["Metabolism"]["properties"]["basal"]["description"]
+        == "energy burnt by living [energy/s]"
+    )
     assert "null" not in json.dumps(schema)
 
 

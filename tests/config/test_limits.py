@@ -15,11 +15,15 @@ from ecs_eco.record.recorder import Recorder
 from ecs_eco.space import Space
 
 GOAT: dict[str, Any] = {
-    "count": 10, "body": {"radius": 0.1}, "locomotion": {"speed": {"walk": 1.0}},
-    "sensors": [{"kind": "own", "property": "energy"}], "actions": {"speed": ["walk"]},
-    "neutral": {"speed": "walk"}, "happiness": {"formula": "energy", "minimum": 0.0},
+    "count": 10,
+    "body": {"radius": 0.1},
+    "locomotion": {"speed": {"walk": 1.0}},
+    "sensors": [{"kind": "own", "property": "energy"}],
+    "actions": {"speed": ["walk"]},
+    "neutral": {"speed": "walk"},
+    "happiness": {"formula": "energy", "minimum": 0.0},
     "policy": {"kind": "shared", "hidden": [8]},
-}  # fmt: skip
+}
 WORLD = {"format": 1, "name": "w", "space": {"size": [40.0, 30.0]}, "species": {"goat": GOAT}}
 
 
@@ -36,26 +40,48 @@ def refused(changes: dict[str, Any]) -> str:
 @pytest.mark.parametrize(
     ("changes", "place", "what"),
     [
-        ({"space.cell": 1e-9}, "space.cell = 1e-09",
-         "looked up in 1.2e+21 cells; allowed: at most 4e+06 cells, about 0.017 m"),
-        ({"species.goat.policy.hidden": [4096] * 8}, "species.goat.policy.hidden = [4096",
-         "117,485,570 weights; allowed: at most 10,000,000"),
-        ({"species.goat.policy": {"kind": "individual", "hidden": [2048, 2048]}},
-         "species.goat.policy.hidden", "needs about 12.9 GB"),
-        ({"species.goat.policy.kind": "individual", "species.goat.ppo.horizon": 10**9},
-         "species.goat.ppo.horizon", "needs about"),
-        ({"species.goat.count": 50_000_000}, "species.goat.count = 50000000",
-         "needs about 12.6 GB; allowed: what fits into 8 GB"),
-        ({"objects.rock": {"count": 50_000_000, "body": {"radius": 0.1}}}, "objects.rock.count",
-         "needs about 8 GB"),
-        ({"species.goat.lethal": [{"property": "energy", "min": 0.0, "low": "x" * 61}]}, "lethal.0.low",
-         "at most 60 characters"),
+        (
+            {"space.cell": 1e-9},
+            "space.cell = 1e-09",
+            "looked up in 1.2e+21 cells; allowed: at most 4e+06 cells, about 0.017 m",
+        ),
+        (
+            {"species.goat.policy.hidden": [4096] * 8},
+            "species.goat.policy.hidden = [4096",
+            "117,485,570 weights; allowed: at most 10,000,000",
+        ),
+        (
+            {"species.goat.policy": {"kind": "individual", "hidden": [2048, 2048]}},
+            "species.goat.policy.hidden",
+            "needs about 12.9 GB",
+        ),
+        (
+            {"species.goat.policy.kind": "individual", "species.goat.ppo.horizon": 10**9},
+            "species.goat.ppo.horizon",
+            "needs about",
+        ),
+        (
+            {"species.goat.count": 50_000_000},
+            "species.goat.count = 50000000",
+            "needs about 12.6 GB; allowed: what fits into 8 GB",
+        ),
+        (
+            {"objects.rock": {"count": 50_000_000, "body": {"radius": 0.1}}},
+            "objects.rock.count",
+            "needs about 8 GB",
+        ),
+        (
+            {"species.goat.lethal": [{"property": "energy", "min": 0.0, "low": "x" * 61}]},
+            "lethal.0.low",
+            "at most 60 characters",
+        ),
         ({"title": "x" * 201}, "title", "at most 200 characters"),
         ({"description": "x" * 20_001}, "description", "at most 20000 characters"),
     ],
 )
-def test_too_much_is_refused_with_its_key_and_what_it_comes_to(changes: dict[str, Any],
-                                                               place: str, what: str) -> None:
+def test_too_much_is_refused_with_its_key_and_what_it_comes_to(
+    changes: dict[str, Any], place: str, what: str
+) -> None:
     text = refused(changes)
     assert place in text
     assert what in text
@@ -63,8 +89,9 @@ def test_too_much_is_refused_with_its_key_and_what_it_comes_to(changes: dict[str
 
 def test_fields_that_fit_alone_are_refused_together() -> None:
     fields = {f"f{i}": {"cell": 0.004} for i in range(20)}
-    assert ("it would need about 18 GB of memory at its start, and there are 8 GB"
-            in refused({"fields": fields}))
+    assert "it would need about 18 GB of memory at its start, and there are 8 GB" in refused(
+        {"fields": fields}
+    )
 
 
 def test_a_world_with_more_than_128_species_is_refused() -> None:
@@ -83,8 +110,9 @@ def test_a_recorder_of_more_than_128_species_is_refused() -> None:
 
 def test_more_than_255_causes_of_death_are_refused_at_the_first_too_many() -> None:
     culls = [{"kind": "cull", "at": 1, "species": "goat", "count": 1, "cause": f"c{i}"} for i in range(255)]
-    assert ('interventions.254.cause = "c254"\n  one cause of death too many; allowed: at most 255'
-            in refused({"interventions": culls}))
+    assert 'interventions.254.cause = "c254"\n  one cause of death too many; allowed: at most 255' in refused(
+        {"interventions": culls}
+    )
     world({"interventions": culls[:254]})
 
 

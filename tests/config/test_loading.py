@@ -65,8 +65,13 @@ def test_what_is_left_out_has_its_default_and_is_resolved() -> None:
     config = load(SMALL)
     moss = config.resolved()["species"]["moss"]
     assert (config.dt, config.space.edges, config.seed) == (1.0, "torus", 1)
-    assert moss["metabolism"] == {"energy": 1.0, "energy_max": 1.0, "basal": 0.0, "growth": 0.0,
-                                  "digestion": 0.0}
+    assert moss["metabolism"] == {
+        "energy": 1.0,
+        "energy_max": 1.0,
+        "basal": 0.0,
+        "growth": 0.0,
+        "digestion": 0.0,
+    }
     assert moss["policy"]["kind"] == "none"
     assert moss["reproduction"] is None
 
@@ -88,8 +93,9 @@ def test_the_resolved_world_loads_as_the_same_world() -> None:
 
 
 def test_the_hash_tells_worlds_apart() -> None:
-    hashes = {load(SMALL, change).config_hash
-              for change in ([], ["species.moss.count=4"], ["dt=0.5"], ["seed=2"])}
+    hashes = {
+        load(SMALL, change).config_hash for change in ([], ["species.moss.count=4"], ["dt=0.5"], ["seed=2"])
+    }
     assert len(hashes) == 4
     assert load(SMALL, ["dt=1"]).config_hash == load(SMALL, ["dt=1.0"]).config_hash == load(SMALL).config_hash
 
@@ -115,8 +121,9 @@ def test_whole_numbers_are_numbers_and_true_is_none() -> None:
 def test_files_are_named_from_the_folder_of_the_world(tmp_path: Path) -> None:
     world = tmp_path / "here" / "world.toml"
     world.parent.mkdir()
-    text = ('format = 1\nname = "w"\nspace = { size = [9, 9] }\n[species.x]\ncount = 1\n'
-            'body = { radius = 1 }\n')
+    text = (
+        'format = 1\nname = "w"\nspace = { size = [9, 9] }\n[species.x]\ncount = 1\nbody = { radius = 1 }\n'
+    )
     world.write_text(text)
     assert load(world).file("x.safetensors") == world.parent / "x.safetensors"
     assert load(load(world), ["dt=2"]).folder == world.parent
@@ -130,8 +137,9 @@ def test_training_sets_its_values_and_only_then() -> None:
     assert config.species["grass"].reproduction.rate > 0
     assert training.species["grass"].reproduction.rate == 0
     assert training.species["deer"].sensors == config.species["deer"].sensors
-    assert (training.species["deer"].model_copy(update={"count": 1})
-            == config.species["deer"].model_copy(update={"count": 1}))
+    assert training.species["deer"].model_copy(update={"count": 1}) == config.species["deer"].model_copy(
+        update={"count": 1}
+    )
     assert training.folder == config.folder
 
 
@@ -178,8 +186,10 @@ def test_every_field_is_described_and_every_number_has_a_unit() -> None:
         ("ambient.temperature=280", lambda c: c.ambient.temperature == 280),
         ('training.set."species.deer.count"=7', lambda c: for_training(c).species["deer"].count == 7),
         ("species.wolf.happiness.formula='energy = 1'", None),
-        ("species.wolf.happiness.formula='energy * (1 == 1)'",
-         lambda c: "==" in c.species["wolf"].happiness.formula),
+        (
+            "species.wolf.happiness.formula='energy * (1 == 1)'",
+            lambda c: "==" in c.species["wolf"].happiness.formula,
+        ),
     ],
 )
 def test_values_are_set_by_dotted_keys(change: str, read: Any) -> None:
@@ -235,8 +245,13 @@ def test_channels_are_named_after_what_is_sensed() -> None:
 
 def test_a_volume_adds_up_to_the_directions() -> None:
     config = load(small(sensors=SENSORS[:2]) | {"space": {"size": [20.0, 20.0, 9.0]}})
-    assert config.species["moss"].channels(3) == ("energy", "moss_forward", "moss_left", "moss_up",
-                                                  "moss_near")
+    assert config.species["moss"].channels(3) == (
+        "energy",
+        "moss_forward",
+        "moss_left",
+        "moss_up",
+        "moss_near",
+    )
 
 
 def test_the_plain_name_of_a_smell_is_all_its_noses() -> None:
@@ -263,8 +278,9 @@ def test_actions_are_found_by_plain_and_by_full_name() -> None:
 
 def test_problems_know_source_line_and_key(tmp_path: Path) -> None:
     world = tmp_path / "w.toml"
-    world.write_text('format = 1\nname = "w"\n[space]\nsize = [9, 9]\n[species.x]\ncount = -1\n'
-                     'body = { radius = 1 }\n')
+    world.write_text(
+        'format = 1\nname = "w"\n[space]\nsize = [9, 9]\n[species.x]\ncount = -1\nbody = { radius = 1 }\n'
+    )
     with pytest.raises(ConfigError) as caught:
         load(world, ["dt=-1"])
     places = {(p.source, p.line, p.path, p.value) for p in caught.value.problems}

@@ -7,19 +7,34 @@ from ecs_eco.config.notes_on_ticks import notes_on_ticks, share_met
 
 
 def _pond(dt=1.0, world=None, **heron):
-    species = {"count": 3, "body": {"radius": 0.1}, "locomotion": {"speed": {"go": 1.0}},
-               "actions": {"speed": ["go"]}, "automatic": ["go"],
-               "diet": [{"eats": "fish", "reach": 0.2, "gain": 0.5}]} | heron
-    return load({"format": 1, "name": "pond", "dt": dt, "space": {"size": [50.0, 50.0]},
-                 "objects": {"fish": {"count": 9, "body": {"radius": 0.1}}}, "species": {"heron": species}}
-                | (world or {}))
+    species = {
+        "count": 3,
+        "body": {"radius": 0.1},
+        "locomotion": {"speed": {"go": 1.0}},
+        "actions": {"speed": ["go"]},
+        "automatic": ["go"],
+        "diet": [{"eats": "fish", "reach": 0.2, "gain": 0.5}],
+    } | heron
+    return load(
+        {
+            "format": 1,
+            "name": "pond",
+            "dt": dt,
+            "space": {"size": [50.0, 50.0]},
+            "objects": {"fish": {"count": 9, "body": {"radius": 0.1}}},
+            "species": {"heron": species},
+        }
+        | (world or {})
+    )
 
 
 def test_contacts_that_a_tick_passes_over_are_noted_with_a_remedy_that_helps():
     (note,) = notes_on_ticks(_pond())
-    assert note == ("species.heron.diet.0: heron and fish move up to 1 m past each other in a tick, and "
-                    "contacts within 0.4 m are tested at its end: about 63% of those passed are met; "
-                    "dt = 0.4 or reach = 0.8 makes it 96%")
+    assert note == (
+        "species.heron.diet.0: heron and fish move up to 1 m past each other in a tick, and "
+        "contacts within 0.4 m are tested at its end: about 63% of those passed are met; "
+        "dt = 0.4 or reach = 0.8 makes it 96%"
+    )
     assert f"  note: {note}" in summary(_pond()).splitlines()
     assert notes_on_ticks(_pond(0.4)) == []
     assert notes_on_ticks(_pond(diet=[{"eats": "fish", "reach": 0.8, "gain": 0.5}])) == []
@@ -33,13 +48,21 @@ def test_the_share_met_is_that_of_points_thrown_at_random(way):
     assert share_met(way, 1.0) == pytest.approx(met.mean(), abs=0.01)
 
 
-@pytest.mark.parametrize(("heron", "note"), [
-    ({"metabolism": {"digestion": 0.3}}, "species.heron.metabolism.digestion = 0.3: times are whole ticks of "
-     "dt = 0.4 s, and this one lasts 0.4 s"),
-    ({"metabolism": {"digestion": 2.0}}, ""),
-    ({"sensors": [{"kind": "touch", "target": "fish"}], "diet": []},
-     "species.heron.sensors.0: heron and fish"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("heron", "note"),
+    [
+        (
+            {"metabolism": {"digestion": 0.3}},
+            "species.heron.metabolism.digestion = 0.3: times are whole ticks of "
+            "dt = 0.4 s, and this one lasts 0.4 s",
+        ),
+        ({"metabolism": {"digestion": 2.0}}, ""),
+        (
+            {"sensors": [{"kind": "touch", "target": "fish"}], "diet": []},
+            "species.heron.sensors.0: heron and fish",
+        ),
+    ],
+)
 def test_what_else_a_tick_is_too_long_for_is_noted(heron, note):
     found = notes_on_ticks(_pond(0.4, **heron))
     assert len(found) == (1 if note else 0), found

@@ -48,9 +48,16 @@ def constant(world, table, seekers, out, first, value: float = 0.5):
     out[:, first] = value
 '''
 MOSS = {"count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5}}
-WORLD = {"format": 1, "name": "garden", "ticks": 4, "code": ["mine.py"], "space": {"size": [9.0, 9.0]},
-         "species": {"moss": MOSS}, "systems": [{"use": "mine:Feast", "gain": 0.5}, "mine:Nothing"],
-         "reporters": {"rich": {"use": "mine:above", "limit": 1.0}, "mean": "mean(Metabolism.energy)"}}
+WORLD = {
+    "format": 1,
+    "name": "garden",
+    "ticks": 4,
+    "code": ["mine.py"],
+    "space": {"size": [9.0, 9.0]},
+    "species": {"moss": MOSS},
+    "systems": [{"use": "mine:Feast", "gain": 0.5}, "mine:Nothing"],
+    "reporters": {"rich": {"use": "mine:above", "limit": 1.0}, "mean": "mean(Metabolism.energy)"},
+}
 
 
 @pytest.fixture
@@ -89,22 +96,26 @@ def test_parameters_are_part_of_the_hash_and_loading_what_was_resolved_gives_it_
     assert again.config_hash == config.config_hash
 
 
-@pytest.mark.parametrize(("change", "words"), [
-    ("systems.Feast.gian=1", ["no parameter of Feast", 'did you mean "gain"?', "rounds: int = 1"]),
-    ("systems.Fest.gain=1", ["no entry Fest", "0 to 1, or Feast, Nothing", 'did you mean "Feast"?']),
-    ("systems.Feast.gain=much", ["systems.Feast.gain", "a valid number"]),
-    ("systems.Feast.gain=-1", ["greater than or equal to 0"]),
-    ("systems.Feast.gain=nan", ["finite numbers"]),
-    ("systems.Feast.rounds=1.5", ["a valid integer (rounds: int = 1)"]),
-    ("systems.Feast.who=3", ["a valid string"]),
-    ("systems.Nothing.gain=1", ["no parameter of Nothing", "it takes no parameters"]),
-    ('systems.Feast.use="mine:Fest"', ["mine has no function Fest", 'did you mean "Feast"?']),
-    ("systems.Feast.use=1", ["wrong type"]),
-    ('reporters.rich={ use = "mine:above" }', ["reporters.rich.limit", "is missing", "limit: float"]),
-    ("reporters.mean.limit=1", ["reporters.mean has no parts"]),
-])  # fmt: skip
-def test_a_wrong_parameter_is_refused_with_what_is_allowed(garden: Path, change: str,
-                                                           words: list[str]) -> None:
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("systems.Feast.gian=1", ["no parameter of Feast", 'did you mean "gain"?', "rounds: int = 1"]),
+        ("systems.Fest.gain=1", ["no entry Fest", "0 to 1, or Feast, Nothing", 'did you mean "Feast"?']),
+        ("systems.Feast.gain=much", ["systems.Feast.gain", "a valid number"]),
+        ("systems.Feast.gain=-1", ["greater than or equal to 0"]),
+        ("systems.Feast.gain=nan", ["finite numbers"]),
+        ("systems.Feast.rounds=1.5", ["a valid integer (rounds: int = 1)"]),
+        ("systems.Feast.who=3", ["a valid string"]),
+        ("systems.Nothing.gain=1", ["no parameter of Nothing", "it takes no parameters"]),
+        ('systems.Feast.use="mine:Fest"', ["mine has no function Fest", 'did you mean "Feast"?']),
+        ("systems.Feast.use=1", ["wrong type"]),
+        ('reporters.rich={ use = "mine:above" }', ["reporters.rich.limit", "is missing", "limit: float"]),
+        ("reporters.mean.limit=1", ["reporters.mean has no parts"]),
+    ],
+)
+def test_a_wrong_parameter_is_refused_with_what_is_allowed(
+    garden: Path, change: str, words: list[str]
+) -> None:
     with pytest.raises(ConfigError) as error:
         load(garden, [change])
     for word in words:
@@ -176,10 +187,20 @@ def test_runs_forks_and_resumed_runs_have_the_parameters(garden: Path, tmp_path:
 def test_a_range_of_a_parameter_is_searched(garden: Path, tmp_path: Path) -> None:
     from ecs_eco.search import search
 
-    found = search(load(garden), tmp_path / "found", {
-        'search.ranges."systems.Feast.gain"': [0.25, 1.0], "search.objective": "mean", "search.ticks": 2,
-        "search.world_seeds": 1, "search.confirm": {"world_seeds": 1, "training_seeds": 1}},
-        trials=2, workers=1, report=False)
+    found = search(
+        load(garden),
+        tmp_path / "found",
+        {
+            'search.ranges."systems.Feast.gain"': [0.25, 1.0],
+            "search.objective": "mean",
+            "search.ticks": 2,
+            "search.world_seeds": 1,
+            "search.confirm": {"world_seeds": 1, "training_seeds": 1},
+        },
+        trials=2,
+        workers=1,
+        report=False,
+    )
     assert 0.25 <= found["best"][0]["values"]["systems.Feast.gain"] <= 1.0
     with pytest.raises(ConfigError, match=r'no .Fest. in systems; allowed: 0, 1, Feast, Nothing; .*"Feast"'):
         load(garden, {'search.ranges."systems.Fest.gain"': [0.25, 1.0]})
@@ -193,8 +214,9 @@ def test_the_page_lists_parameters_that_may_change(garden: Path) -> None:
 
 SEEING = MOSS | {
     "sensors": [{"kind": "custom", "function": {"use": "mine:constant", "value": 0.75}}],
-    "actions": {"turn": ["left", "none"]}, "locomotion": {"speed": {"still": 0.0}, "turn": 0.1},
-}  # fmt: skip
+    "actions": {"turn": ["left", "none"]},
+    "locomotion": {"speed": {"still": 0.0}, "turn": 0.1},
+}
 
 
 def test_a_sensor_gets_its_parameters_also_new_ones_while_it_lives(garden: Path) -> None:
@@ -217,11 +239,14 @@ class Health:
 
 def test_own_sensors_lethal_limits_and_formulas_take_fields_of_own_components() -> None:
     moss = SEEING | {
-        "components": [Health], "reflex": {"formulas": {"left": "Health.state > 0"}},
-        "sensors": [{"kind": "own", "property": "Health.state"},
-                    {"kind": "property", "property": "Health.fever", "radius": 4.0}],
+        "components": [Health],
+        "reflex": {"formulas": {"left": "Health.state > 0"}},
+        "sensors": [
+            {"kind": "own", "property": "Health.state"},
+            {"kind": "property", "property": "Health.fever", "radius": 4.0},
+        ],
         "lethal": [{"property": "Health.fever", "max": 2.0}],
-    }  # fmt: skip
+    }
     data = {k: v for k, v in WORLD.items() if k not in ("code", "systems", "reporters")}
     world = World.from_config(data | {"species": {"moss": moss}, "reporters": {"ill": "mean(Health.state)"}})
     table = world.table("moss")
@@ -235,13 +260,18 @@ def test_own_sensors_lethal_limits_and_formulas_take_fields_of_own_components() 
     assert load_series(world.series()).of("moss", "ill").tolist() == [0.5]
 
 
-@pytest.mark.parametrize(("change", "near"), [
-    ({"sensors": [{"kind": "own", "property": "Health.stat"}]}, "Health.state"),
-    ({"lethal": [{"property": "Health.fevr", "max": 1.0}]}, "Health.fever"),
-    ({"reflex": {"formulas": {"left": "Helth.state"}}}, "Health_state"),
-    ({"sensors": [{"kind": "property", "property": "Health.fevr", "radius": 2.0, "of": "moss"}]},
-     "Health.fever"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "near"),
+    [
+        ({"sensors": [{"kind": "own", "property": "Health.stat"}]}, "Health.state"),
+        ({"lethal": [{"property": "Health.fevr", "max": 1.0}]}, "Health.fever"),
+        ({"reflex": {"formulas": {"left": "Helth.state"}}}, "Health_state"),
+        (
+            {"sensors": [{"kind": "property", "property": "Health.fevr", "radius": 2.0, "of": "moss"}]},
+            "Health.fever",
+        ),
+    ],
+)
 def test_a_field_that_is_not_there_is_refused_with_the_nearest(change: dict[str, Any], near: str) -> None:
     moss = SEEING | {"components": [Health], "sensors": [{"kind": "own", "property": "Health.state"}]}
     moss |= change

@@ -34,8 +34,9 @@ ticks = 60
 [search.ranges]
 "species.mite.metabolism.basal" = [0.001, 0.02]
 """
-PLAIN = re.sub(r"\{ value = ([\d.]+), search.*?\] ?(, scale = \"log\" )?\}",
-               r"\1", WORLD).partition("[search]")[0]
+PLAIN = re.sub(r"\{ value = ([\d.]+), search.*?\] ?(, scale = \"log\" )?\}", r"\1", WORLD).partition(
+    "[search]"
+)[0]
 
 
 def written(tmp_path: Path, text: str) -> Path:
@@ -62,9 +63,11 @@ def test_a_world_with_ranges_is_the_world_without(tmp_path: Path) -> None:
 def test_ranges_beside_numbers_and_in_one_place_are_found_by_their_dotted_keys(tmp_path: Path) -> None:
     ranges = load(written(tmp_path, WORLD)).search.ranges
     assert {name: tuple(r.search) for name, r in ranges.items()} == {
-        "species.mite.metabolism.basal": (0.001, 0.02), "species.mite.count": (2, 9),
-        "species.mite.body.mass": (0.1, 2.0), "interventions.0.share": (0.0, 0.5),
-    }  # fmt: skip
+        "species.mite.metabolism.basal": (0.001, 0.02),
+        "species.mite.count": (2, 9),
+        "species.mite.body.mass": (0.1, 2.0),
+        "interventions.0.share": (0.0, 0.5),
+    }
     assert ranges["species.mite.body.mass"].scale == "log"
 
 
@@ -83,35 +86,51 @@ def test_ranges_survive_loading_a_loaded_world(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("search = [2, 9]", "search = [5, 9]",
-         ["line 7", "species.mite.count.search = [5, 9]", "does not hold the world's own value, 4"]),
+        (
+            "search = [2, 9]",
+            "search = [5, 9]",
+            ["line 7", "species.mite.count.search = [5, 9]", "does not hold the world's own value, 4"],
+        ),
         ("search = [2, 9]", "search = [9, 2]", ["line 7", "is no range", "low < high"]),
         ("search = [2, 9]", "search = [4, 4]", ["line 7", "is no range"]),
         ("search = [2, 9]", "search = [2]", ["at least 2 entries"]),
         ("search = [2, 9]", 'search = ["a", 9]', ["wrong type"]),
         ("value = 4, search", "search", ["line 7", "is missing beside the range"]),
-        ("search = [2, 9] }", "search = [2, 9], scal = 1 }",
-         ["line 7", "unknown key", 'did you mean "scale"']),
+        (
+            "search = [2, 9] }",
+            "search = [2, 9], scal = 1 }",
+            ["line 7", "unknown key", 'did you mean "scale"'],
+        ),
         ('"log"', '"logg"', ["line 8", "no such choice", 'did you mean "log"']),
         ("search = [0.1, 2.0]", "search = [0.0, 2.0]", ["line 8", "cannot be taken on a log scale"]),
-        ("metabolism.basal", "metabolism.basel",
-         ["line 18", "no 'basel' in species.mite.metabolism", 'did you mean "basal"']),
-        ("species.mite.metabolism.basal", "species.mite",
-         ["line 18", "is a range, and its key holds no number"]),
+        (
+            "metabolism.basal",
+            "metabolism.basel",
+            ["line 18", "no 'basel' in species.mite.metabolism", 'did you mean "basal"'],
+        ),
+        (
+            "species.mite.metabolism.basal",
+            "species.mite",
+            ["line 18", "is a range, and its key holds no number"],
+        ),
         ("species.mite.metabolism.basal", "name", ["is a range, and its key holds no number", "'fell'"]),
         ("species.mite.metabolism.basal", "space.cell", ["has no value yet"]),
         ("species.mite.metabolism.basal", "species.mite.count", ["has a range here and in [search.ranges]"]),
         ("[0.001, 0.02]", "[0.02, 0.04]", ["line 18", "does not hold the world's own value, 0.01"]),
         ("ticks = 60", "tick = 60", ["line 16", "unknown key", 'did you mean "ticks"']),
-        ("ticks = 60", 'objective = "persistance"',
-         ["line 16", "no such objective", 'did you mean "persistence"']),
+        (
+            "ticks = 60",
+            'objective = "persistance"',
+            ["line 16", "no such objective", 'did you mean "persistence"'],
+        ),
         ("ticks = 60", 'objective = "population"', ["search.wanted", "the objective is population"]),
         ("ticks = 60", "wanted = { mits = 4 }", ["no such species", 'did you mean "mite"']),
         ("ticks = 60", 'persist = ["mits"]', ["no such species", 'did you mean "mite"']),
     ],
-)  # fmt: skip
-def test_a_wrong_range_is_refused_with_its_place(tmp_path: Path, old: str, new: str,
-                                                     words: list[str]) -> None:
+)
+def test_a_wrong_range_is_refused_with_its_place(
+    tmp_path: Path, old: str, new: str, words: list[str]
+) -> None:
     text = problem(tmp_path, old, new)
     assert [word for word in words if word not in text] == [], text
 
@@ -125,8 +144,9 @@ def test_values_change_and_everything_else_of_the_text_stays() -> None:
 
 
 def test_a_value_that_is_not_in_the_text_finds_a_place_in_it() -> None:
-    text = edited(WORLD, {("species", "mite", "metabolism", "growth"): 0.5, ("space", "edges"): "walls",
-                          ("seed",): 3})
+    text = edited(
+        WORLD, {("species", "mite", "metabolism", "growth"): 0.5, ("space", "edges"): "walls", ("seed",): 3}
+    )
     assert text is not None
     assert "basal = 0.01, growth = 0.5 }" in text
     assert '[space]\nedges = "walls"\n' in text
@@ -152,12 +172,21 @@ def test_the_characters_of_each_value_are_found() -> None:
     text = 'a = 1 # one\n[b]\nc = [ [1, 2], { d = "x" } ]\n[[e]]\nf = 0.5\n'
     spans = {key: text[begin:end] for key, (begin, end) in value_spans(text).items()}
     assert spans == {
-        ("a",): "1", ("b",): "[b]", ("b", "c"): '[ [1, 2], { d = "x" } ]', ("b", "c", 0): "[1, 2]",
-        ("b", "c", 0, 0): "1", ("b", "c", 0, 1): "2", ("b", "c", 1): '{ d = "x" }', ("b", "c", 1, "d"): '"x"',
-        ("e", 0): "[[e]]", ("e", 0, "f"): "0.5",
-    }  # fmt: skip
+        ("a",): "1",
+        ("b",): "[b]",
+        ("b", "c"): '[ [1, 2], { d = "x" } ]',
+        ("b", "c", 0): "[1, 2]",
+        ("b", "c", 0, 0): "1",
+        ("b", "c", 0, 1): "2",
+        ("b", "c", 1): '{ d = "x" }',
+        ("b", "c", 1, "d"): '"x"',
+        ("e", 0): "[[e]]",
+        ("e", 0, "f"): "0.5",
+    }
 
 
 def test_literals_are_toml() -> None:
-    assert literal({"a": [1, 0.5, True],
-                    "b c": 'say "x"', "d": None}) == '{ a = [1, 0.5, true], "b c" = "say \\"x\\"" }'
+    assert (
+        literal({"a": [1, 0.5, True], "b c": 'say "x"', "d": None})
+        == '{ a = [1, 0.5, true], "b c" = "say \\"x\\"" }'
+    )

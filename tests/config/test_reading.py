@@ -37,8 +37,9 @@ def refusal(tmp_path: Path, text: str | bytes) -> str:
     ],
     ids=["digits", "lists", "tables", "key", "header"],
 )
-def test_toml_that_python_cannot_read_is_refused_with_its_line(line: str, what: str, column: int,
-                                                               tmp_path: Path) -> None:
+def test_toml_that_python_cannot_read_is_refused_with_its_line(
+    line: str, what: str, column: int, tmp_path: Path
+) -> None:
     message = refusal(tmp_path, HEAD + line + "\n" + SPECIES)
     assert f"meadow.toml, line 4, column {column}\n  not TOML: {what}" in message
 
@@ -110,8 +111,12 @@ def test_what_says_that_it_is_empty_and_is_not_is_cut(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("place", ["9" * 5000, "²", "٣" * 5000])
 def test_places_in_lists_are_numbers_of_few_digits(place: str) -> None:
-    world = {"format": 1, "name": "w", "space": {"size": [9.0, 9.0]},
-             "species": {"a": {"count": 1, "body": {"radius": 0.1}, "diet": []}}}
+    world = {
+        "format": 1,
+        "name": "w",
+        "space": {"size": [9.0, 9.0]},
+        "species": {"a": {"count": 1, "body": {"radius": 0.1}, "diet": []}},
+    }
     with pytest.raises(ConfigError, match="no entry"):
         load(world, {f"species.a.diet.{place}": 1})
     with pytest.raises(ConfigError, match=r"training\.ramp"):

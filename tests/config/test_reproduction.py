@@ -13,19 +13,39 @@ from tests.systems.couples import WAY
     [
         ({"sex": "female"}, "sex", "nobody to mate with", "random, or none"),
         ({"sex": "male"}, "sex", "nobody to mate with", "random, or none"),
-        ({"reproduction": {"reach": 10.1}}, "reproduction.reach", "larger than half of the torus",
-         "at most 10 m"),
+        (
+            {"reproduction": {"reach": 10.1}},
+            "reproduction.reach",
+            "larger than half of the torus",
+            "at most 10 m",
+        ),
         ({"reproduction": {"reach": -1.0}}, "reproduction.reach", "", "at least 0"),
         ({"reproduction": {"chance": 1.1}}, "reproduction.chance", "", "at most 1"),
         ({"reproduction": {"father_share": -0.1}}, "reproduction.father_share", "", "at least 0"),
-        ({"reproduction": {"father_share": 1.0, "litter": 4}}, "reproduction.father_share",
-         "no father can pay", "less than 1, or"),
-        ({"reproduction": {"energy_given": 1.0}}, "reproduction.energy_given", "no mother can pay",
-         "less than 1"),
-        ({"reproduction": {"energy_given": 1.1}}, "reproduction.energy_given", "more than energy_max",
-         "at most 1"),
-        ({"reproduction": {"energy_min": 1.1}}, "reproduction.energy_min", "more than energy_max",
-         "at most 1"),
+        (
+            {"reproduction": {"father_share": 1.0, "litter": 4}},
+            "reproduction.father_share",
+            "no father can pay",
+            "less than 1, or",
+        ),
+        (
+            {"reproduction": {"energy_given": 1.0}},
+            "reproduction.energy_given",
+            "no mother can pay",
+            "less than 1",
+        ),
+        (
+            {"reproduction": {"energy_given": 1.1}},
+            "reproduction.energy_given",
+            "more than energy_max",
+            "at most 1",
+        ),
+        (
+            {"reproduction": {"energy_min": 1.1}},
+            "reproduction.energy_min",
+            "more than energy_max",
+            "at most 1",
+        ),
         ({"reproduction": {"consent": "all"}}, "reproduction.consent", "", "both, one, none"),
         ({"reproduction": {"choice": "richer"}}, "reproduction.choice", "", 'did you mean "richest"'),
         ({"reproduction": {"gestation": -1.0}}, "reproduction.gestation", "", "at least 0"),
@@ -34,14 +54,26 @@ from tests.systems.couples import WAY
         ({"reproduction": {"litter": 0}}, "reproduction.litter", "", "at least 1"),
         ({"reproduction": {"litter": 1.5}}, "reproduction.litter", "", "whole number"),
         ({"reproduction": {"place": "far"}}, "reproduction.place", "", "near, anywhere"),
-        ({"reproduction": {"dispersal": 10.1}}, "reproduction.dispersal", "larger than half of the torus",
-         "at most 10 m"),
-        ({"reproduction": {"dispersal": 1.0}}, "reproduction.dispersal", "the mother's own body",
-         "more than 1 m"),
+        (
+            {"reproduction": {"dispersal": 10.1}},
+            "reproduction.dispersal",
+            "larger than half of the torus",
+            "at most 10 m",
+        ),
+        (
+            {"reproduction": {"dispersal": 1.0}},
+            "reproduction.dispersal",
+            "the mother's own body",
+            "more than 1 m",
+        ),
         ({"reproduction": {"spacing": 2.0}}, "reproduction.spacing", "the mother herself", "less than 2 m"),
         ({"reproduction": {"rate": 0.1}}, "reproduction.rate", "unknown key", "energy_min"),
-        ({"reproduction": None, "actions": {"mate": ["mate"]}}, "actions.mate", "no sexual reproduction",
-         'kind = "sexual"'),
+        (
+            {"reproduction": None, "actions": {"mate": ["mate"]}},
+            "actions.mate",
+            "no sexual reproduction",
+            'kind = "sexual"',
+        ),
         ({"actions": {"mate": ["meet"]}}, "actions.mate.0", "no action of this name", "mate"),
     ],
 )
@@ -62,8 +94,11 @@ def _couples_config(meadow, reproduction=(), **changes):
 
 def test_the_mate_action_needs_reproduction_that_is_sexual_or_a_system_of_ones_own(meadow):
     way = {"kind": "asexual", "rate": 0.1, "energy_min": 0.5, "energy_given": 0.25}
-    with pytest.raises(ConfigError, match=r'species.deer.actions.mate = .*\n.*allowed: '
-                                          r'reproduction.kind = "sexual", or no such group'):
+    with pytest.raises(
+        ConfigError,
+        match=r"species.deer.actions.mate = .*\n.*allowed: "
+        r'reproduction.kind = "sexual", or no such group',
+    ):
         meadow(reproduction=way, actions={"mate": ["mate"]})
     config = meadow(reproduction=way).config.model_dump()
     config["species"]["deer"]["actions"]["mate"] = ["mate"]
@@ -77,11 +112,23 @@ class Courting(Mate):
 
 
 def test_what_is_left_out_has_its_default(meadow):
-    way = meadow(sex="random", reproduction={
-        "kind": "sexual", "energy_min": 0.5, "energy_given": 0.25
-    }).config.species["deer"].reproduction
+    way = (
+        meadow(sex="random", reproduction={"kind": "sexual", "energy_min": 0.5, "energy_given": 0.25})
+        .config.species["deer"]
+        .reproduction
+    )
     assert way.model_dump(exclude={"kind", "energy_min", "energy_given"}) == {
-        "father_share": 0.0, "reach": 0.0, "chance": 1.0, "consent": "both", "choice": "nearest",
-        "gestation": 0.0, "rest": 0.0,
-        "father_rest": 0.0, "place": "near", "dispersal": None, "age_min": 0.0, "litter": 1, "spacing": 0.0,
-    }  # fmt: skip
+        "father_share": 0.0,
+        "reach": 0.0,
+        "chance": 1.0,
+        "consent": "both",
+        "choice": "nearest",
+        "gestation": 0.0,
+        "rest": 0.0,
+        "father_rest": 0.0,
+        "place": "near",
+        "dispersal": None,
+        "age_min": 0.0,
+        "litter": 1,
+        "spacing": 0.0,
+    }

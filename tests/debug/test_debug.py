@@ -87,10 +87,14 @@ def test_a_system_that_grows_a_table_by_a_flush_of_its_own_is_right(debug, meado
 
 
 def test_a_system_that_acts_outside_a_tick_is_checked_too(debug, meadow):
-    world = meadow(options={"systems": [type("Wrong", (System,),
-                                             {"needs": (Nervous,), "update": _poison})()]})
-    with pytest.raises(DebugError, match=r"after Wrong, tick 0, species 'deer': "
-                                         rf"Nervous\.happiness of uid {deer(world)[0]} \(row 0\)"):
+    world = meadow(
+        options={"systems": [type("Wrong", (System,), {"needs": (Nervous,), "update": _poison})()]}
+    )
+    with pytest.raises(
+        DebugError,
+        match=r"after Wrong, tick 0, species 'deer': "
+        rf"Nervous\.happiness of uid {deer(world)[0]} \(row 0\)",
+    ):
         act(world, type(world.systems[-2]))
     assert world.debug.before is None
     shuffle(meadow()).run(3)

@@ -25,8 +25,10 @@ def test_a_handle_kept_past_death_is_caught_when_it_reads_or_writes(mice):
     mice.flush()
     with pytest.raises(StaleHandle) as error:
         kept.energy = 1.0
-    assert str(error.value) == ("tables['mouse']: Metabolism.energy through a handle kept too long: "
-                                "uid 1 is dead, and row 0 is free now; keep uids and ask world.get again")
+    assert str(error.value) == (
+        "tables['mouse']: Metabolism.energy through a handle kept too long: "
+        "uid 1 is dead, and row 0 is free now; keep uids and ask world.get again"
+    )
     mice.spawn("mouse")
     mice.flush()
     for handle in (kept, from_each):

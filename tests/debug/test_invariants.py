@@ -21,8 +21,9 @@ def test_nan_in_a_column_is_caught(caught):
     def work(table, world):
         table[Biology].age[table.by_uid()[1]] = np.nan
 
-    assert caught(work) == (f"species 'deer': Biology.age of uid {caught.uids[1]} (row 1) is nan; "
-                            "allowed are finite numbers")
+    assert caught(work) == (
+        f"species 'deer': Biology.age of uid {caught.uids[1]} (row 1) is nan; allowed are finite numbers"
+    )
 
 
 def test_infinity_in_a_vector_and_in_a_heavy_column_is_caught(caught):
@@ -33,11 +34,15 @@ def test_infinity_in_a_vector_and_in_a_heavy_column_is_caught(caught):
         table[Wool].weights[0] = [0, 0, -np.inf]
 
     message = caught(work, components=[Wool])
-    assert (message == f"species 'deer': Wool.length[1] of uid {caught.uids[0]} (row 0) is inf (1 more); "
-                       "allowed are finite numbers")
-    assert (caught(heavy, components=[Wool])
-            == f"species 'deer': Wool.weights[2] of uid {caught.uids[0]} (row 0) is -inf; "
-               "allowed are finite numbers")
+    assert (
+        message == f"species 'deer': Wool.length[1] of uid {caught.uids[0]} (row 0) is inf (1 more); "
+        "allowed are finite numbers"
+    )
+    assert (
+        caught(heavy, components=[Wool])
+        == f"species 'deer': Wool.weights[2] of uid {caught.uids[0]} (row 0) is -inf; "
+        "allowed are finite numbers"
+    )
 
 
 def test_nan_in_a_field_is_caught(caught):
@@ -52,13 +57,19 @@ def test_nan_in_a_reading_is_caught_after_sense(debug, meadow):
     def broken(world, table, seekers, out, first):
         out[:, first] = np.where(table.uid[seekers.rows] == second, np.nan, 0)
 
-    world = meadow(sensors=[{"kind": "own", "property": "energy"},
-                            {"kind": "custom", "name": "ear", "function": broken, "width": 1}])
+    world = meadow(
+        sensors=[
+            {"kind": "own", "property": "energy"},
+            {"kind": "custom", "name": "ear", "function": broken, "width": 1},
+        ]
+    )
     _, second = deer(world)
     with pytest.raises(DebugError) as error:
         world.run(1)
-    assert str(error.value) == ("after Sense, tick 0, species 'deer': the reading 'ear' "
-                                f"of uid {second} (row 1) is nan; allowed are finite numbers")
+    assert str(error.value) == (
+        "after Sense, tick 0, species 'deer': the reading 'ear' "
+        f"of uid {second} (row 1) is nan; allowed are finite numbers"
+    )
 
 
 def test_nan_in_the_weights_of_a_shared_policy_is_caught(caught):
@@ -66,8 +77,10 @@ def test_nan_in_the_weights_of_a_shared_policy_is_caught(caught):
         table.species.nerves.brain.named()["policy.head.bias"][1] = np.nan
 
     message = caught(work, policy={"kind": "shared", "hidden": [4]}, options={"policies": "untrained"})
-    assert (message == "species 'deer': weight policy.head.bias[1] of the policy is nan; "
-                       "allowed are finite numbers")
+    assert (
+        message == "species 'deer': weight policy.head.bias[1] of the policy is nan; "
+        "allowed are finite numbers"
+    )
 
 
 def test_nan_in_the_brain_of_one_is_caught(debug):
@@ -78,8 +91,9 @@ def test_nan_in_the_brain_of_one_is_caught(debug):
     goats[policy].weights[7] = np.nan
     with pytest.raises(DebugError) as error:
         world.run(1)
-    assert str(error.value).startswith("after what was done between ticks, tick 1, species 'goat': "
-                                       "Policy.weights[0] of uid ")
+    assert str(error.value).startswith(
+        "after what was done between ticks, tick 1, species 'goat': Policy.weights[0] of uid "
+    )
     assert "(row 7) is nan; allowed" in str(error.value)
 
 
@@ -99,15 +113,18 @@ def test_two_with_one_uid_are_caught(debug, meadow):
     world.table("grass").uid[1] = uid
     with pytest.raises(DebugError) as error:
         world.run(1)
-    assert str(error.value) == ("after what was done between ticks, tick 1, species 'grass': "
-                                f"uid {uid} lives in row 1 and in row 0 of 'deer'; a uid is given once")
+    assert str(error.value) == (
+        "after what was done between ticks, tick 1, species 'grass': "
+        f"uid {uid} lives in row 1 and in row 0 of 'deer'; a uid is given once"
+    )
 
 
 def test_a_uid_that_was_never_given_is_caught(debug, meadow):
     world = meadow().run(1)
     world.table("deer").uid[1] = 50
-    with pytest.raises(DebugError,
-                       match=r"species 'deer': uid 50 lives in row 1, but the next to be given is 5"):
+    with pytest.raises(
+        DebugError, match=r"species 'deer': uid 50 lives in row 1, but the next to be given is 5"
+    ):
         world.run(1)
 
 
@@ -161,12 +178,15 @@ def test_components_that_a_processor_replaces_are_caught(debug):
 # --- places -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("field", "value", "message"), [
-    ("x", 20.0, "Position.x of uid {uid} (row 1) is 20.0; allowed is [0, 20)"),
-    ("y", -0.5, "Position.y of uid {uid} (row 1) is -0.5; allowed is [0, 20)"),
-    ("heading", 7.0, "Position.heading of uid {uid} (row 1) is 7.0; allowed is [0, 2π)"),
-    ("heading", -1.0, "Position.heading of uid {uid} (row 1) is -1.0; allowed is [0, 2π)"),
-])
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("x", 20.0, "Position.x of uid {uid} (row 1) is 20.0; allowed is [0, 20)"),
+        ("y", -0.5, "Position.y of uid {uid} (row 1) is -0.5; allowed is [0, 20)"),
+        ("heading", 7.0, "Position.heading of uid {uid} (row 1) is 7.0; allowed is [0, 2π)"),
+        ("heading", -1.0, "Position.heading of uid {uid} (row 1) is -1.0; allowed is [0, 2π)"),
+    ],
+)
 def test_a_place_outside_the_space_and_a_heading_outside_the_circle_are_caught(caught, field, value, message):
     def work(table, world):
         getattr(table[Position], field)[1] = value
@@ -181,5 +201,7 @@ def test_an_index_that_a_system_disorders_is_caught(caught):
         index.rows[:2], index.uid[:2] = index.rows[1::-1].copy(), index.uid[1::-1].copy()
 
     message = caught(work, setup=lambda world: arrange(world, "deer", x=1.5, y=1.5))
-    assert (message == "species 'deer': entry 1 of the index of neighbours, uid "
-                       f"{caught.uids[0]}, follows uid {caught.uids[1]} in one cell; systems only read it")
+    assert (
+        message == "species 'deer': entry 1 of the index of neighbours, uid "
+        f"{caught.uids[0]}, follows uid {caught.uids[1]} in one cell; systems only read it"
+    )

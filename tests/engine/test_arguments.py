@@ -16,8 +16,9 @@ from ecs_eco.search import search
 
 @pytest.mark.parametrize("seed", [-1, 1.9, True, 2**64 + 7, 2**63, "1", None, np.float64(2), np.bool_(True)])
 def test_a_wrong_seed_is_refused(seed):
-    with pytest.raises((TypeError, ValueError),
-                       match=r"seed is .*; allowed is a whole number from 0 to 9223372036854775807"):
+    with pytest.raises(
+        (TypeError, ValueError), match=r"seed is .*; allowed is a whole number from 0 to 9223372036854775807"
+    ):
         World(seed=seed)
 
 
@@ -28,8 +29,9 @@ def test_whole_numbers_of_numpy_are_seeds(seed):
 
 @pytest.mark.parametrize("dt", [math.inf, math.nan, 0, -1.0, True, "1", None])
 def test_a_wrong_dt_is_refused(dt):
-    with pytest.raises((TypeError, ValueError),
-                       match=r"dt is .*; allowed is a finite number of seconds above 0"):
+    with pytest.raises(
+        (TypeError, ValueError), match=r"dt is .*; allowed is a finite number of seconds above 0"
+    ):
         World(dt=dt)
 
 
@@ -46,16 +48,24 @@ def test_wrong_ticks_are_refused(ticks):
 
 
 WRONG = {
-    "policies.dear": ({"policies": {"dear": "random"}},
-                      'no such species; allowed: grass, deer, wolf; did you mean "deer"?'),
-    "learn.dear": ({"policies": "untrained", "learn": {"dear": True}},
-                   'no such species; allowed: grass, deer, wolf; did you mean "deer"?'),
+    "policies.dear": (
+        {"policies": {"dear": "random"}},
+        'no such species; allowed: grass, deer, wolf; did you mean "deer"?',
+    ),
+    "learn.dear": (
+        {"policies": "untrained", "learn": {"dear": True}},
+        'no such species; allowed: grass, deer, wolf; did you mean "deer"?',
+    ),
     "learn.deer": ({"policies": "untrained", "learn": {"deer": "yes"}}, "wrong type; allowed: true or false"),
     "learn": ({"policies": "untrained", "learn": "yes"}, "wrong type; allowed: true or false"),
-    "policies": ({"policies": 7},
-                 "wrong type; allowed: trained, random, untrained, a folder, or in a dict a torch module"),
-    "policies.deer": ({"policies": {"deer": 7}}, "wrong type; allowed: trained, random, untrained, a folder, "
-                                                 "or in a dict a torch module"),
+    "policies": (
+        {"policies": 7},
+        "wrong type; allowed: trained, random, untrained, a folder, or in a dict a torch module",
+    ),
+    "policies.deer": (
+        {"policies": {"deer": 7}},
+        "wrong type; allowed: trained, random, untrained, a folder, or in a dict a torch module",
+    ),
 }
 
 
@@ -74,17 +84,23 @@ def test_an_empty_key_is_refused(key):
             load("predator-prey", changes)
 
 
-@pytest.mark.parametrize(("progress", "why"), [
-    (True, "True; allowed is a function that is called with done and t(icks|otal), or None"),
-    (lambda done: None, "is to take 2 arguments.*allowed is a function that is called with done and t")])
+@pytest.mark.parametrize(
+    ("progress", "why"),
+    [
+        (True, "True; allowed is a function that is called with done and t(icks|otal), or None"),
+        (lambda done: None, "is to take 2 arguments.*allowed is a function that is called with done and t"),
+    ],
+)
 def test_what_cannot_be_called_is_no_progress_and_nothing_has_begun(progress, why, tmp_path):
     world = World()
-    calls = [lambda: world.run(3, progress), lambda: run_to_folder("reflexes", ticks=3, out=tmp_path / "run",
-                                                                   progress=progress),
-             lambda: resume(tmp_path, progress=progress), lambda: fork(tmp_path, tmp_path / "fork",
-                                                                       progress=progress),
-             lambda: pretrain("reflexes", progress=progress),
-             lambda: compare("reflexes", out=tmp_path / "compared", progress=progress)]
+    calls = [
+        lambda: world.run(3, progress),
+        lambda: run_to_folder("reflexes", ticks=3, out=tmp_path / "run", progress=progress),
+        lambda: resume(tmp_path, progress=progress),
+        lambda: fork(tmp_path, tmp_path / "fork", progress=progress),
+        lambda: pretrain("reflexes", progress=progress),
+        lambda: compare("reflexes", out=tmp_path / "compared", progress=progress),
+    ]
     for call in calls:
         with pytest.raises(TypeError, match=why):
             call()

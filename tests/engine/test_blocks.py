@@ -17,8 +17,12 @@ class Brain:
 def test_a_blocked_column_reads_and_writes_as_an_array():
     rng = np.random.default_rng(1)
     column, plain = Blocked((3,), np.float32).grow(700), np.zeros((700, 3), np.float32)
-    for rows in (np.array([699, 0, 255, 256, 511, 512]), np.arange(700) % 7 == 0, slice(250, 260),
-                 np.array([], int)):
+    for rows in (
+        np.array([699, 0, 255, 256, 511, 512]),
+        np.arange(700) % 7 == 0,
+        slice(250, 260),
+        np.array([], int),
+    ):
         n = plain[rows].shape[0]
         value = rng.random((n, 3), np.float32)
         column[rows] = value
@@ -94,8 +98,11 @@ def test_a_vector_of_the_last_row_may_be_read_beyond_its_block():
 def test_parts_cover_every_row_once_in_the_order_given():
     rows = np.array([700, 3, 300, 2, 701, 4])
     seen = {b: (inside.tolist(), places.tolist()) for b, inside, places in Blocked((), "f4").parts(rows)}
-    assert seen == {0: ([3, 2, 4], [1, 3, 5]), 1: ([300 - BLOCK], [2]),
-                    2: ([700 - 2 * BLOCK, 701 - 2 * BLOCK], [0, 4])}
+    assert seen == {
+        0: ([3, 2, 4], [1, 3, 5]),
+        1: ([300 - BLOCK], [2]),
+        2: ([700 - 2 * BLOCK, 701 - 2 * BLOCK], [0, 4]),
+    }
 
 
 def test_a_reused_row_holds_the_default_and_not_what_the_dead_left():

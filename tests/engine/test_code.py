@@ -60,8 +60,9 @@ def test_a_misspelt_group_of_ones_own_is_refused_with_the_right_name() -> None:
     assert error.value.problems[0].nearest == "shelter"
 
 
-@pytest.mark.parametrize(("actions", "what"),
-                         [([], "is empty"), (["stay", "stay"], "named twice"), (["a b"], "not a name")])
+@pytest.mark.parametrize(
+    ("actions", "what"), [([], "is empty"), (["stay", "stay"], "named twice"), (["a b"], "not a name")]
+)
 def test_wrong_actions_of_a_group_of_ones_own_are_refused(actions: list[str], what: str) -> None:
     with pytest.raises(ConfigError) as error:
         load(world_of(actions={"shelter": actions}), systems=[Shelter])
@@ -84,8 +85,11 @@ def test_systems_are_added_to_a_shipped_world_and_to_a_loaded_one() -> None:
 @pytest.mark.usefixtures("module")
 @pytest.mark.parametrize(
     ("system", "what"),
-    [("my_garden:Shelte", "has no function"), ("my_garden:content", "no system"),
-     ("my_gardn:Shelter", "does not list")],
+    [
+        ("my_garden:Shelte", "has no function"),
+        ("my_garden:content", "no system"),
+        ("my_gardn:Shelter", "does not list"),
+    ],
 )
 def test_what_is_no_system_is_refused(system: str, what: str) -> None:
     with pytest.raises(ConfigError, match=what):
@@ -102,18 +106,23 @@ def test_systems_are_part_of_the_resolved_world_by_name() -> None:
 @pytest.mark.usefixtures("module")
 def test_a_function_in_a_dict_is_the_function_that_a_file_names() -> None:
     for function in (content, "my_garden:content"):
-        config = load(world_of(happiness={"function": function, "minimum": 0.0}) | {"code": ["my_garden"]},
-                      systems=[Shelter], trust=True)
+        config = load(
+            world_of(happiness={"function": function, "minimum": 0.0}) | {"code": ["my_garden"]},
+            systems=[Shelter],
+            trust=True,
+        )
         world = World.from_config(for_training(config), learn=False).run(1)
         table = world.table("snail")
         assert table[Nervous].happiness[:3].tolist() == table[Metabolism].energy[:3].tolist()
 
 
 def test_a_function_without_a_module_still_works_while_training() -> None:
-    config = load(world_of(happiness={"function": lambda x: x[:, 0] * 2, "minimum": 0.0}),
-                  systems=[Shelter()])
-    assert (for_training(config).species["snail"].happiness.function
-            is config.species["snail"].happiness.function)
+    config = load(
+        world_of(happiness={"function": lambda x: x[:, 0] * 2, "minimum": 0.0}), systems=[Shelter()]
+    )
+    assert (
+        for_training(config).species["snail"].happiness.function is config.species["snail"].happiness.function
+    )
 
 
 def decided(*rows: tuple[int, int, int], **snail: Any) -> Any:
@@ -166,22 +175,28 @@ def slimy(folder: Path, code: dict[str, str], component: str = "own:Slime", **mo
     for name, text in code.items():
         (folder / name).write_text(text)
     data = world_of(actions={}, sensors=[], components=[component])
-    return data | {"code": list(code), "systems": ["own:Wait"],
-                   "reporters": {"slime": "mean(snail.Slime.length)"}} | more
+    return (
+        data
+        | {"code": list(code), "systems": ["own:Wait"], "reporters": {"slime": "mean(snail.Slime.length)"}}
+        | more
+    )
 
 
-@pytest.mark.parametrize(("bad", "why"), [
-    ("import nosuch", "ModuleNotFoundError: No module named 'nosuch' (bad.py, line 1)"),
-    ("def f(:", "SyntaxError: invalid syntax (bad.py, line 1)"),
-    ("\nNONE.x", "NameError: name 'NONE' is not defined (bad.py, line 2)"),
-    ("import own\nown.missing", "AttributeError: module"),
-])
+@pytest.mark.parametrize(
+    ("bad", "why"),
+    [
+        ("import nosuch", "ModuleNotFoundError: No module named 'nosuch' (bad.py, line 1)"),
+        ("def f(:", "SyntaxError: invalid syntax (bad.py, line 1)"),
+        ("\nNONE.x", "NameError: name 'NONE' is not defined (bad.py, line 2)"),
+        ("import own\nown.missing", "AttributeError: module"),
+    ],
+)
 def test_a_bad_module_is_named_and_the_others_are_not_blamed(tmp_path: Path, bad: str, why: str) -> None:
     for more in ({}, {"reporters": {"of the bad one": "bad:f"}}):
         data = slimy(tmp_path, {"own.py": OWN, "bad.py": bad}, **more)
         with pytest.raises(ConfigError) as error:
             load(data, trust=True, places=[tmp_path])
-        problem, = error.value.problems
+        (problem,) = error.value.problems
         assert (problem.key, problem.value) == (("code", 1), "bad.py")
         assert problem.what.startswith(f"cannot be imported: {why}")
     (tmp_path / "bad.py").write_text("import own\nf = own.plain")  # mended, in the same process
@@ -194,7 +209,8 @@ def test_a_module_that_imports_a_bad_one_says_which(tmp_path: Path) -> None:
         load(data, trust=True, places=[tmp_path])
     assert [(p.key, p.what) for p in error.value.problems] == [
         (("code", 0), "cannot be imported: ZeroDivisionError: division by zero (bad.py, line 1)"),
-        (("code", 1), "cannot be imported: ImportError: bad.py cannot be imported (own.py, line 1)")]
+        (("code", 1), "cannot be imported: ImportError: bad.py cannot be imported (own.py, line 1)"),
+    ]
 
 
 @pytest.mark.parametrize("name", ["plain", "Wait", "Fields"])
@@ -202,4 +218,5 @@ def test_what_is_no_component_is_refused_where_a_reporter_is_a_formula(tmp_path:
     with pytest.raises(ConfigError) as error:
         load(slimy(tmp_path, {"own.py": OWN}, f"own:{name}"), trust=True, places=[tmp_path])
     assert [(p.key, p.what) for p in error.value.problems] == [
-        (("species", "snail", "components", 0), "no component")]
+        (("species", "snail", "components", 0), "no component")
+    ]

@@ -161,8 +161,11 @@ def test_worlds_do_not_mix():
             pass
         assert len(esper.get_component(Position)) == 2
     assert not esper.get_component(Position)  # outside, esper's own world
-    assert [w.tables["hare"][Position].x[: i + 1].tolist()
-            for i, w in enumerate(worlds)] == [[3], [2, 2], [3, 3, 3]]
+    assert [w.tables["hare"][Position].x[: i + 1].tolist() for i, w in enumerate(worlds)] == [
+        [3],
+        [2, 2],
+        [3, 3, 3],
+    ]
     assert [w.next_uid for w in worlds] == [2, 3, 4]
 
 

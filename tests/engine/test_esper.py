@@ -74,8 +74,9 @@ def checks_clear_cache(world):
 
 
 def checks_clear_database(world):
-    with pytest.raises(RuntimeError,
-                       match=r"esper\.clear_database, world 'world': would take all organisms out of it"):
+    with pytest.raises(
+        RuntimeError, match=r"esper\.clear_database, world 'world': would take all organisms out of it"
+    ):
         esper.clear_database()
     assert len(esper.get_component(Position)) == 4
     assert esper.create_entity(Position(), Body(), Coat()) == 5, "numbers go on"
@@ -185,27 +186,37 @@ def checks_add_component(world):
     esper.add_component(entity, Tag("marked"))
     esper.add_component(entity, Tag("again"))
     assert [(e, t.text) for e, t in esper.get_component(Tag)] == [(entity, "again")]
-    with pytest.raises(TypeError, match=r"is one of the table 'hare', and its Position is there: "
-                                        r"write into its fields, as in "
-                                        r"esper\.component_for_entity\(1, Position\)\.x = …"):
+    with pytest.raises(
+        TypeError,
+        match=r"is one of the table 'hare', and its Position is there: "
+        r"write into its fields, as in "
+        r"esper\.component_for_entity\(1, Position\)\.x = …",
+    ):
         esper.add_component(entity, Position(x=3))
-    with pytest.raises(TypeError, match=r"a component belongs to all of a table: "
-                                        r"world\.table\('hare'\)\.add_component\(Coat\)"):
+    with pytest.raises(
+        TypeError,
+        match=r"a component belongs to all of a table: "
+        r"world\.table\('hare'\)\.add_component\(Coat\)",
+    ):
         esper.add_component(entity, Coat())
     with pytest.raises(TypeError, match="belongs to all of a table"):
         esper.add_component(entity, Coat(), type_alias=str)
     with pytest.raises(KeyError, match="no entity 99"):
         esper.add_component(99, Tag())
-    assert (len(esper.get_component(Position)), len(esper.get_component(Coat)),
-            len(esper.get_component(Tag))) == (4, 1, 1)
+    assert (
+        len(esper.get_component(Position)),
+        len(esper.get_component(Coat)),
+        len(esper.get_component(Tag)),
+    ) == (4, 1, 1)
 
 
 def checks_remove_component(world, remove=None):
     entity, remove = world.entity(4), remove or esper.remove_component
     esper.add_component(entity, Tag("x"))
     assert remove(entity, Tag).text == "x"
-    with pytest.raises(TypeError, match="is one of the table 'fox', all of which have Coat; "
-                                        "give what it says another value"):
+    with pytest.raises(
+        TypeError, match="is one of the table 'fox', all of which have Coat; give what it says another value"
+    ):
         remove(entity, Coat)
     assert [e for e, _ in esper.get_component(Coat)] == [entity]
 
@@ -248,8 +259,11 @@ def checks_process(world, process=None):
     esper.delete_entity(world.entity(1))
     (process or esper.process)()
     assert (world.tick, processor.calls, world.tables["hare"].n) == (1, 1, 2)
-    with pytest.raises(TypeError, match=r"systems of the world 'world' take no arguments; "
-                                        r"world\.dt is the length of a tick"):
+    with pytest.raises(
+        TypeError,
+        match=r"systems of the world 'world' take no arguments; "
+        r"world\.dt is the length of a tick",
+    ):
         (process or esper.process)(0.1)
     assert world.run(1).tick == 2
 
@@ -265,10 +279,14 @@ def checks_Processor(world):
     checks_add_processor(world)
 
 
-PUBLIC = sorted(name for name, thing in vars(esper).items()
-                if getattr(thing, "__module__", "") == "esper" and name[0] != "_")
-CHECKS = {name.removeprefix("checks_"): check
-          for name, check in globals().items() if name.startswith("checks_")}
+PUBLIC = sorted(
+    name
+    for name, thing in vars(esper).items()
+    if getattr(thing, "__module__", "") == "esper" and name[0] != "_"
+)
+CHECKS = {
+    name.removeprefix("checks_"): check for name, check in globals().items() if name.startswith("checks_")
+}
 CHECKS["set_handler"] = checks_dispatch_event
 
 

@@ -74,8 +74,12 @@ files.write_tensors(sys.argv[1], {"a": np.zeros(5_000)})
 
 def limited(path, how):
     """A process that writes more tensors than it may."""
-    return subprocess.run(python(LIMITED.strip().replace("\n", "; "), str(path), how), capture_output=True,
-                          text=True, timeout=60)
+    return subprocess.run(
+        python(LIMITED.strip().replace("\n", "; "), str(path), how),
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits are of POSIX")
@@ -95,8 +99,12 @@ def test_a_disk_that_is_full_is_an_os_error_of_the_file_for_tensors_too(tmp_path
 def test_tensors_are_read_by_the_library_as_they_were(tmp_path):
     kinds = ("?", "u1", "i1", "i2", "u2", "f2", "i4", "u4", "f4", "f8", "i8", "u8")
     arrays = {f"{kind} ü": np.arange(6).reshape(2, 3).astype(kind) for kind in kinds}
-    arrays |= {"none": np.zeros((0, 3), np.float32), "one": np.array(7.5), "big": np.arange(3, dtype=">i4"),
-               "turned": np.arange(6.0).reshape(2, 3).T}
+    arrays |= {
+        "none": np.zeros((0, 3), np.float32),
+        "one": np.array(7.5),
+        "big": np.arange(3, dtype=">i4"),
+        "turned": np.arange(6.0).reshape(2, 3).T,
+    }
     path = files.write_tensors(tmp_path / "w.safetensors", arrays, {"b": "ü", "a": "1"})
     read = load_file(path)
     assert set(read) == set(arrays)
@@ -117,6 +125,11 @@ def test_a_half_written_file_is_known_by_its_name(tmp_path):
     with files.writing(tmp_path / "manifest.json") as beside:
         assert files.written_beside(beside) == "manifest.json"
         assert _names(tmp_path) == [beside.name]
-    for other in ("notes.tmp", ".notes.tmp", "manifest.tmp", ".manifest.json.1234",
-                  ".manifest.json.ecs-eco-12-ab.tmp"):
+    for other in (
+        "notes.tmp",
+        ".notes.tmp",
+        "manifest.tmp",
+        ".manifest.json.1234",
+        ".manifest.json.ecs-eco-12-ab.tmp",
+    ):
         assert files.written_beside(tmp_path / other) is None

@@ -75,12 +75,26 @@ def _death(world):
     world.flush()
 
 
-@pytest.mark.parametrize(("name", "event"), [
-    ("before_tick", lambda world: world.run(1)), ("on_birth", _birth), ("on_death", _death),
-    ("on_departure", lambda world: depart(world, world.tables["sheep"], np.array([0]), np.array([1]))),
-    ("on_arrival", lambda world: arrive(world, world.tables["sheep"], np.array([99], np.uint64),
-                                        np.zeros(1, np.int64), {}, np.array([1]))),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "event"),
+    [
+        ("before_tick", lambda world: world.run(1)),
+        ("on_birth", _birth),
+        ("on_death", _death),
+        ("on_departure", lambda world: depart(world, world.tables["sheep"], np.array([0]), np.array([1]))),
+        (
+            "on_arrival",
+            lambda world: arrive(
+                world,
+                world.tables["sheep"],
+                np.array([99], np.uint64),
+                np.zeros(1, np.int64),
+                {},
+                np.array([1]),
+            ),
+        ),
+    ],
+)
 def test_a_hook_that_removes_itself_or_another_silences_none(herd, name, event):
     hooks, called = getattr(herd, name), []
 

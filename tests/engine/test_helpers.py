@@ -187,11 +187,18 @@ def test_of_two_threads_that_divide_work_one_does_its_own_alone(divided):
 
 
 def test_a_process_ends_while_they_are_awake():
-    code = ("import numpy as np; from ecs_eco.engine import workers; workers.PARALLEL_FROM = 1; "
-            "these = workers.Workers(4); these.split(lambda a, b: None, 100)")
+    code = (
+        "import numpy as np; from ecs_eco.engine import workers; workers.PARALLEL_FROM = 1; "
+        "these = workers.Workers(4); these.split(lambda a, b: None, 100)"
+    )
     for _ in range(3):
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120,
-                              env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)})
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        )
         assert (done.returncode, done.stderr) == (0, "")
 
 

@@ -91,11 +91,14 @@ def test_an_error_comes_out_of_it_with_its_arguments():
 def test_what_another_process_kept_is_linked_into_new_kernels(tmp_path):
     source = Path(__file__).read_text(encoding="utf-8").partition("PAIR =")[0]
     (tmp_path / "inner_kept.py").write_text(source, encoding="utf-8")
-    environment = os.environ | {"ECS_ECO_CACHE": str(tmp_path / "cache"),
-                                "PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, sys.path)])}
+    environment = os.environ | {
+        "ECS_ECO_CACHE": str(tmp_path / "cache"),
+        "PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, sys.path)]),
+    }
     for _ in range(2):
-        done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True,
-                              timeout=300)
+        done = subprocess.run(
+            [sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, timeout=300
+        )
         assert done.returncode == 0, done.stderr
         assert done.stdout.splitlines() == ["10.0 34 1", "('a root of less than nothing', -1.0)"]
     kept = {path.name.partition("-")[0] for path in (tmp_path / "cache").rglob("*.nbc")}

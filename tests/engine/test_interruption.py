@@ -51,17 +51,24 @@ def broken():
 
 
 REFUSED = {
-    "run": lambda w, p: w.run(1), "step": lambda w, p: w.step(), "flush": lambda w, p: w.flush(),
-    "save": lambda w, p: w.save(p / "w.safetensors"), "digest": lambda w, p: w.digest(),
-    "record": lambda w, p: Recorder(w), "copy": lambda w, p: w.copy(), "fork": lambda w, p: w.fork(seed=2),
+    "run": lambda w, p: w.run(1),
+    "step": lambda w, p: w.step(),
+    "flush": lambda w, p: w.flush(),
+    "save": lambda w, p: w.save(p / "w.safetensors"),
+    "digest": lambda w, p: w.digest(),
+    "record": lambda w, p: Recorder(w),
+    "copy": lambda w, p: w.copy(),
+    "fork": lambda w, p: w.fork(seed=2),
     "intervene": lambda w, p: w.intervene({"kind": "cull", "species": "ant", "count": 1}),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("what", REFUSED)
 def test_after_an_error_within_a_tick_a_world_is_refused(what, broken, tmp_path):
-    stopped = (r"tick 3 began and did not end \(ValueError: "
-               r"a stone in the way in Trip\).*World.restore.*world.copy")
+    stopped = (
+        r"tick 3 began and did not end \(ValueError: "
+        r"a stone in the way in Trip\).*World.restore.*world.copy"
+    )
     with pytest.raises(UnfinishedTick, match=stopped):
         REFUSED[what](broken, tmp_path)
     assert list(tmp_path.iterdir()) == []
@@ -82,8 +89,10 @@ def test_an_error_in_births_names_them():
         world.run(1)
 
 
-@pytest.mark.parametrize(("hook", "named"), [("on_death", "deaths of the phase die"),
-                                             ("on_birth", "births of the phase reproduce")])
+@pytest.mark.parametrize(
+    ("hook", "named"),
+    [("on_death", "deaths of the phase die"), ("on_birth", "births of the phase reproduce")],
+)
 def test_an_error_in_a_hook_is_placed_at_the_end_of_its_phase(hook, named):
     world = ants()
     world.run(3)

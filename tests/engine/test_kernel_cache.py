@@ -53,11 +53,14 @@ def start(tmp_path, monkeypatch):
 def process(tmp_path, before="", **more):
     """The same in a process of its own; what it wrote to stderr."""
     (tmp_path / "kernel.py").write_text(KERNEL)
-    code = (f"{before}\nimport runpy; found = runpy.run_path({str(tmp_path / 'kernel.py')!r}); "
-            "print(found['value'], found['hits'])")
+    code = (
+        f"{before}\nimport runpy; found = runpy.run_path({str(tmp_path / 'kernel.py')!r}); "
+        "print(found['value'], found['hits'])"
+    )
     environment = {**os.environ, "ECS_ECO_CACHE": str(tmp_path / "cache"), **more}
-    namespace = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True,
-                               timeout=300)
+    namespace = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300
+    )
     assert namespace.returncode == 0, namespace.stderr
     value, hits = namespace.stdout.split()
     assert value == "6.0"
@@ -85,18 +88,31 @@ def test_other_switches_of_the_compiler_are_other_kernels(tmp_path):
     assert process(tmp_path) == ("found", "")
 
 
-@pytest.mark.parametrize("damage", [
-    lambda content: b"",
-    lambda content: content[: len(content) // 2],
-    lambda content: content[:-1],
-    lambda content: content[:10],
-    lambda content: content + b"x",
-    lambda content: bytes(len(content)),
-    lambda content: content[:-500] + bytes([content[-500] ^ 1]) + content[-499:],
-    lambda content: bytes([content[0] ^ 1]) + content[1:],
-    lambda content: b"\x80\x04N." * 100,
-], ids=["emptied", "half", "a byte less", "ten bytes", "a byte more", "zeros", "a bit of the code",
-        "of the seal", "a pickle"])  # fmt: skip
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda content: b"",
+        lambda content: content[: len(content) // 2],
+        lambda content: content[:-1],
+        lambda content: content[:10],
+        lambda content: content + b"x",
+        lambda content: bytes(len(content)),
+        lambda content: content[:-500] + bytes([content[-500] ^ 1]) + content[-499:],
+        lambda content: bytes([content[0] ^ 1]) + content[1:],
+        lambda content: b"\x80\x04N." * 100,
+    ],
+    ids=[
+        "emptied",
+        "half",
+        "a byte less",
+        "ten bytes",
+        "a byte more",
+        "zeros",
+        "a bit of the code",
+        "of the seal",
+        "a pickle",
+    ],
+)
 def test_a_damaged_file_is_compiled_again_without_a_word(start, damage):
     start()
     (file,) = start.files()
@@ -148,8 +164,9 @@ def fails(number):
 
 
 def test_a_process_that_may_write_no_more_bytes_goes_on(tmp_path):
-    where, warning = process(tmp_path,
-                             "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))")
+    where, warning = process(
+        tmp_path, "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))"
+    )
     assert where == "compiled"
     assert warning.count("RuntimeWarning") == 1
     assert "File too large" in warning
@@ -236,11 +253,17 @@ def test_a_group_of_the_user_alone_is_nobody_else(monkeypatch):
     from types import SimpleNamespace
 
     monkeypatch.setattr(pwd, "getpwuid", lambda uid: SimpleNamespace(pw_name="ada"))
-    for name, members, own in (("ada", [], True), ("ada", ["ada"], True), ("ada", ["eve"], False),
-                               ("users", [], False)):
-        monkeypatch.setattr(grp, "getgrgid", lambda gid, name=name, members=members: SimpleNamespace(
-            gr_name=name, gr_mem=members
-        ))
+    for name, members, own in (
+        ("ada", [], True),
+        ("ada", ["ada"], True),
+        ("ada", ["eve"], False),
+        ("users", [], False),
+    ):
+        monkeypatch.setattr(
+            grp,
+            "getgrgid",
+            lambda gid, name=name, members=members: SimpleNamespace(gr_name=name, gr_mem=members),
+        )
         assert module._is_own_group(5) is own
 
 
@@ -255,20 +278,34 @@ def test_a_kernel_without_a_source_file_is_compiled_and_not_kept():
 
 def test_a_kernel_of_a_script_that_is_called_after_the_script_has_run(tmp_path):
     script = tmp_path / "kernel.py"
-    script.write_text("import os\nfrom ecs_eco import njit\n@njit\ndef triple(x):\n    return 3 * x\n"
-                      "early = triple(1) if 'EARLY' in os.environ else 3\n")
+    script.write_text(
+        "import os\nfrom ecs_eco import njit\n@njit\ndef triple(x):\n    return 3 * x\n"
+        "early = triple(1) if 'EARLY' in os.environ else 3\n"
+    )
     starter = f"import runpy\nprint(runpy.run_path({str(script)!r})['triple'](2))"
     for early in ({}, {}, {"EARLY": "1"}, {}):  # the third leaves a kernel of the module <run_path>
-        done = subprocess.run([sys.executable, "-c", starter], capture_output=True, text=True, check=False,
-                              env={**os.environ, **early, "ECS_ECO_CACHE": str(tmp_path / "cache")})
+        done = subprocess.run(
+            [sys.executable, "-c", starter],
+            capture_output=True,
+            text=True,
+            check=False,
+            env={**os.environ, **early, "ECS_ECO_CACHE": str(tmp_path / "cache")},
+        )
         assert (done.stdout, done.stderr) == ("6\n", "")
 
 
 def test_disabled_compilation_leaves_plain_python():
-    process_ = subprocess.run([sys.executable, "-c", "from ecs_eco.systems.move import njit\n@njit\n"
-                                                     "def f(x):\n    return x\nprint(f(7))"],
-                           env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True,
-                           text=True, check=True)  # fmt: skip
+    process_ = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            "from ecs_eco.systems.move import njit\n@njit\ndef f(x):\n    return x\nprint(f(7))",
+        ],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert process_.stdout == "7\n"
 
 

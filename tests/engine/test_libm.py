@@ -8,10 +8,24 @@ import pytest
 
 from ecs_eco.engine import libm
 
-RANGES = {"exp": (-40, 40), "exp2": (-40, 40), "expm1": (-5, 5), "log": (1e-9, 50), "log2": (1e-9, 50),
-          "log10": (1e-9, 50), "log1p": (-0.9, 9), "sin": (-99, 99), "cos": (-99, 99), "tan": (-1.5, 1.5),
-          "asin": (-1, 1), "acos": (-1, 1), "atan": (-9, 9), "sinh": (-30, 30), "cosh": (-30, 30),
-          "tanh": (-9, 9)}  # fmt: skip
+RANGES = {
+    "exp": (-40, 40),
+    "exp2": (-40, 40),
+    "expm1": (-5, 5),
+    "log": (1e-9, 50),
+    "log2": (1e-9, 50),
+    "log10": (1e-9, 50),
+    "log1p": (-0.9, 9),
+    "sin": (-99, 99),
+    "cos": (-99, 99),
+    "tan": (-1.5, 1.5),
+    "asin": (-1, 1),
+    "acos": (-1, 1),
+    "atan": (-9, 9),
+    "sinh": (-30, 30),
+    "cosh": (-30, 30),
+    "tanh": (-9, 9),
+}
 ODD = (0.0, -0.0, 1.0, -1.0, 2.0, 0.5, math.inf, -math.inf, math.nan, 1e-310, 700.0, -740.0)
 
 
@@ -22,8 +36,10 @@ def same(a, b, places=4.0):
 
 @pytest.mark.parametrize("name", libm.ONE)
 def test_a_function_of_one_number_agrees(name):
-    function, numpys = libm.ONE[name], getattr(np, {"asin": "arcsin", "acos": "arccos",
-                                                    "atan": "arctan"}.get(name, name))
+    function, numpys = (
+        libm.ONE[name],
+        getattr(np, {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}.get(name, name)),
+    )
     with np.errstate(all="ignore"):
         for x in (*np.linspace(*RANGES[name], 301).tolist(), *ODD):
             ours, theirs = function(x), float(numpys(x))
@@ -59,6 +75,7 @@ def test_they_become_code_that_calls_no_library():
 
     all_of_them(0.5)
     (code,) = all_of_them.inspect_asm().values()
-    called = {line.split("$")[1].split(",")[0] for line in code.splitlines()
-              if "movabsq" in line and "$" in line}
+    called = {
+        line.split("$")[1].split(",")[0] for line in code.splitlines() if "movabsq" in line and "$" in line
+    }
     assert not called & NAMES

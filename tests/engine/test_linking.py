@@ -31,8 +31,13 @@ print(json.dumps([[float(v) for v in double(3e22)], [libm.sin(3e22), libm.cos(3e
 
 @pytest.mark.slow  # where no cache has them they are compiled
 def test_names_lead_to_functions_of_our_own():
-    done = subprocess.run([sys.executable, "-c", CHILD], env={**os.environ, portable.VARIABLE: "1"},
-                          capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        [sys.executable, "-c", CHILD],
+        env={**os.environ, portable.VARIABLE: "1"},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
     assert done.returncode == 0, done.stderr
     doubles, ours, singles, theirs = json.loads(done.stdout)
     assert doubles == ours  # beyond 10^6 ours is another number than the library's

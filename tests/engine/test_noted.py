@@ -18,10 +18,19 @@ class Shear(System):
         self.shorn.append(table.name)
 
 
-@pytest.mark.parametrize("change", [
-    lambda d: d.__setitem__("c", 3), lambda d: d.__delitem__("a"), lambda d: d.pop("a"),
-    lambda d: d.popitem(), lambda d: d.clear(), lambda d: d.update(c=3), lambda d: d.setdefault("c", 3),
-    lambda d: d.__ior__({"c": 3})])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda d: d.__setitem__("c", 3),
+        lambda d: d.__delitem__("a"),
+        lambda d: d.pop("a"),
+        lambda d: d.popitem(),
+        lambda d: d.clear(),
+        lambda d: d.update(c=3),
+        lambda d: d.setdefault("c", 3),
+        lambda d: d.__ior__({"c": 3}),
+    ],
+)
 def test_every_change_is_counted_and_made(change):
     noted, plain = Noted(a=1, b=2), {"a": 1, "b": 2}
     before = Noted.changes
@@ -34,8 +43,13 @@ def test_every_change_is_counted_and_made(change):
 def test_reading_counts_as_no_change():
     noted = Noted(a=1)
     before = Noted.changes
-    assert [*noted.items(), noted["a"], noted.get("b"), "a" in noted, noted | {}] == [("a", 1), 1, None, True,
-                                                                                      {"a": 1}]
+    assert [*noted.items(), noted["a"], noted.get("b"), "a" in noted, noted | {}] == [
+        ("a", 1),
+        1,
+        None,
+        True,
+        {"a": 1},
+    ]
     assert Noted.changes == before
 
 

@@ -210,8 +210,17 @@ those.helpers[0].end()
 
 
 def test_kernels_in_parts_are_kept_on_disk(tmp_path):
-    compiled = [int(subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=True,
-                                   env=os.environ | {"ECS_ECO_CACHE": str(tmp_path)}).stdout)
-                for _ in range(2)]
+    compiled = [
+        int(
+            subprocess.run(
+                [sys.executable, "-c", SCRIPT],
+                capture_output=True,
+                text=True,
+                check=True,
+                env=os.environ | {"ECS_ECO_CACHE": str(tmp_path)},
+            ).stdout
+        )
+        for _ in range(2)
+    ]
     assert compiled[0] > 0
     assert compiled[1] == 0

@@ -33,15 +33,22 @@ print(json.dumps({
     "sin": float(elementary.arrays.sin(1e22)), "digests": [world.digest(), world.run(9).digest()],
     "target": portable.target()}))
 """
-LESSER = {"NUMBA_CPU_NAME": "nehalem", "NUMBA_CPU_FEATURES": "", "MKL_ENABLE_INSTRUCTIONS": "SSE4_2",
-          "ATEN_CPU_CAPABILITY": "default", "NPY_DISABLE_CPU_FEATURES": "", "MKL_CBWR": "AUTO",
-          "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2_Usable,-FMA_Usable,-AVX2,-FMA"}  # fmt: skip
+LESSER = {
+    "NUMBA_CPU_NAME": "nehalem",
+    "NUMBA_CPU_FEATURES": "",
+    "MKL_ENABLE_INSTRUCTIONS": "SSE4_2",
+    "ATEN_CPU_CAPABILITY": "default",
+    "NPY_DISABLE_CPU_FEATURES": "",
+    "MKL_CBWR": "AUTO",
+    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2_Usable,-FMA_Usable,-AVX2,-FMA",
+}
 
 
 def child(mode, **variables):
     environment = {**os.environ, portable.VARIABLE: mode, **variables}
-    done = subprocess.run([sys.executable, "-c", CHILD], env=environment, capture_output=True, text=True,
-                          timeout=580)
+    done = subprocess.run(
+        [sys.executable, "-c", CHILD], env=environment, capture_output=True, text=True, timeout=580
+    )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

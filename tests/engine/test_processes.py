@@ -30,7 +30,10 @@ def test_a_process_and_those_that_it_starts_take_no_modules_of_the_folder(hidden
     again = "import json, subprocess, sys; print(json.dumps(sys.argv[1:]), flush=True); subprocess.run"
     inner = "import shlex; import ecs_eco; print(ecs_eco.__name__)"
     assert run(*python(f"{again}([sys.executable, '-c', {inner!r}], check=True)", "a", "b")).split() == [
-        '["a",', '"b"]', "ecs_eco"]
+        '["a",',
+        '"b"]',
+        "ecs_eco",
+    ]
     assert not hidden.exists()
 
 
@@ -43,8 +46,12 @@ def test_the_command_as_a_module_takes_none_either(hidden: Path) -> None:
 def test_a_checkout_that_is_not_installed_is_still_found_by_its_processes(tmp_path: Path) -> None:
     (tmp_path / "ecs_eco").symlink_to(Path(__file__).parents[2] / "ecs_eco")
     script = "sys.argv[:] = ['-m']; sys.orig_argv[:] = ['python', '-m', 'ecs_eco']; import ecs_eco"
-    output = run(sys.executable, "-c", f"import os; os.chdir({str(tmp_path)!r}); import sys; "
-                 f"sys.path[0] = {str(tmp_path)!r}; {script}; print(sys.path[0]); print(sys.path[-1])")
+    output = run(
+        sys.executable,
+        "-c",
+        f"import os; os.chdir({str(tmp_path)!r}); import sys; "
+        f"sys.path[0] = {str(tmp_path)!r}; {script}; print(sys.path[0]); print(sys.path[-1])",
+    )
     first, last = output.split()
     assert first != str(tmp_path)
     assert last == str(tmp_path) or os.path.samefile(last, tmp_path)

@@ -24,9 +24,11 @@ def test_a_kernel_an_array_and_a_slow_twin_draw_the_same():
     for purpose in (random.PLACE, random.FEED + (3 << 8)):
         many = draw_many(key, who, purpose)
         assert many.dtype == np.float32
-        assert many.tolist() == [float(draw(key, w, purpose)) for w in who] == [
-            slow(int(w), purpose) for w in who
-        ]
+        assert (
+            many.tolist()
+            == [float(draw(key, w, purpose)) for w in who]
+            == [slow(int(w), purpose) for w in who]
+        )
 
 
 def test_draw_takes_the_upper_24_of_64_random_bits():

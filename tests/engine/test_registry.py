@@ -17,12 +17,16 @@ def test_an_entity_goes_to_the_one_table_that_has_its_components_and_else_the_ta
         assert (world.tables["hare"].n, world.tables["fox"].n) == (4, 1), "the hares have these and no others"
         esper.create_entity(Coat())
         assert world.tables["fox"].n == 2
-        with pytest.raises(TypeError, match=r"create_entity\(Position\): hare, "
-                                            r"fox of .* have these components; world\.spawn\('hare', …\)"):
+        with pytest.raises(
+            TypeError,
+            match=r"create_entity\(Position\): hare, "
+            r"fox of .* have these components; world\.spawn\('hare', …\)",
+        ):
             esper.create_entity(Position())
         for things in ((), (Tag(),), (Velocity(), Tag())):
-            with pytest.raises(TypeError,
-                               match=r"its tables are hare \(Position, Body\); fox \(Position, Body, Coat\)"):
+            with pytest.raises(
+                TypeError, match=r"its tables are hare \(Position, Body\); fox \(Position, Body, Coat\)"
+            ):
                 esper.create_entity(*things)
         with pytest.raises(ValueError, match=r"Position\.x is nan"):
             esper.create_entity(Position(x=float("nan")), Body(), Coat())
@@ -56,8 +60,11 @@ def test_an_entity_created_within_a_tick_is_in_esper_at_once_and_lives_from_the_
                 self.place.x = 14  # written before its birth, and brought back around the torus
                 esper.delete_entity(self.stillborn)
                 assert not esper.entity_exists(self.stillborn)
-                with pytest.raises(RuntimeError, match=r"esper\.clear_dead_entities, .*: "
-                                                       r"deaths take effect at the end of the phase `die`"):
+                with pytest.raises(
+                    RuntimeError,
+                    match=r"esper\.clear_dead_entities, .*: "
+                    r"deaths take effect at the end of the phase `die`",
+                ):
                     esper.process()
                 with pytest.raises(RuntimeError, match="leave `immediate` away"):
                     esper.delete_entity(world.entity(1), immediate=True)
@@ -181,8 +188,9 @@ def test_a_processor_may_be_placed_by_a_priority_of_espers(world):
 def test_a_world_that_esper_has_deleted_says_so(world):
     esper.delete_world(world.context.name)
     for use in (lambda: world.run(1), world.__enter__):
-        with pytest.raises(RuntimeError,
-                           match=r"esper\.delete_world\('ecs-eco \d+'\) has deleted world 'world'"):
+        with pytest.raises(
+            RuntimeError, match=r"esper\.delete_world\('ecs-eco \d+'\) has deleted world 'world'"
+        ):
             use()
     assert not turns.turn.held()
     assert (world.tick, world.get(1, Position).x) == (0, 1)

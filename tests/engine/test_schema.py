@@ -90,8 +90,9 @@ def test_a_wrong_declaration_is_refused_at_once(fields, error, message):
 
 
 def test_a_component_inherits_nothing():
-    with pytest.raises(TypeError,
-                       match="Wet: a component inherits nothing; write its fields out instead of Fur"):
+    with pytest.raises(
+        TypeError, match="Wet: a component inherits nothing; write its fields out instead of Fur"
+    ):
 
         @component
         class Wet(Fur):
@@ -108,8 +109,11 @@ def test_an_unknown_field_names_the_nearest():
 
 
 def test_a_size_that_nobody_gave_is_named():
-    with pytest.raises(ValueError, match=r"Fur.rings in table 'cat': "
-                                         r"the shape uint8\[legs\] needs the size 'legs'; declared are none"):
+    with pytest.raises(
+        ValueError,
+        match=r"Fur.rings in table 'cat': "
+        r"the shape uint8\[legs\] needs the size 'legs'; declared are none",
+    ):
         Table("cat", (Fur,))
 
 

@@ -19,12 +19,12 @@ class Wool:
     """Coat."""
     length: f32 = 0.01
 '''
-GROW = '''
+GROW = """
 class Grow(System):
     needs = (Wool,)
     def update(self, table, world):
         table[Wool].length[table.alive] += np.float32(0.001)
-'''
+"""
 
 
 class Session:
@@ -40,10 +40,15 @@ class Session:
         exec(compile(cell, file, "exec"), vars(self.main))
 
     def world(self):
-        return World.from_config({"format": 1, "name": "fold", "space": {"size": [9.0, 9.0]},
-                                  "systems": [self.main.Grow],
-                                  "species": {"ewe": {"count": 3, "body": {"radius": 0.3},
-                                                      "components": [self.main.Wool]}}})
+        return World.from_config(
+            {
+                "format": 1,
+                "name": "fold",
+                "space": {"size": [9.0, 9.0]},
+                "systems": [self.main.Grow],
+                "species": {"ewe": {"count": 3, "body": {"radius": 0.3}, "components": [self.main.Wool]}},
+            }
+        )
 
 
 @pytest.fixture
@@ -77,8 +82,9 @@ def test_without_cells_a_class_is_what_it_was_compiled_to(session):
     assert source_of("Grow") != first
 
 
-@pytest.mark.parametrize(("cell", "name"), [(GROW.replace("0.001", "0.1"), "Grow"),
-                                            (WOOL.replace("0.01", "0.5"), "Wool")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("cell", "name"), [(GROW.replace("0.001", "0.1"), "Grow"), (WOOL.replace("0.01", "0.5"), "Wool")]
+)
 def test_a_class_of_a_notebook_that_changed_is_refused_by_name(session, tmp_path, cell, name):
     world = session.world().run(2)
     path = world.save(tmp_path / "fold.safetensors")

@@ -12,12 +12,27 @@ def readonly(array):
     return array
 
 
-@pytest.mark.parametrize("value", [
-    1, 2.0, True, None, np.float32(1), np.uint64(3), np.zeros(3, np.float32), np.zeros((3, 2), np.int64),
-    np.zeros((4, 4))[::2, ::2], np.asfortranarray(np.zeros((3, 2))), readonly(np.zeros(2)),
-    np.zeros(3, bool), (1, 2), (1, 2.0, (3, 4.0)),
-    (np.zeros(1), np.zeros((1, 1), np.uint8)),
-], ids=repr)  # fmt: skip
+@pytest.mark.parametrize(
+    "value",
+    [
+        1,
+        2.0,
+        True,
+        None,
+        np.float32(1),
+        np.uint64(3),
+        np.zeros(3, np.float32),
+        np.zeros((3, 2), np.int64),
+        np.zeros((4, 4))[::2, ::2],
+        np.asfortranarray(np.zeros((3, 2))),
+        readonly(np.zeros(2)),
+        np.zeros(3, bool),
+        (1, 2),
+        (1, 2.0, (3, 4.0)),
+        (np.zeros(1), np.zeros((1, 1), np.uint8)),
+    ],
+    ids=repr,
+)
 def test_types_are_read_back_from_text(value):
     signature = (typeof(value), types.int64)
     assert signatures.read(signatures.text(signature)) == signature

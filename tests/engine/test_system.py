@@ -94,7 +94,8 @@ def test_misuse_is_refused():
     system = world.add_system(Empty())
     with pytest.raises(ValueError, match="system Empty is in a world already; make another instance"):
         World().add_system(system)
-    with pytest.raises(NotImplementedError,
-                       match=r"Empty defines neither update\(table, world\) nor process\(\)"):
+    with pytest.raises(
+        NotImplementedError, match=r"Empty defines neither update\(table, world\) nor process\(\)"
+    ):
         world.run(1)
     assert esper.current_world == "default"  # an error in a tick leaves esper where it was

@@ -33,8 +33,13 @@ def _doom(table, *rows):
 def test_newborn_take_the_lowest_free_rows_and_new_uids():
     table = _table(4, capacity=8)
     _doom(table, 2, 0)
-    assert (table.n, len(table), table.high, table.rows().tolist(),
-            table.uid[:4].tolist()) == (2, 2, 4, [1, 3], [0, 11, 0, 13])
+    assert (table.n, len(table), table.high, table.rows().tolist(), table.uid[:4].tolist()) == (
+        2,
+        2,
+        4,
+        [1, 3],
+        [0, 11, 0, 13],
+    )
     rows = table.occupy(3, 14, 7, {})
     assert rows.tolist() == [0, 2, 4]
     assert table.uid[:5].tolist() == [14, 11, 15, 13, 16]
@@ -109,8 +114,9 @@ def test_a_component_that_is_not_there_names_those_that_are():
         table[Mark]
     with pytest.raises(TypeError, match="<class 'int'> is not a component; declare it with @component"):
         table.add_component(int)
-    with pytest.raises(KeyError,
-                       match=r"Place in table .*ant.*: unknown field .*X.*; known: x, y; did you mean .*x"):
+    with pytest.raises(
+        KeyError, match=r"Place in table .*ant.*: unknown field .*X.*; known: x, y; did you mean .*x"
+    ):
         table.set_defaults(Place, X=1)
     with pytest.raises(ValueError, match="capacity is 0; it must be at least 1"):
         Table("ant", (), capacity=0)
@@ -122,8 +128,9 @@ def test_a_request_that_does_not_fit_is_refused_when_it_is_made():
         table.request(two, {(Mark, "digits"): np.zeros((2, 2))})
     with pytest.raises(KeyError, match="unknown field 'z'"):
         table.request(two, {(Place, "z"): np.zeros(2)})
-    with pytest.raises(ValueError,
-                       match=r"newborn of 'ant': Place.x has the shape \(3,\); allowed is \(2,\)"):
+    with pytest.raises(
+        ValueError, match=r"newborn of 'ant': Place.x has the shape \(3,\); allowed is \(2,\)"
+    ):
         table.request(two, {(Place, "x"): np.zeros(3)})
     assert not table.births
 

@@ -69,8 +69,9 @@ def run_all(*jobs):
     """Run (code, argument, environment) in processes of their own, all at once; what each printed."""
     bare = {name: value for name, value in os.environ.items() if name not in NUMBERS}
     started = [
-        subprocess.Popen([sys.executable, "-c", code, argument], env=bare | environment,
-                         stdout=subprocess.PIPE, text=True)
+        subprocess.Popen(
+            [sys.executable, "-c", code, argument], env=bare | environment, stdout=subprocess.PIPE, text=True
+        )
         for code, argument, environment in jobs
     ]
     printed = [process.communicate()[0] for process in started]
@@ -91,8 +92,9 @@ def test_what_is_learnt_depends_neither_on_what_ran_before_nor_on_the_environmen
 
 
 def test_drawn_and_fitted_networks_do_not_depend_on_the_environment():
-    first, *others = run_all(*[(PRODUCTS, "", {"OMP_NUM_THREADS": n}) for n in ("1", "2", "4")],
-                             (PRODUCTS, "", {}))
+    first, *others = run_all(
+        *[(PRODUCTS, "", {"OMP_NUM_THREADS": n}) for n in ("1", "2", "4")], (PRODUCTS, "", {})
+    )
     assert others == [first] * len(others)
 
 
@@ -167,4 +169,3 @@ def test_linear_algebra_has_one_thread_and_the_users_number_comes_back():
         with one_blas_thread(), one_blas_thread():
             assert numbers() == {1}
         assert numbers() == {3}
-

@@ -40,5 +40,7 @@ def test_a_result_does_not_depend_on_the_place_in_the_array():
     x = np.random.default_rng(1).uniform(0, 6.3, 1001).astype(np.float32)
     whole = _both(x)
     for start in range(1, 40):
-        assert all(np.array_equal(part, all_[start:]) for part, all_ in zip(_both(x[start:].copy()), whole,
-                                                                           strict=True))
+        assert all(
+            np.array_equal(part, all_[start:])
+            for part, all_ in zip(_both(x[start:].copy()), whole, strict=True)
+        )

@@ -58,7 +58,12 @@ print(np.concatenate([brain.forward(x)[0].ravel(), brain.forward(x)[1]]).tolist(
 """
     said = []
     for off in "01":
-        done = subprocess.run([sys.executable, "-c", code], env=os.environ | {"NUMBA_DISABLE_JIT": off},
-                              capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            env=os.environ | {"NUMBA_DISABLE_JIT": off},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
         said.append(json.loads(done.stdout))
     np.testing.assert_allclose(*said, rtol=1e-5, atol=1e-6)

@@ -42,8 +42,11 @@ def test_a_tick_goes_the_way_that_took_less_time_and_the_other_is_tried_again(di
 def test_the_other_way_is_taken_soon_after_it_has_become_better(better):
     """A second core that is free again, or has other work now."""
     change = 20 * RARELY
-    ways = ways_of(Pace(), 2 * change + RARELY * 10, lambda way, tick: 1.0 if way == (
-        better if tick < change else not better) else 1.3)
+    ways = ways_of(
+        Pace(),
+        2 * change + RARELY * 10,
+        lambda way, tick: 1.0 if way == (better if tick < change else not better) else 1.3,
+    )
     assert (ways[change // 2 : change] == better).mean() > 0.95
     sooner = change + 2 * SOON * 8  # the chosen way takes longer than it did
     assert (ways[sooner : sooner + RARELY] != better).mean() > 0.9
@@ -53,7 +56,7 @@ def test_a_way_that_becomes_better_without_notice_is_found_in_the_end():
     change = 20 * RARELY
     ways = ways_of(Pace(), 40 * RARELY, lambda way, tick: (0.6 if tick > change else 1.3) if way else 1.0)
     assert not ways[change // 2 : change].mean() > 0.05
-    assert ways[change + 8 * RARELY:].mean() > 0.9
+    assert ways[change + 8 * RARELY :].mean() > 0.9
 
 
 @pytest.mark.parametrize("way", [True, False])

@@ -30,8 +30,11 @@ def work(folder: Path, seed: int, slowly: float = 0.0) -> str:
 
     if (folder / "manifest.json").is_file():
         return str(resume(folder, TICKS, report=False, complain=lambda _: None, prepare=slow)["digest"])
-    return str(run_to_folder(WORLD, seed=seed, ticks=TICKS, out=folder, report=False, checkpoint_every=EVERY,
-                             prepare=slow)["digest"])
+    return str(
+        run_to_folder(
+            WORLD, seed=seed, ticks=TICKS, out=folder, report=False, checkpoint_every=EVERY, prepare=slow
+        )["digest"]
+    )
 
 
 def main(out: Path) -> dict[str, Any]:
@@ -59,8 +62,10 @@ def main(out: Path) -> dict[str, Any]:
         digests = {seed: call.result() for seed, call in calls.items()}
     print(f"all done after {time.perf_counter() - begin:.1f} s", file=sys.stderr)
     cluster.shutdown()
-    begun = {seed: sorted(int(note.read_text().split()[1]) for note in folder.glob("by-*"))
-             for seed, folder in shared.items()}
+    begun = {
+        seed: sorted(int(note.read_text().split()[1]) for note in folder.glob("by-*"))
+        for seed, folder in shared.items()
+    }
     return {"plain": plain, "ray": digests, "begun": begun}
 
 
@@ -80,9 +85,11 @@ def under_way(folders: Iterable[Path], on: str = "", without: int = 0) -> list[i
             notes = {int(note.name[3:]): note.read_text().split() for note in folder.glob("by-*")}
             later = [c for c in folder.glob("checkpoints/tick-*.safetensors") if tick_of(c) > EVERY]
             if later and tick_of(max(later)) < TICKS * 0.8:
-                processes += [pid for pid, words in notes.items()
-                              if words and on in words[0] and pid != without
-                              and Path(f"/proc/{pid}").exists()]
+                processes += [
+                    pid
+                    for pid, words in notes.items()
+                    if words and on in words[0] and pid != without and Path(f"/proc/{pid}").exists()
+                ]
         if processes:
             return processes
         time.sleep(0.05)

@@ -12,9 +12,11 @@ def test_each_treatment_is_an_arm_of_its_own() -> None:
         "predator-prey", ["seed=4"], ["random-policy", "species.deer.emits.deer_smell=0", "no-wolf"]
     )
     assert [(a.name, a.policies) for a in arms] == [
-        ("world", "trained"), ("random-policy", "random"), ("species.deer.emits.deer_smell-0", "trained"),
+        ("world", "trained"),
+        ("random-policy", "random"),
+        ("species.deer.emits.deer_smell-0", "trained"),
         ("no-wolf", "trained"),
-    ]  # fmt: skip
+    ]
     assert {a.config.seed for a in arms} == {4}
     assert [a.config.species["deer"].emits["deer_smell"] for a in arms] == [1.0, 1.0, 0.0, 1.0]
     assert [a.config.species["wolf"].count > 0 for a in arms] == [True, True, True, False]

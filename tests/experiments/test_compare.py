@@ -33,8 +33,10 @@ def world(tmp_path: Path) -> str:
 
 
 def digests(folder: Path) -> dict[str, str]:
-    return {str(path.parent.relative_to(folder)): read_manifest(path.parent)["digest"]
-            for path in folder.glob("*/*/manifest.json")}
+    return {
+        str(path.parent.relative_to(folder)): read_manifest(path.parent)["digest"]
+        for path in folder.glob("*/*/manifest.json")
+    }
 
 
 def test_an_executor_of_ones_own_gives_the_same_and_is_left_running(world: str, tmp_path: Path) -> None:

@@ -29,10 +29,11 @@ def test_where_nothing_is_trained_each_arm_runs_once_with_each_seed(arms) -> Non
     assert plain.trainings == {}
     assert plain.training_seeds_of_runs() is None
     assert {str(key): run.folder for key, run in plain.runs.items()} == {
-        "world, seed 1": OUT / "world" / "seed-1", "world, seed 2": OUT / "world" / "seed-2",
+        "world, seed 1": OUT / "world" / "seed-1",
+        "world, seed 2": OUT / "world" / "seed-2",
         "random-policy, seed 1": OUT / "random-policy" / "seed-1",
         "random-policy, seed 2": OUT / "random-policy" / "seed-2",
-    }  # fmt: skip
+    }
 
 
 def test_each_trained_policy_meets_each_world_seed(arms) -> None:
@@ -67,8 +68,13 @@ def test_policies_are_said_in_words(arms) -> None:
 def test_a_job_that_fails_is_reported_and_the_others_are_done() -> None:
     failures, progress = [], []
     jobs = {Key("a", 1): ("1",), Key("a", 2): ("x",), Key("a", 3): ("3",)}
-    results = run_jobs(int, jobs, Pool(1), lambda *n: progress.append(n),
-                       lambda key, error: failures.append((key, type(error))))
+    results = run_jobs(
+        int,
+        jobs,
+        Pool(1),
+        lambda *n: progress.append(n),
+        lambda key, error: failures.append((key, type(error))),
+    )
     assert results == {Key("a", 1): 1, Key("a", 3): 3}
     assert failures == [(Key("a", 2), ValueError)]
     assert progress == [(0, 3), (1, 3), (1, 3), (2, 3)]
@@ -78,7 +84,8 @@ def test_a_killed_worker_is_reported_once() -> None:
     failures = []
     jobs = {Key("a", seed): (1,) for seed in range(6)}
     with Pool(2) as pool:
-        results = run_jobs(os._exit, jobs, pool, lambda *_: None,
-                           lambda _, error: failures.append(type(error)))
+        results = run_jobs(
+            os._exit, jobs, pool, lambda *_: None, lambda _, error: failures.append(type(error))
+        )
     assert results == {}
     assert failures == [BrokenProcessPool]

@@ -21,10 +21,13 @@ def test_without_a_name_it_is_two_processes_of_this_machine() -> None:
     assert pool.workers == 2
 
 
-@pytest.mark.parametrize(("name", "words"), [
-    ("rai", 'no such engine; allowed: local, ray, slurm; did you mean "ray"?'),
-    ("slurm", "takes whole sweeps only; allowed: local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN"),
-])
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("rai", 'no such engine; allowed: local, ray, slurm; did you mean "ray"?'),
+        ("slurm", "takes whole sweeps only; allowed: local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN"),
+    ],
+)
 def test_engines_that_cannot_be_had_are_refused_with_what_can(name: str, words: str) -> None:
     with pytest.raises(ConfigError) as caught:
         executor(name)
@@ -67,8 +70,10 @@ def test_an_executor_that_is_lent_is_left_running_and_what_waits_in_it_is_cancel
 def test_results_come_as_they_are_done_with_their_keys() -> None:
     with ThreadPoolExecutor(2) as own, engine(own, 5) as lent:
         assert workers_of(lent) == 5
-        results = {key: future.exception() or future.result()
-                   for key, future in completed(lent, int, {"a": ("1",), "b": ("x",)})}
+        results = {
+            key: future.exception() or future.result()
+            for key, future in completed(lent, int, {"a": ("1",), "b": ("x",)})
+        }
     assert results["a"] == 1
     assert isinstance(results["b"], ValueError)
 

@@ -46,7 +46,7 @@ def test_several_workers_are_processes_of_one_thread_each() -> None:
 
 
 def test_workers_take_no_modules_of_the_folder_that_they_run_in(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("multiprocessing", "signal", "pickle", "pydantic"):
         (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'mark')!r}, 'w')\n")

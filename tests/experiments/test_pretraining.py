@@ -16,8 +16,9 @@ def trained(menagerie, tmp_path_factory):
     out = tmp_path_factory.mktemp("policies")
     shown = []
     changes = {"training": {"average": 0.5, "set": {"species.moss.reproduction.seed_rain": 0.2}}}
-    result = pretrain(menagerie(**changes), seed=5, ticks=40, out=out,
-                      progress=lambda *at: shown.append(at), points=4)
+    result = pretrain(
+        menagerie(**changes), seed=5, ticks=40, out=out, progress=lambda *at: shown.append(at), points=4
+    )
     return result, out, shown
 
 
@@ -57,7 +58,10 @@ def test_trained_policies_are_measured_beside_random_ones_and_shown(trained, men
     page = write_training({**result, "against_random": found}, tmp_path).read_text()
     assert "Beside random policies" in page
     assert {p.name for p in (tmp_path / "figures").iterdir()} == {
-        "learning.svg", "actions-0.svg", "actions-1.svg"}
+        "learning.svg",
+        "actions-0.svg",
+        "actions-1.svg",
+    }
 
 
 def test_a_world_takes_up_the_policies_of_a_folder(trained, menagerie):
@@ -74,9 +78,11 @@ def test_training_changes_the_weights_and_the_same_seed_gives_the_same(trained, 
     changes = {"training": {"average": 0.5, "set": {"species.moss.reproduction.seed_rain": 0.2}}}
     again = pretrain(menagerie(**changes), seed=5, ticks=40, points=4)
     assert all(np.array_equal(v, again["policies"]["ram"][k]) for k, v in result["policies"]["ram"].items())
-    fresh = World.from_config(
-        menagerie(**changes), seed=5, policies="untrained"
-    ).tables["ram"].species.nerves.brain.state()
+    fresh = (
+        World.from_config(menagerie(**changes), seed=5, policies="untrained")
+        .tables["ram"]
+        .species.nerves.brain.state()
+    )
     assert all((v != fresh[k]).any() for k, v in result["policies"]["ram"].items() if k.endswith("weight"))
 
 
@@ -94,8 +100,11 @@ def test_the_mean_of_weights_is_that_of_each_number():
 
 
 def test_what_an_update_could_not_say_is_written_as_null(menagerie, tmp_path):
-    dead = {"happiness": {"formula": "0 * energy", "minimum": 0.0}, "lethal": [],
-            "ppo": {"gae_lambda": 0.0, "discount": 0.0}}
+    dead = {
+        "happiness": {"formula": "0 * energy", "minimum": 0.0},
+        "lethal": [],
+        "ppo": {"gae_lambda": 0.0, "discount": 0.0},
+    }
     result = pretrain(menagerie(species={"ram": dead}), ticks=30, out=tmp_path)
     assert json.loads((tmp_path / "training.json").read_text())["reports"] == result["reports"]
 
@@ -107,8 +116,9 @@ def test_numbers_ramp_while_training(menagerie):
     seen = []
 
     def look(done, _):
-        seen.append((done,
-                     sum(s.metabolism.basal for n, s in worlds[-1].config.species.items() if n == "ram")))
+        seen.append(
+            (done, sum(s.metabolism.basal for n, s in worlds[-1].config.species.items() if n == "ram"))
+        )
 
     worlds, made = [], World.from_config
 
@@ -124,12 +134,15 @@ def test_numbers_ramp_while_training(menagerie):
     assert seen == [(2, 0.0), (4, 0.01), (6, 0.02), (8, 0.02)]
 
 
-@pytest.mark.parametrize(("ramp", "named"), [
-    ({"key": "species.ram.count", "values": [1.0, 2.0]}, "training.ramp.0"),
-    ({"key": "species.ram.diet.0.chance", "values": [0.5, 3.0]}, "training.ramp.0.values.1"),
-    ({"key": "species.rem.diet.0.chance", "values": [0.5, 1.0]}, "training.ramp.0.key"),
-    ({"key": "dt", "values": [0.5, 1.0]}, "training.ramp.0.key"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("ramp", "named"),
+    [
+        ({"key": "species.ram.count", "values": [1.0, 2.0]}, "training.ramp.0"),
+        ({"key": "species.ram.diet.0.chance", "values": [0.5, 3.0]}, "training.ramp.0.values.1"),
+        ({"key": "species.rem.diet.0.chance", "values": [0.5, 1.0]}, "training.ramp.0.key"),
+        ({"key": "dt", "values": [0.5, 1.0]}, "training.ramp.0.key"),
+    ],
+)
 def test_a_ramp_of_what_cannot_change_is_refused(menagerie, ramp, named):
     with pytest.raises(ConfigError) as error:
         load(menagerie(training={"ramp": [ramp]}))

@@ -63,8 +63,15 @@ def output_of(*words: str | Path, cwd: Path, **variables: str) -> subprocess.Com
     pytest.importorskip("ray")
     before = {name: value for name, value in os.environ.items() if name != "RAY_ADDRESS"}
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
-    return subprocess.run([sys.executable, *words], cwd=cwd, capture_output=True, text=True, timeout=540,
-                          env=before | {"PYTHONPATH": path} | variables, check=False)
+    return subprocess.run(
+        [sys.executable, *words],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=540,
+        env=before | {"PYTHONPATH": path} | variables,
+        check=False,
+    )
 
 
 def said_by(done: subprocess.CompletedProcess[str]) -> Any:
@@ -103,19 +110,27 @@ def test_runs_go_on_from_their_checkpoints_when_a_worker_and_a_node_are_killed(t
 def test_a_cluster_that_is_gone_is_refused_at_once(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="refused"):
         _knock("127.0.0.1:9")
-    done = output_of("-c", "from ecs_eco.experiments.engines import executor; executor('ray')", cwd=tmp_path,
-                     RAY_ADDRESS="127.0.0.1:9")
+    done = output_of(
+        "-c",
+        "from ecs_eco.experiments.engines import executor; executor('ray')",
+        cwd=tmp_path,
+        RAY_ADDRESS="127.0.0.1:9",
+    )
     assert "no Ray cluster answers there: Connection refused; allowed: the address that `ray" in done.stderr
 
 
 def test_the_client_of_ray_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    done = output_of("-c", "from ecs_eco.experiments.engines import executor; executor('ray')", cwd=tmp_path,
-                     RAY_ADDRESS="ray://127.0.0.1:9")
+    done = output_of(
+        "-c",
+        "from ecs_eco.experiments.engines import executor; executor('ray')",
+        cwd=tmp_path,
+        RAY_ADDRESS="ray://127.0.0.1:9",
+    )
     assert "`ray job submit`" in done.stderr
 
 
 def test_workers_look_for_modules_where_this_process_does_and_not_in_the_present_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     folders = Imported()

@@ -20,8 +20,9 @@ def test_each_world_draws_from_a_part_of_the_range_of_its_own():
     # zero has no logarithm: equal differences
     assert sorted(int(world["b"]) for world in values) == [0, 1, 2, 3]
     assert all(isinstance(world["c"], int) and world["c"] in (1, 2, 3) for world in values)
-    assert [w["a"] for w in drawn({"a": [1.0, 16.0]}, 4, 78)] != [w["a"]
-                                                                  for w in drawn({"a": [1.0, 16.0]}, 4, 79)]
+    assert [w["a"] for w in drawn({"a": [1.0, 16.0]}, 4, 78)] != [
+        w["a"] for w in drawn({"a": [1.0, 16.0]}, 4, 79)
+    ]
 
 
 def test_several_worlds_with_numbers_of_their_own_train_one_policy(menagerie):
@@ -32,8 +33,9 @@ def test_several_worlds_with_numbers_of_their_own_train_one_policy(menagerie):
     assert len(brains) == 1
     training_worlds.run(80)
     reports = training_worlds.worlds[2].tables["ram"].species.nerves.reports
-    assert [(r["tick"], r["n_transitions"]) for r in reports] == [(t, 12 * sum(numbers))
-                                                                  for t in (12, 24, 36, 48, 60, 72)]
+    assert [(r["tick"], r["n_transitions"]) for r in reports] == [
+        (t, 12 * sum(numbers)) for t in (12, 24, 36, 48, 60, 72)
+    ]
     assert [world.tick for world in training_worlds.worlds] == [80, 80, 80]
 
 
@@ -42,8 +44,9 @@ def test_the_same_seed_trains_the_same_policies_in_several_worlds(menagerie):
     other = pretrain(plan(menagerie, renew=41, pool=0.5), seed=3, ticks=100)
     for name, weights in one["policies"]["ram"].items():
         assert np.array_equal(weights, two["policies"]["ram"][name])
-    assert any((weights != other["policies"]["ram"][name]).any()
-               for name, weights in one["policies"]["ram"].items())
+    assert any(
+        (weights != other["policies"]["ram"][name]).any() for name, weights in one["policies"]["ram"].items()
+    )
     assert one["curves"] == two["curves"]
     assert one["curves"]["ram"]["tick"][-1] == 100
     assert all(np.isfinite(v).all() for v in one["curves"]["ram"].values())

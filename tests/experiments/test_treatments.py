@@ -125,5 +125,8 @@ def test_a_treatment_goes_to_other_processes_as_it_is(name: str):
     treatment = find(name, load("predator-prey"))
     again = ForkingPickler.loads(ForkingPickler.dumps(treatment))
     assert (again.name, again.policies, again.learn, again.changes_config) == (
-        treatment.name, treatment.policies, treatment.learn, treatment.changes_config
-    )  # fmt: skip
+        treatment.name,
+        treatment.policies,
+        treatment.learn,
+        treatment.changes_config,
+    )

@@ -53,6 +53,7 @@ def test_a_call_in_a_thread_of_a_worker_does_its_work_and_hears_no_signals():
 
 def last_tick(config, folder):
     """Work that is told to end in the last tick of its run."""
+
     def told(done, total):
         if done == total:
             os.kill(os.getpid(), signal.SIGTERM)
@@ -63,6 +64,7 @@ def last_tick(config, folder):
 
 def lost(*_):
     """Work that is told to end where nothing that is raised gets through."""
+
     class Dying:
         def __del__(self):
             os.kill(os.getpid(), signal.SIGTERM)

@@ -16,8 +16,13 @@ def layout_of(loci: int = 10, letters: str = "ACGT", **arguments) -> Layout:
     return Layout([Gene(name="g", letters=2, low=0, high=1, **arguments)], letters, loci=loci)
 
 
-def operators(layout: Layout, mate: tuple | None = None, mutate: tuple | None = None, twins: bool = True,
-              chance: float = 1.0) -> Operators:
+def operators(
+    layout: Layout,
+    mate: tuple | None = None,
+    mutate: tuple | None = None,
+    twins: bool = True,
+    chance: float = 1.0,
+) -> Operators:
     """Operators with functions of DEAP; without `twins` hidden in functions that no kernel stands for."""
     toolbox = toolbox_of({"mutate": {"operator": "mutUniformInt", "indpb": 0.0}}, layout)
     for word, given in (("mate", mate), ("mutate", mutate)):
@@ -29,8 +34,11 @@ def operators(layout: Layout, mate: tuple | None = None, mutate: tuple | None = 
 
 def hidden(function: Callable, word: str) -> Callable:
     if word == "mate":
-        return ((lambda a, b, indpb: function(a, b, indpb))
-                if function is tools.cxUniform else lambda a, b: function(a, b))
+        return (
+            (lambda a, b, indpb: function(a, b, indpb))
+            if function is tools.cxUniform
+            else lambda a, b: function(a, b)
+        )
     if function is tools.mutUniformInt:
         return lambda a, low, up, indpb: function(a, low, up, indpb)
     return lambda a, indpb: function(a, indpb)

@@ -10,5 +10,6 @@ def one(gene: Gene, letters: str = "ACGT", **arguments) -> Layout:
 
 
 def meaning(layout: Layout, text: str) -> dict[str, float]:
-    return {name: value[0].tolist()
-            for name, value in layout.decode(layout.alphabet.encode(text)[None]).items()}
+    return {
+        name: value[0].tolist() for name, value in layout.decode(layout.alphabet.encode(text)[None]).items()
+    }

@@ -38,8 +38,11 @@ def test_errors_name_the_place_and_the_letter():
         DNA.decode(np.array([0, 4, 9], np.uint8))
     with pytest.raises(ValueError, match="genome: -1 at place 0"):
         DNA.decode(np.array([-1]))
-    with pytest.raises(ValueError, match=r"an array of float64 with the shape \(2,\); "
-                                         r"allowed is one row of whole numbers"):
+    with pytest.raises(
+        ValueError,
+        match=r"an array of float64 with the shape \(2,\); "
+        r"allowed is one row of whole numbers",
+    ):
         DNA.decode(np.array([0.0, 1.0]))
     with pytest.raises(ValueError, match=r"with the shape \(1, 2\)"):
         DNA.decode(np.zeros((1, 2), np.uint8))
@@ -47,8 +50,11 @@ def test_errors_name_the_place_and_the_letter():
 
 @pytest.mark.parametrize(
     ("letters", "message"),
-    [("A", "has 1 letters; allowed are 2 to 256"), ("", "has 0 letters"),
-     ("ACGA", "the letter 'A' occurs twice")],
+    [
+        ("A", "has 1 letters; allowed are 2 to 256"),
+        ("", "has 0 letters"),
+        ("ACGA", "the letter 'A' occurs twice"),
+    ],
 )
 def test_an_alphabet_that_cannot_be_is_refused(letters, message):
     with pytest.raises(ValueError, match=message):

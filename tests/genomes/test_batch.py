@@ -68,8 +68,9 @@ def test_without_a_crossing_the_child_copies_one_parent(twins: bool) -> None:
     whole = (child == child[:, :1]).all(axis=1)
     assert whole.mean() == pytest.approx(0.75 + 0.25 * 2 / 2**10, abs=0.03)
     assert child[whole, 0].mean() == pytest.approx(0.5, abs=0.03)
-    assert (origins(layout_of(10), (tools.cxUniform, {"indpb": 0.5}), twins, chance=0.0)[:, :1]
-            == child[:, :1]).mean() > 0.8
+    assert (
+        origins(layout_of(10), (tools.cxUniform, {"indpb": 0.5}), twins, chance=0.0)[:, :1] == child[:, :1]
+    ).mean() > 0.8
 
 
 MUTATIONS = [
@@ -86,8 +87,10 @@ def test_kernels_mutate_as_deap_does(mutate: tuple, letters: str) -> None:
     parent = np.tile(np.array([0, 1, 0, 1, 1, 0], np.uint8), (N, 1))
     if mutate[0] is tools.mutShuffleIndexes:
         parent = np.tile(np.array([0, 1, 2, 3, 3, 0], np.uint8), (N, 1))
-    at_once, each = (operators(layout, None, mutate, twins).offspring(parent, None, KEYS).astype(int)
-                     for twins in (True, False))
+    at_once, each = (
+        operators(layout, None, mutate, twins).offspring(parent, None, KEYS).astype(int)
+        for twins in (True, False)
+    )
     assert not np.array_equal(at_once, each)
     same_counts((at_once != parent).sum(axis=1), (each != parent).sum(axis=1))
     for locus in range(6):
@@ -100,9 +103,11 @@ def test_kernels_mutate_as_deap_does(mutate: tuple, letters: str) -> None:
 
 @pytest.mark.parametrize("twins", [True, False])
 def test_a_gene_may_mutate_at_a_rate_of_its_own(twins: bool) -> None:
-    layout = Layout([Gene(name="a", letters=3, low=0, high=1),
-                     Gene(name="b", letters=2, low=0, high=1, mutation=0.8)],
-                    "01", loci=7)
+    layout = Layout(
+        [Gene(name="a", letters=3, low=0, high=1), Gene(name="b", letters=2, low=0, high=1, mutation=0.8)],
+        "01",
+        loci=7,
+    )
     parent = np.zeros((N, 7), np.uint8)
     child = operators(layout, None, (tools.mutFlipBit, {"indpb": 0.1}), twins).offspring(parent, None, KEYS)
     assert child.mean(axis=0) == pytest.approx([0.1, 0.1, 0.1, 0.8, 0.8, 0.1, 0.1], abs=0.025)
@@ -112,8 +117,9 @@ def test_a_gene_may_mutate_at_a_rate_of_its_own(twins: bool) -> None:
 def test_bounds_of_each_locus_go_with_the_locus(twins: bool) -> None:
     layout = Layout([Gene(name="a", letters=2, low=0, high=1, mutation=1.0)], loci=4)
     arguments = {"low": [0, 1, 2, 3], "up": [0, 1, 2, 3], "indpb": 0.5}
-    child = operators(layout, None, (tools.mutUniformInt, arguments),
-                      twins).offspring(np.zeros((500, 4), np.uint8), None, KEYS[:500])
+    child = operators(layout, None, (tools.mutUniformInt, arguments), twins).offspring(
+        np.zeros((500, 4), np.uint8), None, KEYS[:500]
+    )
     assert (child[:, :2] == [0, 1]).all()
     assert {tuple(c) for c in child[:, 2:].tolist()} == {(0, 0), (2, 0), (0, 3), (2, 3)}
 
@@ -125,8 +131,11 @@ def diploid(twins: bool, chance: float = 1.0) -> np.ndarray:
     """Children [N, 2, 6] of parents with strings of 0 and 1, and of 2 and 3."""
     layout = Layout([Gene(name="g", letters=2, low=0, high=1)], loci=6, ploidy=2)
     parents = [np.repeat(np.array([[a, a + 1]], np.uint8), 6, axis=1).repeat(N, axis=0) for a in (0, 2)]
-    return operators(layout, (tools.cxTwoPoint, {}), None,
-                     twins, chance).offspring(*parents, KEYS).reshape(N, 2, 6)
+    return (
+        operators(layout, (tools.cxTwoPoint, {}), None, twins, chance)
+        .offspring(*parents, KEYS)
+        .reshape(N, 2, 6)
+    )
 
 
 @pytest.mark.parametrize("twins", [True, False])
@@ -142,8 +151,12 @@ def test_each_parent_gives_one_string_crossed_of_its_two(twins: bool) -> None:
 
 def test_kernels_make_gametes_as_deap_does() -> None:
     weights = 2 ** np.arange(6)
-    same_counts(*((diploid(twins)[:, 0] % 2) @ weights + 64 * (diploid(twins)[:, 0, 0] // 2)
-                  for twins in (True, False)))
+    same_counts(
+        *(
+            (diploid(twins)[:, 0] % 2) @ weights + 64 * (diploid(twins)[:, 0, 0] // 2)
+            for twins in (True, False)
+        )
+    )
 
 
 def test_both_gametes_of_a_birth_are_crossed_on_their_own() -> None:
@@ -164,8 +177,9 @@ def test_a_diploid_without_mate_is_copied() -> None:
 @pytest.mark.parametrize("twins", [True, False])
 def test_a_child_depends_on_its_parents_and_its_key_alone(twins: bool) -> None:
     layout = layout_of(12)
-    births = operators(layout, (tools.cxTwoPoint, {}),
-                       (tools.mutUniformInt, {"low": 0, "up": 3, "indpb": 0.2}), twins)
+    births = operators(
+        layout, (tools.cxTwoPoint, {}), (tools.mutUniformInt, {"low": 0, "up": 3, "indpb": 0.2}), twins
+    )
     keys = KEYS[:60]
     first, second = layout.random(keys), layout.random(keys + np.uint64(1))
     before = first.copy()
@@ -183,8 +197,9 @@ def test_the_users_random_numbers_go_on_as_if_nobody_was_born() -> None:
     random.seed(5)
     expected = [random.random() for _ in range(3)]
     random.seed(5)
-    births = operators(layout, (tools.cxTwoPoint, {}),
-                       (tools.mutUniformInt, {"low": 0, "up": 3, "indpb": 0.2}), twins=False)
+    births = operators(
+        layout, (tools.cxTwoPoint, {}), (tools.mutUniformInt, {"low": 0, "up": 3, "indpb": 0.2}), twins=False
+    )
     first = layout.random(KEYS[:5])
     births.offspring(first, first[::-1].copy(), KEYS[:5])
     assert [random.random() for _ in range(3)] == expected
@@ -217,8 +232,10 @@ def test_a_letter_outside_the_alphabet_that_first_comes_in_a_birth_is_named() ->
         return ([*genome[:-1], 4] if genome == [1] * 8 else genome,)
 
     births = operators(layout, None, (rare, {}))
-    with pytest.raises(ValueError, match="mutate: rare puts 4 at place 7, which is no letter; "
-                                         "allowed are whole numbers from 0 to 3"):
+    with pytest.raises(
+        ValueError,
+        match="mutate: rare puts 4 at place 7, which is no letter; allowed are whole numbers from 0 to 3",
+    ):
         births.offspring(np.ones((1, 8), np.uint8), None, KEYS[:1])
 
 
@@ -239,8 +256,10 @@ def test_genomes_of_another_layout_are_refused() -> None:
 
 def test_the_forward_kernel_agrees_with_plain_matrices() -> None:
     rng = np.random.default_rng(1)
-    x, weights = (rng.normal(size=(7, 3)).astype(np.float32),
-                  rng.normal(size=(7, 3 * 4 + 4 + 4 * 2 + 2)).astype(np.float32))
+    x, weights = (
+        rng.normal(size=(7, 3)).astype(np.float32),
+        rng.normal(size=(7, 3 * 4 + 4 + 4 * 2 + 2)).astype(np.float32),
+    )
     out = np.empty((7, 2), np.float32)
     forward(x, np.array([3, 4, 2]), weights, out)
     for i, w in enumerate(weights):

@@ -16,30 +16,42 @@ from ecs_eco.genomes.codes import Range
 from ecs_eco.testing import check_genome as check_layout
 
 GOAT = {
-    "count": 10, "body": {"radius": 0.4}, "locomotion": {"speed": {"sit": 0.0, "hop": 1.0}, "turn": 0.8},
+    "count": 10,
+    "body": {"radius": 0.4},
+    "locomotion": {"speed": {"sit": 0.0, "hop": 1.0}, "turn": 0.8},
     "diet": [{"eats": "goat", "gain": 0.1}],
-    "sensors": [{"kind": "own", "property": "energy"},
-                {"kind": "nearest", "name": "eye", "target": "goat", "radius": 5.0}],
+    "sensors": [
+        {"kind": "own", "property": "energy"},
+        {"kind": "nearest", "name": "eye", "target": "goat", "radius": 5.0},
+    ],
     "actions": {"speed": ["sit", "hop"], "eat": ["eat"]},
-    "reflex": {"connections": [{"name": "red", "sensor": "eye_near", "action": "eat", "weight": -1,
-                                "above": 0.5}]},
-    "reproduction": {"kind": "asexual", "rate": 0.01, "energy_min": 0.6, "energy_given": 0.3,
-                     "dispersal": 2.0},
+    "reflex": {
+        "connections": [{"name": "red", "sensor": "eye_near", "action": "eat", "weight": -1, "above": 0.5}]
+    },
+    "reproduction": {
+        "kind": "asexual",
+        "rate": 0.01,
+        "energy_min": 0.6,
+        "energy_given": 0.3,
+        "dispersal": 2.0,
+    },
     "genome": {
         "mate": {"operator": "cxUniform", "chance": 0.9, "indpb": 0.5},
         "mutate": {"operator": "mutUniformInt", "indpb": 0.005},
-        "genes": [{"name": "red", "trait": "reflex.red.weight", "letters": 1, "values": [0, 0, 0, -1]},
-                  {"name": "size", "trait": "body.radius", "letters": 4, "low": 0.2, "high": 0.6,
-                   "code": "gray"}],
+        "genes": [
+            {"name": "red", "trait": "reflex.red.weight", "letters": 1, "values": [0, 0, 0, -1]},
+            {"name": "size", "trait": "body.radius", "letters": 4, "low": 0.2, "high": 0.6, "code": "gray"},
+        ],
     },
-}  # fmt: skip
+}
 
 
 def world(change=lambda goat: None) -> WorldConfig:
     goat = copy.deepcopy(GOAT)
     change(goat)
-    return WorldConfig.model_validate({"format": 1, "name": "w", "space": {"size": [50.0, 40.0]},
-                                       "species": {"goat": goat}})
+    return WorldConfig.model_validate(
+        {"format": 1, "name": "w", "space": {"size": [50.0, 40.0]}, "species": {"goat": goat}}
+    )
 
 
 def gene(number: int, **values):
@@ -85,8 +97,10 @@ def larger_than_own(goat: dict) -> None:
 
 def inherit(how: str):
     def change(goat: dict) -> None:
-        goat |= {"policy": {"kind": "individual", "inherit": how},
-                 "happiness": {"weights": {"energy": 1.0}, "minimum": 0.0}}
+        goat |= {
+            "policy": {"kind": "individual", "inherit": how},
+            "happiness": {"weights": {"energy": 1.0}, "minimum": 0.0},
+        }
         if how == "learned":
             brain = {"name": "brain", "trait": "policy.weights", "letters": 2, "low": -2.0, "high": 2.0}
             goat["genome"]["genes"].append(brain | {"form": "cosine", "coefficients": 5})
@@ -124,13 +138,24 @@ def test_what_is_wrong_is_said_with_its_key(change, key: str, words: str) -> Non
 ASEXUAL = {"kind": "asexual", "rate": 0.5, "energy_min": 0.1, "energy_given": 0.05}
 
 
-@pytest.mark.parametrize(("reproduction", "mate"), [
-    (ASEXUAL, {}), (ASEXUAL | {"kind": "simplified"}, {}), (None, {"operator": "cxOnePoint"}),
-    ({"kind": "sexual", "energy_min": 0.1, "energy_given": 0.05, "reach": 1.0}, {"chance": 0.0})])
+@pytest.mark.parametrize(
+    ("reproduction", "mate"),
+    [
+        (ASEXUAL, {}),
+        (ASEXUAL | {"kind": "simplified"}, {}),
+        (None, {"operator": "cxOnePoint"}),
+        ({"kind": "sexual", "energy_min": 0.1, "energy_given": 0.05, "reach": 1.0}, {"chance": 0.0}),
+    ],
+)
 def test_an_operator_that_crosses_nothing_need_not_fit_the_genome(reproduction, mate) -> None:
     genome = {"genes": [{"name": "one", "letters": 1, "low": 0.0, "high": 1.0}], "mate": mate}
-    moss = {"count": 9, "body": {"radius": 0.2}, "metabolism": {"energy": 0.5, "energy_max": 1.0},
-            "reproduction": reproduction, "genome": genome}
+    moss = {
+        "count": 9,
+        "body": {"radius": 0.2},
+        "metabolism": {"energy": 0.5, "energy_max": 1.0},
+        "reproduction": reproduction,
+        "genome": genome,
+    }
     data = {"format": 1, "name": "moss", "space": {"size": [20.0, 20.0]}, "species": {"moss": moss}}
     assert World.from_config(data).run(2).table("moss").n
     genome["mate"] = mate | {"operator": "cxTwoPont"}
@@ -145,7 +170,8 @@ def test_a_brain_in_the_genome_has_as_many_codons_as_the_form_says() -> None:
 
     layout = Layout.from_config(goat.genome, traits_of(goat, 2), policy_shapes(goat, 2))
     assert (layout["brain"].codons.n, layout["brain"].width) == (
-        6 * 5, ((4 * 64 + 64) + (64 * 64 + 64) + (64 * 5 + 5),)
+        6 * 5,
+        ((4 * 64 + 64) + (64 * 64 + 64) + (64 * 5 + 5),),
     )
 
 
@@ -165,7 +191,7 @@ def test_the_conformance_check_finds_a_code_that_forgets(monkeypatch: pytest.Mon
 
 
 def test_the_conformance_check_finds_values_beyond_the_range_and_rows_that_mix(
-    monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     layout = Layout([Gene(name="g", letters=3, low=0, high=1)])
     right = Range.values
@@ -177,10 +203,14 @@ def test_the_conformance_check_finds_values_beyond_the_range_and_rows_that_mix(
         check_layout(layout)
 
 
-@pytest.mark.parametrize(("trait", "reason"), [
-    ("max_count", "it counts organisms"), ("body.density", "mass follows from it"),
-    ("reproduction.immigration", "organisms without parents"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("trait", "reason"),
+    [
+        ("max_count", "it counts organisms"),
+        ("body.density", "mass follows from it"),
+        ("reproduction.immigration", "organisms without parents"),
+    ],
+)
 def test_what_no_gene_can_code_for_is_refused_with_the_reason(trait, reason) -> None:
     (problem,) = check_genome(world(gene(1, trait=trait)), "goat")
     assert problem.path == "species.goat.genome.genes.1.trait"

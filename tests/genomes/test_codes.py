@@ -10,8 +10,14 @@ from tests.genomes.layouts import RED, meaning, one
 
 def test_a_codon_is_a_number_with_its_first_letter_as_most_significant_digit() -> None:
     layout = one(Gene(name="n", letters=3, low=0, high=63, whole=True))
-    assert [meaning(layout, t)["n"]
-            for t in ("AAA", "AAT", "ACA", "CAA", "TTT", "GCT")] == [0, 3, 4, 16, 63, 2 * 16 + 4 + 3]
+    assert [meaning(layout, t)["n"] for t in ("AAA", "AAT", "ACA", "CAA", "TTT", "GCT")] == [
+        0,
+        3,
+        4,
+        16,
+        63,
+        2 * 16 + 4 + 3,
+    ]
 
 
 def test_several_codons_may_code_for_one_value() -> None:
@@ -40,8 +46,14 @@ def test_neighbours_in_positional_code_may_differ_in_every_letter() -> None:
 
 def test_additive_codons_add_up_wherever_they_are() -> None:
     layout = one(Gene(name="a", letters=1, codons=4, code="additive", low=0, high=12, whole=True))
-    assert [meaning(layout, t)["a"]
-            for t in ("AAAA", "TAAA", "AAAT", "CCCC", "TTTT", "GACA")] == [0, 3, 3, 4, 12, 3]
+    assert [meaning(layout, t)["a"] for t in ("AAAA", "TAAA", "AAAT", "CCCC", "TTTT", "GACA")] == [
+        0,
+        3,
+        3,
+        4,
+        12,
+        3,
+    ]
     assert np.array_equal(layout.decode(layout.encode({"a": np.arange(13)}))["a"], np.arange(13))
 
 
@@ -66,8 +78,11 @@ def test_direct_weights_have_a_codon_each() -> None:
 
 
 def test_cosine_weights_are_the_sum_of_waves() -> None:
-    layout = one(Gene(name="w", letters=1, low=-3, high=3, form="cosine", coefficients=2), "AT",
-                 shapes={"w": [(2, 3), (2,)]})
+    layout = one(
+        Gene(name="w", letters=1, low=-3, high=3, form="cosine", coefficients=2),
+        "AT",
+        shapes={"w": [(2, 3), (2,)]},
+    )
     assert layout.length == 4  # two of the matrix, two of the bias
     i, j = np.arange(3) + 0.5, np.arange(2) + 0.5
     wave = np.cos(np.pi * i / 3) * np.sqrt(2 / 3) / np.sqrt(2)  # along the outputs, the same for both inputs

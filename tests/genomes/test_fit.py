@@ -71,8 +71,9 @@ def test_an_answer_does_not_depend_on_the_other_rows(diver) -> None:
 
 def test_the_weights_go_through_a_genome(diver) -> None:
     most = float(np.abs(diver.weights).max()) * 1.01
-    layout = Layout([Gene(name="reflex", letters=6, low=-most, high=most, form="direct")],
-                    shapes={"reflex": diver.shapes})
+    layout = Layout(
+        [Gene(name="reflex", letters=6, low=-most, high=most, form="direct")], shapes={"reflex": diver.shapes}
+    )
     again = diver.with_weights(layout.decode(layout.encode({"reflex": diver.weights}))["reflex"][0])
     assert again.weights == pytest.approx(diver.weights, abs=layout["reflex"].resolution)
     x = np.random.default_rng(9).uniform(LOW, HIGH, (5000, 3)).astype(np.float32)
@@ -90,16 +91,24 @@ def test_hidden_layers_may_be_none_or_many() -> None:
     assert linear.error < 1e-3
     assert linear.weights == pytest.approx([3, -1, 2], abs=0.01)
     assert fit_network(dive, 3, LOW, HIGH, hidden=(5, 4), steps=5).shapes == [
-        (3, 5), (5,), (5, 4), (4,), (4, 9), (9,)
+        (3, 5),
+        (5,),
+        (5, 4),
+        (4,),
+        (4, 9),
+        (9,),
     ]
 
 
-@pytest.mark.parametrize(("change", "words"), [
-    ({"function": lambda x: x[:, 0]}, r"allowed is \(n, actions\)"),
-    ({"function": lambda x: x[:, 0] / 0 * np.nan, "kind": "happiness"}, "not finite"),
-    ({"low": 2.0, "high": 1.0}, "each low must be below its high"),
-    ({"kind": "policy"}, "allowed are reflex and happiness"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"function": lambda x: x[:, 0]}, r"allowed is \(n, actions\)"),
+        ({"function": lambda x: x[:, 0] / 0 * np.nan, "kind": "happiness"}, "not finite"),
+        ({"low": 2.0, "high": 1.0}, "each low must be below its high"),
+        ({"kind": "policy"}, "allowed are reflex and happiness"),
+    ],
+)
 @pytest.mark.filterwarnings("ignore:.*:RuntimeWarning")
 def test_what_cannot_be_fitted_is_refused(change: dict, words: str) -> None:
     with pytest.raises(ValueError, match=words):

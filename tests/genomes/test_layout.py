@@ -25,15 +25,23 @@ def layouts(draw) -> Layout:
     genes, shapes = [], {}
     for i in range(draw(st.integers(1, 5))):
         letters = draw(st.integers(1, 4))
-        kind, name = (draw(st.sampled_from(["values", "range", "whole", "additive", "direct", "cosine"])),
-                      f"g{i}")
+        kind, name = (
+            draw(st.sampled_from(["values", "range", "whole", "additive", "direct", "cosine"])),
+            f"g{i}",
+        )
         low = draw(st.floats(-50, 50, width=32))
-        more: dict = {"low": low, "high": low + draw(st.floats(0.5, 100, width=32)),
-                      "code": draw(st.sampled_from(["positional", "gray"]))}
+        more: dict = {
+            "low": low,
+            "high": low + draw(st.floats(0.5, 100, width=32)),
+            "code": draw(st.sampled_from(["positional", "gray"])),
+        }
         if kind == "values":
             letters = min(letters, 2)
-            more = {"values": draw(st.lists(st.floats(-9, 9, width=16), min_size=size**letters,
-                                            max_size=size**letters))}
+            more = {
+                "values": draw(
+                    st.lists(st.floats(-9, 9, width=16), min_size=size**letters, max_size=size**letters)
+                )
+            }
         elif kind == "whole":
             more |= {"low": round(low), "high": round(low) + draw(st.integers(1, 30)), "whole": True}
         elif kind == "additive":
@@ -46,8 +54,13 @@ def layouts(draw) -> Layout:
         elif draw(st.booleans()):
             more |= {"scale": "log", "low": abs(low) + 0.1, "high": abs(low) + 0.1 + (more["high"] - low)}
         genes.append(Gene(name=name, letters=letters, **more))
-    return Layout(genes, "ABCDEF"[:size], ploidy=draw(st.sampled_from([1, 2])), shapes=shapes,
-                  dominance=draw(st.sampled_from(["first", "mean", "greater"])))  # fmt: skip
+    return Layout(
+        genes,
+        "ABCDEF"[:size],
+        ploidy=draw(st.sampled_from([1, 2])),
+        shapes=shapes,
+        dominance=draw(st.sampled_from(["first", "mean", "greater"])),
+    )
 
 
 @settings(max_examples=60)
@@ -80,10 +93,15 @@ def test_a_value_comes_back_within_half_a_resolution(layout: Layout, seed: int) 
 
 
 def test_a_hundred_thousand_genomes_decode_in_well_under_a_second_and_stay() -> None:
-    layout = Layout([RED, Gene(name="size", letters=6, low=0.2, high=0.6, code="gray"),
-                     Gene(name="n", letters=2, low=0, high=9, whole=True),
-                     Gene(name="w", letters=3, low=-2, high=2, form="direct")],
-                    shapes={"w": [(4, 3), (3,)]})  # fmt: skip
+    layout = Layout(
+        [
+            RED,
+            Gene(name="size", letters=6, low=0.2, high=0.6, code="gray"),
+            Gene(name="n", letters=2, low=0, high=9, whole=True),
+            Gene(name="w", letters=3, low=-2, high=2, form="direct"),
+        ],
+        shapes={"w": [(4, 3), (3,)]},
+    )
     loci = layout.random(np.arange(100_000, dtype=np.uint64))
     layout.decode(loci[:2])
     start = time.perf_counter()
@@ -107,8 +125,10 @@ def test_dominance_says_how_two_alleles_make_a_value(how: str, value: float) -> 
 
 
 def test_a_gene_may_have_a_dominance_of_its_own() -> None:
-    genes = [Gene(name="a", letters=1, low=0, high=3),
-             Gene(name="b", letters=1, low=0, high=3, dominance="greater")]
+    genes = [
+        Gene(name="a", letters=1, low=0, high=3),
+        Gene(name="b", letters=1, low=0, high=3, dominance="greater"),
+    ]
     assert meaning(Layout(genes, ploidy=2, dominance="mean"), "CCTT") == {"a": 2, "b": 3}
 
 
@@ -132,13 +152,19 @@ def test_genes_follow_one_another_and_the_rest_is_neutral() -> None:
     layout = Layout([a, Gene(name="b", letters=1, low=0, high=1, at=4), c], loci=9)
     assert [(c.first, c.stop) for c in layout.genes] == [(0, 2), (4, 5), (5, 7)]
     pieces = layout.mark("ACGTACGTA")
-    assert [(p.gene, p.first, p.letters) for p in pieces] == [("a", 0, "AC"), ("", 2, "GT"), ("b", 4, "A"),
-                                                              ("c", 5, "CG"), ("", 7, "TA")]
+    assert [(p.gene, p.first, p.letters) for p in pieces] == [
+        ("a", 0, "AC"),
+        ("", 2, "GT"),
+        ("b", 4, "A"),
+        ("c", 5, "CG"),
+        ("", 7, "TA"),
+    ]
 
 
 def test_genes_need_not_stand_in_the_order_of_their_loci() -> None:
-    layout = Layout([Gene(name="a", letters=1, low=0, high=3, at=2),
-                     Gene(name="b", letters=2, low=0, high=15, at=0)])
+    layout = Layout(
+        [Gene(name="a", letters=1, low=0, high=3, at=2), Gene(name="b", letters=2, low=0, high=15, at=0)]
+    )
     assert meaning(layout, "CAT") == {"a": 3, "b": 4}
     assert [p.gene for p in layout.mark("CAT")] == ["b", "a"]
 
@@ -148,10 +174,18 @@ def test_a_marked_pair_of_strings_says_which_is_which() -> None:
 
 
 def test_the_table_says_where_what_and_how_fine() -> None:
-    layout = one(Gene(name="size", trait="body.radius", letters=2, low=0.2, high=0.5),
-                 traits={RADIUS.name: RADIUS})
-    assert layout.table() == [{"gene": "size", "loci": "0-1", "trait": "body.radius",
-                               "codes for": "0.2 to 0.5 (positional)", "resolution": "0.02 m"}]  # fmt: skip
+    layout = one(
+        Gene(name="size", trait="body.radius", letters=2, low=0.2, high=0.5), traits={RADIUS.name: RADIUS}
+    )
+    assert layout.table() == [
+        {
+            "gene": "size",
+            "loci": "0-1",
+            "trait": "body.radius",
+            "codes for": "0.2 to 0.5 (positional)",
+            "resolution": "0.02 m",
+        }
+    ]
     assert "body.radius" in str(layout).splitlines()[1]
 
 
@@ -161,8 +195,10 @@ def test_rates_are_the_genes_own_where_they_have_one() -> None:
 
 
 def test_own_says_the_values_of_the_species_and_draws_the_rest() -> None:
-    genes = [Gene(name="size", trait="body.radius", letters=4, low=0.2, high=0.71),
-             Gene(name="marker", letters=8, low=0, high=1)]
+    genes = [
+        Gene(name="size", trait="body.radius", letters=4, low=0.2, high=0.71),
+        Gene(name="marker", letters=8, low=0, high=1),
+    ]
     rows = Layout(genes, traits={RADIUS.name: RADIUS}).own(3)
     assert (rows == rows[0]).all()
     assert len(set(rows[0, 4:].tolist())) > 1
@@ -176,8 +212,11 @@ REFUSED = [
     ([G | {"low": 1.0}], {}, "not below high"),
     ([G | {"low": None}], {}, "genes.0.low"),
     ([G | {"values": [1.0] * 4}], {}, "given together with values"),
-    ([{"name": "g", "letters": 1, "values": [1.0, 2.0]}], {},
-     "2 of them, and a codon of 1 of 4 letters has 4 values"),
+    (
+        [{"name": "g", "letters": 1, "values": [1.0, 2.0]}],
+        {},
+        "2 of them, and a codon of 1 of 4 letters has 4 values",
+    ),
     ([G | {"letters": 16}], {}, r"4\^16 values; allowed: at most 15"),
     ([G | {"scale": "log"}], {}, "no logarithm"),
     ([G | {"low": 0.5, "whole": True}], {}, "not a whole number"),
@@ -185,20 +224,32 @@ REFUSED = [
     ([G | {"code": "additive"}], {}, "at least 2"),
     ([G | {"codons": 2}], {}, 'of no use with code = "positional"'),
     ([G | {"coefficients": 3}], {}, "only for the weights"),
-    ([G, G | {"name": "h", "at": 0}], {},
-     "overlaps the gene g, which has the loci 0 to 0; allowed: at least 1"),
+    (
+        [G, G | {"name": "h", "at": 0}],
+        {},
+        "overlaps the gene g, which has the loci 0 to 0; allowed: at least 1",
+    ),
     ([G, G | {"name": "h", "letters": 3}], {"loci": 3}, "too short a string: the genes need 4 loci"),
     ([G | {"trait": "body.radus"}], {"traits": {"body.radius": RADIUS}}, 'did you mean "body.radius"'),
-    ([G | {"trait": "body.radius"}], {"traits": {"body.radius": RADIUS}},
-     "outside of what body.radius can be"),
+    (
+        [G | {"trait": "body.radius"}],
+        {"traits": {"body.radius": RADIUS}},
+        "outside of what body.radius can be",
+    ),
     ([G | {"trait": "a"}, G | {"name": "h", "trait": "a"}], {}, "the gene g codes for it too"),
-    ([G | {"trait": "reflex.red.weight", "low": -1, "high": 2}], {"traits": {SIGN.name: SIGN}},
-     "allowed: -1 to 1"),
+    (
+        [G | {"trait": "reflex.red.weight", "low": -1, "high": 2}],
+        {"traits": {SIGN.name: SIGN}},
+        "allowed: -1 to 1",
+    ),
     ([G | {"form": "direct"}], {}, "network that it codes for is not known"),
     ([G | {"form": "cosine"}], {"shapes": {"g": [(2, 2)]}}, "is missing: how many for each matrix"),
     ([G | {"form": "direct", "coefficients": 3}], {"shapes": {"g": [(2, 2)]}}, "every weight has a codon"),
-    ([G | {"form": "direct", "code": "additive", "codons": 2}], {"shapes": {"g": [(2, 2)]}},
-     "positional or gray"),
+    (
+        [G | {"form": "direct", "code": "additive", "codons": 2}],
+        {"shapes": {"g": [(2, 2)]}},
+        "positional or gray",
+    ),
     ([G | {"form": "direct", "low": 1.0, "high": 2.0, "scale": "log"}], {"shapes": {"g": [(2, 2)]}}, "scale"),
     ([G | {"form": "direct", "letters": 9}], {"shapes": {"g": [(2, 2)]}}, "at most 8"),
     ([G | {"trait": "policy.weights"}], {"shapes": {"policy.weights": [(2, 2)]}}, "direct or cosine"),
@@ -209,8 +260,9 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("genes", "arguments", "words"), REFUSED, ids=[w[:30] for _, _, w in REFUSED])
-def test_a_layout_that_cannot_be_is_refused_with_the_reason(genes: list[dict],
-                                                            arguments: dict, words: str) -> None:
+def test_a_layout_that_cannot_be_is_refused_with_the_reason(
+    genes: list[dict], arguments: dict, words: str
+) -> None:
     with pytest.raises(ConfigError, match=words):
         Layout([Gene(**g) for g in genes], **arguments)
 
@@ -221,8 +273,9 @@ def test_all_that_is_wrong_is_said_at_once() -> None:
     assert len(caught.value.problems) == 4
 
 
-@pytest.mark.parametrize("loci",
-                         [np.zeros((2, 3), np.uint8), np.zeros((2, 2)), np.zeros(2, np.uint8), [[0, 0]]])
+@pytest.mark.parametrize(
+    "loci", [np.zeros((2, 3), np.uint8), np.zeros((2, 2)), np.zeros(2, np.uint8), [[0, 0]]]
+)
 def test_rows_of_another_form_are_refused(loci: object) -> None:
     with pytest.raises(ValueError, match=r"allowed are rows of u8\[n, 2\]"):
         one(Gene(name="g", letters=2, low=0, high=1)).decode(loci)

@@ -44,8 +44,10 @@ def reverse(genome: list[int]) -> tuple[list[int]]:
 def test_a_toolbox_has_what_the_section_says() -> None:
     toolbox = toolbox_of({"mate": {"operator": "cxUniform", "indpb": 0.3}, "mutate": WELL}, LAYOUT, "richest")
     assert (toolbox.mate.func, toolbox.mate.keywords) == (tools.cxUniform, {"indpb": 0.3})
-    assert (toolbox.mutate.func, toolbox.mutate.keywords) == (tools.mutUniformInt,
-                                                              {"low": 0, "up": 3, "indpb": 0.1})
+    assert (toolbox.mutate.func, toolbox.mutate.keywords) == (
+        tools.mutUniformInt,
+        {"low": 0, "up": 3, "indpb": 0.1},
+    )
     assert choice_of(toolbox) == 2
 
 
@@ -76,8 +78,9 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("word", "entry", "reason"), REFUSED,
-                         ids=[e["operator"] + str(i) for i, (_, e, _) in enumerate(REFUSED)])
+@pytest.mark.parametrize(
+    ("word", "entry", "reason"), REFUSED, ids=[e["operator"] + str(i) for i, (_, e, _) in enumerate(REFUSED)]
+)
 def test_an_operator_that_cannot_work_on_letters_is_refused_with_the_reason(
     word: str, entry: dict, reason: str
 ) -> None:
@@ -87,8 +90,12 @@ def test_an_operator_that_cannot_work_on_letters_is_refused_with_the_reason(
 
 
 def test_every_operator_of_deap_works_or_is_refused() -> None:
-    more = {"cxUniform": {"indpb": 0.5}, "mutUniformInt": {"indpb": 0.5}, "mutFlipBit": {"indpb": 0.5},
-            "mutShuffleIndexes": {"indpb": 0.5}}
+    more = {
+        "cxUniform": {"indpb": 0.5},
+        "mutUniformInt": {"indpb": 0.5},
+        "mutFlipBit": {"indpb": 0.5},
+        "mutShuffleIndexes": {"indpb": 0.5},
+    }
     work, refused = set(), []
     for name in [n for n, f in vars(tools).items() if n.startswith(("cx", "mut")) and callable(f)]:
         word = "mate" if name.startswith("cx") else "mutate"
@@ -98,8 +105,15 @@ def test_every_operator_of_deap_works_or_is_refused() -> None:
         except ValueError as error:
             refused.append(str(error))
     assert [text for text in refused if "does not work on genomes" not in text] == []
-    assert work == {"cxOnePoint", "cxTwoPoint", "cxUniform", "mutUniformInt", "mutFlipBit",
-                    "mutShuffleIndexes", "mutInversion"}
+    assert work == {
+        "cxOnePoint",
+        "cxTwoPoint",
+        "cxUniform",
+        "mutUniformInt",
+        "mutFlipBit",
+        "mutShuffleIndexes",
+        "mutInversion",
+    }
 
 
 def test_an_unknown_operator_is_told_the_nearest() -> None:
@@ -118,8 +132,9 @@ OWN = [
 
 
 @pytest.mark.parametrize(("function", "reason"), OWN, ids=[f.__name__ for f, _ in OWN])
-def test_a_function_of_ones_own_that_makes_no_genomes_is_refused_before_any_birth(function,
-                                                                                  reason: str) -> None:
+def test_a_function_of_ones_own_that_makes_no_genomes_is_refused_before_any_birth(
+    function, reason: str
+) -> None:
     toolbox = toolbox_of({"mutate": WELL}, LAYOUT)
     toolbox.register("mutate", function)
     state = random.getstate()
@@ -132,15 +147,18 @@ def test_a_function_of_ones_own_works_handed_over_by_name_and_from_the_toolbox()
     parent = np.array([[0, 1, 2, 3]], np.uint8)
     toolbox = toolbox_of({"mutate": WELL}, LAYOUT)
     toolbox.register("mutate", reverse)
-    assert (Operators(toolbox, LAYOUT).offspring(parent, None, np.zeros(1, np.uint64)).tolist()
-            == [[3, 2, 1, 0]])
+    assert Operators(toolbox, LAYOUT).offspring(parent, None, np.zeros(1, np.uint64)).tolist() == [
+        [3, 2, 1, 0]
+    ]
     handed = toolbox_of({"mutate": {"operator": reverse}}, LAYOUT)
-    assert (Operators(handed, LAYOUT).offspring(parent, None, np.zeros(1, np.uint64)).tolist()
-            == [[3, 2, 1, 0]])
+    assert Operators(handed, LAYOUT).offspring(parent, None, np.zeros(1, np.uint64)).tolist() == [
+        [3, 2, 1, 0]
+    ]
     with pytest.raises(ConfigError, match="`code` does not list"):
         toolbox_of({"mutate": {"operator": "mine:reverse"}}, LAYOUT)
-    named = toolbox_of({"mutate": {"operator": "mine:reverse"}}, LAYOUT,
-                       find={"mine:reverse": reverse}.__getitem__)
+    named = toolbox_of(
+        {"mutate": {"operator": "mine:reverse"}}, LAYOUT, find={"mine:reverse": reverse}.__getitem__
+    )
     assert Operators(named, LAYOUT).offspring(parent, None, np.zeros(1, np.uint64)).tolist() == [[3, 2, 1, 0]]
 
 
@@ -161,25 +179,33 @@ def test_what_a_toolbox_has_registered_stands_for_the_section_with_its_arguments
     assert (given.mate.operator, given.mate.arguments) == ("cxUniform", {"indpb": 0.1}), "as a file says it"
     births = Operators.from_config(given, LAYOUT)
     assert (births.toolbox.mate.func, births.toolbox.mate.keywords) == (tools.cxUniform, {"indpb": 0.1})
-    assert (births.offspring(np.array([[0, 1, 2, 3]], np.uint8), None, np.zeros(1, np.uint64)).tolist()
-            == [[3, 0, 1, 2]])
+    assert births.offspring(np.array([[0, 1, 2, 3]], np.uint8), None, np.zeros(1, np.uint64)).tolist() == [
+        [3, 0, 1, 2]
+    ]
 
 
 def test_a_partial_and_a_function_may_stand_there_too_and_arguments_beside_it_add_to_its_own() -> None:
     assert section(mutate=reverse).mutate.operator is reverse
-    given = section(mate={"operator": tools.cxOnePoint, "chance": 0.5},
-                    mutate={"operator": partial(turn, places=1), "back": True})
+    given = section(
+        mate={"operator": tools.cxOnePoint, "chance": 0.5},
+        mutate={"operator": partial(turn, places=1), "back": True},
+    )
     assert (given.mate.operator, given.mate.chance) == ("cxOnePoint", 0.5)
     assert (given.mutate.operator, given.mutate.arguments) == (turn, {"places": 1, "back": True})
     nested = partial(partial(tools.mutUniformInt, low=0, up=3), indpb=0.2)
     assert section(mutate=nested).mutate.arguments == {"low": 0, "up": 3, "indpb": 0.2}
 
 
-@pytest.mark.parametrize(("given", "reason"), [
-    (partial(tools.cxUniform, 0.1), r"cxUniform is registered with \(0.1,\); give its arguments by name"),
-    ({"operator": partial(tools.cxUniform, indpb=0.1), "indpb": 0.2},
-     "indpb = 0.1 in the toolbox, and 0.2 beside it; .* toolbox.mate may"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        (partial(tools.cxUniform, 0.1), r"cxUniform is registered with \(0.1,\); give its arguments by name"),
+        (
+            {"operator": partial(tools.cxUniform, indpb=0.1), "indpb": 0.2},
+            "indpb = 0.1 in the toolbox, and 0.2 beside it; .* toolbox.mate may",
+        ),
+    ],
+)
 def test_a_partial_that_leaves_open_what_it_says_is_refused(given, reason: str) -> None:
     with pytest.raises(ValueError, match=reason):
         section(mate=given)
@@ -191,16 +217,18 @@ def test_a_world_takes_what_a_toolbox_has_registered_and_says_it_as_a_file_does(
     toolbox.register("mutate", tools.mutGaussian, mu=0, sigma=1, indpb=0.1)
     written = load("reflexes", {"species.goat.genome.mate": {"operator": "cxUniform", "indpb": 0.1}})
     assert load("reflexes", {"species.goat.genome.mate": toolbox.mate}).config_hash == written.config_hash
-    with pytest.raises(ConfigError,
-                       match="mutGaussian does not work on genomes: it makes numbers between letters"):
+    with pytest.raises(
+        ConfigError, match="mutGaussian does not work on genomes: it makes numbers between letters"
+    ):
         load("reflexes", {"species.goat.genome.mutate": toolbox.mutate})
 
 
 def test_a_decorated_operator_is_called_as_decorated() -> None:
     toolbox = toolbox_of({"mutate": WELL}, LAYOUT)
     toolbox.decorate("mutate", lambda inner: lambda genome, **arguments: ([2] * len(genome),))
-    assert Operators(toolbox, LAYOUT).offspring(np.zeros((1, 4), np.uint8), None,
-                                                np.zeros(1, np.uint64)).tolist() == [[2, 2, 2, 2]]
+    assert Operators(toolbox, LAYOUT).offspring(
+        np.zeros((1, 4), np.uint8), None, np.zeros(1, np.uint64)
+    ).tolist() == [[2, 2, 2, 2]]
 
 
 def test_positional_arguments_are_refused() -> None:
@@ -210,10 +238,13 @@ def test_positional_arguments_are_refused() -> None:
         Operators(toolbox, LAYOUT)
 
 
-@pytest.mark.parametrize(("entry", "reason"), [
-    ({"operator": "mutInversion"}, "has no indpb"),
-    ({"operator": "mutShuffleIndexes", "indpb": 0.1}, "moves letters from gene to gene"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("entry", "reason"),
+    [
+        ({"operator": "mutInversion"}, "has no indpb"),
+        ({"operator": "mutShuffleIndexes", "indpb": 0.1}, "moves letters from gene to gene"),
+    ],
+)
 def test_a_gene_has_a_rate_of_its_own_only_where_the_operator_has_rates(entry: dict, reason: str) -> None:
     layout = Layout([Gene(name="g", letters=4, low=0, high=1, mutation=0.5)])
     with pytest.raises(ValueError, match=reason):

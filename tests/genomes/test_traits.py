@@ -15,23 +15,40 @@ from ecs_eco.config.traits import traits_of
 from ecs_eco.genomes import Trait
 
 BEAST = {
-    "count": 3, "body": {"radius": 0.4, "mass": 7.0}, "metabolism": {"energy": 0.5, "growth": 0.1},
-    "sex": "random", "locomotion": {"speed": {"sit": 0.0, "hop": 1.0}, "turn": 0.8},
-    "defence": {"toughness": 0.25, "poison": 2.0}, "heat": {"insulation": 0.125},
-    "sensors": [{"kind": "own", "property": "energy"},
-                {"kind": "nearest", "name": "eye", "target": "beast", "radius": 5.0},
-                {"kind": "smell", "name": "nose", "field": "musk", "at": [1.0, -0.5]},
-                {"kind": "light", "name": "pit", "at": [0.5, 0.0]},
-                {"kind": "touch", "name": "skin", "at": [-1.0, 1.0]}],
+    "count": 3,
+    "body": {"radius": 0.4, "mass": 7.0},
+    "metabolism": {"energy": 0.5, "growth": 0.1},
+    "sex": "random",
+    "locomotion": {"speed": {"sit": 0.0, "hop": 1.0}, "turn": 0.8},
+    "defence": {"toughness": 0.25, "poison": 2.0},
+    "heat": {"insulation": 0.125},
+    "sensors": [
+        {"kind": "own", "property": "energy"},
+        {"kind": "nearest", "name": "eye", "target": "beast", "radius": 5.0},
+        {"kind": "smell", "name": "nose", "field": "musk", "at": [1.0, -0.5]},
+        {"kind": "light", "name": "pit", "at": [0.5, 0.0]},
+        {"kind": "touch", "name": "skin", "at": [-1.0, 1.0]},
+    ],
     "actions": {"speed": ["sit", "hop"], "turn": ["left", "none", "right"]},
-    "reflex": {"connections": [{"name": "flee", "sensor": "nose", "action": "hop", "weight": 1, "above": 0.5},
-                               {"sensor": "energy", "action": "sit", "weight": -1, "below": 0.2}]},
+    "reflex": {
+        "connections": [
+            {"name": "flee", "sensor": "nose", "action": "hop", "weight": 1, "above": 0.5},
+            {"sensor": "energy", "action": "sit", "weight": -1, "below": 0.2},
+        ]
+    },
     "happiness": {"weights": {"energy": 1.0, "nose": -0.3}, "minimum": -1.0},
-    "policy": {"kind": "individual", "hidden": [8, 6]}, "ppo": {"discount": 0.9},
-    "reproduction": {"kind": "sexual", "energy_min": 0.6, "energy_given": 0.2, "age_min": 30.0, "litter": 2,
-                     "choice": "oldest"},
+    "policy": {"kind": "individual", "hidden": [8, 6]},
+    "ppo": {"discount": 0.9},
+    "reproduction": {
+        "kind": "sexual",
+        "energy_min": 0.6,
+        "energy_given": 0.2,
+        "age_min": 30.0,
+        "litter": 2,
+        "choice": "oldest",
+    },
     "lethal": [{"property": "energy", "min": 0.0}, {"property": "age", "max": 900.0}],
-}  # fmt: skip
+}
 
 
 def species(**changes):
@@ -44,41 +61,78 @@ def species(**changes):
 def test_every_heritable_value_of_a_species_is_listed_with_its_column_and_own_value() -> None:
     listed = traits_of(species(), 2).values()
     organs = {"policy.hidden.0", "policy.hidden.1"} | {
-        f"{part}.present" for part in ("sensors.energy", "sensors.eye", "sensors.nose", "sensors.pit",
-        "sensors.skin", "actions.speed.sit", "actions.speed.hop", "actions.turn.left", "actions.turn.none",
-        "actions.turn.right")}  # fmt: skip
+        f"{part}.present"
+        for part in (
+            "sensors.energy",
+            "sensors.eye",
+            "sensors.nose",
+            "sensors.pit",
+            "sensors.skin",
+            "actions.speed.sit",
+            "actions.speed.hop",
+            "actions.turn.left",
+            "actions.turn.none",
+            "actions.turn.right",
+        )
+    }
     numbers = {t.name for t in listed if t.component == "Traits"} - organs
     assert len(organs) == 12
     assert {name for name in numbers if name.startswith("sensors.")} == {
-        "sensors.energy.scale", "sensors.eye.blind", "sensors.eye.fov", "sensors.nose.scale",
-        "sensors.pit.scale", "sensors.pit.zero"}  # fmt: skip
+        "sensors.energy.scale",
+        "sensors.eye.blind",
+        "sensors.eye.fov",
+        "sensors.nose.scale",
+        "sensors.pit.scale",
+        "sensors.pit.zero",
+    }
     assert {"ppo.clip", "ppo.epochs", "ppo.gae_lambda"} <= numbers
     assert {name for name in numbers if not name.startswith(("ppo.", "sensors."))} == {
-        "body.sinking", "heat.specific_heat", "heat.conductance", "heat.metabolic_heat",
-        "metabolism.energy_max", "metabolism.basal", "metabolism.digestion", "locomotion.speed.sit",
-        "locomotion.speed.hop", "locomotion.turn", "locomotion.climb", "locomotion.pitch", "locomotion.drag",
-        "defence.cost", "happiness.minimum", "reproduction.spacing", "reproduction.father_share",
-        "reproduction.reach", "reproduction.chance", "reproduction.gestation", "reproduction.rest",
-        "reproduction.father_rest", "lethal.energy.min",
-    }  # fmt: skip
+        "body.sinking",
+        "heat.specific_heat",
+        "heat.conductance",
+        "heat.metabolic_heat",
+        "metabolism.energy_max",
+        "metabolism.basal",
+        "metabolism.digestion",
+        "locomotion.speed.sit",
+        "locomotion.speed.hop",
+        "locomotion.turn",
+        "locomotion.climb",
+        "locomotion.pitch",
+        "locomotion.drag",
+        "defence.cost",
+        "happiness.minimum",
+        "reproduction.spacing",
+        "reproduction.father_share",
+        "reproduction.reach",
+        "reproduction.chance",
+        "reproduction.gestation",
+        "reproduction.rest",
+        "reproduction.father_rest",
+        "lethal.energy.min",
+    }
     traits = {t.name: (t.component, t.field, t.index, t.default) for t in listed if t.component != "Traits"}
     assert traits == {
-        "body.radius": ("Body", "radius", None, 0.4), "body.mass": ("Body", "mass", None, 7.0),
+        "body.radius": ("Body", "radius", None, 0.4),
+        "body.mass": ("Body", "mass", None, 7.0),
         "locomotion.pace": ("Vigour", "pace", None, 1.0),
         "metabolism.growth": ("Growth", "growth", None, 0.1),
         "heat.insulation": ("Coat", "insulation", None, 0.125),
         "defence.toughness": ("Defence", "toughness", None, 0.25),
         "defence.poison": ("Defence", "poison", None, 2.0),
         "sensors.eye.radius": ("Senses", "radius", 1, 5.0),
-        "sensors.eye.forward": ("Senses", "forward", 1, 0.0), "sensors.eye.left": ("Senses", "left", 1, 0.0),
+        "sensors.eye.forward": ("Senses", "forward", 1, 0.0),
+        "sensors.eye.left": ("Senses", "left", 1, 0.0),
         "sensors.nose.forward": ("Senses", "forward", 2, 1.0),
         "sensors.nose.left": ("Senses", "left", 2, -0.5),
-        "sensors.pit.forward": ("Senses", "forward", 3, 0.5), "sensors.pit.left": ("Senses", "left", 3, 0.0),
+        "sensors.pit.forward": ("Senses", "forward", 3, 0.5),
+        "sensors.pit.left": ("Senses", "left", 3, 0.0),
         "reflex.flee.weight": ("Reflexes", "weight", 0, 1),
         "reflex.flee.threshold": ("Reflexes", "threshold", 0, 0.5),
         "reflex.energy_sit.weight": ("Reflexes", "weight", 1, -1),
         "reflex.energy_sit.threshold": ("Reflexes", "threshold", 1, 0.2),
-        "happiness.energy": ("Desires", "weight", 0, 1.0), "happiness.nose": ("Desires", "weight", 1, -0.3),
+        "happiness.energy": ("Desires", "weight", 0, 1.0),
+        "happiness.nose": ("Desires", "weight", 1, -0.3),
         "policy.weights": ("Policy", "weights", None, 0.0),
         "ppo.learning_rate": ("Plasticity", "learning_rate", None, 3e-4),
         "ppo.discount": ("Plasticity", "discount", None, 0.9),
@@ -90,20 +144,33 @@ def test_every_heritable_value_of_a_species_is_listed_with_its_column_and_own_va
         "reproduction.energy_given": ("LifeHistory", "energy_given", None, 0.2),
         "reproduction.litter": ("LifeHistory", "litter", None, 2.0),
         "reproduction.choice": ("LifeHistory", "choice", None, 3.0),
-    }  # fmt: skip
+    }
 
 
 def test_a_plant_has_no_more_than_its_own() -> None:
     grass = load("predator-prey").species["grass"]
-    own = ["body.mass", "body.radius", "body.sinking", "defence.cost", "defence.poison", "defence.toughness",
-           "emits.grass_smell", "metabolism.basal", "metabolism.digestion", "metabolism.energy_max",
-           "metabolism.growth", "reproduction.rate", "reproduction.spread"]
+    own = [
+        "body.mass",
+        "body.radius",
+        "body.sinking",
+        "defence.cost",
+        "defence.poison",
+        "defence.toughness",
+        "emits.grass_smell",
+        "metabolism.basal",
+        "metabolism.digestion",
+        "metabolism.energy_max",
+        "metabolism.growth",
+        "reproduction.rate",
+        "reproduction.spread",
+    ]
     assert sorted(traits_of(grass, 2)) == own
 
 
 def test_a_shared_brain_is_nobodys_own() -> None:
-    assert not [t for t in traits_of(species(policy={"kind": "shared"}), 2)
-                if t.startswith(("policy", "ppo"))]
+    assert not [
+        t for t in traits_of(species(policy={"kind": "shared"}), 2) if t.startswith(("policy", "ppo"))
+    ]
 
 
 def test_every_trait_is_a_field_of_a_shipped_component_with_an_own_value_in_bounds() -> None:
@@ -113,8 +180,9 @@ def test_every_trait_is_a_field_of_a_shipped_component_with_an_own_value_in_boun
         assert trait.text
         assert trait.unit
         column = getattr(shipped, trait.component).fields[trait.field][0]
-        assert trait.component == "Traits" or (trait.index is None) == (not column.shape
-                                                                        or trait.kind == "weights")
+        assert trait.component == "Traits" or (trait.index is None) == (
+            not column.shape or trait.kind == "weights"
+        )
 
 
 @component
@@ -129,10 +197,14 @@ class Wool:
 def test_numbers_of_a_component_of_ones_own_are_traits() -> None:
     traits = traits_of(species(), 2, [Wool])
     text = "The coat of one animal."
-    assert traits["Wool.length"] == Trait("Wool.length", "Wool", "length", None, 0.01, -1e30, 1e30, "number",
-                                          "own", text)
-    assert (traits["Wool.color"].kind, traits["Wool.color"].low,
-            traits["Wool.color"].high) == ("whole", 0.0, 255.0)
+    assert traits["Wool.length"] == Trait(
+        "Wool.length", "Wool", "length", None, 0.01, -1e30, 1e30, "number", "own", text
+    )
+    assert (traits["Wool.color"].kind, traits["Wool.color"].low, traits["Wool.color"].high) == (
+        "whole",
+        0.0,
+        255.0,
+    )
     assert "Wool.pattern" not in traits
 
 
@@ -148,9 +220,15 @@ def test_the_shapes_of_a_brain_are_known_before_there_is_one() -> None:
 
 
 def test_looking_at_genomes_for_the_configuration_loads_nothing_heavy() -> None:
-    code = ("import sys, ecs_eco.genomes.models, ecs_eco.config.checks.genome, ecs_eco.genomes.layout, "
-            "ecs_eco.genomes.traits\n"
-            "from ecs_eco.genomes import Layout, Gene; Layout([Gene(name='a', letters=2, low=0, high=1)])\n"
-            "print([m for m in ('numba', 'torch', 'deap') if m in sys.modules])")  # fmt: skip
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True,
-                          text=True, check=True).stdout.strip() == "[]"
+    code = (
+        "import sys, ecs_eco.genomes.models, ecs_eco.config.checks.genome, ecs_eco.genomes.layout, "
+        "ecs_eco.genomes.traits\n"
+        "from ecs_eco.genomes import Layout, Gene; Layout([Gene(name='a', letters=2, low=0, high=1)])\n"
+        "print([m for m in ('numba', 'torch', 'deap') if m in sys.modules])"
+    )
+    assert (
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout.strip()
+        == "[]"
+    )

@@ -14,13 +14,22 @@ from tests.genomes.births import ALPHA, layout_of, operators
 MATINGS = 100_000
 # all that run as kernels: the operator's arguments, the alphabet, and what a wrong twin of it gets wrong
 TWINS = {
-    "cxOnePoint": ({}, "01",
-                   ("cross_points", lambda a: (a[0][:, :-1], a[1][:, :-1], *a[2:-1], a[-1][:, :-1]))),
-    "cxTwoPoint": ({}, "01",
-                   ("cross_points", lambda a: (a[0][:, :-1], a[1][:, :-1], *a[2:-1], a[-1][:, :-1]))),
+    "cxOnePoint": (
+        {},
+        "01",
+        ("cross_points", lambda a: (a[0][:, :-1], a[1][:, :-1], *a[2:-1], a[-1][:, :-1])),
+    ),
+    "cxTwoPoint": (
+        {},
+        "01",
+        ("cross_points", lambda a: (a[0][:, :-1], a[1][:, :-1], *a[2:-1], a[-1][:, :-1])),
+    ),
     "cxUniform": ({"indpb": 0.3}, "01", ("cross_uniform", lambda a: (*a[:6], np.float32(a[6] + 0.01), a[7]))),
-    "mutUniformInt": ({"low": 0, "up": 2, "indpb": 0.3}, "ACG",
-                      ("mutate_uniform", lambda a: (*a[:5], a[5] - 1))),
+    "mutUniformInt": (
+        {"low": 0, "up": 2, "indpb": 0.3},
+        "ACG",
+        ("mutate_uniform", lambda a: (*a[:5], a[5] - 1)),
+    ),
     "mutFlipBit": ({"indpb": 0.3}, "01", ("mutate_flip", lambda a: (*a[:3], a[3] + 0.01))),
     # with itself, too
     "mutShuffleIndexes": ({"indpb": 0.3}, "ACGT", ("mutate_shuffle", lambda a: (*a[:3], a[3] * 7 / 8))),
@@ -31,8 +40,9 @@ def by_the_twin(name: str) -> np.ndarray:
     """Children u8[MATINGS, 8] of the kernel that stands for an operator."""
     arguments, letters, _ = TWINS[name]
     layout, keys = layout_of(8, letters), np.arange(MATINGS, dtype=np.uint64)
-    first = np.zeros((MATINGS, 8), np.uint8) + (np.arange(8, dtype=np.uint8) % len(letters)
-                                                if name.startswith("mut") else np.uint8(0))
+    first = np.zeros((MATINGS, 8), np.uint8) + (
+        np.arange(8, dtype=np.uint8) % len(letters) if name.startswith("mut") else np.uint8(0)
+    )
     given = getattr(tools, name), arguments
     if name.startswith("cx"):
         return operators(layout, given, None).offspring(first, first + 1, keys)

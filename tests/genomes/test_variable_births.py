@@ -87,8 +87,19 @@ def test_copies_of_genes_double_in_tandem_and_get_lost_at_their_rates() -> None:
 
 
 def test_letters_are_inserted_and_lost_at_their_rates() -> None:
-    seen = Counter(children(births(insertion=0.2, deletion=0.1, alphabet="01", genes=[
-        {"name": "g", "letters": 1, "low": 0, "high": 1, "promoter": "1111"}]), "01", None, N))
+    seen = Counter(
+        children(
+            births(
+                insertion=0.2,
+                deletion=0.1,
+                alphabet="01",
+                genes=[{"name": "g", "letters": 1, "low": 0, "high": 1, "promoter": "1111"}],
+            ),
+            "01",
+            None,
+            N,
+        )
+    )
     first = {"0": 0.7, "": 0.1, "00": 0.1, "10": 0.1}
     second = {"1": 0.7, "": 0.1, "01": 0.1, "11": 0.1}
     shares: Counter = Counter()
@@ -171,13 +182,26 @@ def test_a_crossing_that_makes_too_long_a_string_does_not_take_place() -> None:
 
 # --- promises -----------------------------------------------------------------------------------------------
 
-LIVELY = {"insertion": 0.05, "deletion": 0.05, "duplication": 0.1, "loss": 0.1, "mate": {"slip": 0.5},
-          "mutate": {"operator": "mutUniformInt", "indpb": 0.1}}
+LIVELY = {
+    "insertion": 0.05,
+    "deletion": 0.05,
+    "duplication": 0.1,
+    "loss": 0.1,
+    "mate": {"slip": 0.5},
+    "mutate": {"operator": "mutUniformInt", "indpb": 0.1},
+}
 
 
 @settings(max_examples=40)
-@given(st.lists(st.tuples(st.text("ACGT", min_size=1, max_size=24), st.text("ACGT", min_size=1, max_size=24)),
-                min_size=1, max_size=6), st.sampled_from([1, 2]), st.integers(0, 2**63))
+@given(
+    st.lists(
+        st.tuples(st.text("ACGT", min_size=1, max_size=24), st.text("ACGT", min_size=1, max_size=24)),
+        min_size=1,
+        max_size=6,
+    ),
+    st.sampled_from([1, 2]),
+    st.integers(0, 2**63),
+)
 def test_children_are_strings_within_their_bounds_that_say_valid_organisms(pairs, ploidy, first) -> None:
     one = births(ploidy=ploidy, **LIVELY)
     of = one.layout
@@ -215,8 +239,9 @@ def test_deaps_messy_crossover_changes_lengths() -> None:
     assert one.at_limit[0] > 0  # a cut that left nothing
 
 
-@pytest.mark.parametrize("mate", [{"operator": "cxOnePoint"}, {"operator": "cxTwoPoint"},
-                                  {"operator": "cxUniform", "indpb": 0.5}])
+@pytest.mark.parametrize(
+    "mate", [{"operator": "cxOnePoint"}, {"operator": "cxTwoPoint"}, {"operator": "cxUniform", "indpb": 0.5}]
+)
 def test_deaps_other_crossovers_take_lists_of_different_lengths(mate: dict) -> None:
     seen = children(births(mate=mate), "AAAAAA", "CCC", 300)
     assert {len(text) for text in seen} == {3, 6}

@@ -21,18 +21,27 @@ def test_genes_are_found_wherever_their_promoters_are() -> None:
     rows = of.rows(["TACGCAC", "GTAGATTGCCAGC", "ACGT"])
     string, at, gene = of.copies(rows)
     assert list(zip(string.tolist(), at.tolist(), gene.tolist(), strict=True)) == [
-        (0, 0, 0), (0, 3, 1), (1, 1, 0), (1, 7, 1)]  # TA C, GC AC; TA G, GC CA; the last GC has no letters
+        (0, 0, 0),
+        (0, 3, 1),
+        (1, 1, 0),
+        (1, 7, 1),
+    ]  # TA C, GC AC; TA G, GC CA; the last GC has no letters
     assert of.lengths(rows).tolist() == [[7], [13], [4]]
-    assert {name: n.tolist() for name, n in of.copy_numbers(rows).items()} == {"red": [1, 1, 0],
-                                                                               "size": [1, 1, 0]}
+    assert {name: n.tolist() for name, n in of.copy_numbers(rows).items()} == {
+        "red": [1, 1, 0],
+        "size": [1, 1, 0],
+    }
     assert of.decode(rows)["red"].tolist() == [1, 2, 0]
     assert of.decode(rows)["size"].tolist() == [1, 4, 0]
 
 
 def test_a_promoter_within_a_gene_begins_none() -> None:
     of = layout()
-    assert [piece[1:] for piece in of.mark("GCTATACC")] == [("size", 0, "GCTA"), ("red", 4, "TAC"),
-                                                            ("", 7, "C")]
+    assert [piece[1:] for piece in of.mark("GCTATACC")] == [
+        ("size", 0, "GCTA"),
+        ("red", 4, "TAC"),
+        ("", 7, "C"),
+    ]
 
 
 @pytest.mark.parametrize(("doubled", "expected"), [("first", 1), ("mean", 2), ("sum", 3), ("greatest", 3)])
@@ -54,8 +63,9 @@ def test_without_a_copy_the_value_is_the_species_own() -> None:
     assert (values["red"].tolist(), values["size"].tolist()) == ([2, 0], [1, 0])
 
 
-@pytest.mark.parametrize(("dominance", "expected"), [("first", [1, 3, 2, 2]), ("mean", [2, 3, 2, 2]),
-                                                     ("greater", [3, 3, 2, 2])])
+@pytest.mark.parametrize(
+    ("dominance", "expected"), [("first", [1, 3, 2, 2]), ("mean", [2, 3, 2, 2]), ("greater", [3, 3, 2, 2])]
+)
 def test_of_two_strings_the_one_that_has_the_gene_says_its_value(dominance: str, expected: list) -> None:
     genes = [GENES[0] | {"trait": "reflex.red.weight"}]
     of = layout_of(section(genes=genes, ploidy=2, dominance=dominance), {TRAIT.name: TRAIT})
@@ -93,8 +103,10 @@ def test_values_become_strings_and_come_back() -> None:
 
 @pytest.mark.definition("3 genome")
 @settings(max_examples=100)
-@given(st.lists(st.text("ACGT", min_size=1, max_size=24), min_size=1, max_size=8),
-       st.sampled_from(["first", "mean", "sum", "greatest"]))
+@given(
+    st.lists(st.text("ACGT", min_size=1, max_size=24), min_size=1, max_size=8),
+    st.sampled_from(["first", "mean", "sum", "greatest"]),
+)
 def test_every_string_says_a_valid_organism_and_is_read_alike_as_text_and_as_rows(strings, doubled) -> None:
     of = layout(doubled=doubled)
     rows = of.rows(strings)
@@ -103,11 +115,16 @@ def test_every_string_says_a_valid_organism_and_is_read_alike_as_text_and_as_row
     for name, (low, high) in {"red": (0, 3), "size": (0, 15)}.items():
         assert ((values[name] >= low) & (values[name] <= high)).all()
     string, at, gene = of.copies(rows)
-    found = [(s, place, of.genes[g].name) for s, place, g in zip(string.tolist(), at.tolist(), gene.tolist(),
-                                                                 strict=True)]
+    found = [
+        (s, place, of.genes[g].name)
+        for s, place, g in zip(string.tolist(), at.tolist(), gene.tolist(), strict=True)
+    ]
     spans = {"red": 3, "size": 4}
-    assert found == [(s, place, name) for s, text in enumerate(strings)
-                     for name, place in copies_in(text, of.promoters, spans)]
+    assert found == [
+        (s, place, name)
+        for s, text in enumerate(strings)
+        for name, place in copies_in(text, of.promoters, spans)
+    ]
     for row, text in zip(rows, strings, strict=True):
         assert "".join(piece.letters for piece in of.mark(row)) == text
 
@@ -161,7 +178,10 @@ def test_keys_that_need_a_variable_length_are_refused_without_it() -> None:
 
     given = section(longest=None, insertion=0.1, genes=[GENES[0] | {"doubled": "sum"}])
     assert [".".join(map(str, p.key)) for p in problems_of_variable(given, None, {})] == [
-        "insertion", "genes.0.promoter", "genes.0.doubled"]
+        "insertion",
+        "genes.0.promoter",
+        "genes.0.doubled",
+    ]
 
 
 def test_rows_and_texts_of_another_form_are_refused() -> None:
@@ -180,11 +200,18 @@ def test_statistics_are_of_values_copies_and_letters() -> None:
     of = layout()
     rows = of.rows(["TACTAC", "GCAC", "TAT"])
     record = statistics(of).compile(rows)
-    assert record["copies of red"] == {"mean": 1.0, "std": pytest.approx(np.std([2, 0, 1])), "min": 0,
-                                       "max": 2}
+    assert record["copies of red"] == {
+        "mean": 1.0,
+        "std": pytest.approx(np.std([2, 0, 1])),
+        "min": 0,
+        "max": 2,
+    }
     assert (record["letters"]["max"], record["size"]["max"]) == (6, 1)
-    assert frequencies(of, rows)["red"] == {0: pytest.approx(1 / 3), 1: pytest.approx(1 / 3),
-                                            3: pytest.approx(1 / 3)}
+    assert frequencies(of, rows)["red"] == {
+        0: pytest.approx(1 / 3),
+        1: pytest.approx(1 / 3),
+        3: pytest.approx(1 / 3),
+    }
 
 
 def test_constructors_of_fixed_length_name_those_of_variable_length() -> None:

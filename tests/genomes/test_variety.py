@@ -6,8 +6,10 @@ from deap import tools
 
 from ecs_eco.genomes import DNA, Gene, Layout, diversity, frequencies, statistics
 
-GENES = [Gene(name="red", letters=1, values=[0, 0, 0, -1]),
-         Gene(name="n", letters=1, low=0, high=3, whole=True)]
+GENES = [
+    Gene(name="red", letters=1, values=[0, 0, 0, -1]),
+    Gene(name="n", letters=1, low=0, high=3, whole=True),
+]
 
 
 def rows(*texts: str) -> np.ndarray:
@@ -15,8 +17,10 @@ def rows(*texts: str) -> np.ndarray:
 
 
 def test_frequencies_count_values_not_letters() -> None:
-    assert frequencies(Layout(GENES), rows("AC", "CC", "TA", "GT")) == {"red": {0: 0.75, -1: 0.25},
-                                                                        "n": {0: 0.25, 1: 0.5, 3: 0.25}}
+    assert frequencies(Layout(GENES), rows("AC", "CC", "TA", "GT")) == {
+        "red": {0: 0.75, -1: 0.25},
+        "n": {0: 0.25, 1: 0.5, 3: 0.25},
+    }
 
 
 def test_frequencies_of_diploids_count_strings() -> None:
@@ -36,8 +40,13 @@ def test_statistics_are_those_of_deap_over_what_the_genes_say() -> None:
     stats.register("median", np.median)
     record = stats.compile(rows("AAA", "ACA", "ATA"))
     assert sorted(record) == ["diversity", "n", "red"]
-    assert record["n"] == {"mean": pytest.approx(4 / 3), "std": pytest.approx(np.std([0, 1, 3])), "min": 0,
-                           "max": 3, "median": 1}
+    assert record["n"] == {
+        "mean": pytest.approx(4 / 3),
+        "std": pytest.approx(np.std([0, 1, 3])),
+        "min": 0,
+        "max": 3,
+        "median": 1,
+    }
     assert record["diversity"]["max"] == pytest.approx(2 / 3)
 
 

@@ -7,8 +7,10 @@ import numpy as np
 from ecs_eco.genomes import layout_of, operators_of
 from ecs_eco.genomes.models import GenomeSection
 
-GENES = [{"name": "red", "letters": 1, "values": [0, 1, 2, 3], "promoter": "TA"},
-         {"name": "size", "letters": 2, "low": 0, "high": 15, "promoter": "GC"}]
+GENES = [
+    {"name": "red", "letters": 1, "values": [0, 1, 2, 3], "promoter": "TA"},
+    {"name": "size", "letters": 2, "low": 0, "high": 15, "promoter": "GC"},
+]
 QUIET = {"operator": "mutUniformInt", "indpb": 0.0}
 
 

@@ -10,8 +10,9 @@ class Plain(nn.Module):
     def __init__(self, n_observations, groups, hidden=(16, 8)):
         super().__init__()
         widths = [n_observations, *hidden]
-        layers = [layer for a, b in zip(widths, hidden, strict=False)
-                  for layer in (nn.Linear(a, b), nn.Tanh())]
+        layers = [
+            layer for a, b in zip(widths, hidden, strict=False) for layer in (nn.Linear(a, b), nn.Tanh())
+        ]
         self.trunk = nn.Sequential(*layers)
         self.policy, self.value = nn.Linear(widths[-1], sum(groups)), nn.Linear(widths[-1], 1)
 

@@ -21,11 +21,14 @@ def _brain(n_observations, groups, hidden, trunk):
 
 def _lived(brain, n):
     """A rollout of n transitions that a policy a little other than the brain's went through."""
-    rng, rollout = np.random.default_rng(4), Rollout(brain.n_observations, len(brain.offsets) - 1, 0.9,
-                                                     n_numbers=brain.n_numbers)
+    rng, rollout = (
+        np.random.default_rng(4),
+        Rollout(brain.n_observations, len(brain.offsets) - 1, 0.9, n_numbers=brain.n_numbers),
+    )
     choices = np.column_stack([rng.integers(0, size, n) for size in np.diff(brain.offsets)])
-    seen, numbers = (rng.normal(size=(n, k)).astype(np.float32)
-                     for k in (brain.n_observations, brain.n_numbers))
+    seen, numbers = (
+        rng.normal(size=(n, k)).astype(np.float32) for k in (brain.n_observations, brain.n_numbers)
+    )
     rollout.store(np.arange(n), seen, choices, rng.normal(-2, 0.3, n), rng.normal(size=n), numbers=numbers)
     rollout.steps["advantage"] = rng.normal(size=n)
     return rollout
@@ -34,8 +37,9 @@ def _lived(brain, n):
 def _ours(brain, rollout, index, ppo):
     passes, gradient, terms = Passes(brain), np.full(brain.size, np.nan, np.float32), np.zeros(6)
     passes.begin(1)
-    settings = np.array([CLIP, ppo.clip_value, ppo.entropy, ppo.value_weight, SHIFT, SCALE, 1 / len(index)],
-                        np.float32)
+    settings = np.array(
+        [CLIP, ppo.clip_value, ppo.entropy, ppo.value_weight, SHIFT, SCALE, 1 / len(index)], np.float32
+    )
     log = rollout.observations, rollout.choices, rollout.numbers, rollout.steps
     passes.gradient(0, index, log, settings, gradient, terms)
     return gradient, terms[:5]
@@ -56,21 +60,39 @@ def _autograd(brain, rollout, index, ppo):
             h = h if head else torch.tanh(h)
         out.append(h)
     outputs, steps = torch.cat(out, 1), rollout.steps[index]
-    old = {name: torch.from_numpy(steps[name].astype(float))
-           for name in ("log_probability", "value", "advantage")}
+    old = {
+        name: torch.from_numpy(steps[name].astype(float))
+        for name in ("log_probability", "value", "advantage")
+    }
     loss, terms = ppo_loss(
-        outputs[:, :-1], outputs[:, -1], torch.from_numpy(rollout.choices[index].astype(np.int64)),
-        torch.from_numpy(rollout.numbers[index].astype(float)), brain.groups, old, ppo, CLIP, ppo.entropy,
-        SHIFT, SCALE)
+        outputs[:, :-1],
+        outputs[:, -1],
+        torch.from_numpy(rollout.choices[index].astype(np.int64)),
+        torch.from_numpy(rollout.numbers[index].astype(float)),
+        brain.groups,
+        old,
+        ppo,
+        CLIP,
+        ppo.entropy,
+        SHIFT,
+        SCALE,
+    )
     loss.mean().backward()
     return weights.grad.numpy(), np.array([float(term.detach().sum()) for term in terms])
 
 
 @pytest.mark.parametrize("trunk", ["shared", "separate"])
-@pytest.mark.parametrize(("shape", "n"), [
-    ((1, (1,), (1,)), 1), ((24, (3, 3, 2), (64, 64)), BLOCK), ((5, (3, 2), (16, 8)), 2 * BLOCK + 7),
-    ((33, (4,), (20, 70, 3)), 3), ((7, (2, 17), (48,)), BLOCK + 1),
-    ((6, (3, CONTINUOUS, CONTINUOUS), (12, 12)), 50)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("shape", "n"),
+    [
+        ((1, (1,), (1,)), 1),
+        ((24, (3, 3, 2), (64, 64)), BLOCK),
+        ((5, (3, 2), (16, 8)), 2 * BLOCK + 7),
+        ((33, (4,), (20, 70, 3)), 3),
+        ((7, (2, 17), (48,)), BLOCK + 1),
+        ((6, (3, CONTINUOUS, CONTINUOUS), (12, 12)), 50),
+    ],
+)
 @pytest.mark.parametrize("ppo", [PPO(), PPO(clip_value=0.3, entropy=0.2)], ids=["free", "held"])
 def test_the_gradient_is_that_of_autograd(shape, n, trunk, ppo):
     brain = _brain(*shape, trunk)
@@ -95,7 +117,9 @@ def test_the_gradient_is_the_same_bits_whatever_the_worker_did_before():
     log = rollout.observations, rollout.choices, rollout.numbers, rollout.steps
     for worker in (0, 1, 0):
         for chosen in (other, index):
-            settings = np.array([CLIP, PPO().clip_value, PPO().entropy, PPO().value_weight, SHIFT, SCALE,
-                                 1 / len(chosen)], np.float32)
+            settings = np.array(
+                [CLIP, PPO().clip_value, PPO().entropy, PPO().value_weight, SHIFT, SCALE, 1 / len(chosen)],
+                np.float32,
+            )
             passes.gradient(worker, chosen, log, settings, again, terms)
         assert np.array_equal(first[brain.weights != 0], again[brain.weights != 0])

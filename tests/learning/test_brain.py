@@ -25,15 +25,17 @@ def _twin(brain, observations):
 
     shared = brain.trunk == "shared"
     logits = tower("trunk" if shared else "policy") @ w["policy.head.weight"].T + w["policy.head.bias"]
-    return logits, (tower("trunk" if shared else "value") @ w["value.head.weight"].T
-                    + w["value.head.bias"])[:, 0]
+    return logits, (tower("trunk" if shared else "value") @ w["value.head.weight"].T + w["value.head.bias"])[
+        :, 0
+    ]
 
 
 def _shaken(brain, seed=9):
     """Give a brain weights with no zero among them."""
     rng = np.random.default_rng(seed)
-    brain.load({name: rng.normal(0, 0.4, array.shape).astype(np.float32)
-                for name, array in brain.state().items()})
+    brain.load(
+        {name: rng.normal(0, 0.4, array.shape).astype(np.float32) for name, array in brain.state().items()}
+    )
     return brain
 
 
@@ -86,8 +88,9 @@ def test_weights_are_orthogonal_with_their_gains():
     w = Brain(24, (3, 3), hidden=(64, 64)).state()
     np.testing.assert_allclose(w["trunk.0.weight"].T @ w["trunk.0.weight"], 2 * np.eye(24), atol=1e-5)
     np.testing.assert_allclose(w["trunk.1.weight"] @ w["trunk.1.weight"].T, 2 * np.eye(64), atol=1e-5)
-    np.testing.assert_allclose(w["policy.head.weight"] @ w["policy.head.weight"].T,
-                               1e-4 * np.eye(6), atol=1e-8)
+    np.testing.assert_allclose(
+        w["policy.head.weight"] @ w["policy.head.weight"].T, 1e-4 * np.eye(6), atol=1e-8
+    )
     np.testing.assert_allclose(np.linalg.norm(w["value.head.weight"]), 1, rtol=1e-5)
     assert not w["trunk.0.bias"].any()
 

@@ -43,7 +43,10 @@ def test_the_edges_of_the_uniforms_give_finite_numbers():
 def test_minus_one_and_one_are_the_limits_of_the_range_and_what_is_beyond_is_the_limit():
     low, high = np.array([-2.0, 0.0], np.float32), np.array([2.0, 3.0], np.float32)
     assert in_units(np.array([[-1, -9], [0, 0.5], [7, 1]], np.float32), low, high).tolist() == [
-        [-2, 0], [0, 2.25], [2, 3]]  # fmt: skip
+        [-2, 0],
+        [0, 2.25],
+        [2, 3],
+    ]
 
 
 def test_a_head_is_a_mean_and_a_spread_after_all_choices():

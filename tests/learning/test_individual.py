@@ -25,8 +25,9 @@ def in_pieces(kernel, n, *arguments, work=None):
 
 
 def minds(hidden=(6, 4), n_observations=5, seed=7, **ppo):
-    return Individuals(n_observations, GROUPS, hidden, PPO(**{"horizon": 8, "learning_rate": 0.01} | ppo),
-                       seed)
+    return Individuals(
+        n_observations, GROUPS, hidden, PPO(**{"horizon": 8, "learning_rate": 0.01} | ppo), seed
+    )
 
 
 def herd(individuals, n, first_uid=1, below=0):
@@ -45,21 +46,26 @@ def born(table, individuals, n, first_uid, tick):
 
 def of(uid, tick, shape, dtype=np.float32):
     """Noise that depends on the animal and the tick only, f32[n, *shape]."""
-    return np.array([np.random.default_rng([int(u), tick]).random(shape, dtype) for u in uid],
-                    dtype).reshape(len(uid), *shape)
+    return np.array([np.random.default_rng([int(u), tick]).random(shape, dtype) for u in uid], dtype).reshape(
+        len(uid), *shape
+    )
 
 
 def live(table, individuals, tick, split=whole, rates=None):
     """One tick of all the living, in order of uid; return how many learnt."""
     rows = table.by_uid()
     uid = table.uid[rows]
-    x, policy, experience = (of(uid, tick, (individuals.n_observations,)) - np.float32(0.5), table[Policy],
-                             table[Experience])
+    x, policy, experience = (
+        of(uid, tick, (individuals.n_observations,)) - np.float32(0.5),
+        table[Policy],
+        table[Experience],
+    )
     individuals.credit(experience, rows, x[:, 0])
     due = np.flatnonzero(individuals.due(experience, rows, uid, table.born[rows], tick))
     if due.size:
-        rates = rates or (lambda uid: np.float32(0.01)
-                          + np.float32(0.001) * (uid % np.uint64(5)).astype(np.float32))
+        rates = rates or (
+            lambda uid: np.float32(0.01) + np.float32(0.001) * (uid % np.uint64(5)).astype(np.float32)
+        )
         kind = (uid[due] % np.uint64(7)).astype(np.float32)
         plasticity = rates(uid[due]), np.float32(0.9) + kind / 100, kind / 50
         _, values = individuals.forward(policy, rows[due], x[due], split)
@@ -77,8 +83,11 @@ def bits(table, uids=None):
     rows = rows if uids is None else rows[np.isin(table.uid[rows], uids)]
     policy = table[Policy]
     heavy = (policy.weights, policy.moment_1, policy.moment_2)
-    return (b"".join(column[rows].tobytes() for column in heavy) + policy.steps[rows].tobytes()
-            + table[Experience].length[rows].tobytes())
+    return (
+        b"".join(column[rows].tobytes() for column in heavy)
+        + policy.steps[rows].tobytes()
+        + table[Experience].length[rows].tobytes()
+    )
 
 
 # --- networks -----------------------------------------------------------------------------------------------
@@ -114,8 +123,11 @@ def test_newborn_weights_have_the_deviations_that_they_should():
     w1, b1, w2, b2 = individuals.views(individuals.draw(np.arange(1, 501, dtype=np.uint64), 3))
     assert not b1.any()
     assert not b2.any()
-    np.testing.assert_allclose([w1.std(), w2[..., :8].std(), w2[..., 8].std()],
-                               [(2 / 24) ** 0.5, 0.01 / 32**0.5, 1 / 32**0.5], rtol=0.03)
+    np.testing.assert_allclose(
+        [w1.std(), w2[..., :8].std(), w2[..., 8].std()],
+        [(2 / 24) ** 0.5, 0.01 / 32**0.5, 1 / 32**0.5],
+        rtol=0.03,
+    )
     assert abs(w1.mean()) < 0.002
     assert abs(np.mean(np.abs(w1) < 0.6745 * w1.std()) - 0.5) < 0.01  # half of a normal distribution
 
@@ -135,8 +147,10 @@ def test_observations_of_another_width_are_refused():
         individuals.forward(table[Policy], table.by_uid(), np.zeros((2, 4), np.float32), whole)
 
 
-@pytest.mark.parametrize(("arguments", "name"), [((0, (2,), ()), "n_observations"), ((1, (), ()), "groups"),
-                                                 ((1, (2,), (4, 0)), "hidden")])
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [((0, (2,), ()), "n_observations"), ((1, (), ()), "groups"), ((1, (2,), (4, 0)), "hidden")],
+)
 def test_impossible_networks_are_refused(arguments, name):
     with pytest.raises(ValueError, match=f"{name} = .*allowed"):
         Individuals(*arguments, PPO(), 0)
@@ -166,8 +180,12 @@ def test_a_full_rollout_takes_nothing_more():
     individuals = minds(horizon=2)
     table = herd(individuals, 3)
     rows = table.by_uid()
-    transition = (np.ones((3, 5), np.float32), np.zeros((3, 2), np.int16), np.zeros(3, np.float32),
-                  np.zeros(3, np.float32))
+    transition = (
+        np.ones((3, 5), np.float32),
+        np.zeros((3, 2), np.int16),
+        np.zeros(3, np.float32),
+        np.zeros(3, np.float32),
+    )
     for _ in range(2):
         individuals.store(table[Experience], rows, *transition)
     before = [column.copy() for column in (table[Experience].observations, table[Experience].length)]
@@ -238,8 +256,10 @@ def test_lives_depend_neither_on_rows_nor_on_threads(minibatch):
 
 def test_who_takes_the_row_of_a_dead_learns_nothing_from_its_life():
     individuals = minds()
-    taken, fresh = herd(individuals, 1, first_uid=3), Table("goat", (Policy, Experience),
-                                                            dims=individuals.dims)
+    taken, fresh = (
+        herd(individuals, 1, first_uid=3),
+        Table("goat", (Policy, Experience), dims=individuals.dims),
+    )
     for tick in range(3):
         live(taken, individuals, tick)
     taken.vacate(taken.rows())
@@ -256,10 +276,14 @@ def test_who_does_not_learn_keeps_its_weights_and_forgets_its_rollout():
     table, before = herd(individuals, 9), {}
     for tick in range(9):
         live(table, individuals, tick, rates=lambda uid: np.where(uid < 5, 0, 0.01))
-        before = before or {int(u): table[Policy].weights[int(r)].tobytes()
-                            for u, r in zip(table.uid, table.by_uid(), strict=False)}
-    same = {int(u): table[Policy].weights[int(r)].tobytes() == before[int(u)]
-            for u, r in zip(table.uid, table.by_uid(), strict=False)}
+        before = before or {
+            int(u): table[Policy].weights[int(r)].tobytes()
+            for u, r in zip(table.uid, table.by_uid(), strict=False)
+        }
+    same = {
+        int(u): table[Policy].weights[int(r)].tobytes() == before[int(u)]
+        for u, r in zip(table.uid, table.by_uid(), strict=False)
+    }
     assert same == {u: u < 5 for u in range(1, 10)}
     assert not table[Policy].steps[table.by_uid()[:4]].any()
     first = [mix_int(u) % 8 or 8 for u in range(1, 10)]  # each learnt once, at this age

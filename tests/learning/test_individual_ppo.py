@@ -31,10 +31,12 @@ class Plain:
     def __init__(self, individuals, weights, uid, rate, discount, entropy):
         self.ppo, self.seed, self.uid, self.updates = individuals.ppo, individuals.seed, uid, 0
         self.discount, self.entropy, self.records, self.rewards = discount, entropy, [], []
-        self.parts = [torch.tensor(part, dtype=torch.float64, requires_grad=True)
-                      for part in individuals.views(weights)]
-        self.adam = torch.optim.AdamW(self.parts, rate, eps=self.ppo.adam_epsilon,
-                                      weight_decay=self.ppo.weight_decay)
+        self.parts = [
+            torch.tensor(part, dtype=torch.float64, requires_grad=True) for part in individuals.views(weights)
+        ]
+        self.adam = torch.optim.AdamW(
+            self.parts, rate, eps=self.ppo.adam_epsilon, weight_decay=self.ppo.weight_decay
+        )
 
     def forward(self, x):
         h = torch.as_tensor(x, dtype=torch.float64)
@@ -70,8 +72,12 @@ class Plain:
         with torch.no_grad():
             later, gain, gains = self.forward(x_now[None])[1].item(), 0.0, []
         for t in range(n - 1, -1, -1):
-            gain = (self.rewards[t] + self.discount * later - old[t].item()
-                    + self.discount * ppo.gae_lambda * gain)
+            gain = (
+                self.rewards[t]
+                + self.discount * later
+                - old[t].item()
+                + self.discount * ppo.gae_lambda * gain
+            )
             later = old[t].item()
             gains.insert(0, gain)
         advantage = torch.tensor(gains, dtype=torch.float64)
@@ -83,8 +89,9 @@ class Plain:
             self.shuffle(order, epoch)
             for part in range(parts):
                 chosen = order[n * part // parts : n * (part + 1) // parts]
-                self.step(x[chosen], choices[chosen], then[chosen], old[chosen], advantage[chosen],
-                          target[chosen])
+                self.step(
+                    x[chosen], choices[chosen], then[chosen], old[chosen], advantage[chosen], target[chosen]
+                )
         self.updates, self.records, self.rewards = self.updates + 1, [], []
 
     def step(self, x, choices, then, old, advantage, target):
@@ -94,8 +101,9 @@ class Plain:
         policy = -torch.minimum(ratio * advantage, ratio.clamp(1 - ppo.clip, 1 + ppo.clip) * advantage).mean()
         error = (value - target) ** 2
         if ppo.clip_value:
-            error = torch.maximum(error,
-                                  (old + (value - old).clamp(-ppo.clip_value, ppo.clip_value) - target) ** 2)
+            error = torch.maximum(
+                error, (old + (value - old).clamp(-ppo.clip_value, ppo.clip_value) - target) ** 2
+            )
         self.adam.zero_grad()
         (policy - self.entropy * entropy.mean() + ppo.value_weight * error.mean()).backward()
         if ppo.max_grad_norm:
@@ -126,15 +134,21 @@ def test_five_lives_agree_with_five_plain_learners(hidden, settings):
     )
     table.born[rows] = births = np.array([0, 0, 4, 7, 30])
     plain = [
-        Plain(individuals, table[Policy].weights[int(r)], u,
-              *(float(a[i]) for a in (rates, discounts, entropies)))
+        Plain(
+            individuals,
+            table[Policy].weights[int(r)],
+            u,
+            *(float(a[i]) for a in (rates, discounts, entropies)),
+        )
         for i, (r, u) in enumerate(zip(rows, uid, strict=True))
     ]
     rng, policy, experience = np.random.default_rng(2), table[Policy], table[Experience]
     for tick in range(160):
         there = np.flatnonzero(births <= tick)
-        x, rewards = (rng.standard_normal((5, 4)).astype(np.float32)[there],
-                      rng.standard_normal(5).astype(np.float32)[there])
+        x, rewards = (
+            rng.standard_normal((5, 4)).astype(np.float32)[there],
+            rng.standard_normal(5).astype(np.float32)[there],
+        )
         individuals.credit(experience, rows[there], rewards)
         for i, reward in zip(there, rewards, strict=True):
             if plain[i].rewards:
@@ -144,8 +158,9 @@ def test_five_lives_agree_with_five_plain_learners(hidden, settings):
         if mine.size:
             _, values = individuals.forward(policy, rows[mine], x[due], whole)
             plasticity = rates[mine], discounts[mine], entropies[mine]
-            individuals.learn(policy, experience, rows[mine], table.uid[rows[mine]], values,
-                              plasticity, whole)
+            individuals.learn(
+                policy, experience, rows[mine], table.uid[rows[mine]], values, plasticity, whole
+            )
             for i, seen in zip(mine, x[due], strict=True):
                 plain[i].learn(seen)
         logits, values = individuals.forward(policy, rows[there], x, whole)
@@ -169,8 +184,9 @@ def test_advantages_and_their_scale_are_those_counted_by_hand():
     lived, terms = np.zeros(3, STEP), np.zeros(8)
     value, reward = np.array([1, 2, 0], np.float32), np.array([1, 3, -1], np.float32)
     half = np.float32(0.5)
-    shift, scale = _look_back(lived, np.array([-1, -2, -3], np.float32), value, reward, np.float32(4), half,
-                              half, True, terms)
+    shift, scale = _look_back(
+        lived, np.array([-1, -2, -3], np.float32), value, reward, np.float32(4), half, half, True, terms
+    )
     # -1 + 0.5 * 4 - 0 = 1;  3 + 0.5 * 0 - 2 + 0.25 * 1 = 1.25;  1 + 0.5 * 2 - 1 + 0.25 * 1.25 = 1.3125
     assert lived["advantage"].tolist() == [1.3125, 1.25, 1]
     assert lived["log_probability"].tolist() == [-1, -2, -3]
@@ -183,8 +199,9 @@ def test_advantages_and_their_scale_are_those_counted_by_hand():
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_each_of_twenty_individuals_learns_its_own_bandit(seed):
-    individuals = Individuals(2, (4,), (8,), PPO(horizon=16, learning_rate=0.02, discount=0.0, epochs=4),
-                              seed)
+    individuals = Individuals(
+        2, (4,), (8,), PPO(horizon=16, learning_rate=0.02, discount=0.0, epochs=4), seed
+    )
     uid = np.arange(1, 21, dtype=np.uint64)
     table, rows = herd(individuals, uid)
     best, rng, x = (uid % 4).astype(np.int64), np.random.default_rng(seed), np.ones((20, 2), np.float32)
@@ -196,8 +213,9 @@ def test_each_of_twenty_individuals_learns_its_own_bandit(seed):
         individuals.learn(policy, experience, rows[due], uid[due], values[due], None, whole)
         choose(logits, individuals.offsets, rng.random((20, 1), np.float32), choice, log_probability)
         individuals.store(experience, rows, x, choice, log_probability, values)
-        individuals.credit(experience, rows,
-                           (rng.random(20) < np.where(choice[:, 0] == best, 0.8, 0.2)).astype(np.float32))
+        individuals.credit(
+            experience, rows, (rng.random(20) < np.where(choice[:, 0] == best, 0.8, 0.2)).astype(np.float32)
+        )
     logits, _ = individuals.forward(policy, rows, x, whole)
     p = torch.softmax(torch.from_numpy(logits), 1).numpy()[np.arange(20), best]
     assert p.min() > 0.6  # chance: 0.25
@@ -210,18 +228,26 @@ def test_the_report_holds_means_over_those_that_learnt():
     experience, zero = table[Experience], np.zeros(3, np.float32)
     for n, reward in ((3, 1), (2, 4)):  # animal 3 has one transition less
         even = np.full(n, -np.log(2), np.float32)
-        individuals.store(experience, rows[:n], np.ones((n, 2), np.float32), np.zeros((n, 1), np.int16),
-                          even, zero[:n])
+        individuals.store(
+            experience, rows[:n], np.ones((n, 2), np.float32), np.zeros((n, 1), np.int16), even, zero[:n]
+        )
         individuals.credit(experience, rows[:n], np.full(n, reward, np.float32))
     rates = np.array([0.1, 0, 0.3], np.float32)
-    report = individuals.learn(table[Policy], experience, rows, table.uid[rows], zero,
-                               (rates, 0.0, 0.0), whole)
+    report = individuals.learn(
+        table[Policy], experience, rows, table.uid[rows], zero, (rates, 0.0, 0.0), whole
+    )
     assert (report["n_animals"], report["n_transitions"]) == (2, 3)
     assert report["reward"] == pytest.approx((1 + 4 + 1) / 3)
     assert report["learning_rate"] == pytest.approx(0.2)
     assert report["entropy"] == pytest.approx(np.log(2), rel=0.2)
-    assert set(report) >= {"policy_loss", "value_loss", "approx_kl", "clip_fraction", "gradient_norm",
-                           "explained_variance"}
+    assert set(report) >= {
+        "policy_loss",
+        "value_loss",
+        "approx_kl",
+        "clip_fraction",
+        "gradient_norm",
+        "explained_variance",
+    }
     assert not experience.length[rows].any()
     nobody = individuals.learn(table[Policy], experience, rows, table.uid[rows], zero, None, whole)
     assert nobody["n_animals"] == 0
@@ -247,8 +273,9 @@ def test_a_reward_that_is_not_finite_is_named_with_its_animal():
     individuals = Individuals(2, (2,), (), PPO(horizon=4), 0)
     table, rows = herd(individuals, [1, 77])
     zero = np.zeros(2, np.float32)
-    individuals.store(table[Experience], rows, np.ones((2, 2), np.float32),
-                      np.zeros((2, 1), np.int16), zero, zero)
+    individuals.store(
+        table[Experience], rows, np.ones((2, 2), np.float32), np.zeros((2, 1), np.int16), zero, zero
+    )
     individuals.credit(table[Experience], rows, np.array([1, np.nan], np.float32))
     before = table[Policy].weights[int(rows[1])].copy()
     with pytest.raises(FloatingPointError, match=r"animal 77 is nan \(1 such in all\)"):
@@ -259,8 +286,9 @@ def test_a_reward_that_is_not_finite_is_named_with_its_animal():
 def test_the_shared_learner_decays_its_weights_apart_from_the_gradient():
     after = []
     for decay in (0.0, 0.5):
-        learner = Learner(Brain(3, (2,), (4,), seed=1), PPO(learning_rate=0.1, epochs=1, weight_decay=decay),
-                          0)
+        learner = Learner(
+            Brain(3, (2,), (4,), seed=1), PPO(learning_rate=0.1, epochs=1, weight_decay=decay), 0
+        )
         before = learner.brain.weights.copy()
         rows, x = np.arange(6), np.random.default_rng(0).standard_normal((6, 3), np.float32)
         _, values = learner.brain.forward(x)

@@ -44,35 +44,58 @@ class Elsewhere(Plain):
         return super().forward(observations * self.scale)
 
 
-@pytest.mark.parametrize(("network", "message"), [
-    (changed(forward=lambda self, x: Plain.forward(self, x)[0]),
-     "gives f32[3, 5]; it should give logits f32[3, 5] and values f32[3]"),
-    (changed(forward=lambda self, x: (self.policy(self.trunk(x)), self.value(self.trunk(x)))),
-     "gives values f32[3, 1]; it should give"),
-    (changed(forward=lambda self, x: (Plain.forward(self, x)[0][:, 1:], Plain.forward(self, x)[1])),
-     "gives logits f32[3, 4]; it should"),
-    (changed(forward=lambda self, x: tuple(o.double() for o in Plain.forward(self, x))),
-     "gives logits f64[3, 5]; it should give"),
-    (changed(forward=lambda self, x: tuple(o * np.nan for o in Plain.forward(self, x))),
-     "gives logits that are not finite"),
-    (changed(forward=lambda self, x: tuple(o.detach() for o in Plain.forward(self, x))),
-     "has logits that depend on no parameter"),
-    (changed(forward=lambda self, x: self.policy(x)),
-     "raises RuntimeError: mat1 and mat2 shapes cannot be multiplied"),
-    (lambda n, groups: Plain(n, groups).double(),
-     "has parameters of type torch.float64; allowed: torch.float32"),
-    (lambda n, groups: "a network", "gives str; allowed: a torch.nn.Module"),
-    (lambda n: None, "raises TypeError"),
-    (Random, "draws random numbers in forward"),
-    (Forgetful, "gives two different answers to the same observations"),
-    (Elsewhere, "raises RuntimeError"),
-    (lambda n, groups: Plain(n, groups).to("meta"), "cannot be moved to the device 'cpu'"),
-    (changed(memory=16), "has memory = 16, and its forward takes no state"),
-    (changed(Gru, forward=lambda self, x, state: (*Gru.forward(self, x, state)[:2], state[:, :4])),
-     "gives state f32[3, 4]; it should"),
-    (lambda n, groups: nn.Sequential(nn.Linear(n + 1, 8), nn.Tanh(), nn.Linear(8, 5)),
-     "takes 5 observations and gives 5 numbers"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("network", "message"),
+    [
+        (
+            changed(forward=lambda self, x: Plain.forward(self, x)[0]),
+            "gives f32[3, 5]; it should give logits f32[3, 5] and values f32[3]",
+        ),
+        (
+            changed(forward=lambda self, x: (self.policy(self.trunk(x)), self.value(self.trunk(x)))),
+            "gives values f32[3, 1]; it should give",
+        ),
+        (
+            changed(forward=lambda self, x: (Plain.forward(self, x)[0][:, 1:], Plain.forward(self, x)[1])),
+            "gives logits f32[3, 4]; it should",
+        ),
+        (
+            changed(forward=lambda self, x: tuple(o.double() for o in Plain.forward(self, x))),
+            "gives logits f64[3, 5]; it should give",
+        ),
+        (
+            changed(forward=lambda self, x: tuple(o * np.nan for o in Plain.forward(self, x))),
+            "gives logits that are not finite",
+        ),
+        (
+            changed(forward=lambda self, x: tuple(o.detach() for o in Plain.forward(self, x))),
+            "has logits that depend on no parameter",
+        ),
+        (
+            changed(forward=lambda self, x: self.policy(x)),
+            "raises RuntimeError: mat1 and mat2 shapes cannot be multiplied",
+        ),
+        (
+            lambda n, groups: Plain(n, groups).double(),
+            "has parameters of type torch.float64; allowed: torch.float32",
+        ),
+        (lambda n, groups: "a network", "gives str; allowed: a torch.nn.Module"),
+        (lambda n: None, "raises TypeError"),
+        (Random, "draws random numbers in forward"),
+        (Forgetful, "gives two different answers to the same observations"),
+        (Elsewhere, "raises RuntimeError"),
+        (lambda n, groups: Plain(n, groups).to("meta"), "cannot be moved to the device 'cpu'"),
+        (changed(memory=16), "has memory = 16, and its forward takes no state"),
+        (
+            changed(Gru, forward=lambda self, x, state: (*Gru.forward(self, x, state)[:2], state[:, :4])),
+            "gives state f32[3, 4]; it should",
+        ),
+        (
+            lambda n, groups: nn.Sequential(nn.Linear(n + 1, 8), nn.Tanh(), nn.Linear(8, 5)),
+            "takes 5 observations and gives 5 numbers",
+        ),
+    ],
+)
 def test_what_cannot_be_a_brain_is_said_with_what_it_gave_and_should_give(network, message):
     with pytest.raises(ValueError, match=re.escape(message)):
         make(network, 4, GROUPS, seed=1)
@@ -130,8 +153,10 @@ def test_only_a_module_that_does_what_the_kernels_do_goes_their_way():
 def test_a_sequential_of_linear_and_tanh_becomes_the_built_in_network(outputs):
     torch.manual_seed(2)
     net = nn.Sequential(nn.Linear(4, 16), nn.Tanh(), nn.Linear(16, 8), nn.Tanh(), nn.Linear(8, outputs))
-    brain, x = (as_brain(from_torch(net), 4, GROUPS),
-                np.random.default_rng(1).standard_normal((50, 4), dtype=np.float32))
+    brain, x = (
+        as_brain(from_torch(net), 4, GROUPS),
+        np.random.default_rng(1).standard_normal((50, 4), dtype=np.float32),
+    )
     logits, values = brain.forward(x)
     right = net(torch.from_numpy(x)).detach().numpy()
     assert isinstance(brain, Brain)
@@ -139,8 +164,9 @@ def test_a_sequential_of_linear_and_tanh_becomes_the_built_in_network(outputs):
     np.testing.assert_allclose(values, right[:, 5] if outputs == 6 else 0 * values, rtol=1e-4, atol=1e-5)
 
 
-@pytest.mark.parametrize("net", [nn.Linear(4, 5), nn.Sequential(),
-                                 nn.Sequential(nn.Linear(4, 5), nn.ReLU(), nn.Linear(5, 5))])
+@pytest.mark.parametrize(
+    "net", [nn.Linear(4, 5), nn.Sequential(), nn.Sequential(nn.Linear(4, 5), nn.ReLU(), nn.Linear(5, 5))]
+)
 def test_other_layers_are_refused_by_from_torch(net):
     with pytest.raises(ValueError, match="allowed"):
         from_torch(net)
@@ -150,8 +176,10 @@ def test_other_layers_are_refused_by_from_torch(net):
 def test_a_thought_depends_neither_on_threads_nor_on_how_many_think(network):
     brain = make(network, 24, GROUPS, 1)
     rng = np.random.default_rng(1)
-    x, memory = (rng.standard_normal((5000, 24), dtype=np.float32),
-                 rng.standard_normal((5000, brain.memory), dtype=np.float32))
+    x, memory = (
+        rng.standard_normal((5000, 24), dtype=np.float32),
+        rng.standard_normal((5000, brain.memory), dtype=np.float32),
+    )
     whole = brain.recall(x, memory)
     before = torch.get_num_threads()
     try:
@@ -165,8 +193,9 @@ def test_a_thought_depends_neither_on_threads_nor_on_how_many_think(network):
 def test_wrong_weights_are_named():
     brain = make(Plain, 4, GROUPS, 1)
     state = brain.state()
-    with pytest.raises(ValueError,
-                       match=r"weights trunk.9.weight: missing or unknown; this network has trunk.0.weight"):
+    with pytest.raises(
+        ValueError, match=r"weights trunk.9.weight: missing or unknown; this network has trunk.0.weight"
+    ):
         brain.load(state | {"trunk.9.weight": state["trunk.0.weight"]})
     with pytest.raises(ValueError, match=r"trunk.0.weight has shape \(2, 2\); this network needs \(16, 4\)"):
         brain.load(state | {"trunk.0.weight": np.zeros((2, 2), np.float32)})

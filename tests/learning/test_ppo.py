@@ -41,31 +41,41 @@ def _loss(weights, brain, rollout, ppo, shift, scale):
     def tower(name):
         h = x
         for level in range(len(brain.hidden)):
-            h = torch.tanh(torch.nn.functional.linear(h, weights[f"{name}.{level}.weight"],
-                                                      weights[f"{name}.{level}.bias"]))
+            h = torch.tanh(
+                torch.nn.functional.linear(
+                    h, weights[f"{name}.{level}.weight"], weights[f"{name}.{level}.bias"]
+                )
+            )
         return h
 
     shared = brain.trunk == "shared"
     hidden = tower("trunk" if shared else "policy"), tower("trunk" if shared else "value")
     logits = torch.nn.functional.linear(hidden[0], weights["policy.head.weight"], weights["policy.head.bias"])
-    value = torch.nn.functional.linear(hidden[1], weights["value.head.weight"],
-                                       weights["value.head.bias"])[:, 0]
+    value = torch.nn.functional.linear(hidden[1], weights["value.head.weight"], weights["value.head.bias"])[
+        :, 0
+    ]
     now, entropy = 0, 0
     for g, part in enumerate(torch.split(logits, GROUPS, dim=1)):
         distribution = torch.distributions.Categorical(logits=part)
         now = now + distribution.log_prob(torch.from_numpy(rollout.choices[:, g].astype(np.int64)))
         entropy = entropy + distribution.entropy()
-    old, then, gain = (torch.from_numpy(rollout.steps[n].copy())
-                       for n in ("value", "log_probability", "advantage"))
+    old, then, gain = (
+        torch.from_numpy(rollout.steps[n].copy()) for n in ("value", "log_probability", "advantage")
+    )
     target, advantage = gain + old, (gain - shift) * scale
     ratio = torch.exp(now - then)
     policy = -torch.minimum(ratio * advantage, ratio.clamp(1 - ppo.clip, 1 + ppo.clip) * advantage).mean()
     error = (value - target) ** 2
     if ppo.clip_value:
-        error = torch.maximum(error,
-                              (old + (value - old).clamp(-ppo.clip_value, ppo.clip_value) - target) ** 2)
-    return (policy - ppo.entropy * entropy.mean() + ppo.value_weight * error.mean(), policy, error.mean(),
-            entropy.mean())
+        error = torch.maximum(
+            error, (old + (value - old).clamp(-ppo.clip_value, ppo.clip_value) - target) ** 2
+        )
+    return (
+        policy - ppo.entropy * entropy.mean() + ppo.value_weight * error.mean(),
+        policy,
+        error.mean(),
+        entropy.mean(),
+    )
 
 
 @pytest.mark.parametrize("trunk", ["shared", "separate"])
@@ -155,8 +165,9 @@ def test_results_do_not_depend_on_which_rows_the_animals_have():
         for _ in range(5):
             observations = rng.standard_normal((60, 5), dtype=np.float32)
             values = rng.standard_normal(60, dtype=np.float32)
-            learner.rollout.store(rows, observations, rng.integers(0, 2, (60, 2)),
-                                  np.full(60, -1.5, np.float32), values)
+            learner.rollout.store(
+                rows, observations, rng.integers(0, 2, (60, 2)), np.full(60, -1.5, np.float32), values
+            )
             learner.rollout.end(rows[:7], values[:7])
             learner.rollout.credit(rows, values)
         reports.append(learner.update(rows, np.ones(60, np.float32)))
@@ -168,8 +179,9 @@ def test_results_do_not_depend_on_which_rows_the_animals_have():
 def test_every_transition_is_used_once_an_epoch(monkeypatch):
     learner, used = _learner(PPO(minibatch=100, epochs=3)), []
     step = learner._step
-    monkeypatch.setattr(learner, "_step",
-                        lambda index, *rest: (used.append(index.copy()), step(index, *rest))[1])
+    monkeypatch.setattr(
+        learner, "_step", lambda index, *rest: (used.append(index.copy()), step(index, *rest))[1]
+    )
     report = learner.update(*_fill(learner, n=83, ticks=4))
     assert report["n_transitions"] == 332
     assert [len(index) for index in used] == [83] * 12
@@ -228,8 +240,9 @@ def test_a_contextual_bandit_is_learnt(seed):
 def test_the_value_learns_what_follows():
     learner = _learner(PPO(horizon=4, minibatch=500, learning_rate=3e-3, discount=0.0))
     explained = [
-        learner.update(*_fill(learner, 500, 4, k,
-                              lambda observations, choice: observations[:, 2] * 3))["explained_variance"]
+        learner.update(*_fill(learner, 500, 4, k, lambda observations, choice: observations[:, 2] * 3))[
+            "explained_variance"
+        ]
         for k in range(30)
     ]
     assert explained[0] < 0.5

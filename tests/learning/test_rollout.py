@@ -13,8 +13,9 @@ def _rows(*rows):
 def _store(rollout, rows, values, mark=0.0):
     n = len(rows)
     observations = np.full((n, 2), mark, F) + np.arange(n, dtype=F)[:, None]
-    rollout.store(_rows(*rows), observations, np.zeros((n, 1), np.int8), np.full(n, -0.5, F),
-                  np.array(values, F))
+    rollout.store(
+        _rows(*rows), observations, np.zeros((n, 1), np.int8), np.full(n, -0.5, F), np.array(values, F)
+    )
 
 
 def _numbers(*x):
@@ -146,16 +147,20 @@ def test_bytes_per_transition_are_those_of_all_columns():
     assert rollout.nbytes_per_transition == 2 * 4 + 2 + 5 * 4 + 1
 
 
-@pytest.mark.parametrize(("name", "value", "message"), [
-    ("last", 10**6, "last of the rollout points beyond its 3 transitions"),
-    ("last", -7, "last of the rollout points"),
-    ("row", 10**6, "row of the rollout is 1000000 to 1000000; allowed: 0 to 2"),
-    ("row", -1, "row of the rollout is -1"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("last", 10**6, "last of the rollout points beyond its 3 transitions"),
+        ("last", -7, "last of the rollout points"),
+        ("row", 10**6, "row of the rollout is 1000000 to 1000000; allowed: 0 to 2"),
+        ("row", -1, "row of the rollout is -1"),
+    ],
+)
 def test_a_state_that_points_beyond_itself_is_refused(name, value, message):
     rollout = Rollout(2, 1, 0.9)
-    rollout.store(np.arange(3), np.zeros((3, 2), np.float32), np.zeros((3, 1), np.int16),
-                  *np.zeros((2, 3), np.float32))
+    rollout.store(
+        np.arange(3), np.zeros((3, 2), np.float32), np.zeros((3, 1), np.int16), *np.zeros((2, 3), np.float32)
+    )
     state = rollout.state()
     state[name][...] = value
     with pytest.raises(ValueError, match=message):
@@ -164,7 +169,8 @@ def test_a_state_that_points_beyond_itself_is_refused(name, value, message):
 
 def test_a_state_with_parts_of_other_lengths_is_refused():
     rollout = Rollout(2, 1, 0.9)
-    rollout.store(np.arange(3), np.zeros((3, 2), np.float32), np.zeros((3, 1), np.int16),
-                  *np.zeros((2, 3), np.float32))
+    rollout.store(
+        np.arange(3), np.zeros((3, 2), np.float32), np.zeros((3, 1), np.int16), *np.zeros((2, 3), np.float32)
+    )
     with pytest.raises(ValueError, match="value of the rollout has 2 transitions, and ended has 3"):
         Rollout(2, 1, 0.9).load(rollout.state() | {"value": np.zeros(2, np.float32)})

@@ -39,17 +39,24 @@ def test_every_field_is_documented():
 
 
 def test_settings_load_neither_torch_nor_numba():
-    code = ("import sys; from ecs_eco.learning import PPO; PPO(); print('torch' in sys.modules, "
-            "'numba' in sys.modules)")
-    assert (subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.split()
-            == ["False", "False"])
+    code = (
+        "import sys; from ecs_eco.learning import PPO; PPO(); print('torch' in sys.modules, "
+        "'numba' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.split() == [
+        "False",
+        "False",
+    ]
 
 
 def test_a_brain_thinks_without_torch():
-    code = ("import sys, numpy; from ecs_eco.learning import Brain, vector_env; "
-            "Brain(3, (2,)).forward(numpy.zeros((4, 3))); print('torch' in sys.modules)")
-    assert (subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.split()
-            == ["False"])
+    code = (
+        "import sys, numpy; from ecs_eco.learning import Brain, vector_env; "
+        "Brain(3, (2,)).forward(numpy.zeros((4, 3))); print('torch' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.split() == [
+        "False"
+    ]
 
 
 def test_unknown_name_lists_the_known_ones():

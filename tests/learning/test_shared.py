@@ -17,8 +17,13 @@ def live(store, world, n=3, ticks=2):
     rng = np.random.default_rng(world)
     rows = np.arange(n)
     for _ in range(ticks):
-        store.store(rows, rng.normal(size=(n, 3)).astype("f4"), rng.integers(0, 2, (n, 1)),
-                    np.full(n, -0.7, "f4"), np.zeros(n, "f4"))
+        store.store(
+            rows,
+            rng.normal(size=(n, 3)).astype("f4"),
+            rng.integers(0, 2, (n, 1)),
+            np.full(n, -0.7, "f4"),
+            np.zeros(n, "f4"),
+        )
         store.credit(rows, rng.normal(size=n).astype("f4"))
     return rows, np.zeros(n, np.float32)
 

@@ -23,8 +23,9 @@ def test_products_are_those_of_numpy(rows, n, wide, turned):
     room, (_, at_matrix, at_bias, out) = room_of(x.T if turned else x, matrix, bias, room_left=rows * wide)
     step_row, step = (1, rows) if turned else (n, 1)
     product(room, 0, step_row, step, rows, at_matrix, wide, n, at_bias, out, wide, wide)
-    np.testing.assert_allclose(room[out:].reshape(rows, wide), x @ matrix.astype(float) + bias, rtol=2e-5,
-                               atol=2e-5)
+    np.testing.assert_allclose(
+        room[out:].reshape(rows, wide), x @ matrix.astype(float) + bias, rtol=2e-5, atol=2e-5
+    )
 
 
 def test_a_number_does_not_depend_on_the_others():
@@ -33,8 +34,9 @@ def test_a_number_does_not_depend_on_the_others():
     among, (_, at_matrix, at_bias, out) = room_of(x, matrix, bias, room_left=4 * ROWS * LANES)
     product(among, 0, 7, 1, 2 * ROWS, at_matrix, 2 * LANES, 7, at_bias, out, 2 * LANES, 2 * LANES)
     expected = among[out:].reshape(2 * ROWS, -1)[ROWS:, LANES:]
-    alone, (_, at_matrix, at_bias, out) = room_of(x[ROWS:], matrix[:, LANES:], bias[LANES:],
-                                                  room_left=ROWS * LANES)
+    alone, (_, at_matrix, at_bias, out) = room_of(
+        x[ROWS:], matrix[:, LANES:], bias[LANES:], room_left=ROWS * LANES
+    )
     product(alone, 0, 7, 1, ROWS, at_matrix, LANES, 7, at_bias, out, LANES, LANES)
     np.testing.assert_array_equal(alone[out:].reshape(ROWS, LANES), expected)
 

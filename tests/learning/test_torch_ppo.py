@@ -30,8 +30,12 @@ def live(learner, n=60, ticks=4, seed=0):
         choice, log_probability = np.empty((n, len(brain.offsets) - 1), np.int16), np.empty(n, np.float32)
         choose(logits, brain.offsets, rng.random(choice.shape, dtype=np.float32), choice, log_probability)
         numbers = np.empty((n, brain.n_numbers), np.float32)
-        draw_numbers(logits[:, brain.offsets[-1]:], rng.random((n, 2 * brain.n_numbers), dtype=np.float32),
-                     numbers, log_probability)
+        draw_numbers(
+            logits[:, brain.offsets[-1] :],
+            rng.random((n, 2 * brain.n_numbers), dtype=np.float32),
+            numbers,
+            log_probability,
+        )
         learner.rollout.store(rows, observations, choice, log_probability, values, memory, numbers)
         rewards = rng.standard_normal(n, dtype=np.float32)
         learner.rollout.end(rows[:5], rewards[:5])
@@ -45,8 +49,9 @@ def live(learner, n=60, ticks=4, seed=0):
 def moved(brain):
     """Give a brain weights off its first ones, so that ratios leave the clip on both sides."""
     rng = np.random.default_rng(8)
-    brain.load({name: a + rng.normal(0, 0.2, a.shape).astype(np.float32)
-                for name, a in brain.state().items()})
+    brain.load(
+        {name: a + rng.normal(0, 0.2, a.shape).astype(np.float32) for name, a in brain.state().items()}
+    )
 
 
 def of_mlp(brain):
@@ -59,8 +64,10 @@ def of_mlp(brain):
 
 @pytest.mark.parametrize("groups", KINDS)
 @pytest.mark.parametrize("trunk", ["shared", "separate"])
-@pytest.mark.parametrize("ppo", [PPO(minibatch=100), PPO(clip_value=0.3, max_grad_norm=0, weight_decay=0.1,
-                                                         anneal=1000, entropy=0.05)])
+@pytest.mark.parametrize(
+    "ppo",
+    [PPO(minibatch=100), PPO(clip_value=0.3, max_grad_norm=0, weight_decay=0.1, anneal=1000, entropy=0.05)],
+)
 def test_autograd_and_the_kernels_learn_the_same(trunk, ppo, groups):
     ours = Learner(Brain(5, groups, (16, 8), 3, trunk), ppo, seed=7)
     theirs = TorchLearner(of_mlp(ours.brain), ppo, seed=7)
@@ -93,8 +100,9 @@ def test_the_gradients_of_both_are_equal(trunk, clip_value, groups):
     ours.brain.layers = layers
     for name, parameter in theirs.brain.module.named_parameters():
         size = np.abs(gradients[name]).max()
-        np.testing.assert_allclose(parameter.grad.numpy(), gradients[name], rtol=1e-3, atol=2e-5 * size,
-                                   err_msg=name)
+        np.testing.assert_allclose(
+            parameter.grad.numpy(), gradients[name], rtol=1e-3, atol=2e-5 * size, err_msg=name
+        )
 
 
 @pytest.mark.parametrize("network", [Plain, Gru])
@@ -104,8 +112,9 @@ def test_an_update_gives_the_same_bits_for_any_number_of_workers_and_torch_threa
     for workers, threads in ((1, 1), (2, 2), (3, 1)):
         torch.set_num_threads(threads)
         torch.manual_seed(1)
-        learner = TorchLearner(ModuleBrain(network(5, GROUPS), 5, GROUPS),
-                               PPO(minibatch=7000, epochs=2, unroll=2), 3, workers)
+        learner = TorchLearner(
+            ModuleBrain(network(5, GROUPS), 5, GROUPS), PPO(minibatch=7000, epochs=2, unroll=2), 3, workers
+        )
         for seed in range(2):
             learner.update(*live(learner, n=3000, seed=seed))
         digests.add(hashlib.sha256(b"".join(a.tobytes() for a in learner.state().values())).hexdigest())

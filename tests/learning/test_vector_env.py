@@ -11,8 +11,7 @@ SAME_STEP, NEXT_STEP = gymnasium.vector.AutoresetMode.SAME_STEP, gymnasium.vecto
 
 
 class Corridor(gymnasium.Env):
-    """Observe the time; a reward of 1 per step; the fifth step ends the episode, by death or by time limit.
-    """
+    """Observe the time; a reward of 1 per step; the fifth step ends the episode, by death or by time limit."""
 
     observation_space = gymnasium.spaces.Box(0, 10, (1,))
     action_space = gymnasium.spaces.Discrete(2, start=3)
@@ -98,8 +97,13 @@ class TwoLevers(gymnasium.Env):
         return self.seen, {}
 
     def step(self, action):
-        return (self.seen, float(action[0] == (self.seen[0] > 0))
-                           + float(action[1] == 2 * (self.seen[1] > 0)), True, False, {})
+        return (
+            self.seen,
+            float(action[0] == (self.seen[0] > 0)) + float(action[1] == 2 * (self.seen[1] > 0)),
+            True,
+            False,
+            {},
+        )
 
 
 def test_several_action_groups_are_learnt():
@@ -112,8 +116,9 @@ def test_several_action_groups_are_learnt():
 
 
 def test_the_same_seed_gives_the_same_training():
-    first, again, other = (train(_corridors(NEXT_STEP), PPO(horizon=8), 200, seed=s).brain.state()
-                           for s in (1, 1, 2))
+    first, again, other = (
+        train(_corridors(NEXT_STEP), PPO(horizon=8), 200, seed=s).brain.state() for s in (1, 1, 2)
+    )
     assert all(np.array_equal(first[name], again[name]) for name in first)
     assert not np.array_equal(first["policy.0.weight"], other["policy.0.weight"])
 

@@ -11,10 +11,13 @@ WEIGHTS = {"b": np.arange(6, dtype=np.float32).reshape(2, 3), "a": np.ones(2, np
 
 
 def test_weights_come_back_as_they_were_saved(tmp_path):
-    loaded = weights.load(weights.save(tmp_path / "deer.safetensors",
-                                      {"b": WEIGHTS["b"], "t": WEIGHTS["b"].T}))
-    assert {name: array.tolist() for name, array in loaded.items()} == {"b": WEIGHTS["b"].tolist(),
-                                                                       "t": WEIGHTS["b"].T.tolist()}
+    loaded = weights.load(
+        weights.save(tmp_path / "deer.safetensors", {"b": WEIGHTS["b"], "t": WEIGHTS["b"].T})
+    )
+    assert {name: array.tolist() for name, array in loaded.items()} == {
+        "b": WEIGHTS["b"].tolist(),
+        "t": WEIGHTS["b"].T.tolist(),
+    }
 
 
 def test_one_flipped_bit_is_noticed_or_changes_no_weight(tmp_path):

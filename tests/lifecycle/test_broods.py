@@ -12,10 +12,20 @@ DEER = "species.deer.reproduction."
 CASES = {
     "anywhere": {DEER + "rate": 0.2},
     "near their parents, in litters, apart, between walls": {
-        "space.edges": "walls", DEER + "dispersal": 2.0, DEER + "place": "near", DEER + "spacing": 1.5,
-        DEER + "rate": 0.3, DEER + "litter": 3, DEER + "energy_given": 0.05},
-    "where much is in the way": {"species.deer.body.radius": 3.0, DEER + "rate": 0.5,
-                                 "species.wolf.body.opaque": False}}  # fmt: skip
+        "space.edges": "walls",
+        DEER + "dispersal": 2.0,
+        DEER + "place": "near",
+        DEER + "spacing": 1.5,
+        DEER + "rate": 0.3,
+        DEER + "litter": 3,
+        DEER + "energy_given": 0.05,
+    },
+    "where much is in the way": {
+        "species.deer.body.radius": 3.0,
+        DEER + "rate": 0.5,
+        "species.wolf.body.opaque": False,
+    },
+}
 
 
 @pytest.mark.parametrize("case", CASES)

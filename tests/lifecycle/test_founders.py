@@ -8,13 +8,23 @@ from ecs_eco.components import Biology, Metabolism
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 
-CARP = {"count": 400, "body": {"radius": 0.2}, "metabolism": {"energy": 0.5},
-        "lethal": [{"property": "age", "max": 2000.0, "high": "old"}]}
+CARP = {
+    "count": 400,
+    "body": {"radius": 0.2},
+    "metabolism": {"energy": 0.5},
+    "lethal": [{"property": "age", "max": 2000.0, "high": "old"}],
+}
 
 
 def pond(**carp):
-    return {"format": 1, "name": "pond", "space": {"size": [50.0, 50.0]}, "dt": 10.0, "ticks": 300,
-            "species": {"carp": CARP | carp}}
+    return {
+        "format": 1,
+        "name": "pond",
+        "space": {"size": [50.0, 50.0]},
+        "dt": 10.0,
+        "ticks": 300,
+        "species": {"carp": CARP | carp},
+    }
 
 
 def ages(world):
@@ -69,24 +79,37 @@ def test_a_world_without_the_key_has_the_hash_and_the_founders_that_it_had():
                 assert np.array_equal(one.field(component, name), other.field(component, name)), name
 
 
-@pytest.mark.parametrize(("age", "message"), [
-    ([2000.0, 0.0], r"(?s)species.carp.age = .*the least is more than the most; allowed: .0, 2000"),
-    ([0.0], "species.carp.age"),
-    ([-1.0, 0.0], "species.carp.age"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("age", "message"),
+    [
+        ([2000.0, 0.0], r"(?s)species.carp.age = .*the least is more than the most; allowed: .0, 2000"),
+        ([0.0], "species.carp.age"),
+        ([-1.0, 0.0], "species.carp.age"),
+    ],
+)
 def test_ages_that_cannot_be_are_refused(age, message):
     with pytest.raises(ConfigError, match=message):
         load(pond(age=age))
 
 
-SENSES = {"sensors": [{"kind": "own", "property": "energy"}], "locomotion": {"speed": {"go": 1.0}},
-          "actions": {"speed": ["go"]}, "automatic": ["go"]}
+SENSES = {
+    "sensors": [{"kind": "own", "property": "energy"}],
+    "locomotion": {"speed": {"go": 1.0}},
+    "actions": {"speed": ["go"]},
+    "automatic": ["go"],
+}
 
 
-@pytest.mark.parametrize(("metabolism", "nerves", "low", "high"), [
-    ({}, {}, 0.5, 0.5), ({}, SENSES, 0.375, 0.625), ({"energy_spread": 0.0}, SENSES, 0.5, 0.5),
-    ({"energy_spread": 0.5}, {}, 0.25, 0.75), ({"energy_spread": 1.0, "energy_max": 0.75}, SENSES, 0.0, 0.75),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("metabolism", "nerves", "low", "high"),
+    [
+        ({}, {}, 0.5, 0.5),
+        ({}, SENSES, 0.375, 0.625),
+        ({"energy_spread": 0.0}, SENSES, 0.5, 0.5),
+        ({"energy_spread": 0.5}, {}, 0.25, 0.75),
+        ({"energy_spread": 1.0, "energy_max": 0.75}, SENSES, 0.0, 0.75),
+    ],
+)
 def test_energies_of_founders_are_spread_as_their_world_file_says(metabolism, nerves, low, high):
     carp = World.from_config(pond(metabolism={"energy": 0.5} | metabolism, **nerves), seed=3).table("carp")
     energy = carp[Metabolism].energy[carp.rows()]

@@ -16,11 +16,14 @@ STONE = {"at": [[5.0, 5.0]], "body": {"radius": 0.25, "opaque": False}, "substan
 @pytest.fixture
 def table_laid(meadow):
     """A function that returns a world with a stone of sugar within reach of the first of two deer."""
+
     def build(stone=None, world=None, diet=None, **deer):
         food = {"eats": "stone", "reach": 0.25, "gain": 0.25} | (diet or {})
         laid = {"substances": SUBSTANCES, "objects": {"stone": STONE | (stone or {})}}
-        new = meadow(world=laid | (world or {}),
-                     **({"diet": [food], "substances": {"glucose": 0.5}, "body": {"radius": 0.5}} | deer))
+        new = meadow(
+            world=laid | (world or {}),
+            **({"diet": [food], "substances": {"glucose": 0.5}, "body": {"radius": 0.5}} | deer),
+        )
         arrange(new, "deer", x=[5.5, 15.0], y=[5.0, 15.0], energy=0.5)
         return new
 
@@ -44,8 +47,10 @@ def flow(world, name):
     """The flows of one kind in the open page: holder → amounts of glucose and salt [mol]."""
     from ecs_eco.lifecycle.matter import NUMBER
 
-    return {holder: world.matter.flows[i, :, NUMBER[name]].tolist()
-            for (_, holder), i in world.matter.holders.items()}
+    return {
+        holder: world.matter.flows[i, :, NUMBER[name]].tolist()
+        for (_, holder), i in world.matter.holders.items()
+    }
 
 
 @pytest.mark.definition("3 chemical rules")
@@ -56,8 +61,10 @@ def test_the_eater_holds_what_the_eaten_held(table_laid):
     eat(world)
     assert held(world)[:, 0].tolist() == pytest.approx([0.625, 0.5], abs=1e-12)
     assert held(world, "stone")[0].tolist() == [0, 0]
-    assert flow(world, "eaten") == {"deer": pytest.approx([65.449847, 0], abs=1e-6),
-                                    "stone": pytest.approx([-65.449847, 0], abs=1e-6)}
+    assert flow(world, "eaten") == {
+        "deer": pytest.approx([65.449847, 0], abs=1e-6),
+        "stone": pytest.approx([-65.449847, 0], abs=1e-6),
+    }
 
 
 def test_what_is_not_assimilated_goes_to_the_field_of_the_substance_or_is_lost(table_laid):
@@ -107,4 +114,3 @@ def test_the_kernel_is_its_slow_twin(seed):
     assert molarity + residue.astype(float) == pytest.approx(wanted, rel=1e-12)
     assert left == pytest.approx(0.6 * amount, rel=1e-9)
     assert not food[eaten].any()
-

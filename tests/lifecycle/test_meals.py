@@ -21,20 +21,25 @@ def _eaten(world, name="grass"):
     return [world.causes[c - 1] if c else None for c in table.cause[rows]], table.killer[rows].tolist()
 
 
-EATER = {"count": 0, "body": {"radius": 0.125, "opaque": False},
-         "metabolism": {"energy": 0.5, "energy_max": 9.0},
-         "diet": [{"eats": "grass", "reach": 3.0, "chance": 1.0, "gain": 0.25}]}
+EATER = {
+    "count": 0,
+    "body": {"radius": 0.125, "opaque": False},
+    "metabolism": {"energy": 0.5, "energy_max": 9.0},
+    "diet": [{"eats": "grass", "reach": 3.0, "chance": 1.0, "gain": 0.25}],
+}
 GRASS = {"count": 0, "body": {"radius": 0.125, "opaque": False}}
 
 
 def _world(species, places, seed=1, **section):
     """Return a world with some of each species at these x, y = 10, or at x, y."""
-    world = World.from_config({"format": 1, "name": "w", "space": {"size": [64.0, 64.0]}, "species": species,
-                               **section}, seed=seed)
+    world = World.from_config(
+        {"format": 1, "name": "w", "space": {"size": [64.0, 64.0]}, "species": species, **section}, seed=seed
+    )
     for name, x in places.items():
         at = np.array([(p, 10.0) if isinstance(p, float) else p for p in x], np.float32)
-        world.table(name).request(np.zeros(len(at), np.uint64),
-                                  {(Position, "x"): at[:, 0], (Position, "y"): at[:, 1]})
+        world.table(name).request(
+            np.zeros(len(at), np.uint64), {(Position, "x"): at[:, 0], (Position, "y"): at[:, 1]}
+        )
     world.flush()
     return world
 
@@ -42,9 +47,10 @@ def _world(species, places, seed=1, **section):
 def test_equally_near_eaters_of_two_species_get_half_of_the_food_each():
     x = np.arange(300) % 15 * 4 + 2.0
     y = np.arange(300) // 15 * 3 + 2.0
-    world = _world({"red": EATER, "grass": GRASS, "blue": EATER},
-                   {"red": np.stack([x - 0.5, y], 1), "blue": np.stack([x + 0.5, y], 1),
-                    "grass": np.stack([x, y], 1)})
+    world = _world(
+        {"red": EATER, "grass": GRASS, "blue": EATER},
+        {"red": np.stack([x - 0.5, y], 1), "blue": np.stack([x + 0.5, y], 1), "grass": np.stack([x, y], 1)},
+    )
     act(world, Feed)
     gained = {name: np.array(_energy(world, name)) > 0.5 for name in ("red", "blue")}
     assert gained["red"].sum() + gained["blue"].sum() == 300
@@ -53,9 +59,10 @@ def test_equally_near_eaters_of_two_species_get_half_of_the_food_each():
 
 def test_equally_near_eaters_of_one_species_get_half_of_the_food_each():
     x, y = np.arange(300) % 15 * 4 + 2.0, np.arange(300) // 15 * 3 + 2.0
-    world = _world({"red": EATER, "grass": GRASS},
-                   {"red": np.stack([np.append(x - 0.5, x + 0.5), np.append(y, y)], 1),
-                    "grass": np.stack([x, y], 1)})
+    world = _world(
+        {"red": EATER, "grass": GRASS},
+        {"red": np.stack([np.append(x - 0.5, x + 0.5), np.append(y, y)], 1), "grass": np.stack([x, y], 1)},
+    )
     act(world, Feed)
     older = np.array(_energy(world, "red")[:300]) > 0.5
     assert 120 < older.sum() < 180
@@ -65,8 +72,9 @@ def test_equally_near_eaters_of_one_species_get_half_of_the_food_each():
 def test_the_nearer_eater_gets_the_food_whatever_the_order_of_species(names):
     far, close = names
     for order in (names, names[::-1]):
-        world = _world(dict.fromkeys(order, EATER) | {"grass": GRASS},
-                       {far: [12.5], close: [10.5], "grass": [10.0]})
+        world = _world(
+            dict.fromkeys(order, EATER) | {"grass": GRASS}, {far: [12.5], close: [10.5], "grass": [10.0]}
+        )
         act(world, Feed)
         assert (_energy(world, far), _energy(world, close)) == ([0.5], [0.75])
 
@@ -75,21 +83,29 @@ def test_an_eater_of_several_kinds_takes_the_nearest_first_whatever_the_order_of
     for digestion, gained in ((5.0, 0.25), (0.0, 0.75)):
         for order in (("grass", "herb"), ("herb", "grass")):
             gain = {"grass": 0.25, "herb": 0.5}
-            eater = EATER | {"diet": [{"eats": name, "reach": 3.0, "chance": 1.0, "gain": gain[name]}
-                                      for name in order],
-                             "metabolism": {"energy": 0.5, "energy_max": 9.0, "digestion": digestion}}
-            world = _world({"red": eater, "grass": GRASS, "herb": GRASS},
-                           {"red": [10.0], "grass": [11.0], "herb": [12.0]})
+            eater = EATER | {
+                "diet": [{"eats": name, "reach": 3.0, "chance": 1.0, "gain": gain[name]} for name in order],
+                "metabolism": {"energy": 0.5, "energy_max": 9.0, "digestion": digestion},
+            }
+            world = _world(
+                {"red": eater, "grass": GRASS, "herb": GRASS},
+                {"red": [10.0], "grass": [11.0], "herb": [12.0]},
+            )
             act(world, Feed)
             assert _energy(world, "red") == [0.5 + gained]
             assert _eaten(world, "herb")[0] == [None if digestion else "eaten by red"]
 
 
 def test_an_eater_that_is_full_after_its_nearest_food_leaves_the_other():
-    eater = EATER | {"diet": [{"eats": name, "reach": 3.0, "chance": 1.0, "gain": 0.5, "until": 0.75}
-                              for name in ("grass", "herb")]}
-    world = _world({"red": eater, "grass": GRASS, "herb": GRASS},
-                   {"red": [10.0], "grass": [12.0], "herb": [11.0]})
+    eater = EATER | {
+        "diet": [
+            {"eats": name, "reach": 3.0, "chance": 1.0, "gain": 0.5, "until": 0.75}
+            for name in ("grass", "herb")
+        ]
+    }
+    world = _world(
+        {"red": eater, "grass": GRASS, "herb": GRASS}, {"red": [10.0], "grass": [12.0], "herb": [11.0]}
+    )
     act(world, Feed)
     assert _energy(world, "red") == [1.0]
     assert (_eaten(world, "herb")[0], _eaten(world, "grass")[0]) == (["eaten by red"], [None])
@@ -133,8 +149,9 @@ def test_a_ring_and_a_chain_of_cannibals():
 def test_an_animal_that_eats_and_is_then_eaten_has_had_its_energy_before_the_meal():
     hunter = EATER | {"diet": [{"eats": "red", "reach": 3.0, "chance": 1.0, "gain": 0.0, "efficiency": 1.0}]}
     for x, gained in ((12.0, 0.25), (10.5, 0.0)):  # grass first, the hunter first
-        world = _world({"red": EATER, "grass": GRASS, "wolf": hunter},
-                       {"red": [10.0], "grass": [11.0], "wolf": [x]})
+        world = _world(
+            {"red": EATER, "grass": GRASS, "wolf": hunter}, {"red": [10.0], "grass": [11.0], "wolf": [x]}
+        )
         act(world, Feed)
         assert _energy(world, "red") == [0.5 + gained]
         assert _energy(world, "wolf") == [1.0]
@@ -143,8 +160,10 @@ def test_an_animal_that_eats_and_is_then_eaten_has_had_its_energy_before_the_mea
 
 
 def test_food_exactly_in_reach_is_eaten_as_touch_reads_1_there():
-    eater = EATER | {"diet": [{"eats": "grass", "chance": 1.0, "gain": 0.25, "reach": 0.0}],
-                     "sensors": [{"kind": "touch", "target": "grass"}]}
+    eater = EATER | {
+        "diet": [{"eats": "grass", "chance": 1.0, "gain": 0.25, "reach": 0.0}],
+        "sensors": [{"kind": "touch", "target": "grass"}],
+    }
     for x, reads in ((10.25, 1), (10.250001, 0)):
         world = _world({"red": eater, "grass": GRASS}, {"red": [10.0], "grass": [x]})
         act(world, Sense)

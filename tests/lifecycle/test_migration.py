@@ -25,8 +25,10 @@ class Marks:
 def archipelago(config, ticks=5, **plan):
     plan = {"islands": 3, "every": 5, "emigration": {"ram": 0.3, "lynx": 0.5}} | plan
     base = load(config | {"archipelago": plan})
-    return [World.from_config(island_of(base, name), policies="untrained", learn=True).run(ticks)
-            for name in base.archipelago.names]
+    return [
+        World.from_config(island_of(base, name), policies="untrained", learn=True).run(ticks)
+        for name in base.archipelago.names
+    ]
 
 
 def exchange(worlds):
@@ -75,16 +77,23 @@ def test_leaving_is_no_death_and_arriving_no_birth_and_nobody_is_lost(menagerie)
 
 
 def test_all_columns_go_along_but_the_place_and_the_load(menagerie):
-    alone = {"policy": {"kind": "individual", "network": Gru, "learn": True, "hidden": None},
-             "ppo": {"horizon": 8}, "components": [Marks]}
+    alone = {
+        "policy": {"kind": "individual", "network": Gru, "learn": True, "hidden": None},
+        "ppo": {"horizon": 8},
+        "components": [Marks],
+    }
     worlds = archipelago(menagerie(species={"ram": alone}))
     ram = worlds[0].tables["ram"]
     ram[Marks].left[ram.rows()] = ram.uid[ram.rows()] % 97
     lynx = worlds[0].tables["lynx"]
     lynx[Load].object[lynx.rows()] = 5
-    before = {int(u): {(c.__name__, f): np.array(a[r]) for c, held in ram.columns.items()
-                       for f, a in vars(held).items()} | {"born": int(ram.born[r])}
-              for u, r in zip(ram.uid[ram.rows()], ram.rows(), strict=True)}
+    before = {
+        int(u): {
+            (c.__name__, f): np.array(a[r]) for c, held in ram.columns.items() for f, a in vars(held).items()
+        }
+        | {"born": int(ram.born[r])}
+        for u, r in zip(ram.uid[ram.rows()], ram.rows(), strict=True)
+    }
     sent = exchange(worlds)[0]
     for uid, to in zip(sent["ram"].uid.tolist(), sent["ram"].to, strict=True):
         table, row = worlds[to].locate(uid)
@@ -96,8 +105,13 @@ def test_all_columns_go_along_but_the_place_and_the_load(menagerie):
     there = worlds[1].tables["ram"]
     rows = there.rows()[there.uid[there.rows()] < 2**48]
     assert there[Marks].left[rows].tolist() == (there.uid[rows] % 97).tolist()
-    for part, field in ((Policy, "weights"), (Memory, "state"), (Experience, "value"), (Biology, "age"),
-                        (Metabolism, "energy")):
+    for part, field in (
+        (Policy, "weights"),
+        (Memory, "state"),
+        (Experience, "value"),
+        (Biology, "age"),
+        (Metabolism, "energy"),
+    ):
         assert getattr(there[part], field)[rows].any(), (part, field)
     for uid, to in zip(sent["lynx"].uid.tolist(), sent["lynx"].to, strict=True):
         assert worlds[to].get(uid, Load).object == 0
@@ -133,8 +147,9 @@ def test_the_ledgers_of_energy_and_matter_close_with_export_and_import(menagerie
         assert (series["immigrants"] > 0).any()
         for name in moved:
             moved[name] += series[name].sum()
-        n, born, died, came, left = (series[k].reshape(-1, 3) for k in
-                                     ("n", "births", "deaths", "immigrants", "emigrants"))
+        n, born, died, came, left = (
+            series[k].reshape(-1, 3) for k in ("n", "births", "deaths", "immigrants", "emigrants")
+        )
         assert (np.diff(n, axis=0) == (born - died + came - left)[1:]).all()
         pages = {k: np.array(v) for k, v in world.recorder.matter_series().to_pydict().items()}
         size = np.abs(pages["stock_before"]) + np.abs(pages["imported"]) + 1e-12

@@ -17,8 +17,13 @@ BIRTHS = {"kind": "simplified", "rate": 1.0, "energy_min": 0.25, "energy_given":
 def bugs(body=None, low=0.15, high=0.6, count=40, world=None, **bug):
     """A world of bugs with a gene for their radius."""
     genome = {"genes": [{"name": "size", "trait": "body.radius", "letters": 3, "low": low, "high": high}]}
-    species = {"count": count, "body": {"radius": 0.3, "density": 1000.0} if body is None else body,
-               "metabolism": {"energy": 1.0, "basal": 0.01}, "reproduction": BIRTHS, "genome": genome} | bug
+    species = {
+        "count": count,
+        "body": {"radius": 0.3, "density": 1000.0} if body is None else body,
+        "metabolism": {"energy": 1.0, "basal": 0.01},
+        "reproduction": BIRTHS,
+        "genome": genome,
+    } | bug
     config = {"format": 1, "name": "sizes", "space": {"size": [400.0, 400.0]}, "species": {"bug": species}}
     return World.from_config(config | (world or {}), seed=1)
 
@@ -39,8 +44,13 @@ def test_the_mass_of_founders_and_newborn_is_the_density_times_their_own_volume(
     assert mass == pytest.approx(1000 * spheres(radius), rel=1e-5)
 
 
-@pytest.mark.parametrize("body", [{"shape": "capsule", "radius": 0.3, "length": 1.5, "density": 2.0},
-                                  {"shape": "box", "size": [0.6, 0.4, 0.2], "density": 2.0}])
+@pytest.mark.parametrize(
+    "body",
+    [
+        {"shape": "capsule", "radius": 0.3, "length": 1.5, "density": 2.0},
+        {"shape": "box", "size": [0.6, 0.4, 0.2], "density": 2.0},
+    ],
+)
 def test_capsules_and_boxes_weigh_what_their_own_volume_says(body):
     table = bugs(body).table("bug")
     rows = table.rows()
@@ -66,8 +76,10 @@ def test_a_mass_that_the_file_gives_stays_whatever_the_radius():
 
 
 def test_a_gene_for_the_mass_says_more_than_the_density():
-    genes = [{"name": "size", "trait": "body.radius", "letters": 3, "low": 0.15, "high": 0.6},
-             {"name": "mass", "trait": "body.mass", "letters": 3, "low": 1.0, "high": 2.0}]
+    genes = [
+        {"name": "size", "trait": "body.radius", "letters": 3, "low": 0.15, "high": 0.6},
+        {"name": "mass", "trait": "body.mass", "letters": 3, "low": 1.0, "high": 2.0},
+    ]
     table = bugs(genome={"genes": genes}).table("bug")
     mass = table[Body].mass[table.rows()]
     assert 1 <= mass.min() < mass.max() <= 2
@@ -106,8 +118,13 @@ def test_small_bodies_leave_room_for_newborn_where_large_ones_would_not(most, mo
     monkeypatch.setattr(broods, "MOST_PAIRS", most)
     born = {}
     for radius in (0.2, 4.0):
-        world = bugs({"radius": 0.2, "mass": 1.0}, low=0.2, high=4.0, count=300,
-                     world={"space": {"size": [60.0, 60.0]}})
+        world = bugs(
+            {"radius": 0.2, "mass": 1.0},
+            low=0.2,
+            high=4.0,
+            count=300,
+            world={"space": {"size": [60.0, 60.0]}},
+        )
         table = world.table("bug")
         table[Body].radius[:] = radius
         table.version += 1

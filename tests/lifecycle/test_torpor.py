@@ -51,8 +51,13 @@ def test_food_that_comes_into_reach_ends_torpor(meadow):
 
 
 def test_bad_food_takes_no_more_than_there_is(meadow):
-    world = meadow(count=1, metabolism=TORPID, lethal=[], grass={"count": 1},
-                   diet=[{"eats": "grass", "reach": 0.25, "gain": -0.75}])
+    world = meadow(
+        count=1,
+        metabolism=TORPID,
+        lethal=[],
+        grass={"count": 1},
+        diet=[{"eats": "grass", "reach": 0.25, "gain": -0.75}],
+    )
     deer = arrange(world, "deer", x=5, y=5, energy=0.5)
     arrange(world, "grass", x=5.5, y=5)
     _eat(world)
@@ -61,8 +66,15 @@ def test_bad_food_takes_no_more_than_there_is(meadow):
 
 
 def test_the_torpid_do_not_mate(meadow):
-    way = {"kind": "sexual", "energy_min": 0.0, "energy_given": 0.25, "reach": 5.0, "consent": "none",
-           "father_share": 0.0, "gestation": 10.0}
+    way = {
+        "kind": "sexual",
+        "energy_min": 0.0,
+        "energy_given": 0.25,
+        "reach": 5.0,
+        "consent": "none",
+        "father_share": 0.0,
+        "gestation": 10.0,
+    }
     carrying = []
     for energy in (0.0, 0.25):
         world = meadow(metabolism=TORPID, lethal=[], reproduction=way)

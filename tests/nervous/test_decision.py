@@ -19,14 +19,26 @@ def _decide(nerves, choice, y, policy=True):
     rows = 2 * np.arange(n) + 1
     choice = np.array(choice, np.int16).reshape(n, -1) if policy else np.zeros((n, 0), np.int16)
     reflex = np.array(y if len(y) else np.zeros((1, 1)), np.int8)
-    decide(0, n, choice, nerves.offsets, nerves.targets, policy, reflex, len(y) > 0, nerves.automatic,
-           rows, decision)
+    decide(
+        0,
+        n,
+        choice,
+        nerves.offsets,
+        nerves.targets,
+        policy,
+        reflex,
+        len(y) > 0,
+        nerves.automatic,
+        rows,
+        decision,
+    )
     assert (decision[::2] == 7).all()  # nobody else's
     return decision[rows].tolist()
 
 
-@pytest.mark.parametrize(("y", "z", "h"),
-                         [(-1, 0, 0), (-1, 1, 0), (0, 0, 0), (0, 1, 1), (1, 0, 1), (1, 1, 1)])
+@pytest.mark.parametrize(
+    ("y", "z", "h"), [(-1, 0, 0), (-1, 1, 0), (0, 0, 0), (0, 1, 1), (1, 0, 1), (1, 1, 1)]
+)
 @pytest.mark.definition("5 decision")
 def test_each_combination_of_reflex_and_policy(y, z, h):
     nerves = _nerves({"speed": ["walk", "run"]})

@@ -115,11 +115,14 @@ def test_rows_may_come_in_any_order_with_their_uids(meadow):
     assert worlds[0].digest() == worlds[1].digest()
 
 
-@pytest.mark.parametrize(("uids", "says"), [
-    (lambda uid: uid[:-1], r"no action \(1 such\)"),
-    (lambda uid: np.append(uid, 999_999), "999999.*\n.*dead, or of another kind"),
-    (lambda uid: np.append(uid, uid[0]), "told twice"),
-])
+@pytest.mark.parametrize(
+    ("uids", "says"),
+    [
+        (lambda uid: uid[:-1], r"no action \(1 such\)"),
+        (lambda uid: np.append(uid, 999_999), "999999.*\n.*dead, or of another kind"),
+        (lambda uid: np.append(uid, uid[0]), "told twice"),
+    ],
+)
 def test_missing_dead_and_repeated_organisms_are_refused_and_nothing_changes(meadow, uids, says):
     world = meadow(**POLICY)
     door = world.external("deer")
@@ -131,9 +134,14 @@ def test_missing_dead_and_repeated_organisms_are_refused_and_nothing_changes(mea
     assert world.tick == 1
 
 
-@pytest.mark.parametrize(("chosen", "says"), [
-    (np.zeros((11, 2)), r"a row for each of the 12 deer"), (np.full((12, 2), np.nan), "no number"),
-    (np.full((12, 2), 7), "no such option")])
+@pytest.mark.parametrize(
+    ("chosen", "says"),
+    [
+        (np.zeros((11, 2)), r"a row for each of the 12 deer"),
+        (np.full((12, 2), np.nan), "no number"),
+        (np.full((12, 2), 7), "no such option"),
+    ],
+)
 def test_impossible_actions_are_refused(meadow, chosen, says):
     door = meadow(**POLICY).external("deer")
     door.observe()

@@ -26,11 +26,26 @@ def felt(text, x, least):
     return happiness
 
 
-@pytest.mark.parametrize("text", [
-    "a", "3", "-a", "a - 0.3 * b", "-a / c", "max(a, b, 0) * (5 * d - 7) - .1 * c", "min(-a, a, c)",
-    "max(0, -a)", "1 - 2 * (a - (b - (c - d)))", "a / b / c", "(1 - 0.1) * a", "a / 0", "Body.mass - a",
-    "1e38 * 10 * a", "clip(b, -c, 0.5)",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a",
+        "3",
+        "-a",
+        "a - 0.3 * b",
+        "-a / c",
+        "max(a, b, 0) * (5 * d - 7) - .1 * c",
+        "min(-a, a, c)",
+        "max(0, -a)",
+        "1 - 2 * (a - (b - (c - d)))",
+        "a / b / c",
+        "(1 - 0.1) * a",
+        "a / 0",
+        "Body.mass - a",
+        "1e38 * 10 * a",
+        "clip(b, -c, 0.5)",
+    ],
+)
 @pytest.mark.parametrize("least", [-1, 0, -np.inf])
 def test_the_steps_of_a_formula_give_its_bits(x, text, least):
     formula = compile_formula(text, READINGS)
@@ -39,8 +54,9 @@ def test_the_steps_of_a_formula_give_its_bits(x, text, least):
     assert felt(text, x, least).tobytes() == expected.tobytes()
 
 
-@pytest.mark.parametrize("text", ["exp(a)", "a ** 2", "a > b", "a and b", "not a", "a if b else c", "abs(a)",
-                                  "1 + many"])
+@pytest.mark.parametrize(
+    "text", ["exp(a)", "a ** 2", "a > b", "a and b", "not a", "a if b else c", "abs(a)", "1 + many"]
+)
 def test_a_formula_with_what_has_no_step_has_none(text):
     compile_formula(text, READINGS)
     assert steps_of(text, READINGS) is None

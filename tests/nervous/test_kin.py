@@ -33,8 +33,15 @@ def herd(meadow, sensors, mother=(0, 0, 1, 1, 2), father=(0, 0, 2, 0, 0), **more
     world = meadow(count=n, sensors=sensors, happiness=None, **more)
     deer = world.tables["deer"]
     uid = np.concatenate([[0], deer.uid[deer.by_uid()]])
-    arrange(world, "deer", x=2.0 + 2 * np.arange(n), y=5.0, heading=0.0, mother=uid[list(mother)],
-            father=uid[list(father)])
+    arrange(
+        world,
+        "deer",
+        x=2.0 + 2 * np.arange(n),
+        y=5.0,
+        heading=0.0,
+        mother=uid[list(mother)],
+        father=uid[list(father)],
+    )
     return world
 
 
@@ -47,8 +54,9 @@ def test_each_sees_its_own_mother_however_many_are_nearer(meadow):
 
 
 def test_father_offspring_and_siblings(meadow):
-    near = {kin: readings(herd(meadow, [sees(kin)]))[:, 2].tolist()
-            for kin in ("father", "offspring", "siblings")}
+    near = {
+        kin: readings(herd(meadow, [sees(kin)]))[:, 2].tolist() for kin in ("father", "offspring", "siblings")
+    }
     assert near["father"] == [0, 0, 0.75, 0, 0]
     assert near["offspring"] == [0.5, 0.75, 0, 0, 0]  # of the second: the third, whose father it is
     # the third and the fourth have a mother, the third's father is the fifth's mother: no sibling
@@ -77,8 +85,12 @@ def test_radius_field_of_view_and_torus_limit_it(meadow):
 
 def test_a_property_of_kin(meadow):
     brood = {"kind": "property", "property": "energy", "of": "deer", "radius": 5.0, "kin": "offspring"}
-    world = herd(meadow, [brood, brood | {"report": "mean"}, brood | {"decay": "linear"}],
-                 (0, 0, 1, 1, 1), (0, 0, 0, 0, 0))
+    world = herd(
+        meadow,
+        [brood, brood | {"report": "mean"}, brood | {"decay": "linear"}],
+        (0, 0, 1, 1, 1),
+        (0, 0, 0, 0, 0),
+    )
     arrange(world, "deer", x=[5, 5, 6, 7, 11], energy=[0.5, 0.5, 0.25, 0.75, 1.0])
     x = readings(world)
     assert x[0] == pytest.approx([1.0, 0.5, 0.25 * 0.8 + 0.75 * 0.6])
@@ -88,8 +100,14 @@ def test_a_property_of_kin(meadow):
 
 def test_newborn_know_their_parents(meadow):
     way = {"kind": "asexual", "rate": 100.0, "energy_min": 0.1, "energy_given": 0.05, "dispersal": 5.0}
-    world = meadow(count=1, sensors=[sees("mother")], happiness=None, reproduction=way, world={"dt": 0.01},
-                   body={"opaque": False})
+    world = meadow(
+        count=1,
+        sensors=[sees("mother")],
+        happiness=None,
+        reproduction=way,
+        world={"dt": 0.01},
+        body={"opaque": False},
+    )
     deer = world.tables["deer"]
     first = deer.uid[deer.by_uid()[0]]
     while deer.n < 3:
@@ -106,10 +124,12 @@ def plain(uids, x, y, mother, father, kin, reach, size):
     for i in range(len(uids)):
         best = (math.inf, 0)
         for j in range(len(uids)):
-            theirs = {"mother": mother[i] == uids[j], "father": father[i] == uids[j],
-                      "offspring": uids[i] in (mother[j], father[j]),
-                      "siblings": (mother[i] and mother[i] == mother[j])
-                      or (father[i] and father[i] == father[j])}
+            theirs = {
+                "mother": mother[i] == uids[j],
+                "father": father[i] == uids[j],
+                "offspring": uids[i] in (mother[j], father[j]),
+                "siblings": (mother[i] and mother[i] == mother[j]) or (father[i] and father[i] == father[j]),
+            }
             away = [min(abs(a), size - abs(a)) for a in (x[i] - x[j], y[i] - y[j])]
             if i != j and theirs[kin] and math.hypot(*away) <= reach:
                 best = min(best, (math.hypot(*away), uids[j]))
@@ -127,8 +147,16 @@ def test_it_is_what_plain_python_finds(meadow, kin):
     deer = arrange(world, "deer", x=x, y=y)
     rows = deer.by_uid()
     uids, p = deer.uid[rows].tolist(), deer[Parentage]
-    wanted = plain(uids, x.astype(float), y.astype(float), p.mother[rows].tolist(), p.father[rows].tolist(),
-                   kin, 8.0, 20.0)
+    wanted = plain(
+        uids,
+        x.astype(float),
+        y.astype(float),
+        p.mother[rows].tolist(),
+        p.father[rows].tolist(),
+        kin,
+        8.0,
+        20.0,
+    )
     near = [0.0 if not uid else 1 - away / 8 for away, uid in wanted]
     assert readings(world)[:, 2] == pytest.approx(near, abs=1e-5)
     assert 10 < np.count_nonzero(near) < n
@@ -149,11 +177,16 @@ def test_it_depends_neither_on_rows_nor_on_threads(meadow):
     assert not difference(alone, lived(1, 4))
 
 
-@pytest.mark.parametrize(("sensor", "place"), [
-    (sees("mother", target="grass"), "sensors.0.target"), (sees("uncle"), "sensors.0.kin"),
-    (sees("mother", occlusion=True), "sensors.0.occlusion"), (sees("mother", sight=3.0), "sensors.0.sight"),
-    ({"kind": "property", "property": "energy", "radius": 5.0, "kin": "mother"}, "sensors.0.of"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("sensor", "place"),
+    [
+        (sees("mother", target="grass"), "sensors.0.target"),
+        (sees("uncle"), "sensors.0.kin"),
+        (sees("mother", occlusion=True), "sensors.0.occlusion"),
+        (sees("mother", sight=3.0), "sensors.0.sight"),
+        ({"kind": "property", "property": "energy", "radius": 5.0, "kin": "mother"}, "sensors.0.of"),
+    ],
+)
 def test_wrong_values_are_refused_by_name(meadow, sensor, place):
     with pytest.raises(ConfigError) as error:
         meadow(sensors=[sensor], happiness=None)
@@ -167,7 +200,14 @@ def test_species_without_a_use_for_kin_have_no_parents_column(meadow):
 
 
 def test_all_four_at_once_are_told_apart_by_name(meadow):
-    names = list(itertools.chain(*(s.channels(2) for s in meadow(
-        sensors=[sees("mother"), sees("father"), sees("mother")], happiness=None
-    ).config.species["deer"].sensors)))
+    names = list(
+        itertools.chain(
+            *(
+                s.channels(2)
+                for s in meadow(sensors=[sees("mother"), sees("father"), sees("mother")], happiness=None)
+                .config.species["deer"]
+                .sensors
+            )
+        )
+    )
     assert names[::3] == ["deer_mother_1_forward", "deer_father_forward", "deer_mother_2_forward"]

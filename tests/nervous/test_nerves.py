@@ -34,8 +34,11 @@ SENSORS = [{"kind": "own", "property": "energy"}, {"kind": "own", "property": "a
 
 
 def test_connections_fire_beyond_their_thresholds_and_add_up_to_a_sign(meadow):
-    links = [("energy", "run", 1, "above", 0.5), ("age", "run", -1, "above", 2.0),
-             ("energy", "eat", -1, "below", 0.5)]
+    links = [
+        ("energy", "run", 1, "above", 0.5),
+        ("age", "run", -1, "above", 2.0),
+        ("energy", "eat", -1, "below", 0.5),
+    ]
     reflex = {"connections": [{"sensor": s, "action": a, "weight": w, way: at} for s, a, w, way, at in links]}
     nerves = _nerves(meadow, sensors=SENSORS, reflex=reflex)
     y = nerves.reflex(_x([0.5, 0], [0.6, 0], [0.6, 3], [0.4, 3]))
@@ -47,8 +50,9 @@ def test_connections_fire_beyond_their_thresholds_and_add_up_to_a_sign(meadow):
 
 
 def test_a_formula_and_a_function_give_the_sign_of_their_value(meadow):
-    nerves = _nerves(meadow, sensors=SENSORS,
-                     reflex={"formulas": {"walk": "age - 2 * energy"}, "function": custom_reflex})
+    nerves = _nerves(
+        meadow, sensors=SENSORS, reflex={"formulas": {"walk": "age - 2 * energy"}, "function": custom_reflex}
+    )
     y = nerves.reflex(_x([1, 2], [1, 3], [1, 0]))
     assert y[:, nerves.column("walk")].tolist() == [0, 1, -1]
     assert y[:, nerves.column("left")].tolist() == [1, 1, 1]
@@ -65,8 +69,9 @@ def test_a_formula_and_a_function_give_the_sign_of_their_value(meadow):
     ],
 )
 def test_happiness_is_never_below_its_minimum(meadow, happiness, values):
-    nerves = _nerves(meadow, sensors=SENSORS,
-                     happiness=happiness | {"formula": happiness.get("formula"), "minimum": -1.0})
+    nerves = _nerves(
+        meadow, sensors=SENSORS, happiness=happiness | {"formula": happiness.get("formula"), "minimum": -1.0}
+    )
     felt = nerves.happiness(_x([0.5, 1], [0, 3], [1.5, 0]))
     assert felt.dtype == F
     assert felt == pytest.approx(np.maximum(values, -1.0), rel=1e-6)
@@ -75,8 +80,9 @@ def test_happiness_is_never_below_its_minimum(meadow, happiness, values):
 
 def test_the_plain_name_of_a_smell_is_the_mean_over_the_noses(meadow):
     noses = [{"kind": "smell", "field": "musk", "at": [1.0, side]} for side in (0.5, -0.5)]
-    world = meadow(world={"fields": {"musk": {"cell": 1.0}}}, sensors=[*SENSORS, *noses],
-                   happiness={"formula": "musk"})
+    world = meadow(
+        world={"fields": {"musk": {"cell": 1.0}}}, sensors=[*SENSORS, *noses], happiness={"formula": "musk"}
+    )
     nerves = world.tables["deer"].species.nerves
     assert nerves.channels == ("energy", "age", "musk_1", "musk_2")
     assert nerves.reading("musk", _x([0, 0, 1, 2])).tolist() == [1.5]
@@ -102,8 +108,9 @@ def test_a_species_may_have_no_network_at_all(meadow):
 def test_the_state_of_a_learner_brings_another_to_the_same_point(meadow):
     def learner(seed):
         return meadow(
-            policy={"kind": "shared", "hidden": [4]}, ppo={"horizon": 3},
-            options={"policies": "untrained", "learn": True, "seed": seed}
+            policy={"kind": "shared", "hidden": [4]},
+            ppo={"horizon": 3},
+            options={"policies": "untrained", "learn": True, "seed": seed},
         )
 
     world, other = learner(1).run(5), learner(2)

@@ -41,8 +41,10 @@ def test_happiness_of_each_own_weights_is_its_slow_twin():
     weight, rows = rng.normal(size=(50, 4)).astype(F), rng.permutation(50)[:30]
     felt = np.empty(30, F)
     weigh(x.T, flat, starts, weight, rows, felt)
-    slow = [sum(weight[row, c] * x[i, list(r)].mean() for c, r in enumerate(readings))
-            for i, row in enumerate(rows)]
+    slow = [
+        sum(weight[row, c] * x[i, list(r)].mean() for c, r in enumerate(readings))
+        for i, row in enumerate(rows)
+    ]
     assert felt == pytest.approx(np.array(slow), abs=1e-5)
 
 
@@ -61,14 +63,18 @@ def test_a_plain_function_of_the_senses_stays_a_network(meadow):
 
 
 def test_networks_read_the_columns_of_those_that_sense(meadow):
-    genes = [{"name": "calm", "trait": "reflex.calm.weight", "letters": 1, "values": [-1, -1, 1, 1]},
-             {"name": "joy", "trait": "happiness.energy", "letters": 1, "values": [1, 2, 3, 4]}]  # fmt: skip
+    genes = [
+        {"name": "calm", "trait": "reflex.calm.weight", "letters": 1, "values": [-1, -1, 1, 1]},
+        {"name": "joy", "trait": "happiness.energy", "letters": 1, "values": [1, 2, 3, 4]},
+    ]
     world = meadow(
-        count=40, genome={"genes": genes},
-        happiness={"weights": {"energy": 1.0}, "minimum": -1.0, "formula": None}, reflex={
+        count=40,
+        genome={"genes": genes},
+        happiness={"weights": {"energy": 1.0}, "minimum": -1.0, "formula": None},
+        reflex={
             "connections": [{"name": "calm", "sensor": "energy", "action": "run", "weight": 0, "above": 0.0}]
         },
-    )  # fmt: skip
+    )
     deer = world.tables["deer"]
     nerves, rows = deer.species.nerves, deer.rows()[::-3]
     nerves.rows, nerves.x = rows, np.full((rows.size, 1), 0.5, F)

@@ -66,8 +66,9 @@ def test_reflexes_have_their_say_over_a_function(meadow):
 
 
 def test_numbers_of_a_continuous_group_are_carried_out(meadow):
-    world = function_of(meadow, lambda x, uid: np.linspace(0, 2, len(uid))[:, None], count=5,
-                        automatic=[], **CONTINUOUS)
+    world = function_of(
+        meadow, lambda x, uid: np.linspace(0, 2, len(uid))[:, None], count=5, automatic=[], **CONTINUOUS
+    )
     nerves = world.tables["deer"].species.nerves
     assert options_of(nerves) == {"turn": ("left", "none", "right"), "eat": ("no eat", "eat"), "speed": ()}
     alone = taken(nerves, world.tables["deer"], np.arange(3), [[0, 0, 0.0], [0, 0, 1.5], [0, 0, 2.0]], "test")
@@ -77,21 +78,25 @@ def test_numbers_of_a_continuous_group_are_carried_out(meadow):
 
 
 def test_a_continuous_choice_reaches_the_motor(meadow):
-    world = function_of(meadow, lambda x, uid: np.tile([0, 1, 1.25], (len(uid), 1)), automatic=[],
-                        **CONTINUOUS).run(1)
+    world = function_of(
+        meadow, lambda x, uid: np.tile([0, 1, 1.25], (len(uid), 1)), automatic=[], **CONTINUOUS
+    ).run(1)
     table = world.tables["deer"]
     assert table[Motor].command[table.rows(), 0].tolist() == [1.25, 1.25]
 
 
-@pytest.mark.parametrize(("chosen", "says"), [
-    (lambda n: np.zeros((n, 1)), r"float64\[2, 1\].*allowed: numbers \[2, 2\]"),
-    (lambda n: np.array([["a", "b"]] * n), "allowed: numbers"),
-    (lambda n: np.full((n, 2), 3), r"speed = 3\n.*no such option.*0 \(still\), 1 \(walk\), 2 \(run\)"),
-    (lambda n: np.full((n, 2), -1), r"turn = -1"),
-    (lambda n: np.full((n, 2), 0.5), r"speed = 0.5"),
-    (lambda n: np.full((n, 2), np.nan), r"speed = nan\n.*no number"),
-    (lambda n: None, "allowed: numbers"),
-])
+@pytest.mark.parametrize(
+    ("chosen", "says"),
+    [
+        (lambda n: np.zeros((n, 1)), r"float64\[2, 1\].*allowed: numbers \[2, 2\]"),
+        (lambda n: np.array([["a", "b"]] * n), "allowed: numbers"),
+        (lambda n: np.full((n, 2), 3), r"speed = 3\n.*no such option.*0 \(still\), 1 \(walk\), 2 \(run\)"),
+        (lambda n: np.full((n, 2), -1), r"turn = -1"),
+        (lambda n: np.full((n, 2), 0.5), r"speed = 0.5"),
+        (lambda n: np.full((n, 2), np.nan), r"speed = nan\n.*no number"),
+        (lambda n: None, "allowed: numbers"),
+    ],
+)
 def test_what_cannot_be_carried_out_is_refused_with_organism_group_and_value(meadow, chosen, says):
     world = function_of(meadow, lambda x, uid: chosen(len(uid)))
     with pytest.raises(ConfigError, match=says) as error:

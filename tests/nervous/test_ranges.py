@@ -15,20 +15,25 @@ from ecs_eco.record.parquet import read_parts
 from ecs_eco.view import inspect
 
 ROAM = {
-    "count": 40, "body": {"radius": 0.3}, "metabolism": {"energy": 5.0, "energy_max": 10.0, "basal": 0.01},
+    "count": 40,
+    "body": {"radius": 0.3},
+    "metabolism": {"energy": 5.0, "energy_max": 10.0, "basal": 0.01},
     "locomotion": {"speed": {"still": 0.0, "run": 3.0, "walk": 1.0}, "cost": {"walk": 0.02, "run": 0.1}},
     "sensors": [{"kind": "own", "property": "energy"}],
     "actions": {"speed": {"continuous": [0.0, 3.0]}, "turn": {"continuous": [-0.8, 0.8]}},
     "happiness": {"weights": {"energy": 1.0}, "minimum": 0.0},
-}  # fmt: skip
+}
 LEARNS = {"policy": {"kind": "shared", "learn": True, "hidden": [8]}, "ppo": {"horizon": 8}}
 ALONE = {"policy": {"kind": "individual", "learn": True, "hidden": [8]}, "ppo": {"horizon": 8}}
 
 
 def _world(options=None, space=(60.0, 60.0), **changes):
     deer = {key: value for key, value in (ROAM | changes).items() if value is not None}
-    return World.from_config({"format": 1, "name": "roam", "space": {"size": list(space)},
-                              "species": {"deer": deer}}, seed=3, **(options or {}))
+    return World.from_config(
+        {"format": 1, "name": "roam", "space": {"size": list(space)}, "species": {"deer": deer}},
+        seed=3,
+        **(options or {}),
+    )
 
 
 def _commands(world):
@@ -40,10 +45,12 @@ def test_what_is_drawn_is_scaled_shifted_and_held_within_the_range():
     ranges = Ranges({"speed": ((0.0, 3.0), 0, None), "turn": ((-0.8, 0.8), 1, 0.5)})
     numbers = np.array([[-1, 1], [0, 0], [9, -9]], np.float32)
     assert ranges.command(numbers, None).tolist() == pytest.approx(
-        np.array([[0, 0.8], [1.5, 0], [3, -0.8]], np.float32))
+        np.array([[0, 0.8], [1.5, 0], [3, -0.8]], np.float32)
+    )
     shift = np.array([[-1, 0.1], [0.5, -0.3], [-0.5, 0.3]], np.float32)
     assert ranges.command(numbers, shift).tolist() == pytest.approx(
-        np.array([[0, 0.8], [2, -0.3], [2.5, -0.5]], np.float32))
+        np.array([[0, 0.8], [2, -0.3], [2.5, -0.5]], np.float32)
+    )
     assert ranges.command(None, None).tolist() == [[0, 0.5]]
 
 
@@ -72,8 +79,10 @@ def test_an_animal_turns_by_its_number():
     assert np.mod(turned, 2 * np.pi).tolist() == pytest.approx([2 * np.pi - 0.4] * 40, abs=1e-5)
 
 
-@pytest.mark.parametrize(("group", "number", "rise", "ahead"),
-                         [("climb", 0.3, 0.3, 2.0), ("pitch", -0.5, -2 * np.sin(0.5), 2 * np.cos(0.5))])
+@pytest.mark.parametrize(
+    ("group", "number", "rise", "ahead"),
+    [("climb", 0.3, 0.3, 2.0), ("pitch", -0.5, -2 * np.sin(0.5), 2 * np.cos(0.5))],
+)
 def test_in_a_volume_it_climbs_or_swims_along_a_slope(group, number, rise, ahead):
     actions = {"speed": {"continuous": [0.0, 3.0]}, group: {"continuous": [-0.5, 0.5]}}
     world = _world(space=(60.0, 60.0, 90.0), actions=actions, neutral={"speed": 2.0, group: number})
@@ -111,8 +120,12 @@ def test_numbers_that_pay_are_learnt(kind):
     """Happiness is the energy left, and only speed costs: standing still is best."""
     learns = kind | {"ppo": {"horizon": 16, "learning_rate": 0.01, "epochs": 6, "discount": 0.5}}
     cost = {"speed": {"still": 0.0, "run": 3.0}, "cost": {"run": 0.2}}
-    world = _world(locomotion=cost, count=8 if kind is ALONE else 60, **learns,
-                   metabolism={"energy": 500.0, "energy_max": 1000.0}).run(30)
+    world = _world(
+        locomotion=cost,
+        count=8 if kind is ALONE else 60,
+        **learns,
+        metabolism={"energy": 500.0, "energy_max": 1000.0},
+    ).run(30)
     before = _commands(world)[:, 0].mean()
     world.run(200 if kind is ALONE else 450)
     assert _commands(world)[:, 0].mean() < before / 2

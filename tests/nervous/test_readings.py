@@ -11,8 +11,13 @@ from ecs_eco.config import load
 from ecs_eco.debug import StaleHandle
 from ecs_eco.engine.errors import UnknownName
 
-SMALL = {"space.size": [30.0, 30.0], "species.goat.count": 20, "species.red.count": 10,
-         "species.yellow.count": 40, "species.green.count": 200}
+SMALL = {
+    "space.size": [30.0, 30.0],
+    "species.goat.count": 20,
+    "species.red.count": 10,
+    "species.yellow.count": 40,
+    "species.green.count": 200,
+}
 GENE = {"name": "eye", "trait": "sensors.green.radius", "letters": 4, "low": 1.0, "high": 4.0}
 
 
@@ -131,8 +136,9 @@ def test_it_is_no_part_of_digests_and_checkpoints_and_is_made_when_somebody_look
     copy = world.copy()
     assert np.isnan(copy.table("goat")[Sensor].readings).all(), "what was sensed is not saved"
     assert copy.run(1).digest() == world.run(1).digest() == other.run(1).digest()
-    assert np.array_equal(copy.table("goat")[Sensor].readings, world.table("goat")[Sensor].readings,
-                          equal_nan=True)
+    assert np.array_equal(
+        copy.table("goat")[Sensor].readings, world.table("goat")[Sensor].readings, equal_nan=True
+    )
 
 
 def test_it_is_read_and_not_written():
@@ -150,8 +156,9 @@ def test_it_is_read_and_not_written():
         world.spawn("goat", Sensor())
     with pytest.raises(ValueError, match="table 'goat' has Sensor already"):
         table.add_component(Sensor)
-    with pytest.raises(AttributeError,
-                       match="Sensor has no field 'range'; its fields are readings, radius, forward, left"):
+    with pytest.raises(
+        AttributeError, match="Sensor has no field 'range'; its fields are readings, radius, forward, left"
+    ):
         print(table[Sensor].range)
     with pytest.raises(UnknownName, match="table 'green': unknown component 'Sensor'"):
         world.table("green")[Sensor]

@@ -22,10 +22,13 @@ def test_the_notebook_shows_world_table_series_figure_and_living_page(tmp_path):
     from nbclient import NotebookClient
 
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in CELLS])
-    NotebookClient(notebook, timeout=500, kernel_name="python3",
-                   resources={"metadata": {"path": str(tmp_path)}}).execute()
-    shown = [{kind: text for output in cell.outputs for kind, text in output.get("data", {}).items()}
-             for cell in notebook.cells]
+    NotebookClient(
+        notebook, timeout=500, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}
+    ).execute()
+    shown = [
+        {kind: text for output in cell.outputs for kind, text in output.get("data", {}).items()}
+        for cell in notebook.cells
+    ]
     world, table, series, figure, page, _ = shown
     assert "meadow" in world["text/html"]
     assert "Metabolism.energy" in table["text/html"]

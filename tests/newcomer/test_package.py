@@ -22,8 +22,11 @@ COMMANDS = (HERE / "package.sh").read_text(encoding="utf-8").splitlines()
 
 def lines(*files: Path) -> int:
     """Lines of text in files: without comments and empty ones."""
-    return sum(bool(line.strip()) and not line.lstrip().startswith("#")
-               for file in files for line in file.read_text(encoding="utf-8").splitlines())
+    return sum(
+        bool(line.strip()) and not line.lstrip().startswith("#")
+        for file in files
+        for line in file.read_text(encoding="utf-8").splitlines()
+    )
 
 
 @pytest.mark.slow
@@ -35,11 +38,20 @@ def test_the_tests_of_a_new_package_pass_and_those_of_what_is_added_to_it(tmp_pa
             shutil.copy(HERE / "lice.py", tmp_path / "wool-lab" / "src" / "wool_lab" / "lice.py")
             shutil.copy(HERE / "checks_of_lice.py", tmp_path / "wool-lab" / "tests" / "test_lice.py")
             continue
-        where = {"PYTHONPATH": os.pathsep.join([str(ROOT), str(tmp_path / "wool-lab" / "src")]),
-                 "XDG_CONFIG_HOME": str(tmp_path / "mine")}
+        where = {
+            "PYTHONPATH": os.pathsep.join([str(ROOT), str(tmp_path / "wool-lab" / "src")]),
+            "XDG_CONFIG_HOME": str(tmp_path / "mine"),
+        }
         words = [*(ECS_ECO if program == "ecs-eco" else [sys.executable]), *arguments]
-        done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=400, check=False,
-                              env=os.environ | where)
+        done = subprocess.run(
+            words,
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=400,
+            check=False,
+            env=os.environ | where,
+        )
         assert done.returncode == 0, line + done.stdout + done.stderr
         said[line] = done.stdout
     assert "7 passed" in said["python -m pytest wool-lab"]

@@ -33,8 +33,14 @@ def done(name: str, tmp_path: Path) -> tuple[Path, str]:
     said = ""
     for program, *arguments in commands(name):
         words = [*(ECS_ECO if program == "ecs-eco" else [sys.executable]), *arguments]
-        out = subprocess.run(words, cwd=folder, env=os.environ | {"XDG_CONFIG_HOME": str(tmp_path)},
-                             capture_output=True, text=True, check=False)
+        out = subprocess.run(
+            words,
+            cwd=folder,
+            env=os.environ | {"XDG_CONFIG_HOME": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         assert out.returncode == 0, f"{program} {arguments}: {out.stdout}{out.stderr}"
         said += out.stdout
     return folder, said

@@ -37,15 +37,18 @@ def test_a_foreign_file_is_refused_by_its_name(whole, tmp_path, kind):
 def plain(meadow, tmp_path):
     """A small run, of two deer and two grasses."""
     config = meadow().config
-    manifest = run_to_folder(config, 3, 6, tmp_path / "run", report=False, checkpoint_every=2,
-                             snapshot_every=2)
+    manifest = run_to_folder(
+        config, 3, 6, tmp_path / "run", report=False, checkpoint_every=2, snapshot_every=2
+    )
     return tmp_path / "run", manifest, config
 
 
 def test_equal_runs_have_one_id_and_others_another(plain, tmp_path):
     run, manifest, config = plain
-    ids = {name: run_to_folder(config, seed, 6, tmp_path / name, report=False, snapshot_every=every)["id"]
-           for name, seed, every in (("same", 3, 2), ("seed", 4, 2), ("snapshots", 3, 3))}  # fmt: skip
+    ids = {
+        name: run_to_folder(config, seed, 6, tmp_path / name, report=False, snapshot_every=every)["id"]
+        for name, seed, every in (("same", 3, 2), ("seed", 4, 2), ("snapshots", 3, 3))
+    }
     ids["fork"] = fork(run, tmp_path / "fork", from_tick=3, report=False)["id"]
     assert ids["same"] == manifest["id"]
     assert len({*ids.values()}) == 4
@@ -90,8 +93,9 @@ class _PowerCut(BaseException):
     """Something from outside."""
 
 
-def test_a_run_that_was_killed_in_the_first_write_of_its_manifest_can_be_run_again(plain, tmp_path,
-                                                                                   monkeypatch):
+def test_a_run_that_was_killed_in_the_first_write_of_its_manifest_can_be_run_again(
+    plain, tmp_path, monkeypatch
+):
     _, manifest, config = plain
     replace = files.os.replace
 
@@ -109,8 +113,9 @@ def test_a_run_that_was_killed_in_the_first_write_of_its_manifest_can_be_run_aga
     assert (tmp_path / "killed" / LOCK).is_file()
     with pytest.raises(RecordingError, match="was killed there before it began: run it again with --out"):
         resume(tmp_path / "killed")
-    again = run_to_folder(config, 3, 6, tmp_path / "killed", report=False, checkpoint_every=2,
-                          snapshot_every=2)
+    again = run_to_folder(
+        config, 3, 6, tmp_path / "killed", report=False, checkpoint_every=2, snapshot_every=2
+    )
     assert again["digest"] == manifest["digest"]
     assert {p.name for p in (tmp_path / "killed").iterdir()} == {p.name for p in (tmp_path / "run").iterdir()}
 
@@ -158,8 +163,9 @@ def test_a_run_of_an_older_format_is_read_and_not_gone_on_with(plain):
     from ecs_eco.record.seal import write_manifest
 
     run, manifest, _ = plain
-    old = {key: value for key, value in manifest.items()
-           if key not in ("id", "heads", "weights")} | {"format": 1}
+    old = {key: value for key, value in manifest.items() if key not in ("id", "heads", "weights")} | {
+        "format": 1
+    }
     for path in run.rglob("*.parquet"):
         write_part(read_part(path).replace_schema_metadata(None), path)
     write_manifest(run, old)

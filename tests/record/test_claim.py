@@ -19,8 +19,9 @@ def _names(folder):
 def test_a_folder_is_claimed_once(tmp_path):
     with claim_new(tmp_path / "run") as claim:
         for again in (claim_new, Claim):
-            with pytest.raises(FolderInUse,
-                               match=rf"run: is being written by process {os.getpid()} on .* since \d{{4}}-"):
+            with pytest.raises(
+                FolderInUse, match=rf"run: is being written by process {os.getpid()} on .* since \d{{4}}-"
+            ):
                 again(tmp_path / "run")
         with claimed(claim) as same:
             assert same is claim
@@ -93,8 +94,13 @@ def test_the_claim_of_a_killed_process_is_free(tmp_path):
 
 def _killed_early(folder, *more):
     """What is left of a run that was killed as it wrote its manifest."""
-    left = (LOCK, ".manifest.json.ecs-eco-7-0123abcd.tmp", "checkpoints/tick-000000000000.safetensors",
-            "policies/deer.safetensors", "code/sir.py")  # fmt: skip
+    left = (
+        LOCK,
+        ".manifest.json.ecs-eco-7-0123abcd.tmp",
+        "checkpoints/tick-000000000000.safetensors",
+        "policies/deer.safetensors",
+        "code/sir.py",
+    )
     for name in (*left, *more):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text("")
@@ -106,8 +112,9 @@ def test_the_folder_of_a_run_that_was_killed_before_it_began_is_taken_over(tmp_p
         assert _names(tmp_path / "run") == [LOCK]
 
 
-@pytest.mark.parametrize("own",
-                         ["notes.txt", "notes.tmp", "checkpoints/mine", "policies/notes.md", "code/notes.md"])
+@pytest.mark.parametrize(
+    "own", ["notes.txt", "notes.tmp", "checkpoints/mine", "policies/notes.md", "code/notes.md"]
+)
 def test_what_else_lies_there_keeps_such_a_folder_from_being_taken(tmp_path, own):
     _killed_early(tmp_path / "run", own)
     before = _names(tmp_path / "run")

@@ -16,8 +16,14 @@ TICKS = 40
 
 
 def _run(config, out, ticks=TICKS, **options):
-    options = {"seed": 7, "policies": "untrained", "learn": True, "report": False,
-               "snapshot_every": 5, **options}
+    options = {
+        "seed": 7,
+        "policies": "untrained",
+        "learn": True,
+        "report": False,
+        "snapshot_every": 5,
+        **options,
+    }
     return run_to_folder(config, ticks=ticks, out=out, **options)
 
 
@@ -26,16 +32,19 @@ def _bytes(folder):
 
 
 def _details(folder, species):
-    return {name: column.to_numpy()
-            for name, column in zip(*_named(read_parts(folder / f"details-{species}")), strict=True)}
+    return {
+        name: column.to_numpy()
+        for name, column in zip(*_named(read_parts(folder / f"details-{species}")), strict=True)
+    }
 
 
 def _named(table):
     return table.column_names, table.columns
 
 
-@pytest.mark.parametrize("word", ["focal", "focal=", "focal=0", "focal=-3", "focal=1.5", "all", "fulll",
-                                  "focal=9999999"])
+@pytest.mark.parametrize(
+    "word", ["focal", "focal=", "focal=0", "focal=-3", "focal=1.5", "all", "fulll", "focal=9999999"]
+)
 def test_other_words_than_focal_and_full_are_refused(word):
     with pytest.raises(ConfigError, match=r"focal=N with N from 1 to 1000000, or full"):
         how_many(word)
@@ -70,9 +79,11 @@ def test_full_details_are_those_of_all_who_live_and_die(menagerie):
         assert block["uid"].tolist() == sorted(before)
         rows, at = thinkers(table)
         mind, n, mine = minds(table, rows, at), table[Nervous], np.isin(block["uid"], table.uid[rows])
-        for name, expected in zip(("x", "energy", "happiness", "reward"),
-                                  (table[Position].x, table[Metabolism].energy, n.happiness, n.reward),
-                                  strict=True):  # fmt: skip
+        for name, expected in zip(
+            ("x", "energy", "happiness", "reward"),
+            (table[Position].x, table[Metabolism].energy, n.happiness, n.reward),
+            strict=True,
+        ):
             assert block[name][mine].tolist() == expected[rows].tolist()
         nerves = table.species.nerves
         sensed = np.stack([block[f"sensor: {c}"][mine] for c in nerves.channels], axis=1)
@@ -116,8 +127,9 @@ def test_a_focal_sample_follows_newborn_from_birth_to_death(menagerie, tmp_path)
 
 @pytest.mark.parametrize("record", ["focal=6", "full"])
 def test_details_change_no_result(menagerie, tmp_path, record):
-    plain, detailed = (_run(menagerie(), tmp_path / word, record=r)
-                       for word, r in (("plain", None), ("detailed", record)))
+    plain, detailed = (
+        _run(menagerie(), tmp_path / word, record=r) for word, r in (("plain", None), ("detailed", record))
+    )
     assert detailed["digest"] == plain["digest"]
     kinds = {k: v for k, v in _bytes(tmp_path / "detailed").items() if not k.startswith("details-")}
     assert kinds == _bytes(tmp_path / "plain")
@@ -186,8 +198,18 @@ def test_the_command_line_hands_it_on_and_refuses_other_words(tmp_path):
     from ecs_eco.cli.app import app
 
     def run(out, record):
-        words = ["run", "lamb", "--ticks", "5", "-q", "--no-report", "--out", str(tmp_path / out),
-                 "--record", record]
+        words = [
+            "run",
+            "lamb",
+            "--ticks",
+            "5",
+            "-q",
+            "--no-report",
+            "--out",
+            str(tmp_path / out),
+            "--record",
+            record,
+        ]
         return CliRunner().invoke(app, words)
 
     assert run("good", "focal=2").exit_code == 0

@@ -116,8 +116,9 @@ def test_an_interrupted_run_leaves_readable_parts_and_says_that_it_is_not_finish
 
     monkeypatch.setattr(system, "process", failing)
     with pytest.raises(error):
-        run_to_folder(menagerie(), seed=7, ticks=TICKS, out=tmp_path / "run", policies="untrained",
-                      report=False)
+        run_to_folder(
+            menagerie(), seed=7, ticks=TICKS, out=tmp_path / "run", policies="untrained", report=False
+        )
     manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
     assert (manifest["finished"], manifest["done"], manifest["ticks"]) == (False, 12, TICKS)
     series = read_parts(tmp_path / "run" / "series").to_pydict()
@@ -149,8 +150,9 @@ def test_a_part_is_whole_or_not_there(run, tmp_path, monkeypatch):
 def test_parts_of_a_long_run_are_read_as_one(tmp_path):
     from ecs_eco.record.parquet import to_arrow, write_part
 
-    for part, columns in enumerate([{"tick": np.arange(3)},
-                                    {"tick": np.arange(3, 5), "died: late": np.array([0, 1], np.int32)}]):
+    for part, columns in enumerate(
+        [{"tick": np.arange(3)}, {"tick": np.arange(3, 5), "died: late": np.array([0, 1], np.int32)}]
+    ):
         write_part(
             to_arrow(columns | {"species": np.zeros(len(columns["tick"]), np.int8)}, {"species": ["moss"]}),
             tmp_path / f"part-{part:05d}.parquet",
@@ -187,16 +189,28 @@ def test_a_run_goes_on_and_is_whole_after_an_extinction(tmp_path):
     from ecs_eco.record import run_to_folder
     from ecs_eco.record.parquet import read_parts
 
-    small = {"space.size": [60.0, 60.0], "species.grass.count": 100, "species.deer.count": 10,
-             "species.wolf.count": 3,
-             "species.deer.metabolism.basal": 0.05, "species.wolf.metabolism.basal": 0.05}
-    run_to_folder(load("predator-prey", small), seed=1, ticks=60, out=tmp_path / "run", policies="random",
-                  snapshot_every=5)
+    small = {
+        "space.size": [60.0, 60.0],
+        "species.grass.count": 100,
+        "species.deer.count": 10,
+        "species.wolf.count": 3,
+        "species.deer.metabolism.basal": 0.05,
+        "species.wolf.metabolism.basal": 0.05,
+    }
+    run_to_folder(
+        load("predator-prey", small),
+        seed=1,
+        ticks=60,
+        out=tmp_path / "run",
+        policies="random",
+        snapshot_every=5,
+    )
     manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
     series, snapshots = read_parts(tmp_path / "run" / "series"), read_parts(tmp_path / "run" / "snapshots")
     assert (manifest["finished"], manifest["done"]) == (True, 60)
-    assert [n for s, n in zip(series["species"].to_pylist(), series["n"].to_pylist(), strict=True)
-            if s == "deer"][-1] == 0
+    assert [
+        n for s, n in zip(series["species"].to_pylist(), series["n"].to_pylist(), strict=True) if s == "deer"
+    ][-1] == 0
     assert max(snapshots["tick"].to_pylist()) == 55  # of the grass alone
     assert (tmp_path / "run" / "report.html").is_file()
 
@@ -212,8 +226,10 @@ def test_genomes_are_strings_that_repeat_or_do_not(tmp_path):
         read_back = pq.read_table(tmp_path / f"{name}.parquet")["genome"]
         assert read_back.type == pa.string()
         assert read_back.to_pylist() == [text.decode() or None for text in column.tolist()]
-    encodings = {name: pq.read_metadata(tmp_path / f"{name}.parquet").row_group(0).column(0).encodings
-                 for name in ("few", "many")}
+    encodings = {
+        name: pq.read_metadata(tmp_path / f"{name}.parquet").row_group(0).column(0).encodings
+        for name in ("few", "many")
+    }
     assert ["RLE_DICTIONARY" in encodings[name] for name in ("few", "many")] == [True, False]
 
 
@@ -225,21 +241,41 @@ def test_the_manifest_names_the_genes_of_a_layout():
     from ecs_eco.lifecycle.species import Species
     from ecs_eco.record.genomes import genes_of
 
-    genes = [Gene(name="red", trait="reflex.red.weight", letters=1, values=[0, 0, 0, -1]),
-             Gene(name="size", trait="body.radius", letters=4, low=0.2, high=0.6),
-             Gene(name="song", letters=2, at=7, values=list(range(16)))]  # fmt: skip
+    genes = [
+        Gene(name="red", trait="reflex.red.weight", letters=1, values=[0, 0, 0, -1]),
+        Gene(name="size", trait="body.radius", letters=4, low=0.2, high=0.6),
+        Gene(name="song", letters=2, at=7, values=list(range(16))),
+    ]
     layout = Layout(genes, "ACGU", ploidy=2, loci=10)
     described = genes_of(SimpleNamespace(species=Species(heredity=SimpleNamespace(layout=layout))))
     assert described == {
         "alphabet": "ACGU",
         "ploidy": 2,
         "genes": [
-            {"name": "red", "at": 0, "letters": 1, "trait": "reflex.red.weight",
-             "values": [0.0, 0.0, 0.0, -1.0], "dominance": "first"},
-            {"name": "size", "at": 1, "letters": 4, "trait": "body.radius", "dominance": "first",
-             "range": {"low": 0.2, "high": 0.6, "code": "positional", "scale": "linear", "codons": 1}},
-            {"name": "song", "at": 7, "letters": 2, "trait": None, "values": [float(v) for v in range(16)],
-             "dominance": "first"},
+            {
+                "name": "red",
+                "at": 0,
+                "letters": 1,
+                "trait": "reflex.red.weight",
+                "values": [0.0, 0.0, 0.0, -1.0],
+                "dominance": "first",
+            },
+            {
+                "name": "size",
+                "at": 1,
+                "letters": 4,
+                "trait": "body.radius",
+                "dominance": "first",
+                "range": {"low": 0.2, "high": 0.6, "code": "positional", "scale": "linear", "codons": 1},
+            },
+            {
+                "name": "song",
+                "at": 7,
+                "letters": 2,
+                "trait": None,
+                "values": [float(v) for v in range(16)],
+                "dominance": "first",
+            },
         ],
     }
     row = layout.encode({"red": -1, "size": 0.2, "song": 11})[0]
@@ -254,12 +290,14 @@ def test_parts_are_read_from_memory_of_arrows_own(tmp_path):
     process."""
     from ecs_eco.record import parquet
 
-    parquet.write_part(pa.table({"tick": np.arange(10), "x": np.arange(10.0)}),
-                       tmp_path / "part-00000.parquet")
+    parquet.write_part(
+        pa.table({"tick": np.arange(10), "x": np.arange(10.0)}), tmp_path / "part-00000.parquet"
+    )
     opened = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(parquet.pa, "BufferReader",
-                      lambda part, real=pa.BufferReader: opened.append(part) or real(part))
+        patch.setattr(
+            parquet.pa, "BufferReader", lambda part, real=pa.BufferReader: opened.append(part) or real(part)
+        )
         assert parquet.read_part(tmp_path / "part-00000.parquet").num_rows == 10
     assert all(type(part) is pa.Buffer for part in opened)
     assert len(opened) == 1
@@ -270,7 +308,8 @@ def test_only_the_one_reader_reads_parquet():
 
     root = Path(ecs_eco.__file__).parent
     words = ("pyarrow.parquet", "pyarrow.dataset", "read_row_group(", "iter_batches(")
-    readers = {str(p.relative_to(root))
-               for p in root.rglob("*.py") if any(word in p.read_text() for word in words)}
+    readers = {
+        str(p.relative_to(root)) for p in root.rglob("*.py") if any(word in p.read_text() for word in words)
+    }
     # belonging reads footers alone, and keeps no bytes; geodata only writes
     assert readers == {"record/parquet.py", "record/belonging.py", "record/geodata.py"}

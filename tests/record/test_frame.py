@@ -10,8 +10,12 @@ from ecs_eco import World
 from ecs_eco.analysis.runs import load_series
 from ecs_eco.record.frame import SeriesTable
 
-ROWS = {"tick": [0, 0, 1, 1], "species": ["<hare>", "fox", "<hare>", "fox"], "n": [5, 2, 6, 1],
-        "energy": [0.5, 0.25, None, 0.75]}
+ROWS = {
+    "tick": [0, 0, 1, 1],
+    "species": ["<hare>", "fox", "<hare>", "fox"],
+    "n": [5, 2, 6, 1],
+    "energy": [0.5, 0.25, None, 0.75],
+}
 
 
 @pytest.fixture
@@ -79,7 +83,18 @@ def test_its_html_shows_both_ends_and_escapes_names(series):
 
 
 def test_a_world_returns_it():
-    world = World.from_config({"format": 1, "name": "pond", "space": {"size": [9.0, 9.0]}, "species": {
-        "weed": {"count": 5, "body": {"radius": 0.1},
-                 "reproduction": {"kind": "spread", "rate": 0.0, "spacing": 1.0}}}})
+    world = World.from_config(
+        {
+            "format": 1,
+            "name": "pond",
+            "space": {"size": [9.0, 9.0]},
+            "species": {
+                "weed": {
+                    "count": 5,
+                    "body": {"radius": 0.1},
+                    "reproduction": {"kind": "spread", "rate": 0.0, "spacing": 1.0},
+                }
+            },
+        }
+    )
     assert world.run(3).series().wide().to_pydict() == {"tick": [0, 1, 2], "weed": [5, 5, 5]}

@@ -12,8 +12,13 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record import run_to_folder
 from ecs_eco.record.geodata import write_tracks
 
-OX = {"count": 6, "body": {"radius": 1.0}, "locomotion": {"speed": {"walk": 2.0}}, "actions":
-      {"speed": ["walk"]}, "neutral": {"speed": "walk"}}  # fmt: skip
+OX = {
+    "count": 6,
+    "body": {"radius": 1.0},
+    "locomotion": {"speed": {"walk": 2.0}},
+    "actions": {"speed": ["walk"]},
+    "neutral": {"speed": "walk"},
+}
 
 
 @pytest.fixture
@@ -22,11 +27,18 @@ def run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def make(edges="walls", **more):
-        np.savez(tmp_path / "dem.npz", z=np.add.outer(np.zeros(40), np.arange(50.0)),
-                 **{"dx": 10.0, "dy": 10.0} | more)
+        np.savez(
+            tmp_path / "dem.npz",
+            z=np.add.outer(np.zeros(40), np.arange(50.0)),
+            **{"dx": 10.0, "dy": 10.0} | more,
+        )
         terrain = {"raster": "dem.npz", "cell": 10.0, "corner": [100.0, 50.0]} if edges == "walls" else None
-        world = {"format": 1, "name": "w", "space": {"size": [300.0, 200.0], "edges": edges},
-                 "species": {"ox": OX, "cow": OX}} | ({"terrain": terrain} if terrain else {})
+        world = {
+            "format": 1,
+            "name": "w",
+            "space": {"size": [300.0, 200.0], "edges": edges},
+            "species": {"ox": OX, "cow": OX},
+        } | ({"terrain": terrain} if terrain else {})
         run_to_folder(world, ticks=10, out=tmp_path / "run", snapshot_every=5, report=False)
         return tmp_path / "run"
 
@@ -86,11 +98,14 @@ def test_a_world_without_land_is_written_in_metres(run):
     assert "elevation" not in table.column_names
 
 
-@pytest.mark.parametrize(("words", "fault"), [
-    ({"file": "t.shp"}, "no format that can be written; allowed: a file ending in .gpkg, .parquet, .csv"),
-    ({"species": "axe"}, "no such species in this run"),
-    ({"lines": True}, "cannot be drawn around a torus"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        ({"file": "t.shp"}, "no format that can be written; allowed: a file ending in .gpkg, .parquet, .csv"),
+        ({"species": "axe"}, "no such species in this run"),
+        ({"lines": True}, "cannot be drawn around a torus"),
+    ],
+)
 def test_what_cannot_be_written_is_refused(run, words, fault):
     folder = run("torus")
     with pytest.raises(ConfigError) as error:

@@ -9,8 +9,13 @@ from ecs_eco.config import load
 from ecs_eco.config.models.reporters import EATEN
 from ecs_eco.record.ledger import LEDGER
 
-GOATS = {"space.size": [30, 30], "species.goat.count": 40, "species.green.count": 150,
-         "species.yellow.count": 80, "species.red.count": 10}  # fmt: skip
+GOATS = {
+    "space.size": [30, 30],
+    "species.goat.count": 40,
+    "species.green.count": 150,
+    "species.yellow.count": 80,
+    "species.red.count": 10,
+}
 
 
 @pytest.fixture
@@ -44,7 +49,8 @@ def test_sums_are_those_of_the_columns(goats):
     series, intake = load_series(goats.series()), goats.recorder.intake
     goat = goats.recorder.place["goat"]
     assert dict(zip(intake.foods, intake.total[goat], strict=True)) == pytest.approx(
-        {food: series.of("goat", EATEN + food).sum() for food in intake.foods})
+        {food: series.of("goat", EATEN + food).sum() for food in intake.foods}
+    )
     assert intake.flows[goat, LEDGER.index("burnt")] == pytest.approx(series.of("goat", "burnt").sum())
 
 
@@ -56,8 +62,9 @@ def test_a_checkpoint_in_between_changes_no_column(goats, tmp_path):
     again.load(tmp_path / "half.eco")
     again.run(30)
     for name in (EATEN + "yellow", EATEN + "green", "taken_in"):
-        assert np.array_equal(load_series(again.series()).of("goat", name),
-                              load_series(goats.series()).of("goat", name))
+        assert np.array_equal(
+            load_series(again.series()).of("goat", name), load_series(goats.series()).of("goat", name)
+        )
 
 
 def test_a_record_that_began_without_these_columns_goes_on_with_zeros_before(goats):

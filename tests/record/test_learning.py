@@ -15,8 +15,9 @@ def test_of_a_group_the_first_action_that_is_on_is_counted_else_the_neutral_one(
     decision = np.array([[0, 1, 1, 1], [0, 0, 0, 0], [1, 0, 1, 0], [0, 0, 1, 1], [0, 1, 0, 1]], np.int8)
     alive, born = np.array([True, True, True, False, True]), np.array([0, 0, 0, 0, 7])
     done = np.zeros(4, np.int64)
-    n = count_actions(np.arange(5), alive, born, 7, decision, np.array([0, 3]), np.array([3, 1]),
-                      np.array([0, -1]), done)
+    n = count_actions(
+        np.arange(5), alive, born, 7, decision, np.array([0, 3]), np.array([3, 1]), np.array([0, -1]), done
+    )
     assert n == 3  # one is dead, one was born in this tick and has not decided
     assert done.tolist() == [2, 1, 0, 1]
 
@@ -32,7 +33,8 @@ def test_every_update_has_a_row_and_every_tenth_tick_one_for_each_action(menager
     acts = world.recorder.action_series().to_pydict()
     assert sorted(set(acts["tick"])) == [0, 10, 20, 30, 40] or sorted(set(acts["tick"])) == [10, 20, 30, 40]
     assert {a for s, a in zip(acts["species"], acts["action"], strict=True) if s == "ram"} == {
-        f"{g}.{a}" for g, a in nerves.actions}
+        f"{g}.{a}" for g, a in nerves.actions
+    }
     assert all(n <= of for n, of in zip(acts["n"], acts["of"], strict=True))
 
 

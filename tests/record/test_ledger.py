@@ -13,8 +13,10 @@ def test_what_comes_in_and_goes_out_makes_the_difference_of_the_stocks():
 
 
 def test_the_ledger_of_whole_columns_is_checked_row_by_row():
-    columns = {name: np.zeros(3) for name in LEDGER} | {"taken_in": np.array([0.0, 1.0, 2.0]),
-                                                        "lost": np.array([0.0, 1.0, 4.0])}
+    columns = {name: np.zeros(3) for name in LEDGER} | {
+        "taken_in": np.array([0.0, 1.0, 2.0]),
+        "lost": np.array([0.0, 1.0, 4.0]),
+    }
     assert imbalance(columns).tolist() == [0, 0, -2]
 
 

@@ -26,12 +26,20 @@ def table(folder: Path, kind: str) -> dict[str, list]:
 
 
 def test_who_leaves_one_island_arrives_on_its_neighbour_with_all_it_has(run: Archipelago) -> None:
-    left = {(name, uid): (to, energy) for name, folder in run.islands.items()
-            for uid, to, energy in zip(*(table(folder, "departures")[c] for c in ("uid", "target", "energy")),
-                                       strict=True)}
-    came = {(origin, uid): (name, energy) for name, folder in run.islands.items()
-            for uid, origin, energy in zip(*(table(folder, "arrivals")[c]
-                                             for c in ("uid", "origin", "energy")), strict=True)}
+    left = {
+        (name, uid): (to, energy)
+        for name, folder in run.islands.items()
+        for uid, to, energy in zip(
+            *(table(folder, "departures")[c] for c in ("uid", "target", "energy")), strict=True
+        )
+    }
+    came = {
+        (origin, uid): (name, energy)
+        for name, folder in run.islands.items()
+        for uid, origin, energy in zip(
+            *(table(folder, "arrivals")[c] for c in ("uid", "origin", "energy")), strict=True
+        )
+    }
     assert len(came) > 10
     assert left == came
     ring = ["north", "east", "south"]

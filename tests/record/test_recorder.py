@@ -33,8 +33,11 @@ def _recorded(menagerie, ticks=60, **options):
     world = World.from_config(menagerie(), policies="untrained", record=False)
     sink = Sink()
     recorder = Recorder(world, sink, **options)
-    founders = [(0, name, u, 0) for name in sorted(recorder.names)  # in the order of tables
-                for u in sorted(world.tables[name].uid[world.tables[name].rows()].tolist())]
+    founders = [
+        (0, name, u, 0)
+        for name in sorted(recorder.names)  # in the order of tables
+        for u in sorted(world.tables[name].uid[world.tables[name].rows()].tolist())
+    ]
     lives = {"births": founders, "deaths": []}
     world.on_birth.append(
         lambda t, rows, parents, _: lives["births"].extend(
@@ -118,11 +121,13 @@ def test_every_birth_and_death_is_recorded_once(menagerie):
     assert len(deaths) > 20
     n_founders = 150 + 40 + 8
     assert (sink.column("series", "births").sum(), sink.column("series", "deaths").sum()) == (
-        len(births) - n_founders, len(deaths)
+        len(births) - n_founders,
+        len(deaths),
     )
     ages = sink.column("deaths", "age")
-    born = dict(zip(sink.column("births", "uid").tolist(), sink.column("births", "tick").tolist(),
-                    strict=True))
+    born = dict(
+        zip(sink.column("births", "uid").tolist(), sink.column("births", "tick").tolist(), strict=True)
+    )
     expected = [(t - born.get(int(u), 0)) * world.dt for t, _, u, _, _ in deaths]
     assert ages.tolist() == expected
 
@@ -133,8 +138,10 @@ def test_blocks_change_nothing(menagerie):
     assert [len(b["tick"]) for b in small["series"]] == [21] * 8 + [12]
     for kind in ("series", "births", "deaths"):
         for name in large[kind][0]:
-            both = [np.concatenate([b.get(name, np.zeros(len(b["tick"]), int)) for b in sink[kind]])
-                    for sink in (small, large)]
+            both = [
+                np.concatenate([b.get(name, np.zeros(len(b["tick"]), int)) for b in sink[kind]])
+                for sink in (small, large)
+            ]
             assert (both[0] == both[1]).all(), name
     plain = World.from_config(menagerie(), policies="untrained").run(60)
     assert plain.digest() == world.digest()  # nor does it matter who records
@@ -183,8 +190,10 @@ def test_what_happens_around_a_flush_is_neither_lost_nor_told_too_early(meadow):
     world.run(1)
     recorder.flush()
     assert sink.column("series", "tick").tolist() == [0, 0, 1, 1, 2, 2]
-    series = {"species": [recorder.names[s] for s in sink.column("series", "species")],
-              "deaths": sink.column("series", "deaths")}
+    series = {
+        "species": [recorder.names[s] for s in sink.column("series", "species")],
+        "deaths": sink.column("series", "deaths"),
+    }
     assert of("deer", series, "deaths") == [0, 0, 1]
     assert of("grass", series, "deaths") == [0, 0, 0]
     assert sink.column("deaths", "tick").tolist() == [2]
@@ -249,8 +258,11 @@ def _flock(letters=None, n=3):
 def test_founders_and_newborn_are_recorded_with_their_genomes():
     world, table, recorder = _flock()
     world.run(1)
-    table.request(np.array([2, 1], np.uint64), {(Genome, "loci"): np.array([[1, 2], [0, 3]], np.uint8)},
-                  np.array([1, 0], np.uint64))
+    table.request(
+        np.array([2, 1], np.uint64),
+        {(Genome, "loci"): np.array([[1, 2], [0, 3]], np.uint8)},
+        np.array([1, 0], np.uint64),
+    )
     world.run(1)
     births = recorder.events("births")
     assert births["uid"].tolist() == [1, 2, 3, 4, 5]
@@ -336,7 +348,8 @@ def test_a_recording_of_tables_in_another_order_goes_on(menagerie, tmp_path):
         was, events = recorder.events(kind), other.recorder.events(kind)
         assert len(was["uid"]) > 0
         assert [other.recorder.names[s] for s in events["species"]] == [
-            recorder.names[s] for s in was["species"]]
+            recorder.names[s] for s in was["species"]
+        ]
     rows = [r.learning.series("actions").to_pylist() for r in (recorder, other.recorder)]
     assert len(rows[0]) > 0
     assert rows[1] == rows[0]

@@ -18,10 +18,18 @@ from ecs_eco.record import Recorder, resume, run_to_folder
 from ecs_eco.search.objectives import objective, score
 
 PLANT = {"count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5, "basal": 0.01}}
-GARDEN = {"format": 1, "name": "garden", "ticks": 40, "space": {"size": [20.0, 20.0]},
-          "species": {"moss": PLANT, "fern": PLANT | {"count": 2, "metabolism": {"energy": 0.8}}}}
-REPORTERS = {"mean energy": "mean(Metabolism.energy)", "ferns per moss": "count(fern) / count(moss)",
-             "rich": "count(Metabolism.energy >= 0.5)"}
+GARDEN = {
+    "format": 1,
+    "name": "garden",
+    "ticks": 40,
+    "space": {"size": [20.0, 20.0]},
+    "species": {"moss": PLANT, "fern": PLANT | {"count": 2, "metabolism": {"energy": 0.8}}},
+}
+REPORTERS = {
+    "mean energy": "mean(Metabolism.energy)",
+    "ferns per moss": "count(fern) / count(moss)",
+    "rich": "count(Metabolism.energy >= 0.5)",
+}
 
 
 def ferns(world):
@@ -63,8 +71,14 @@ def test_a_world_without_reporters_has_the_hash_it_had():
 def test_results_do_not_depend_on_rows():
     from ecs_eco.testing import shuffle
 
-    worlds = [World.from_config("predator-prey", policies="random", reporters=REPORTERS | {
-        "ferns per moss": "sum(deer.Metabolism.energy) / count(wolf)"}) for _ in range(2)]
+    worlds = [
+        World.from_config(
+            "predator-prey",
+            policies="random",
+            reporters=REPORTERS | {"ferns per moss": "sum(deer.Metabolism.energy) / count(wolf)"},
+        )
+        for _ in range(2)
+    ]
     shuffle(worlds[1], 3)
     for world in worlds:
         world.run(3)
@@ -90,26 +104,29 @@ def test_a_world_made_by_hand_measures_components_of_its_own():
     np.testing.assert_array_equal(n[:, 0], [np.nan, 2, 2])
 
 
-@pytest.mark.parametrize(("name", "what", "words"), [
-    ("n", "count()", "every series has a column"),
-    ("2nd", "count()", "not a name"),
-    ("moss", "count()", "has this name"),
-    ("x", "energy", 'did you mean "Metabolism.energy"'),
-    ("x", "mean(Metabolism.enrgy)", 'no field "enrgy" at character 6; allowed: energy'),
-    ("x", "mean(frn.Metabolism.energy)", 'did you mean "fern"'),
-    ("x", "meen(Metabolism.energy)", 'unknown function "meen" at character 1'),
-    ("x", "Metabolism.energy", "one number for each organism"),
-    ("x", "mean(mean(Metabolism.energy))", "within another"),
-    ("x", "mean(moss.Body.mass * fern.Body.mass)", "of several species"),
-    ("x", "count(mos)", 'did you mean "moss"'),
-    ("x", "1 + 1", "nothing is measured"),
-    ("x", "().__class__", "is no field"),
-    ("x", "quantile(Body.mass, 2)", "a number from 0 to 1"),
-    ("x", "mean(Position.x", "not an expression"),
-    ("x", "garden:ferns", "which `code` does not list"),
-    ("x", "garden:ferns:2", "neither a formula nor module:name"),
-    ("x", 3, "wrong type"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "what", "words"),
+    [
+        ("n", "count()", "every series has a column"),
+        ("2nd", "count()", "not a name"),
+        ("moss", "count()", "has this name"),
+        ("x", "energy", 'did you mean "Metabolism.energy"'),
+        ("x", "mean(Metabolism.enrgy)", 'no field "enrgy" at character 6; allowed: energy'),
+        ("x", "mean(frn.Metabolism.energy)", 'did you mean "fern"'),
+        ("x", "meen(Metabolism.energy)", 'unknown function "meen" at character 1'),
+        ("x", "Metabolism.energy", "one number for each organism"),
+        ("x", "mean(mean(Metabolism.energy))", "within another"),
+        ("x", "mean(moss.Body.mass * fern.Body.mass)", "of several species"),
+        ("x", "count(mos)", 'did you mean "moss"'),
+        ("x", "1 + 1", "nothing is measured"),
+        ("x", "().__class__", "is no field"),
+        ("x", "quantile(Body.mass, 2)", "a number from 0 to 1"),
+        ("x", "mean(Position.x", "not an expression"),
+        ("x", "garden:ferns", "which `code` does not list"),
+        ("x", "garden:ferns:2", "neither a formula nor module:name"),
+        ("x", 3, "wrong type"),
+    ],
+)
 def test_a_wrong_reporter_is_refused_with_its_place_and_what_is_allowed(name, what, words):
     with pytest.raises(ConfigError, match=name) as error:
         World.from_config(GARDEN | {"reporters": {name: what}})
@@ -123,11 +140,14 @@ def test_a_component_that_nobody_has_is_refused_before_the_first_tick():
         World.from_config(GARDEN | {"reporters": {"mood": "mean(Nervous.happiness)"}})
 
 
-@pytest.mark.parametrize(("said", "words"), [
-    ("many", "returned 'many'; allowed is a number"),
-    ({"mos": 1}, "unknown species 'mos'; known: moss, fern; did you mean"),
-    ([1, 2], "allowed is a number"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ("many", "returned 'many'; allowed is a number"),
+        ({"mos": 1}, "unknown species 'mos'; known: moss, fern; did you mean"),
+        ([1, 2], "allowed is a number"),
+    ],
+)
 def test_a_function_that_says_something_else_is_named(said, words):
     world = World.from_config(GARDEN, reporters={"odd": lambda world: said})
     with pytest.raises(ValueError, match="reporter 'odd'") as error:
@@ -143,8 +163,9 @@ def test_an_error_in_a_function_says_in_which_reporter_it_was():
 
 
 def test_where_nobody_lives_a_mean_is_nan_and_a_sum_is_0():
-    world = World.from_config(GARDEN, reporters={"mean": "mean(Metabolism.energy)",
-                                                 "sum": "sum(Metabolism.energy)"})
+    world = World.from_config(
+        GARDEN, reporters={"mean": "mean(Metabolism.energy)", "sum": "sum(Metabolism.energy)"}
+    )
     moss = world.tables["moss"]
     for uid in moss.uid[moss.rows()].tolist():
         world.kill(uid)

@@ -43,8 +43,9 @@ def test_each_of_the_dying_is_kept_with_place_energy_age_cause_and_flows_in_the_
 def test_between_ticks_what_the_dying_held_is_lost_and_their_flows_are_known():
     table, page = ants(), np.zeros((1, len(LEDGER)))
     table[Metabolism].taken[:5] = 1
-    note_deaths(table, columns_of(table), np.array([0]), 6, 0.5, False, 0, page, np.zeros(256, np.int32),
-                None)
+    note_deaths(
+        table, columns_of(table), np.array([0]), 6, 0.5, False, 0, page, np.zeros(256, np.int32), None
+    )
     assert page.tolist() == [[0, 0, 0, 0, 0, 0.5, 0]]
 
 
@@ -53,8 +54,9 @@ def test_what_the_table_lacks_is_zero():
     table = world.add_table("stone")
     world.spawn("stone", n=2)
     world.flush()
-    note_deaths(table, columns_of(table), np.array([0, 1]), 0, 1.0, True, 0, page, np.zeros(256, np.int32),
-                rows)
+    note_deaths(
+        table, columns_of(table), np.array([0, 1]), 0, 1.0, True, 0, page, np.zeros(256, np.int32), rows
+    )
     ((_, _, uid, x, y, z, energy, *_),) = rows.taken("deaths", 0)
     assert uid.tolist() == [1, 2]
     assert not any(a.any() for a in (x, y, z, energy, page))

@@ -54,8 +54,9 @@ def test_in_the_place_of_a_checkpoint(run, put):
         with pytest.raises(CheckpointError, match=path.name):
             reader(path)
     complaints = []
-    assert latest(run / "checkpoints",
-                  complain=complaints.append) == sorted((run / "checkpoints").iterdir())[-2]
+    assert (
+        latest(run / "checkpoints", complain=complaints.append) == sorted((run / "checkpoints").iterdir())[-2]
+    )
     assert path.name in complaints[0]
 
 
@@ -63,8 +64,9 @@ def test_in_the_place_of_a_checkpoint(run, put):
 def test_in_the_place_of_a_part(run, put):
     path = put(run / "series" / "part-00000.parquet")
     for reader in (read_part, read_metadata, mark_of):
-        with pytest.raises(RecordingError,
-                           match=r"part-00000\.parquet: cannot be read.*(is a folder|is no regular file)"):
+        with pytest.raises(
+            RecordingError, match=r"part-00000\.parquet: cannot be read.*(is a folder|is no regular file)"
+        ):
             reader(path)
 
 

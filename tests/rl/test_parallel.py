@@ -69,7 +69,8 @@ def test_a_later_episode_is_another_one_and_follows_from_the_seed():
     first = [env.reset(seed=3)[0], env.reset()[0]]
     second = [other.reset(seed=3)[0], other.reset()[0]]
     assert [{a: x.tolist() for a, x in o.items()} for o in first] == [
-        {a: x.tolist() for a, x in o.items()} for o in second]
+        {a: x.tolist() for a, x in o.items()} for o in second
+    ]
     assert any(first[0][a].tolist() != first[1][a].tolist() for a in first[0])
 
 
@@ -144,13 +145,16 @@ def test_observations_are_in_their_space_and_have_names():
         assert all(x in space for x in seen.values())
 
 
-@pytest.mark.parametrize(("change", "says"), [
-    (lambda a: a.pop(next(iter(a))), r"no action \(1 such\)"),
-    (lambda a: a.update({10_000: [0, 0]}), "10000.*\n.*dead, or never born"),
-    (lambda a: a.update({next(iter(a)): [0, 3]}), "no such option.*0 .left., 1 .none., 2 .right."),
-    (lambda a: a.update({next(iter(a)): [0, np.nan]}), "no number"),
-    (lambda a: a.update({next(iter(a)): [0]}), "of each agent one of MultiDiscrete"),
-])
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda a: a.pop(next(iter(a))), r"no action \(1 such\)"),
+        (lambda a: a.update({10_000: [0, 0]}), "10000.*\n.*dead, or never born"),
+        (lambda a: a.update({next(iter(a)): [0, 3]}), "no such option.*0 .left., 1 .none., 2 .right."),
+        (lambda a: a.update({next(iter(a)): [0, np.nan]}), "no number"),
+        (lambda a: a.update({next(iter(a)): [0]}), "of each agent one of MultiDiscrete"),
+    ],
+)
 def test_wrong_actions_are_refused_and_the_episode_goes_on(change, says):
     env = parallel_env(PASTURE, "deer")
     env.reset(seed=1)
@@ -189,9 +193,14 @@ def test_it_shows_itself_and_its_state():
     assert parallel_env(PASTURE, "deer").render() is None
 
 
-@pytest.mark.parametrize(("species", "more", "says"), [
-    ("dear", {}, 'did you mean "deer"'), ("grass", {}, "nothing rewards it"),
-    ("deer", {"render_mode": "human"}, "rgb_array")])
+@pytest.mark.parametrize(
+    ("species", "more", "says"),
+    [
+        ("dear", {}, 'did you mean "deer"'),
+        ("grass", {}, "nothing rewards it"),
+        ("deer", {"render_mode": "human"}, "rgb_array"),
+    ],
+)
 def test_what_cannot_be_an_environment_is_refused(species, more, says):
     with pytest.raises(ConfigError, match=says):
         parallel_env(PASTURE, species, **more)

@@ -19,7 +19,9 @@ def test_registering_twice_is_registering_once():
 
 def test_what_is_missing_says_how_to_install_it():
     assert "pip install 'ecs-eco[rl]'" in str(needed("pettingzoo"))
-    script = ("import sys; sys.modules['pettingzoo'] = None\nimport ecs_eco.rl\n"
-              "try:\n    ecs_eco.rl.parallel_env\nexcept ModuleNotFoundError as error:\n    print(error)")
+    script = (
+        "import sys; sys.modules['pettingzoo'] = None\nimport ecs_eco.rl\n"
+        "try:\n    ecs_eco.rl.parallel_env\nexcept ModuleNotFoundError as error:\n    print(error)"
+    )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert "pip install 'ecs-eco[rl]'" in done.stdout

@@ -13,8 +13,15 @@ from tests.rl.worlds import PASTURE, ROAMING
 
 @pytest.mark.parametrize("world", [PASTURE, ROAMING], ids=["options", "options and numbers"])
 def test_its_ppo_trains_on_slots(world):
-    model = stable_baselines3.PPO("MlpPolicy", vec_env(slots(world, "deer", 5)), n_steps=16, batch_size=40,
-                                  n_epochs=1, seed=1, device="cpu")
+    model = stable_baselines3.PPO(
+        "MlpPolicy",
+        vec_env(slots(world, "deer", 5)),
+        n_steps=16,
+        batch_size=40,
+        n_epochs=1,
+        seed=1,
+        device="cpu",
+    )
     before = model.policy.action_net.weight.detach().clone()
     model.learn(200)
     assert (model.policy.action_net.weight != before).any()

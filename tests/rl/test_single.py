@@ -43,8 +43,11 @@ def test_a_life_ends_with_death_and_the_next_is_in_the_same_world():
 
 @pytest.mark.parametrize("make", [body, lambda *of: slots(*of, 3)])
 def test_a_species_without_members_is_refused_when_an_episode_begins(make):
-    empty = World.from_config({**PASTURE, "species": PASTURE["species"] | {
-        "deer": PASTURE["species"]["deer"] | {"count": 0}}}, learn=False, record=False)
+    empty = World.from_config(
+        {**PASTURE, "species": PASTURE["species"] | {"deer": PASTURE["species"]["deer"] | {"count": 0}}},
+        learn=False,
+        record=False,
+    )
     for world in (empty.config, empty):
         with pytest.raises(ConfigError, match="has no member when an episode begins"):
             make(world, "deer").reset(seed=1)
@@ -58,8 +61,12 @@ def test_a_flattened_action_is_the_same_as_that_of_its_groups():
         env.reset(seed=1)
     assert ways[1].action_space == gymnasium.spaces.Box(-1, 1, (2,), np.float32)
     assert isinstance(ways[0].action_space, gymnasium.spaces.Dict)
-    seen = [env.step(action)[0].tolist() for env, action in zip(
-        ways, ({"speed": 1, "turn": np.float32(0.1)}, np.array([0.4, 0.5])), strict=True)]
+    seen = [
+        env.step(action)[0].tolist()
+        for env, action in zip(
+            ways, ({"speed": 1, "turn": np.float32(0.1)}, np.array([0.4, 0.5])), strict=True
+        )
+    ]
     assert seen[0] == seen[1]
     assert ways[0].arena.world.digest() == ways[1].arena.world.digest()
 

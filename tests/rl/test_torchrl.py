@@ -58,9 +58,15 @@ def test_its_ppo_trains_on_them():
     torch.manual_seed(1)
     groups, width = bodies.single_action_space.nvec.tolist(), len(bodies.channels)
     net = nn.Sequential(nn.Linear(width, 16), nn.Tanh(), nn.Linear(16, sum(groups)))
-    actor = ProbabilisticActor(TensorDictModule(net, ["observation"], ["logits"]), ["logits"], ["action"],
-                               distribution_class=_Groups, distribution_kwargs={"sizes": groups},
-                               return_log_prob=True, default_interaction_type=InteractionType.RANDOM)
+    actor = ProbabilisticActor(
+        TensorDictModule(net, ["observation"], ["logits"]),
+        ["logits"],
+        ["action"],
+        distribution_class=_Groups,
+        distribution_kwargs={"sizes": groups},
+        return_log_prob=True,
+        default_interaction_type=InteractionType.RANDOM,
+    )
     critic = ValueOperator(nn.Sequential(nn.Linear(width, 16), nn.Tanh(), nn.Linear(16, 1)))
     loss = ClipPPOLoss(actor, critic)
     optimiser = torch.optim.Adam(loss.parameters(), 1e-2)

@@ -9,8 +9,12 @@ from ecs_eco.engine import portable
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record import resume, run_to_folder
 
-WORLD = {"format": 1, "name": "plants", "space": {"size": [10.0, 10.0]},
-         "species": {"grass": {"count": 5, "body": {"radius": 0.1}}}}  # fmt: skip
+WORLD = {
+    "format": 1,
+    "name": "plants",
+    "space": {"size": [10.0, 10.0]},
+    "species": {"grass": {"count": 5, "body": {"radius": 0.1}}},
+}
 
 
 @pytest.fixture

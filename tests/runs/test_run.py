@@ -20,8 +20,14 @@ KINDS = ("series", "births", "deaths", "snapshots")
 
 
 def _run(config, out, ticks=TICKS, **options):
-    options = {"seed": 7, "policies": "untrained", "learn": True, "report": False,
-               "snapshot_every": 5, **options}
+    options = {
+        "seed": 7,
+        "policies": "untrained",
+        "learn": True,
+        "report": False,
+        "snapshot_every": 5,
+        **options,
+    }
     return run_to_folder(config, ticks=ticks, out=out, **options)
 
 
@@ -86,16 +92,18 @@ def _cut(monkeypatch, tick, phase="Feed"):
 
 
 @pytest.mark.parametrize("tick", [0, 3, 12, 29])
-def test_after_a_power_cut_a_run_goes_on_from_its_last_checkpoint(menagerie, tmp_path, monkeypatch,
-                                                                  whole, tick):
+def test_after_a_power_cut_a_run_goes_on_from_its_last_checkpoint(
+    menagerie, tmp_path, monkeypatch, whole, tick
+):
     with monkeypatch.context() as m:
         _cut(m, tick)
         with pytest.raises(_PowerCut):
             _run(menagerie(), tmp_path / "run", checkpoint_every=6)
     (tmp_path / "run" / "series").mkdir(exist_ok=True)
     (tmp_path / "run" / "series" / ".part-00090.parquet.ecs-eco-7-0123abcd.tmp").write_bytes(b"half")
-    (tmp_path / "run" / "checkpoints"
-     / ".tick-000000000090.safetensors.ecs-eco-7-0123abcd.tmp").write_bytes(b"half")
+    (tmp_path / "run" / "checkpoints" / ".tick-000000000090.safetensors.ecs-eco-7-0123abcd.tmp").write_bytes(
+        b"half"
+    )
     resume(tmp_path / "run", report=False)
     _as_whole(tmp_path / "run", whole)
     assert list((tmp_path / "run").rglob("*.tmp")) == []
@@ -172,8 +180,9 @@ def test_a_full_disk_ends_a_run_with_one_message_and_what_was_recorded_is_whole(
 
     with monkeypatch.context() as m:
         m.setattr(checkpoint, "write", full)
-        with pytest.raises(RecordingError,
-                           match=r"No space left on device.*last checkpoint is of tick 6.*ecs-eco resume"):
+        with pytest.raises(
+            RecordingError, match=r"No space left on device.*last checkpoint is of tick 6.*ecs-eco resume"
+        ):
             _run(menagerie(), tmp_path / "run", checkpoint_every=6)
     resume(tmp_path / "run", report=False)
     _as_whole(tmp_path / "run", whole)
@@ -183,15 +192,25 @@ def test_a_fork_goes_on_exactly_and_then_otherwise(menagerie, tmp_path, whole):
     _run(menagerie(), tmp_path / "run", checkpoint_every=10, keep=9)
     same = fork(tmp_path / "run", tmp_path / "same", from_tick=17, report=False)
     assert same["digest"] == whole[0]["digest"]
-    other = fork(tmp_path / "run", tmp_path / "other", from_tick=17,
-                 changes=["species.ram.metabolism.basal=0.02"], report=False)
+    other = fork(
+        tmp_path / "run",
+        tmp_path / "other",
+        from_tick=17,
+        changes=["species.ram.metabolism.basal=0.02"],
+        report=False,
+    )
     assert other["digest"] != whole[0]["digest"]
     assert other["forked"]["tick"] == 17
     assert other["config"]["species"]["ram"]["metabolism"]["basal"] == 0.02
     series = read_parts(tmp_path / "other" / "series").to_pydict()
     assert (min(series["tick"]), max(series["tick"])) == (17, TICKS - 1)
-    by_hand = fork(tmp_path / "run", tmp_path / "again", from_tick=20,
-                   changes={"species.ram.metabolism.basal": 0.02}, report=False)
+    by_hand = fork(
+        tmp_path / "run",
+        tmp_path / "again",
+        from_tick=20,
+        changes={"species.ram.metabolism.basal": 0.02},
+        report=False,
+    )
     assert by_hand["digest"] not in (other["digest"], same["digest"])
 
 
@@ -225,8 +244,11 @@ def test_a_killed_process_resumes(menagerie, tmp_path, whole):
     for wait in (0.3, 0.1, 0.2):
         victim = subprocess.Popen(arguments)
         patience = time.monotonic() + 60
-        while (not list((tmp_path / "run").glob("checkpoints/*")) and victim.poll() is None
-               and time.monotonic() < patience):
+        while (
+            not list((tmp_path / "run").glob("checkpoints/*"))
+            and victim.poll() is None
+            and time.monotonic() < patience
+        ):
             time.sleep(0.01)
         time.sleep(wait)
         victim.kill()
@@ -243,8 +265,10 @@ def test_resumed_runs_take_any_number_of_threads(menagerie, tmp_path, whole):
 
 
 def test_the_world_of_a_run_is_that_of_the_library(menagerie, whole):
-    assert (World.from_config(menagerie(), seed=7, policies="untrained", learn=True).run(TICKS).digest()
-            == whole[0]["digest"])
+    assert (
+        World.from_config(menagerie(), seed=7, policies="untrained", learn=True).run(TICKS).digest()
+        == whole[0]["digest"]
+    )
 
 
 def test_a_part_that_is_gone_is_missed(menagerie, tmp_path):
@@ -259,10 +283,18 @@ def test_a_part_that_is_gone_is_missed(menagerie, tmp_path):
 
 @pytest.mark.parametrize("done", [0, 1, 5, 6, 7])
 def test_a_run_with_interventions_still_to_come_is_repeated(tmp_path, done):
-    interventions = [{"kind": "cull", "at": 2, "every": 3, "species": "moss", "count": 1},
-                     {"kind": "add", "at": 6, "species": "moss", "count": 2}]
-    config = {"format": 1, "name": "bog", "ticks": 7, "space": {"size": [9.0, 9.0]},
-              "species": {"moss": {"count": 20, "body": {"radius": 0.1}}}, "interventions": interventions}
+    interventions = [
+        {"kind": "cull", "at": 2, "every": 3, "species": "moss", "count": 1},
+        {"kind": "add", "at": 6, "species": "moss", "count": 2},
+    ]
+    config = {
+        "format": 1,
+        "name": "bog",
+        "ticks": 7,
+        "space": {"size": [9.0, 9.0]},
+        "species": {"moss": {"count": 20, "body": {"radius": 0.1}}},
+        "interventions": interventions,
+    }
     run_to_folder(config, 1, done, tmp_path / "run", report=False)
     repeated = repeat(tmp_path / "run")
     assert repeated["same"]

@@ -22,8 +22,10 @@ from ecs_eco.search.optimise import FIRST, Optimiser, merit, space_of
 from ecs_eco.search.plan import Parameter, crossed, plan_of, stages
 from ecs_eco.search.report import confirmation
 
-PARAMETERS = [Parameter("rate", 0.01, 1.0, log=True, whole=False, start=0.1),
-              Parameter("count", 1, 40, log=False, whole=True, start=9)]
+PARAMETERS = [
+    Parameter("rate", 0.01, 1.0, log=True, whole=False, start=0.1),
+    Parameter("count", 1, 40, log=False, whole=True, start=9),
+]
 
 
 def test_a_journal_on_a_full_disk_says_what_is_kept_and_how_to_go_on(tmp_path: Path) -> None:
@@ -31,8 +33,10 @@ def test_a_journal_on_a_full_disk_says_what_is_kept_and_how_to_go_on(tmp_path: P
     journal.add("candidate", candidate=0)
     journal.path.unlink()
     journal.path.symlink_to("/dev/full")
-    with pytest.raises(RecordingError, match="No space left on device; 1 evaluations are kept: make room, "
-                                             f".* --out {tmp_path} goes on"):
+    with pytest.raises(
+        RecordingError,
+        match=f"No space left on device; 1 evaluations are kept: make room, .* --out {tmp_path} goes on",
+    ):
         journal.add("candidate", candidate=1)
     assert len(journal.entries) == 1
 
@@ -56,8 +60,9 @@ def test_stages_grow_by_equal_factors_in_length_and_in_runs() -> None:
 
 
 def test_seeds_of_search_finals_and_confirmation_are_apart() -> None:
-    plan = plan_of(load("predator-prey",
-                        {'search.ranges."species.deer.count"': [100, 900], "search.policies": "train"}))
+    plan = plan_of(
+        load("predator-prey", {'search.ranges."species.deer.count"': [100, 900], "search.policies": "train"})
+    )
     kinds = [set(plan.cells), set(plan.finals), set(plan.confirmation)]
     assert all(a.isdisjoint(b) for i, a in enumerate(kinds) for b in kinds[:i])
     for axis in (0, 1):
@@ -70,8 +75,9 @@ def test_a_search_without_ranges_is_refused() -> None:
 
 
 def test_a_range_with_an_end_that_no_world_can_have_is_refused() -> None:
-    with pytest.raises(ConfigError,
-                       match=r"gives a world that is refused: species\.deer\.reproduction\.energy_min"):
+    with pytest.raises(
+        ConfigError, match=r"gives a world that is refused: species\.deer\.reproduction\.energy_min"
+    ):
         plan_of(load("predator-prey", {'search.ranges."species.deer.reproduction.energy_min"': [0.5, 40.0]}))
 
 
@@ -113,8 +119,9 @@ def test_goals_are_weighed_and_a_function_may_be_one() -> None:
     settings = Settings.model_validate(
         {"objective": [{"of": final_number, "weight": 3.0}, {"of": "population"}], "wanted": {"deer": 10.0}}
     )
-    assert objectives.objective(settings,
-                                series(deer=[5, 5]), ["deer"]) == pytest.approx(0.75 * 5 + 0.25 * 0.5)
+    assert objectives.objective(settings, series(deer=[5, 5]), ["deer"]) == pytest.approx(
+        0.75 * 5 + 0.25 * 0.5
+    )
 
 
 def test_a_function_that_gives_no_number_scores_nothing() -> None:
@@ -138,8 +145,11 @@ def test_a_journal_goes_on_behind_its_last_whole_line(tmp_path: Path) -> None:
     again = Journal(tmp_path, {"world": "fell"})
     assert [e["candidate"] for e in again.of("candidate")] == [0]
     again.add("candidate", candidate=1)
-    assert [json.loads(line).get("candidate")
-            for line in journal.path.read_text().splitlines()] == [None, 0, 1]
+    assert [json.loads(line).get("candidate") for line in journal.path.read_text().splitlines()] == [
+        None,
+        0,
+        1,
+    ]
 
 
 def test_a_journal_of_another_search_is_not_gone_on_with(tmp_path: Path) -> None:
@@ -217,8 +227,9 @@ def test_without_an_effect_no_number_passes_what_luck_gives() -> None:
 def test_numbers_on_a_log_scale_and_whole_ones_are_taken_as_such() -> None:
     rng = np.random.default_rng(4)
     values = [{"rate": float(10 ** rng.uniform(-2, 0)), "count": int(rng.integers(1, 41))} for _ in range(60)]
-    rate, count = importances(space_of(PARAMETERS), values,
-                              [-abs(np.log10(v["rate"] / 0.05)) for v in values])
+    rate, count = importances(
+        space_of(PARAMETERS), values, [-abs(np.log10(v["rate"] / 0.05)) for v in values]
+    )
     assert rate.share > max(count.share, rate.by_chance)
 
 
@@ -231,8 +242,16 @@ def test_ranks_share_places_among_equals() -> None:
 
 PLANNED = {"world": "fell", "config_hash": "0" * 64, "search": {"ticks": 5}, "optimiser": "gp"}
 STAGE = {"ticks": 5, "score": 1.0, "lost": 0, "runs": []}
-ENTRY = {"candidate": 0, "values": {}, "stage": 0, "score": 1.0, "stages": [STAGE], "seconds": 0.1,
-         "cpu": 0.1, "at": 1.0}
+ENTRY = {
+    "candidate": 0,
+    "values": {},
+    "stage": 0,
+    "score": 1.0,
+    "stages": [STAGE],
+    "seconds": 0.1,
+    "cpu": 0.1,
+    "at": 1.0,
+}
 
 
 def test_a_folder_belongs_to_one_search_and_one_mode(tmp_path: Path) -> None:

@@ -70,8 +70,14 @@ def simulate(sampler: Sampler, numbers: range, seed: int = 0) -> None:
         values = sampler.ask(n)
         place = (values[COUNT] - 10) / 190
         own = {"mean mite": place + rng.normal(0, 0.05)} if values[COUNT] < 190 else None
-        sampler.journal.entries.append({"kind": "candidate", "candidate": n, "values": values,
-                                        "stages": [{"runs": [{"statistics": own}]}]})
+        sampler.journal.entries.append(
+            {
+                "kind": "candidate",
+                "candidate": n,
+                "values": values,
+                "stages": [{"runs": [{"statistics": own}]}],
+            }
+        )
 
 
 def observing(sampler: Sampler, value: float) -> Sampler:
@@ -101,8 +107,14 @@ def test_weights_undo_that_later_generations_are_drawn_elsewhere(world: Path) ->
     """Without weights, numbers near the edge of a flat posterior are drawn too rarely."""
     sampler = observing(sampler_of(world, "abc-smc", particles=400, stop=0.0), 0.4)
     for n in range(1, 2001):
-        sampler.journal.entries.append({"kind": "candidate", "candidate": n, "values": sampler.ask(n),
-                                        "stages": [{"runs": [{"statistics": {"mean mite": 0.4 + n % 7}}]}]})
+        sampler.journal.entries.append(
+            {
+                "kind": "candidate",
+                "candidate": n,
+                "values": sampler.ask(n),
+                "stages": [{"runs": [{"statistics": {"mean mite": 0.4 + n % 7}}]}],
+            }
+        )
     kept = sampler.posterior()
     assert kept.shares @ kept.at == pytest.approx([0.5, 0.5], abs=0.09)
     assert np.sqrt(kept.shares @ (kept.at - 0.5) ** 2) == pytest.approx([12**-0.5] * 2, abs=0.04)
@@ -180,12 +192,15 @@ def test_a_search_that_samples_writes_a_posterior_and_goes_on(world: Path, tmp_p
     assert json.loads((tmp_path / "s" / "search.json").read_text())["optimiser"] == "abc-smc"
 
 
-@pytest.mark.parametrize(("changes", "fault"), [
-    ({"search.objective": "persistence"}, 'and [search] objective = "data"'),
-    ({"search.ticks": 15}, "is shorter than the measurements"),
-    ({"data.statistics": ["lag"]}, "leaves nothing to compare"),
-    ({"data.columns": {"mite": "mites"}}, 'did you mean "mite"?'),
-])
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        ({"search.objective": "persistence"}, 'and [search] objective = "data"'),
+        ({"search.ticks": 15}, "is shorter than the measurements"),
+        ({"data.statistics": ["lag"]}, "leaves nothing to compare"),
+        ({"data.columns": {"mite": "mites"}}, 'did you mean "mite"?'),
+    ],
+)
 def test_what_cannot_be_fitted_is_refused(
     world: Path, tmp_path: Path, changes: dict[str, Any], fault: str
 ) -> None:
@@ -211,8 +226,12 @@ def test_plans_of_other_searches_are_as_they_were(world: Path) -> None:
     plan: Plan = plan_of(load(world, {"search.objective": "persistence"}))
     assert "data" not in plan.header()
     assert "posterior" in plan_of(load(world)).header()["search"]
-    assert "posterior" not in plan_of(load("predator-prey", {
-        "search.ranges": {"species.wolf.reproduction.rate": [0.004, 0.02]}})).header()["search"]
+    assert (
+        "posterior"
+        not in plan_of(
+            load("predator-prey", {"search.ranges": {"species.wolf.reproduction.rate": [0.004, 0.02]}})
+        ).header()["search"]
+    )
 
 
 def test_best_worlds_keep_the_raster_that_they_name(world: Path, tmp_path: Path) -> None:
@@ -222,8 +241,15 @@ def test_best_worlds_keep_the_raster_that_they_name(world: Path, tmp_path: Path)
     (tmp_path / "land" / "dem.prj").write_text("")
     land = 'edges = "walls"\n[terrain]\nraster = "land/dem.asc"\ncell = 5.0\n[species.mite]'
     world.write_text(WORLD.replace("[species.mite]", land, 1))
-    search(world, tmp_path / "out" / "s", {"search.objective": "persistence"}, trials=2, workers=1,
-           optimiser="random", report=False)  # fmt: skip
+    search(
+        world,
+        tmp_path / "out" / "s",
+        {"search.objective": "persistence"},
+        trials=2,
+        workers=1,
+        optimiser="random",
+        report=False,
+    )
     assert (tmp_path / "out" / "s" / "land" / "dem.prj").is_file()
     for folder in ("land/dem.asc", "mites.csv"):
         (tmp_path / folder).unlink()

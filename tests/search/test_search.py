@@ -51,8 +51,9 @@ def world(tmp_path: Path) -> Path:
 def job(world: Path, values: dict[str, float], least: list[float], **more: Any) -> Job:
     plan = plan_of(load(world))
     given = {"cells": plan.cells, "stages": plan.stages, "hopeless": 0.5} | more
-    return Job(name="c", config=plan.config, values=values, least=least,
-               policies=world.parent / "policies", **given)
+    return Job(
+        name="c", config=plan.config, values=values, least=least, policies=world.parent / "policies", **given
+    )
 
 
 # one candidate
@@ -76,15 +77,23 @@ def test_who_lives_to_the_end_scores_more_than_anyone_who_dies(world: Path) -> N
 def test_who_outlives_the_run_without_births_does_not_persist(world: Path) -> None:
     """Mites that divide from an energy on that none of them has, and others that can."""
     path = world.parent / "old.toml"
-    path.write_text(WORLD.replace("[search]", """[species.mite.reproduction]
+    path.write_text(
+        WORLD.replace(
+            "[search]",
+            """[species.mite.reproduction]
 kind = "asexual"
 rate = 0.2
 energy_min = 0.4
 energy_given = 0.01
 
-[search]"""), encoding="utf-8")
-    barren, breeding = (evaluate(job(path, {BASAL: 0.002, ENERGY: energy}, [], stages=[(20, 1), (100, 1)]))
-                        for energy in (0.3, 1.0))
+[search]""",
+        ),
+        encoding="utf-8",
+    )
+    barren, breeding = (
+        evaluate(job(path, {BASAL: 0.002, ENERGY: energy}, [], stages=[(20, 1), (100, 1)]))
+        for energy in (0.3, 1.0)
+    )
     assert [s["lost"] for s in barren["stages"]] == [0, 1]  # in the first stage it is too early to tell
     (run,) = barren["stages"][1]["runs"]
     assert (run["extinct"], run["lived"], run["score"]) == ("mite, without births", 0, 0.0)
@@ -93,8 +102,11 @@ energy_given = 0.01
 
 def test_a_candidate_without_hope_is_given_up_at_once(world: Path) -> None:
     outcome = evaluate(job(world, {BASAL: 0.04}, []))  # dead at 13 of the first 25 ticks
-    assert (outcome["stage"], [s["ticks"] for s in outcome["stages"]],
-            len(outcome["stages"][0]["runs"])) == (0, [25], 1)
+    assert (outcome["stage"], [s["ticks"] for s in outcome["stages"]], len(outcome["stages"][0]["runs"])) == (
+        0,
+        [25],
+        1,
+    )
 
 
 def test_a_candidate_worse_than_asked_for_goes_no_further(world: Path) -> None:
@@ -105,8 +117,10 @@ def test_a_candidate_worse_than_asked_for_goes_no_further(world: Path) -> None:
 
 def test_the_same_numbers_and_seeds_give_the_same_outcome_whatever_was_asked_for(world: Path) -> None:
     whole, first = (evaluate(job(world, {BASAL: 0.006}, least)) for least in ([-1.0, -1.0], [9.0, 9.0]))
-    outcomes = [[{k: v for k, v in r.items() if k != "seconds"} for r in f["stages"][0]["runs"]]
-                for f in (whole, first)]
+    outcomes = [
+        [{k: v for k, v in r.items() if k != "seconds"} for r in f["stages"][0]["runs"]]
+        for f in (whole, first)
+    ]
     assert outcomes[0] == outcomes[1]
 
 
@@ -129,22 +143,33 @@ def test_what_an_objective_raises_is_kept(world: Path) -> None:
 # a whole search
 
 
-def test_a_search_finds_a_world_that_lives_and_confirms_it_on_seeds_of_its_own(world: Path,
-                                                                               tmp_path: Path) -> None:
+def test_a_search_finds_a_world_that_lives_and_confirms_it_on_seeds_of_its_own(
+    world: Path, tmp_path: Path
+) -> None:
     result = search(world, tmp_path / "out", trials=25, workers=1)
     assert result["candidates"] == 25
     best = result["best"][0]["values"]
     assert best[ENERGY] / best[BASAL] > 100
     confirmed = result["confirmation"]
-    assert (confirmed["best"]["persisted"], confirmed["best"]["runs"],
-            confirmed["start"]["persisted"]) == (3, 3, 0)
+    assert (confirmed["best"]["persisted"], confirmed["best"]["runs"], confirmed["start"]["persisted"]) == (
+        3,
+        3,
+        0,
+    )
     assert min(w for _, w in confirmed["cells"]) > max(w for _, w in result["cells"])
-    for name in ("search.html", "search.json", "figures/survival.svg", "figures/history.svg",
-                 "figures/importance.svg",
-                 "figures/dependence.svg", "figures/pairs.svg"):  # fmt: skip
+    for name in (
+        "search.html",
+        "search.json",
+        "figures/survival.svg",
+        "figures/history.svg",
+        "figures/importance.svg",
+        "figures/dependence.svg",
+        "figures/pairs.svg",
+    ):
         assert (tmp_path / "out" / name).stat().st_size > 1000
-    assert ("On fresh seeds all species persist"
-            in (tmp_path / "out" / "search.html").read_text(encoding="utf-8"))
+    assert "On fresh seeds all species persist" in (tmp_path / "out" / "search.html").read_text(
+        encoding="utf-8"
+    )
 
 
 def test_the_best_worlds_are_files_that_say_what_was_found(world: Path, tmp_path: Path) -> None:
@@ -180,8 +205,9 @@ def test_a_budget_of_time_ends_a_search(world: Path, tmp_path: Path) -> None:
     assert result["seconds"] < 10
 
 
-def test_an_objective_that_fails_for_the_world_as_written_ends_the_search(world: Path,
-                                                                          tmp_path: Path) -> None:
+def test_an_objective_that_fails_for_the_world_as_written_ends_the_search(
+    world: Path, tmp_path: Path
+) -> None:
     values = {"search.objective": explode, BASAL: 0.003, f'search.ranges."{BASAL}"': [0.002, 0.04]}
     with pytest.raises(ConfigError, match="ZeroDivisionError: no hope"):
         search(world, tmp_path / "out", values, trials=3, workers=1)
@@ -191,8 +217,17 @@ def test_an_objective_that_fails_for_the_world_as_written_ends_the_search(world:
 
 
 def test_the_command_searches_with_processes_and_goes_on(world: Path, tmp_path: Path) -> None:
-    command = ["search", str(world), "--trials", "2", "--out", str(tmp_path / "out"), "--ticks",
-               "60", "--quiet"]
+    command = [
+        "search",
+        str(world),
+        "--trials",
+        "2",
+        "--out",
+        str(tmp_path / "out"),
+        "--ticks",
+        "60",
+        "--quiet",
+    ]
     done = CliRunner().invoke(app, command)
     assert done.exit_code == 0, done.output
     assert "best-1.toml" in done.output
@@ -215,12 +250,15 @@ def test_the_command_searches_with_processes_and_goes_on(world: Path, tmp_path: 
         (["--objective", "no.such:thing"], ["search.objective", "`code` does not list"]),
         (["--policies", "train"], ["search.policies", "no species has a policy to train"]),
         (["--optimiser", "tpee"], ["--optimiser", 'did you mean "tpe"']),
-        (["--set", f"{BASAL}=0.01", "--set", f"{ENERGY}=0.6", "--trials", "2"],
-         ["nothing to vary", "--range"]),
+        (
+            ["--set", f"{BASAL}=0.01", "--set", f"{ENERGY}=0.6", "--trials", "2"],
+            ["nothing to vary", "--range"],
+        ),
     ],
 )
-def test_wrong_arguments_are_refused_before_anything_is_made(world: Path, tmp_path: Path,
-                                                             arguments: list[str], words: list[str]) -> None:
+def test_wrong_arguments_are_refused_before_anything_is_made(
+    world: Path, tmp_path: Path, arguments: list[str], words: list[str]
+) -> None:
     done = CliRunner().invoke(app, ["search", str(world), "--out", str(tmp_path / "out"), *arguments])
     assert done.exit_code == 2
     assert [word for word in words if word not in done.output] == [], done.output

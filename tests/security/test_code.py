@@ -23,8 +23,18 @@ from tests.security.worlds import written
 
 def test_every_field_that_may_name_code_is_in_the_table() -> None:
     fields = fields_that_name_code()
-    assert fields == {"systems", "components", "function", "current_function", "operator", "objective", "of",
-                      "network", "reporters", "use"}
+    assert fields == {
+        "systems",
+        "components",
+        "function",
+        "current_function",
+        "operator",
+        "objective",
+        "of",
+        "network",
+        "reporters",
+        "use",
+    }
     fields.discard("use")  # what stands in a table in the place of a name, with parameters
     assert {p.removesuffix(".*").rpartition(".")[2] for p in ARGUMENTS} == fields
     assert set(KEYS) == set(ARGUMENTS)
@@ -84,9 +94,11 @@ def test_code_that_is_named_in_a_table_with_parameters_is_no_exception(pattern: 
 def test_an_intervention_from_outside_names_no_code(pattern: str, mark: Path) -> None:
     value = KEYS[pattern]
     key = {"water.current_function": "water.current_function", "search.objective": "search.objective"}.get(
-        pattern, pattern.replace("*", "snail", 1).removesuffix(".*"))  # fmt: skip
-    world = World.from_config(written(mark.parent, world_of("systems.*", code=["evil.py"])), trust=True,
-                              record=False)
+        pattern, pattern.replace("*", "snail", 1).removesuffix(".*")
+    )
+    world = World.from_config(
+        written(mark.parent, world_of("systems.*", code=["evil.py"])), trust=True, record=False
+    )
     mark.unlink(missing_ok=True)
     text = json.dumps(value).split('"evil:')[1].partition('"')[0]
     for name in (f"evil:{text}", "os:system", "pydoc:pipepager"):
@@ -106,7 +118,7 @@ def test_an_operator_set_from_outside_is_refused_for_naming_code(mark: Path) -> 
 
 
 def test_operators_of_deap_are_named_from_a_closed_list_and_checked_without_a_call(
-    monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     from deap import tools
 
@@ -118,19 +130,24 @@ def test_operators_of_deap_are_named_from_a_closed_list_and_checked_without_a_ca
             monkeypatch.setattr(tools, name, called)
     data = world_of("systems.*") | {"systems": []}
     load(data)
-    for operator, word in ((("mutUniformInt", {"indpd": 0.1}), "indpb"),
-                           (("mutUniformInt", {"indpb": 0.1, "low": 3, "up": 1}), "above up"),
-                           (("tools", {}), "unknown"),
-                           (("mutInversion", {"cmd": "ls"}), "unexpected")):  # fmt: skip
+    for operator, word in (
+        (("mutUniformInt", {"indpd": 0.1}), "indpb"),
+        (("mutUniformInt", {"indpb": 0.1, "low": 3, "up": 1}), "above up"),
+        (("tools", {}), "unknown"),
+        (("mutInversion", {"cmd": "ls"}), "unexpected"),
+    ):
         data["species"]["snail"]["genome"]["mutate"] = {"operator": operator[0], **operator[1]}
         with pytest.raises(ConfigError, match=word):
             load(data)
 
 
-@pytest.mark.parametrize("entry", ["pydoc", "os", "os.path", "subprocess", "../evil.py", "/evil.py",
-                                   "sub/evil.py", "no.py", "no.such"])
-def test_what_is_no_file_beside_the_world_nor_an_installed_module_of_ones_own_is_refused(entry: str,
-                                                                                         mark: Path) -> None:
+@pytest.mark.parametrize(
+    "entry",
+    ["pydoc", "os", "os.path", "subprocess", "../evil.py", "/evil.py", "sub/evil.py", "no.py", "no.such"],
+)
+def test_what_is_no_file_beside_the_world_nor_an_installed_module_of_ones_own_is_refused(
+    entry: str, mark: Path
+) -> None:
     with pytest.raises(ConfigError, match="code"):
         load(written(mark.parent, world_of("systems.*", code=[entry]) | {"systems": []}))
 
@@ -150,11 +167,16 @@ def test_packages_are_not_imported_to_find_a_module_in_them(mark: Path) -> None:
 def test_a_file_is_run_as_it_was_read_and_no_compiled_copy_is_taken(mark: Path) -> None:
     import py_compile
 
-    harmless = ("from ecs_eco import System\n"
-                "class Wait(System):\n    phase = 'record'\n    def process(self, *_): pass\n")
+    harmless = (
+        "from ecs_eco import System\n"
+        "class Wait(System):\n    phase = 'record'\n    def process(self, *_): pass\n"
+    )
     cached = mark.parent / "__pycache__" / f"evil.{sys.implementation.cache_tag}.pyc"
-    py_compile.compile(str(mark.parent / "evil.py"), str(cached),
-                       invalidation_mode=py_compile.PycInvalidationMode.UNCHECKED_HASH)
+    py_compile.compile(
+        str(mark.parent / "evil.py"),
+        str(cached),
+        invalidation_mode=py_compile.PycInvalidationMode.UNCHECKED_HASH,
+    )
     (mark.parent / "evil.py").write_text(harmless, encoding="utf-8")
     config = load(written(mark.parent, world_of("systems.*", code=["evil.py"])), trust=True)
     (mark.parent / "evil.py").write_text(PAYLOAD.format(mark=str(mark)), encoding="utf-8")
@@ -171,10 +193,12 @@ def test_a_changed_file_is_asked_for_again_in_the_process_that_allowed_it(entry:
     kept = mark.parent / "run" / "code" / "evil.py"
     if kept.exists():
         kept.write_text(changed, encoding="utf-8")
-    for attempt in (lambda: World.from_config(path), lambda: resume(mark.parent / "run", 4),
-                    lambda: repeat(mark.parent / "run"), lambda: World.restore(
-                        sorted((mark.parent / "run" / "checkpoints").iterdir())[-1]
-                    )):  # fmt: skip
+    for attempt in (
+        lambda: World.from_config(path),
+        lambda: resume(mark.parent / "run", 4),
+        lambda: repeat(mark.parent / "run"),
+        lambda: World.restore(sorted((mark.parent / "run" / "checkpoints").iterdir())[-1]),
+    ):
         with pytest.raises(ValueError, match=r"nobody has allowed|has changed"):
             attempt()
     assert not Path(f"{mark}-changed").exists()
@@ -211,20 +235,24 @@ def test_what_a_file_only_imports_cannot_be_named(mark: Path) -> None:
 
 def test_a_file_imports_those_listed_before_it_and_shadows_no_other_module(mark: Path) -> None:
     (mark.parent / "json.py").write_text("def dumps(x): return x * 0\n", encoding="utf-8")
-    (mark.parent / "later.py").write_text("def feel(x):\n    import json\n    return json.dumps(x)[:, 0]\n",
-                                          encoding="utf-8")
+    (mark.parent / "later.py").write_text(
+        "def feel(x):\n    import json\n    return json.dumps(x)[:, 0]\n", encoding="utf-8"
+    )
     data = world_of("species.*.happiness.function", code=["json.py", "later.py"])
     data["species"]["snail"]["happiness"]["function"] = "later:feel"
     World.from_config(written(mark.parent, data), trust=True, record=False).run(2)
     assert json.dumps([1]) == "[1]"
 
 
-@pytest.mark.parametrize(("name", "text", "word"), [
-    ("evil:feel", "def feel(x, y): return x", "is to take 1 arguments"),
-    ("evil:fel", "def feel(x): return x", 'did you mean "feel"'),
-    ("evil:feel", "def feel(x) return", "cannot be imported: SyntaxError"),
-    ("evil:feel", "feel = 3", "is no function"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "text", "word"),
+    [
+        ("evil:feel", "def feel(x, y): return x", "is to take 1 arguments"),
+        ("evil:fel", "def feel(x): return x", 'did you mean "feel"'),
+        ("evil:feel", "def feel(x) return", "cannot be imported: SyntaxError"),
+        ("evil:feel", "feel = 3", "is no function"),
+    ],
+)
 def test_allowed_code_is_looked_at(name: str, text: str, word: str, mark: Path) -> None:
     (mark.parent / "evil.py").write_text(text, encoding="utf-8")
     data = world_of("species.*.happiness.function", code=["evil.py"])

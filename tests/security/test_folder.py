@@ -47,8 +47,9 @@ def folder(tmp_path: Path) -> Path:
 
 def python(folder: Path, script: str, **more: str) -> str:
     environment = {**os.environ, "PATH": f"{folder / 'tools'}:{os.environ['PATH']}", **more}
-    done = subprocess.run([sys.executable, "-P", "-c", script], cwd=folder, env=environment,
-                          capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", script], cwd=folder, env=environment, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -61,8 +62,9 @@ def test_figures_take_no_settings_from_the_folder_that_a_command_runs_in(folder:
 
 def test_settings_of_numba_in_that_folder_are_not_in_force(folder: Path) -> None:
     pytest.importorskip("yaml")
-    (folder / ".numba_config.yaml").write_text(f"disable_jit: 1\ncache_dir: {folder}/kernels\n",
-                                               encoding="utf-8")
+    (folder / ".numba_config.yaml").write_text(
+        f"disable_jit: 1\ncache_dir: {folder}/kernels\n", encoding="utf-8"
+    )
     asked = "print(numba.config.DISABLE_JIT, numba.config.CACHE_DIR)"
     script = f"import numba\nprint(numba.config.DISABLE_JIT)\nimport ecs_eco.engine.jit\n{asked}"
     output = python(folder, script, NUMBA_CACHE_DIR="").split()

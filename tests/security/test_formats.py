@@ -21,8 +21,14 @@ from studies.common.malicious.ground import Ground, cli, ground
 
 SCRIPT = "<script>document.title = 'mark'</script><img src=x onerror=alert(1)>"
 
-BLOBS = ["a pickle", "an npy file of objects", "an npz file of objects", "a file of torch",
-         "a Python file", "a script"]
+BLOBS = [
+    "a pickle",
+    "an npy file of objects",
+    "an npz file of objects",
+    "a file of torch",
+    "a Python file",
+    "a script",
+]
 
 
 @pytest.fixture(scope="module")
@@ -38,10 +44,16 @@ def test_the_payload_would_leave_a_mark(place: Ground) -> None:
 
 
 @pytest.mark.parametrize("what", BLOBS)
-@pytest.mark.parametrize(("read", "error"), [
-    (weights.load, ValueError), (checkpoint.read, CheckpointError), (checkpoint.describe, CheckpointError),
-    (read_part, RecordingError), (journal.read, ConfigError),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("read", "error"),
+    [
+        (weights.load, ValueError),
+        (checkpoint.read, CheckpointError),
+        (checkpoint.describe, CheckpointError),
+        (read_part, RecordingError),
+        (journal.read, ConfigError),
+    ],
+)
 def test_nothing_is_unpickled(read, error, what: str, place: Ground) -> None:
     path = place.new()
     path.write_bytes(place.blobs[what] + b"\n")
@@ -61,8 +73,12 @@ def test_a_part_with_a_type_of_its_own_is_plain_numbers(place: Ground) -> None:
 def test_pages_of_runs_show_markup_as_text(place: Ground) -> None:
     run = place.copy_of_run()
     manifest = seal.read_manifest(run)
-    manifest |= {"world": SCRIPT, "command": SCRIPT, "causes": [SCRIPT] * len(manifest["causes"]),
-                 "colors": {"snail": f"red'>{SCRIPT}"}}
+    manifest |= {
+        "world": SCRIPT,
+        "command": SCRIPT,
+        "causes": [SCRIPT] * len(manifest["causes"]),
+        "colors": {"snail": f"red'>{SCRIPT}"},
+    }
     manifest |= {"versions": {"python": SCRIPT, SCRIPT: SCRIPT}, "policies": SCRIPT}
     manifest["config"] = copy.deepcopy(manifest["config"]) | {"title": SCRIPT, "name": SCRIPT}
     seal.write_manifest(run, manifest)
@@ -85,8 +101,16 @@ def test_pages_of_comparisons_and_searches_show_markup_as_text(place: Ground) ->
     few = ("--ticks", "2", "--workers", "1", "-q")
     control = ("--control", "species.snail.body.radius=0.2", "--seeds", "2")
     assert cli("compare", folder / "world.toml", *control, "--out", folder / "compared", *few)() == ""
-    words = ("--trials", "2", "--world-seeds", "1", "--range", "species.snail.body.radius=0.05:0.2",
-             "--confirm-world-seeds", "1")
+    words = (
+        "--trials",
+        "2",
+        "--world-seeds",
+        "1",
+        "--range",
+        "species.snail.body.radius=0.05:0.2",
+        "--confirm-world-seeds",
+        "1",
+    )
     assert cli("search", folder / "world.toml", "--out", folder / "searched", *words, *few)() == ""
     for page in (folder / "compared" / "compare.html", folder / "searched" / "search.html"):
         text = page.read_text(encoding="utf-8")

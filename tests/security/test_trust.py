@@ -45,19 +45,22 @@ def test_run_refuses_lists_and_remembers_until_the_file_changes(mark: Path) -> N
     path, out = written(mark.parent, world_of("systems.*", code=["evil.py"])), mark.parent / "out"
     refused = cli("run", path, "--ticks", "2", "--out", out, "-q", "--no-report")
     assert refused.exit_code == 2
-    assert [word for word in (str(mark.parent / "evil.py"), "SHA-256", "--trust")
-            if word not in refused.output] == []
+    assert [
+        word for word in (str(mark.parent / "evil.py"), "SHA-256", "--trust") if word not in refused.output
+    ] == []
     assert not mark.exists()
     assert not out.exists()
     assert cli("run", path, "--ticks", "2", "--out", out, "-q", "--no-report", "--trust").exit_code == 0
     assert (out / "code" / "evil.py").read_bytes() == (mark.parent / "evil.py").read_bytes()
     trust._here.clear()  # a new process
-    assert (cli("run", path, "--ticks", "2", "--out", mark.parent / "second", "-q", "--no-report").exit_code
-            == 0)
+    assert (
+        cli("run", path, "--ticks", "2", "--out", mark.parent / "second", "-q", "--no-report").exit_code == 0
+    )
     with open(mark.parent / "evil.py", "a", encoding="utf-8") as file:
         file.write("\n# another\n")
-    assert (cli("run", path, "--ticks", "2", "--out", mark.parent / "third", "-q", "--no-report").exit_code
-            == 2)
+    assert (
+        cli("run", path, "--ticks", "2", "--out", mark.parent / "third", "-q", "--no-report").exit_code == 2
+    )
     assert trust.file().stat().st_mode & 0o777 == 0o600
     assert trust.file().parent.stat().st_mode & 0o777 == 0o700
 
@@ -72,11 +75,18 @@ def test_what_others_may_write_allows_nothing(mark: Path) -> None:
 
 def test_check_imports_nothing_but_this_package(mark: Path) -> None:
     path = written(mark.parent, world_of("systems.*", code=["evil.py"]))
-    script = ("import sys; from ecs_eco.cli import app; from ecs_eco.config import load\n"
-              f"load({str(path)!r})\nprint(sorted(m for m in sys.modules if 'evil' in m or 'ecs_eco_code' "
-              "in m))")  # fmt: skip
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True,
-                          env={**os.environ, "PYTHONPATH": str(mark.parent)})  # fmt: skip
+    script = (
+        "import sys; from ecs_eco.cli import app; from ecs_eco.config import load\n"
+        f"load({str(path)!r})\nprint(sorted(m for m in sys.modules if 'evil' in m or 'ecs_eco_code' "
+        "in m))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "PYTHONPATH": str(mark.parent)},
+    )
     assert done.stdout.strip() == "[]"
     assert not mark.exists()
 
@@ -128,8 +138,10 @@ def test_a_manifest_that_names_other_code_is_refused(run: Path, mark: Path) -> N
     from ecs_eco.record import seal
 
     manifest = {k: v for k, v in seal.read_manifest(run).items() if k != seal.WORD}
-    manifest["config"]["species"]["snail"]["genome"]["mutate"] = {"operator": "pydoc:pipepager",
-                                                                  "cmd": f"touch {mark}-too"}
+    manifest["config"]["species"]["snail"]["genome"]["mutate"] = {
+        "operator": "pydoc:pipepager",
+        "cmd": f"touch {mark}-too",
+    }
     seal.write_manifest(run, manifest)
     for attempt in (lambda: repeat(run), lambda: repeat(run, trust=True)):
         with pytest.raises(ConfigError, match="does not list"):
@@ -142,8 +154,12 @@ def test_a_sealed_checkpoint_that_names_other_code_is_refused_with_its_name(run:
 
     path = sorted((run / "checkpoints").iterdir())[-1]
     meta, arrays = file.read(path)
-    for change in ({"plain": [[1, "os:system"]]}, {"config": meta["config"] | {"systems": ["os:system"]}},
-                   {"options": {}}, {"folder": 3}):
+    for change in (
+        {"plain": [[1, "os:system"]]},
+        {"config": meta["config"] | {"systems": ["os:system"]}},
+        {"options": {}},
+        {"folder": 3},
+    ):
         file.write(path, {**copy.deepcopy(meta), **change}, arrays)
         with pytest.raises((CodeError, CheckpointError), match=path.name):
             World.restore(path)
@@ -151,8 +167,9 @@ def test_a_sealed_checkpoint_that_names_other_code_is_refused_with_its_name(run:
 
 
 def test_workers_get_the_permission_with_the_world(mark: Path) -> None:
-    config = load(written(mark.parent, world_of("species.*.happiness.function", code=["evil.py"])),
-                  trust=True)
+    config = load(
+        written(mark.parent, world_of("species.*.happiness.function", code=["evil.py"])), trust=True
+    )
     carried = copy.copy(config._code)  # by the way that a pool of processes takes
     read_again = load(written(mark.parent, world_of("species.*.happiness.function", code=["evil.py"])))._code
     trust._here.clear()

@@ -16,9 +16,13 @@ def field(edges, size=SIZE):
     body = {"shape": "box", "size": [1.0, 0.4, 2.0], "solid": True}
     gate = {"at": [[0.5, 0.0]], "heading": [math.atan2(2, 4)], "body": body | {"size": [20**0.5, 0.4, 2.0]}}
     objects = {"hedge": {"between": BOXES[:2], "body": body}} | ({"gate": gate} if edges == "torus" else {})
-    config = {"format": 1, "name": "field", "space": {"size": list(size), "edges": edges},
-              "objects": objects,
-              "species": {"deer": {"count": 0, "body": {"radius": 0.5}}}}
+    config = {
+        "format": 1,
+        "name": "field",
+        "space": {"size": list(size), "edges": edges},
+        "objects": objects,
+        "species": {"deer": {"count": 0, "body": {"radius": 0.5}}},
+    }
     return World.from_config(config, seed=1)
 
 

@@ -25,8 +25,11 @@ def world():
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_a_field_holds_finite_numbers(world, value):
     world.fields["smell"].value[0, 2, 3] = value
-    with pytest.raises(ValueError, match=rf"field 'smell': value is {value} in the cell \(0, 2, 3\); "
-                                         r"allowed: finite numbers"):
+    with pytest.raises(
+        ValueError,
+        match=rf"field 'smell': value is {value} in the cell \(0, 2, 3\); "
+        r"allowed: finite numbers",
+    ):
         world.run(1)
     assert world.tick == 1
     world.fields["smell"].value[0, 2, 3] = 3e38
@@ -34,24 +37,30 @@ def test_a_field_holds_finite_numbers(world, value):
 
 
 @pytest.mark.parametrize("part", ["value", "source"])
-@pytest.mark.parametrize("array", [np.zeros((1, 6, 11), F), np.zeros((1, 6, 10)),
-                                   np.zeros((1, 6, 20), F)[:, :, ::2], 5.0])
+@pytest.mark.parametrize(
+    "array", [np.zeros((1, 6, 11), F), np.zeros((1, 6, 10)), np.zeros((1, 6, 20), F)[:, :, ::2], 5.0]
+)
 def test_a_field_is_not_replaced_by_one_of_another_form(world, part, array):
     setattr(world.fields["smell"], part, array)
-    with pytest.raises(ValueError,
-                       match=rf"field 'smell': {part} is .*; allowed: float32\[1, 6, 10\] without gaps"):
+    with pytest.raises(
+        ValueError, match=rf"field 'smell': {part} is .*; allowed: float32\[1, 6, 10\] without gaps"
+    ):
         world.run(1)
 
 
 def test_heights_are_finite_and_ground_is_of_a_kind_that_there_is(world):
     world.terrain.height[5, 9] = np.nan
-    with pytest.raises(ValueError,
-                       match=r"terrain: height is nan in the cell \(5, 9\); allowed: finite numbers \[m\]"):
+    with pytest.raises(
+        ValueError, match=r"terrain: height is nan in the cell \(5, 9\); allowed: finite numbers \[m\]"
+    ):
         world.run(1)
     world.terrain.height[5, 9] = 0
     world.terrain.ground[1, 0] = 4
-    with pytest.raises(ValueError, match=r"terrain: ground is 4 in the cell \(1, 0\); allowed: 0 open, "
-                                         r"1 water, 2 rock, 3 fence"):
+    with pytest.raises(
+        ValueError,
+        match=r"terrain: ground is 4 in the cell \(1, 0\); allowed: 0 open, "
+        r"1 water, 2 rock, 3 fence",
+    ):
         world.run(1)
     world.terrain.ground = np.zeros((3, 3), np.uint8)
     with pytest.raises(ValueError, match=r"terrain: ground is uint8\[3, 3\]; allowed: uint8\[6, 10\]"):

@@ -16,8 +16,14 @@ def _plain(height, sea):
     level[rim] = height[rim]
     while True:
         around = np.pad(level, 1, constant_values=np.inf)
-        lowest = np.min([around[1 + j : 1 + j + height.shape[0], 1 + i : 1 + i + height.shape[1]]
-                         for j in (-1, 0, 1) for i in (-1, 0, 1)], axis=0)
+        lowest = np.min(
+            [
+                around[1 + j : 1 + j + height.shape[0], 1 + i : 1 + i + height.shape[1]]
+                for j in (-1, 0, 1)
+                for i in (-1, 0, 1)
+            ],
+            axis=0,
+        )
         new = np.where(rim, level, np.maximum(height, lowest))
         if np.array_equal(new, level):
             return level

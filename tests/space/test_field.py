@@ -3,8 +3,14 @@ import pytest
 
 from ecs_eco.space import Field, Space
 
-SPACES = [((12, 8), "torus"), ((12, 8), "walls"), ((12, 8, 6), "torus"), ((12, 8, 6), "walls"),
-          ((12, 2), "torus"), ((3, 1), "torus")]
+SPACES = [
+    ((12, 8), "torus"),
+    ((12, 8), "walls"),
+    ((12, 8, 6), "torus"),
+    ((12, 8, 6), "walls"),
+    ((12, 2), "torus"),
+    ((3, 1), "torus"),
+]
 
 
 def _f(*values):
@@ -40,8 +46,9 @@ def _slow_step(c, a, torus, keep):
 def test_diffusion_is_that_of_the_slow_twin(size, edges):
     field = Field(Space(size, edges), 1.0, diffusion=0.2, decay=0.3)
     field.value[...] = np.random.default_rng(0).random(field.value.shape)
-    expected = _slow_step(field.value, [0.2 * 1.0] * len(size) + [0.0] * (3 - len(size)), field.space.torus,
-                          np.exp(-0.3))
+    expected = _slow_step(
+        field.value, [0.2 * 1.0] * len(size) + [0.0] * (3 - len(size)), field.space.torus, np.exp(-0.3)
+    )
     field.pass_time(1.0)  # one step: 0.2 * dims * 2 / 0.9 < 1.4, so two for a volume
     if len(size) == 3:
         field.value[...] = np.random.default_rng(0).random(field.value.shape)

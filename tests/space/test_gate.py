@@ -25,8 +25,9 @@ def _born(world):
     return table, table.rows()
 
 
-@pytest.mark.parametrize(("x", "comes_to"), [(-500.0, 0.0), (-1.0, 99.0), (100.0, 0.0), (250.0, 50.0),
-                                             (-0.0, 0.0), (1e-45, 1e-45)])
+@pytest.mark.parametrize(
+    ("x", "comes_to"), [(-500.0, 0.0), (-1.0, 99.0), (100.0, 0.0), (250.0, 50.0), (-0.0, 0.0), (1e-45, 1e-45)]
+)
 def test_a_place_beyond_the_edge_of_a_torus_is_brought_back_around_it(x, comes_to):
     world = _world()
     world.spawn("moss", Position(x=x, y=1.0))
@@ -34,8 +35,15 @@ def test_a_place_beyond_the_edge_of_a_torus_is_brought_back_around_it(x, comes_t
     assert table[Position].x[rows] == F(comes_to)
 
 
-@pytest.mark.parametrize(("heading", "comes_to"), [(-np.pi / 2, 1.5 * np.pi), (7.0, 7.0 - 2 * np.pi),
-                                                   (-601 * np.pi, np.pi), (float(F(2 * np.pi)), 2 * np.pi)])
+@pytest.mark.parametrize(
+    ("heading", "comes_to"),
+    [
+        (-np.pi / 2, 1.5 * np.pi),
+        (7.0, 7.0 - 2 * np.pi),
+        (-601 * np.pi, np.pi),
+        (float(F(2 * np.pi)), 2 * np.pi),
+    ],
+)
 def test_a_heading_beyond_the_circle_is_brought_back_around_it(heading, comes_to):
     world = _world()
     world.spawn("moss", Position(heading=heading))
@@ -109,10 +117,14 @@ def test_places_written_between_ticks_are_brought_back_or_refused(ways):
             assert world.get(2, Position).x == 0.0
 
 
-@pytest.mark.parametrize(("kind", "field", "value", "allowed"), [
-    (Metabolism, "energy", np.nan, "finite numbers"), (Body, "radius", -1.0, "0 to 1e.30"),
-    (Body, "mass", np.inf, "0 to 1e.30"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "field", "value", "allowed"),
+    [
+        (Metabolism, "energy", np.nan, "finite numbers"),
+        (Body, "radius", -1.0, "0 to 1e.30"),
+        (Body, "mass", np.inf, "0 to 1e.30"),
+    ],
+)
 def test_fields_have_limits_and_all_numbers_are_finite(kind, field, value, allowed):
     world = _world()
     message = rf"{kind.__name__}\.{field} is .*; allowed: {allowed}"
@@ -121,8 +133,9 @@ def test_fields_have_limits_and_all_numbers_are_finite(kind, field, value, allow
     world.spawn("moss", n=4)
     world.run(1)
     world.tables["moss"].field(kind, field)[2:4] = value
-    with pytest.raises(ValueError,
-                       match=rf"moss, uid 3: {kind.__name__}\.{field} is \S+ \(1 more\); allowed: {allowed}"):
+    with pytest.raises(
+        ValueError, match=rf"moss, uid 3: {kind.__name__}\.{field} is \S+ \(1 more\); allowed: {allowed}"
+    ):
         world.run(1)
     world.tables["moss"].field(kind, field)[2:4] = 1.0
     assert world.run(1).tick == 2
@@ -178,8 +191,11 @@ def test_a_column_is_not_replaced_by_one_of_another_type_or_shape():
 
 def test_a_column_is_not_replaced_by_one_with_gaps():
     world = _world()
-    with pytest.raises(ValueError, match=r"column x cannot become an array with gaps between its rows; "
-                                         r"write into it: x\[rows\] = …"):
+    with pytest.raises(
+        ValueError,
+        match=r"column x cannot become an array with gaps between its rows; "
+        r"write into it: x\[rows\] = …",
+    ):
         world.tables["moss"][Position].x = np.zeros(128, F)[::2]
 
 
@@ -245,8 +261,10 @@ def test_surroundings_that_are_one_number_are_the_same_everywhere():
     assert world.surroundings("light", *np.zeros((3, 3), F)).tolist() == [0.5] * 3
 
 
-@pytest.mark.parametrize(("network", "value"), [("reflex", np.zeros((1, 1), np.int8)),
-                                                ("happiness", np.zeros(1, F)), ("happiness", 1.0)])
+@pytest.mark.parametrize(
+    ("network", "value"),
+    [("reflex", np.zeros((1, 1), np.int8)), ("happiness", np.zeros(1, F)), ("happiness", 1.0)],
+)
 def test_a_network_of_ones_own_answers_for_each_organism_and_action(menagerie, network, value):
     world = World.from_config(menagerie(), policies="random")
     setattr(world.tables["lynx"].species.nerves, network, lambda x: value)

@@ -7,8 +7,10 @@ from ecs_eco.space.geometry import back_into, into, wrapped
 F = np.float32
 
 
-@pytest.mark.parametrize(("v", "there"), [(3.0, 3.0), (10.0, 0.0), (-0.5, 9.5), (25.0, 5.0), (-20.0, 0.0),
-                                          (-1e-9, 0.0), (0.0, 0.0)])
+@pytest.mark.parametrize(
+    ("v", "there"),
+    [(3.0, 3.0), (10.0, 0.0), (-0.5, 9.5), (25.0, 5.0), (-20.0, 0.0), (-1e-9, 0.0), (0.0, 0.0)],
+)
 def test_around_a_torus(v, there):
     assert into(F(v), F(10), True) == F(there)
     assert back_into(np.array([v], F), F(10), True)[0] in (F(there), np.nextafter(F(10), F(0)))
@@ -65,8 +67,27 @@ def test_a_space_that_cannot_be_is_refused():
             Space(size)
 
 
-ODD = [np.nan, np.inf, -np.inf, -0.0, 0.0, 1e-45, -1e-45, 1e38, -1e38, 3.4e38, -3.4e38, 1e30, 9.3e18,
-       2147483648.0, -500.0, -1.0, 4.0, 4.5, 1e9]  # fmt: skip
+ODD = [
+    np.nan,
+    np.inf,
+    -np.inf,
+    -0.0,
+    0.0,
+    1e-45,
+    -1e-45,
+    1e38,
+    -1e38,
+    3.4e38,
+    -3.4e38,
+    1e30,
+    9.3e18,
+    2147483648.0,
+    -500.0,
+    -1.0,
+    4.0,
+    4.5,
+    1e9,
+]
 
 
 @pytest.mark.parametrize("v", ODD)

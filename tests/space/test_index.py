@@ -11,8 +11,10 @@ def _slow(space, alive, x, y, z, uid):
     nx, ny, nz = space.shape
 
     def cell(row):
-        i, j, k = (min(int(v[row] * n), m - 1)
-                   for v, n, m in zip((x, y, z), space.inverse, (nx, ny, nz), strict=True))
+        i, j, k = (
+            min(int(v[row] * n), m - 1)
+            for v, n, m in zip((x, y, z), space.inverse, (nx, ny, nz), strict=True)
+        )
         return (k * ny + j) * nx + i
 
     rows = sorted((r for r in range(len(x)) if alive[r]), key=lambda r: (cell(r), uid[r]))
@@ -59,8 +61,10 @@ def _same(kept, table, space):
     anew.build(table.alive, p.x, p.y, p.z, table.uid)
     assert kept.n == anew.n == table.n
     assert kept.flat == anew.flat or not kept.flat  # once somebody was high up
-    return all(getattr(kept, name).tolist() == getattr(anew, name).tolist()
-               for name in ("rows", "x", "y", "z", "uid", "start"))
+    return all(
+        getattr(kept, name).tolist() == getattr(anew, name).tolist()
+        for name in ("rows", "x", "y", "z", "uid", "start")
+    )
 
 
 @pytest.mark.parametrize("size", [(10, 6), (10, 6, 4)])
@@ -89,7 +93,7 @@ def test_an_index_after_births_and_deaths_is_the_one_that_is_made_anew(size, mon
     bear(80)
     renewed = 0
     for _ in range(400):
-        for do in rng.choice([bear, die, die, bear, move], rng.integers(1, 4), p=[.3, .3, .15, .2, .05]):
+        for do in rng.choice([bear, die, die, bear, move], rng.integers(1, 4), p=[0.3, 0.3, 0.15, 0.2, 0.05]):
             do(int(rng.integers(1, 8 if table.n > 40 else 30)))
         before = len(sorts)
         kept = world.index(table)

@@ -13,8 +13,13 @@ from ecs_eco.testing import act, arrange
 
 FAULT = "matplotlib:mpl-data/sample_data/jacksboro_fault_dem.npz"
 OX = {"count": 1, "body": {"radius": 1.0}}
-GOER = {"count": 3, "body": {"radius": 0.1}, "locomotion": {"speed": {"walk": 2.0}, "cost": {"walk": 0.5}},
-        "actions": {"speed": ["walk"]}, "neutral": {"speed": "walk"}}  # fmt: skip
+GOER = {
+    "count": 3,
+    "body": {"radius": 0.1},
+    "locomotion": {"speed": {"walk": 2.0}, "cost": {"walk": 0.5}},
+    "actions": {"speed": ["walk"]},
+    "neutral": {"speed": "walk"},
+}
 
 
 @pytest.fixture
@@ -25,10 +30,17 @@ def made(tmp_path, monkeypatch):
         dem = np.asarray(dem, float)
         np.savez(tmp_path / "dem.npz", topo=dem)
         size = size or [dem.shape[1] * cell, dem.shape[0] * cell]
-        return World.from_config({
-            "format": 1, "name": "real", "space": {"size": size, "edges": "walls"},
-            "substances": substances or {}, "fields": fields or {},
-            "terrain": {"raster": "dem.npz", "cell": cell, **terrain}, "species": species or {"ox": OX}})
+        return World.from_config(
+            {
+                "format": 1,
+                "name": "real",
+                "space": {"size": size, "edges": "walls"},
+                "substances": substances or {},
+                "fields": fields or {},
+                "terrain": {"raster": "dem.npz", "cell": cell, **terrain},
+                "species": species or {"ox": OX},
+            }
+        )
 
     return make
 
@@ -49,8 +61,13 @@ def test_climbing_costs_by_the_slope_of_the_raster(made):
 def test_classes_have_their_pace_and_cost_and_a_road_its_own(made):
     dem = [[0, 0, 5, 5]] * 4
     road = [{"line": [[0.0, 35.0], [39.0, 35.0]], "width": 2.0, "pace": 3.0, "cost": 0.5}]
-    world = made(dem, {"goat": GOER}, slope_cost=0.0, roads=road,
-                 classes={"bog": {"above": 4.0, "pace": 0.5, "cost": 4.0}})
+    world = made(
+        dem,
+        {"goat": GOER},
+        slope_cost=0.0,
+        roads=road,
+        classes={"bog": {"above": 4.0, "pace": 0.5, "cost": 4.0}},
+    )
     arrange(world, "goat", x=[5.0, 25.0, 25.0], y=[15.0, 15.0, 35.0], heading=0.0)
     act(world, Move)
     goats = world.tables["goat"]
@@ -60,10 +77,16 @@ def test_classes_have_their_pace_and_cost_and_a_road_its_own(made):
 
 
 def test_plants_grow_by_the_factor_of_their_class(made):
-    moss = {"count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.1, "energy_max": 9.0,
-                                                                "growth": 0.2}}  # fmt: skip
-    world = made([[0, 0, 5, 9]] * 4, {"moss": moss},
-                 classes={"wood": {"above": 4.0, "growth": 2.0}, "scree": {"above": 8.0, "growth": 0.0}})
+    moss = {
+        "count": 3,
+        "body": {"radius": 0.1},
+        "metabolism": {"energy": 0.1, "energy_max": 9.0, "growth": 0.2},
+    }
+    world = made(
+        [[0, 0, 5, 9]] * 4,
+        {"moss": moss},
+        classes={"wood": {"above": 4.0, "growth": 2.0}, "scree": {"above": 8.0, "growth": 0.0}},
+    )
     arrange(world, "moss", x=[5.0, 25.0, 35.0], y=15.0)
     act(world, Grow)
     moss = world.tables["moss"]
@@ -71,10 +94,17 @@ def test_plants_grow_by_the_factor_of_their_class(made):
 
 
 def test_plants_spread_faster_where_the_class_is_fertile_and_not_at_all_where_it_is_bare(made):
-    grass = {"count": 0, "body": {"radius": 0.1},
-             "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": 0.1, "spacing": 1.0}}
-    world = made([[0, 5, 9]] * 3, {"grass": grass}, cell=20.0,
-                 classes={"wood": {"above": 4.0, "growth": 3.0}, "scree": {"above": 8.0, "growth": 0.0}})
+    grass = {
+        "count": 0,
+        "body": {"radius": 0.1},
+        "reproduction": {"kind": "spread", "rate": 0.0, "seed_rain": 0.1, "spacing": 1.0},
+    }
+    world = made(
+        [[0, 5, 9]] * 3,
+        {"grass": grass},
+        cell=20.0,
+        classes={"wood": {"above": 4.0, "growth": 3.0}, "scree": {"above": 8.0, "growth": 0.0}},
+    )
     world.run(1)
     x = world.tables["grass"][Position].x[world.tables["grass"].rows()]
     n = np.bincount((x / 20).astype(int), minlength=3)
@@ -84,14 +114,26 @@ def test_plants_spread_faster_where_the_class_is_fertile_and_not_at_all_where_it
 
 
 def test_land_shelters_prey_that_moves(made):
-    hare = {"count": 400, "body": {"radius": 0.1}, "locomotion": {"speed": {"sit": 0.0}}, "actions":
-            {"speed": ["sit"]}}  # fmt: skip
-    fox = {"count": 400, "body": {"radius": 0.1}, "diet": [{"eats": "hare", "reach": 0.1, "gain": 0.1}],
-           "metabolism": {"energy": 0.1, "energy_max": 1.0}}  # fmt: skip
+    hare = {
+        "count": 400,
+        "body": {"radius": 0.1},
+        "locomotion": {"speed": {"sit": 0.0}},
+        "actions": {"speed": ["sit"]},
+    }
+    fox = {
+        "count": 400,
+        "body": {"radius": 0.1},
+        "diet": [{"eats": "hare", "reach": 0.1, "gain": 0.1}],
+        "metabolism": {"energy": 0.1, "energy_max": 1.0},
+    }
     caught = []
     for species in (hare, {k: v for k, v in hare.items() if k in ("count", "body")}):
-        world = made([[0, 5]] * 3, {"hare": species, "fox": fox}, cell=20.0,
-                     classes={"wood": {"above": 4.0, "shelter": 0.75}})
+        world = made(
+            [[0, 5]] * 3,
+            {"hare": species, "fox": fox},
+            cell=20.0,
+            classes={"wood": {"above": 4.0, "shelter": 0.75}},
+        )
         i = np.arange(400)
         places = {"x": (1.0 + i % 20 * 2.0).tolist(), "y": (1.0 + i // 20 * 2.5).tolist()}
         arrange(world, "hare", **places)
@@ -100,8 +142,9 @@ def test_land_shelters_prey_that_moves(made):
         prey = world.tables["hare"]
         rows = prey.by_uid()
         eaten = prey.cause[rows] != 0
-        caught.append([int(eaten[prey[Position].x[rows] < 20].sum()),
-                       int(eaten[prey[Position].x[rows] >= 20].sum())])
+        caught.append(
+            [int(eaten[prey[Position].x[rows] < 20].sum()), int(eaten[prey[Position].x[rows] >= 20].sum())]
+        )
     assert caught[1] == [200, 200]  # what does not move finds no shelter
     assert caught[0][0] == 200
     assert caught[0][1] == pytest.approx(50, abs=20)
@@ -111,8 +154,9 @@ def test_hollows_are_lakes_and_the_sea_and_streams_can_be_drunk_from(made):
     dem = np.add.outer(np.zeros(7), np.array([-2.0, 1, 2, 3, 4, 5, 6, 7]))
     dem[3, 4:6] = 1.0  # a hollow, 2 m deep: its outlet is to the west, at 3 m
     fields = {"water": {"substance": "water", "cell": 10.0, "initial": 50.0, "only": "lakes"}}
-    world = made(dem, drainage={"sea": 0.0, "depth": 1.5, "stream": 600.0}, fields=fields,
-                 substances={"water": ""})
+    world = made(
+        dem, drainage={"sea": 0.0, "depth": 1.5, "stream": 600.0}, fields=fields, substances={"water": ""}
+    )
     terrain = world.terrain
     ground = terrain.ground[::-1]
     assert (ground[:, 0] == WATER).all()
@@ -130,8 +174,11 @@ def test_hollows_are_lakes_and_the_sea_and_streams_can_be_drunk_from(made):
 
 
 def test_classes_may_be_rock_and_water_and_nobody_stands_there(made):
-    world = made(np.add.outer(np.zeros(9), np.arange(9.0)), {"ox": OX | {"count": 300}}, classes={
-        "sea": {"below": 2.0, "ground": "water"}, "cliff": {"above": 6.0, "ground": "rock"}})
+    world = made(
+        np.add.outer(np.zeros(9), np.arange(9.0)),
+        {"ox": OX | {"count": 300}},
+        classes={"sea": {"below": 2.0, "ground": "water"}, "cliff": {"above": 6.0, "ground": "rock"}},
+    )
     assert (world.terrain.ground == ROCK).sum() == 27
     x = world.tables["ox"][Position].x[world.tables["ox"].rows()]
     assert x.min() >= 20
@@ -139,6 +186,7 @@ def test_classes_may_be_rock_and_water_and_nobody_stands_there(made):
 
 
 # --- sight
+
 
 def _line_of_sight(x, y, dx, dy, eye, top, height, inverse, size):
     """Whether ground rises above the straight line, looked at every half cell: in words, for all pairs at
@@ -152,8 +200,9 @@ def _line_of_sight(x, y, dx, dy, eye, top, height, inverse, size):
         gx, gy = px * inverse[0] - one / two, py * inverse[1] - one / two
         i, j = np.floor(gx).astype(int), np.floor(gy).astype(int)
         fx, fy = gx - i.astype(np.float32), gy - j.astype(np.float32)
-        cells = [[height[np.clip(b, 0, ny - 1), np.clip(a, 0, nx - 1)] for a in (i, i + 1)]
-                 for b in (j, j + 1)]
+        cells = [
+            [height[np.clip(b, 0, ny - 1), np.clip(a, 0, nx - 1)] for a in (i, i + 1)] for b in (j, j + 1)
+        ]
         west, east = ((one - fy) * cells[0][k] + fy * cells[1][k] for k in (0, 1))
         return (one - fx) * west + fx * east
 
@@ -170,26 +219,40 @@ def _line_of_sight(x, y, dx, dy, eye, top, height, inverse, size):
 def test_sight_over_a_real_relief_is_the_plain_line_of_sight_for_100_000_pairs():
     from ecs_eco.config import load
 
-    config = load({"format": 1, "name": "fault", "space": {"size": [29_000.0, 31_000.0], "edges": "walls"},
-                   "terrain": {"raster": FAULT, "crs": "EPSG:4326", "cell": 90.0}, "species": {"ox": OX}})
+    config = load(
+        {
+            "format": 1,
+            "name": "fault",
+            "space": {"size": [29_000.0, 31_000.0], "edges": "walls"},
+            "terrain": {"raster": FAULT, "crs": "EPSG:4326", "cell": 90.0},
+            "species": {"ox": OX},
+        }
+    )
     height, (ny, nx) = config._land.elevation, config._land.elevation.shape
     space = Space(config.space.size, "walls")
     inverse = np.array([nx / 29_000, ny / 31_000], np.float32)
     rng, n = np.random.default_rng(21), 100_000
     x, y = ((rng.random(n) * side).astype(np.float32) for side in config.space.size)
     way, angle = (rng.random(n) * 6000).astype(np.float32), rng.random(n) * 2 * np.pi
-    there = [np.clip(a + way * f(angle), 0, side - 1) for a, f, side in ((x, np.cos, 29_000.0),
-                                                                         (y, np.sin, 31_000.0))]
+    there = [
+        np.clip(a + way * f(angle), 0, side - 1)
+        for a, f, side in ((x, np.cos, 29_000.0), (y, np.sin, 31_000.0))
+    ]
     dx, dy = ((b - a).astype(np.float32) for a, b in zip((x, y), there, strict=True))
     eye, top = (rng.choice([0.5, 2.0, 30.0], n).astype(np.float32) for _ in range(2))
     plain = _line_of_sight(x, y, dx, dy, eye, top, height, inverse, config.space.size)
-    ours = np.array([hill_between(*pair, height, inverse, space.lengths, False)
-                     for pair in zip(x, y, dx, dy, eye, top, strict=True)])
+    ours = np.array(
+        [
+            hill_between(*pair, height, inverse, space.lengths, False)
+            for pair in zip(x, y, dx, dy, eye, top, strict=True)
+        ]
+    )
     assert 0.3 < plain.mean() < 0.9  # neither all nor nothing is hidden
     assert int((plain != ours).sum()) == 0
 
 
 # --- keeping
+
 
 def test_saved_worlds_find_their_land_again_and_refuse_another(made, tmp_path):
     world = made([[0, 1, 2, 3]] * 4, classes={"high": {"above": 2.0, "pace": 0.5}})

@@ -29,8 +29,13 @@ def _slow(space, seekers, targets, same, radius):
 
 
 CASES = list(
-    itertools.product([(50, 40), (30, 20, 25), (12, 9), (9, 30, 3)], ["torus", "walls"], [2.0, 4.4],
-                      [1.0, 2.0, 4.0, 50.0], [False, True])
+    itertools.product(
+        [(50, 40), (30, 20, 25), (12, 9), (9, 30, 3)],
+        ["torus", "walls"],
+        [2.0, 4.4],
+        [1.0, 2.0, 4.0, 50.0],
+        [False, True],
+    )
 )
 
 

@@ -8,8 +8,11 @@ from ecs_eco.components import Body, Position
 from ecs_eco.space import Index, Space
 from ecs_eco.space.pairs import pairs, radii
 
-CASES = list(itertools.product([(50, 40), (30, 20, 25), (12, 9)], ["torus", "walls"], [1.0, 4.4, 30.0],
-                               [1.0, 4.0, 50.0]))
+CASES = list(
+    itertools.product(
+        [(50, 40), (30, 20, 25), (12, 9)], ["torus", "walls"], [1.0, 4.4, 30.0], [1.0, 4.0, 50.0]
+    )
+)
 
 
 def _world(size=(50.0, 40.0), edges="torus", cell=4.0, threads=1, n=(150, 300)):
@@ -65,9 +68,13 @@ def test_hand_counted_pairs_across_the_seam():
     assert world.pairs("a", "a", 1.5).rows.size == 0  # closer than the radius
     places, rows, distance = world.within("a", [[9.5, 5.0], [4.0, 5.0], [-9.5, 5.0]], 1.25)
     assert [(int(p), float(x[r]), float(d)) for p, r, d in zip(places, rows, distance, strict=True)] == [
-        (0, 9.0, .5), (0, .5, 1.0), (1, 5.0, 1.0), (2, .5, 0.0)]  # fmt: skip
+        (0, 9.0, 0.5),
+        (0, 0.5, 1.0),
+        (1, 5.0, 1.0),
+        (2, 0.5, 0.0),
+    ]
     one, other, distance = world.nearest("a", "a")
-    assert dict(zip(x[one].tolist(), x[other].tolist(), strict=True)) == {.5: 9.0, 9.0: .5, 5.0: 9.0}
+    assert dict(zip(x[one].tolist(), x[other].tolist(), strict=True)) == {0.5: 9.0, 9.0: 0.5, 5.0: 9.0}
     assert world.nearest("a", "a", 2.0).rows.size == 2
 
 
@@ -80,13 +87,15 @@ def test_a_radius_may_be_each_ones_own():
     own = world.pairs(a, world.table("b"), radius)
     assert len(narrow.rows) < len(own.rows) < len(wide.rows)
     few = set(a.rows()[:10].tolist())
-    wanted = ([p for p in zip(*wide, strict=True) if p[0] in few]
-              + [p for p in zip(*narrow, strict=True) if p[0] not in few])
+    wanted = [p for p in zip(*wide, strict=True) if p[0] in few] + [
+        p for p in zip(*narrow, strict=True) if p[0] not in few
+    ]
     assert sorted(zip(*own, strict=True)) == sorted(wanted)
     places = np.stack([a[Position].x[a.rows()], a[Position].y[a.rows()]], 1)
     by_place = world.within("b", places, radius[a.rows()])
     assert sorted(zip(a.rows()[by_place.rows], by_place.others, strict=True)) == sorted(
-        zip(own.rows, own.others, strict=True))
+        zip(own.rows, own.others, strict=True)
+    )
 
 
 def _uids_near(places, uid, split=None):
@@ -113,22 +122,38 @@ def test_the_order_is_that_of_places_and_uids_and_not_of_rows_or_parts():
 
 def test_pairs_of_the_empty_are_none():
     world = _world(n=(0, 5))
-    for found in (world.pairs("a", "b", 3.0), world.pairs("b", "a", 3.0), world.nearest("a", "b"),
-                  world.within("b", np.empty((0, 2)), 1.0), world.pairs("b", "b", 0.0)):
+    for found in (
+        world.pairs("a", "b", 3.0),
+        world.pairs("b", "a", 3.0),
+        world.nearest("a", "b"),
+        world.within("b", np.empty((0, 2)), 1.0),
+        world.pairs("b", "b", 0.0),
+    ):
         assert [len(part) for part in found] == [0, 0, 0]
 
 
-@pytest.mark.parametrize(("call", "message"), [
-    (lambda w: w.pairs("a", "c", 1.0), "'c'"),
-    (lambda w: w.pairs("a", "b", -1.0), r"radius is -1.0; allowed is at least 0 m"),
-    (lambda w: w.pairs("a", "b", np.nan), r"radius is nan; allowed is at least 0 m"),
-    (lambda w: w.pairs("a", "b", np.ones(3)),
-     r"radius: an array of the shape \(3,\); allowed is a number, or \(150,\)"),
-    (lambda w: w.within("a", [[1.0, 2.0]], [1.0, 2.0]), r"the shape \(2,\); allowed is a number, or \(1,\)"),
-    (lambda w: w.within("a", [1.0, 2.0], 1.0), r"the shape \(2,\); allowed is \(n, 2\): x, y of each"),
-    (lambda w: w.within("a", [[1.0, np.inf]], 1.0), r"places\[0\].y is inf; allowed are finite numbers"),
-    (lambda w: w.within("a", [[1.0, 2.0], [1.0, 41.0]], 1.0), r"places\[1\].y is 41; allowed is 0 to 40 m"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda w: w.pairs("a", "c", 1.0), "'c'"),
+        (lambda w: w.pairs("a", "b", -1.0), r"radius is -1.0; allowed is at least 0 m"),
+        (lambda w: w.pairs("a", "b", np.nan), r"radius is nan; allowed is at least 0 m"),
+        (
+            lambda w: w.pairs("a", "b", np.ones(3)),
+            r"radius: an array of the shape \(3,\); allowed is a number, or \(150,\)",
+        ),
+        (
+            lambda w: w.within("a", [[1.0, 2.0]], [1.0, 2.0]),
+            r"the shape \(2,\); allowed is a number, or \(1,\)",
+        ),
+        (lambda w: w.within("a", [1.0, 2.0], 1.0), r"the shape \(2,\); allowed is \(n, 2\): x, y of each"),
+        (lambda w: w.within("a", [[1.0, np.inf]], 1.0), r"places\[0\].y is inf; allowed are finite numbers"),
+        (
+            lambda w: w.within("a", [[1.0, 2.0], [1.0, 41.0]], 1.0),
+            r"places\[1\].y is 41; allowed is 0 to 40 m",
+        ),
+    ],
+)
 def test_what_cannot_be_is_refused(call, message):
     with pytest.raises((ValueError, KeyError), match=message):
         call(_world(edges="walls"))

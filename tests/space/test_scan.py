@@ -14,8 +14,9 @@ LIMITS = [(0, np.float32(0), np.float32(1)), (1, np.float32(-2), np.float32(2))]
 
 def _columns() -> tuple[list[np.ndarray], scan.ColumnGroup]:
     arrays = [np.zeros(4, np.float32), np.zeros((3, 2), np.float32)]
-    return arrays, scan.ColumnGroup.of([(table, array, low, high)
-                                    for array, (table, low, high) in zip(arrays, LIMITS, strict=True)])
+    return arrays, scan.ColumnGroup.of(
+        [(table, array, low, high) for array, (table, low, high) in zip(arrays, LIMITS, strict=True)]
+    )
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 2.5, -2.5])
@@ -74,11 +75,18 @@ def test_a_table_and_a_component_that_were_added_are_looked_at():
 
 
 def test_without_compilation_the_same_values_are_refused():
-    script = ("import numpy as np\n"
-              "from tests.space.test_scan import _columns\n"
-              "arrays, columns = _columns()\n"
-              "arrays[1][2, 1] = np.nan\n"
-              "print(columns.first_outside(0, np.array([4, 3])), columns.first_outside(0, np.array([4, 2])))")
-    result = subprocess.run([sys.executable, "-c", script], env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-                            capture_output=True, text=True, check=True)  # fmt: skip
+    script = (
+        "import numpy as np\n"
+        "from tests.space.test_scan import _columns\n"
+        "arrays, columns = _columns()\n"
+        "arrays[1][2, 1] = np.nan\n"
+        "print(columns.first_outside(0, np.array([4, 3])), columns.first_outside(0, np.array([4, 2])))"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", script],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert result.stdout.split() == ["1", "-1"]

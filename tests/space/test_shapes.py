@@ -34,19 +34,27 @@ def gap(one, other, space=PLANE, tie=1.0):
 
 
 @pytest.mark.definition("1 conformation")
-@pytest.mark.parametrize(("one", "other", "distance", "way"), [
-    (sphere(1, x=5), sphere(1), 3.0, (1, 0, 0)),
-    (sphere(1, x=3, y=4), sphere(1), 3.0, (0.6, 0.8, 0)),
-    (sphere(1, x=2, y=4), box(6, 2), 2.0, (0, 1, 0)),  # over its long side
-    (sphere(1, x=6, y=5), box(6, 2), 4.0, (0.6, 0.8, 0)),  # off its corner at (3, 1)
-    (sphere(1, y=0.5), box(6, 2), -1.5, (0, 1, 0)),  # its centre in the box: out by 0.5 + 1
-    (sphere(1, x=1, y=3), capsule(6, 1), 1.0, (0, 1, 0)),  # beside its axis
-    (sphere(1, x=5, y=4), capsule(6, 1), 3.0, (0.6, 0.8, 0)),  # off its end at (2, 0)
-    (capsule(4, 0.5, heading=math.pi / 2, x=3), capsule(4, 0.5), 0.5, (1, 0, 0)),  # before the other's end
-    (capsule(4, 0.5, heading=math.pi / 2, x=1, y=0.8), capsule(4, 0.5), -1.5, (1, 0, 0)),  # crossed
-    (box(2, 2, heading=math.pi / 4, x=4), box(2, 2), 3 - math.sqrt(2), (1, 0, 0)),  # a corner ahead
-    (box(2, 2, x=1.5), box(2, 2), -0.5, (1, 0, 0)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("one", "other", "distance", "way"),
+    [
+        (sphere(1, x=5), sphere(1), 3.0, (1, 0, 0)),
+        (sphere(1, x=3, y=4), sphere(1), 3.0, (0.6, 0.8, 0)),
+        (sphere(1, x=2, y=4), box(6, 2), 2.0, (0, 1, 0)),  # over its long side
+        (sphere(1, x=6, y=5), box(6, 2), 4.0, (0.6, 0.8, 0)),  # off its corner at (3, 1)
+        (sphere(1, y=0.5), box(6, 2), -1.5, (0, 1, 0)),  # its centre in the box: out by 0.5 + 1
+        (sphere(1, x=1, y=3), capsule(6, 1), 1.0, (0, 1, 0)),  # beside its axis
+        (sphere(1, x=5, y=4), capsule(6, 1), 3.0, (0.6, 0.8, 0)),  # off its end at (2, 0)
+        (
+            capsule(4, 0.5, heading=math.pi / 2, x=3),
+            capsule(4, 0.5),
+            0.5,
+            (1, 0, 0),
+        ),  # before the other's end
+        (capsule(4, 0.5, heading=math.pi / 2, x=1, y=0.8), capsule(4, 0.5), -1.5, (1, 0, 0)),  # crossed
+        (box(2, 2, heading=math.pi / 4, x=4), box(2, 2), 3 - math.sqrt(2), (1, 0, 0)),  # a corner ahead
+        (box(2, 2, x=1.5), box(2, 2), -0.5, (1, 0, 0)),
+    ],
+)
 def test_distances_of_all_pairs_of_shapes_are_those_counted_by_hand(one, other, distance, way):
     found = gap(one, other)
     assert found[0] == pytest.approx(distance, abs=1e-6)
@@ -66,12 +74,19 @@ def test_in_a_volume_what_is_above_is_parted_upwards():
 
 def test_concentric_bodies_part_each_to_its_own_side():
     assert gap(capsule(4, 0.5), capsule(4, 0.5), tie=1.0)[1:] == pytest.approx(
-        [-w for w in gap(capsule(4, 0.5), capsule(4, 0.5), tie=-1.0)[1:]])
+        [-w for w in gap(capsule(4, 0.5), capsule(4, 0.5), tie=-1.0)[1:]]
+    )
 
 
-bodies = st.builds(form, x=st.floats(-3, 3), y=st.floats(-3, 3), z=st.floats(-2, 2),
-                   half=st.tuples(st.floats(0, 2), st.sampled_from([0.0, 0.3, 1.0]), st.floats(0, 1)),
-                   rounding=st.floats(0.0, 0.5), heading=st.floats(0, 6.28))
+bodies = st.builds(
+    form,
+    x=st.floats(-3, 3),
+    y=st.floats(-3, 3),
+    z=st.floats(-2, 2),
+    half=st.tuples(st.floats(0, 2), st.sampled_from([0.0, 0.3, 1.0]), st.floats(0, 1)),
+    rounding=st.floats(0.0, 0.5),
+    heading=st.floats(0, 6.28),
+)
 
 
 def slow_depth(one, other, space):
@@ -118,8 +133,15 @@ def inside(f, at):
 
 @pytest.mark.definition("1 conformation")
 @settings(deadline=None)
-@given(st.floats(0.5, 4), st.floats(0.1, 1), st.booleans(), st.floats(0, 6.28), st.floats(0, 6.28),
-       st.tuples(st.floats(-6, 6), st.floats(-6, 6), st.floats(-2, 2)), st.floats(-0.5, 0.5))
+@given(
+    st.floats(0.5, 4),
+    st.floats(0.1, 1),
+    st.booleans(),
+    st.floats(0, 6.28),
+    st.floats(0, 6.28),
+    st.tuples(st.floats(-6, 6), st.floats(-6, 6), st.floats(-2, 2)),
+    st.floats(-0.5, 0.5),
+)
 def test_rays_meet_bodies_where_brute_force_does(length, width, boxed, heading, angle, start, tilt):
     body = box(length, width, 1.5, heading) if boxed else capsule(length + width, width / 2, heading)
     u = np.array([math.cos(angle), math.sin(angle), tilt])

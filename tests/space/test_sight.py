@@ -22,8 +22,9 @@ def _world(size, edges, cell, seed):
     for name, n, radius, opaque in KINDS:
         table = world.add_table(name, Position, Body)
         table.species.opaque = opaque
-        values = {(Position, axis): (rng.random(n) * s).astype("f4")
-                  for axis, s in zip("xyz", size, strict=False)}
+        values = {
+            (Position, axis): (rng.random(n) * s).astype("f4") for axis, s in zip("xyz", size, strict=False)
+        }
         values |= {
             (Position, "heading"): (rng.random(n) * 6.28).astype("f4"),
             (Body, "radius"): rng.uniform(0.5, 1, n).astype("f4") * radius,
@@ -48,8 +49,9 @@ def _ways(world, start, ends):
 
 def _bodies(world, names):
     places = np.concatenate([_places(world, n) for n in names])
-    radii = np.concatenate([world.tables[n][Body].radius[world.tables[n].rows()]
-                            for n in names]).astype(float)
+    radii = np.concatenate([world.tables[n][Body].radius[world.tables[n].rows()] for n in names]).astype(
+        float
+    )
     uids = np.concatenate([world.tables[n].uid[world.tables[n].rows()] for n in names])
     return places, radii, uids
 
@@ -86,9 +88,10 @@ def _visible(world, me, target, fov, radius):
     return best, margin, nearest < best
 
 
-@pytest.mark.parametrize(("size", "edges", "cell"), list(
-    itertools.product([(40, 30), (24, 19, 12)], ["torus", "walls"], [1.5, 5.0, 19.0])
-))
+@pytest.mark.parametrize(
+    ("size", "edges", "cell"),
+    list(itertools.product([(40, 30), (24, 19, 12)], ["torus", "walls"], [1.5, 5.0, 19.0])),
+)
 @pytest.mark.parametrize("fov", [2 * np.pi, 2.0])
 def test_the_nearest_visible_is_that_of_all_pairs_with_all_bodies_between(size, edges, cell, fov):
     radius, clear, seen, behind = 9.0, 0, 0, 0
@@ -113,8 +116,9 @@ def test_the_nearest_visible_is_that_of_all_pairs_with_all_bodies_between(size, 
     assert behind > 5  # something nearer was hidden
 
 
-@pytest.mark.parametrize(("me", "at", "blind"),
-                         [(1.0, 5.0, False), (1.0, 11.0, True), (13.0, 15.0, False), (17.0, 3.0, False)])
+@pytest.mark.parametrize(
+    ("me", "at", "blind"), [(1.0, 5.0, False), (1.0, 11.0, True), (13.0, 15.0, False), (17.0, 3.0, False)]
+)
 def test_rock_hides_what_is_behind_it(me, at, blind):
     world = World((20, 20))
     world.terrain = Terrain(world.space, 0.5, rocks=[{"at": [8.0, 10.0], "radius": 1.5}])
@@ -198,16 +202,20 @@ def test_rays_around_a_torus_meet_every_image_of_a_sphere_and_the_one_around_the
     assert (out == 1).all(axis=1).sum() > 5  # eyes within a ball
 
 
-@pytest.mark.parametrize(("size", "edges", "cell"),
-                         list(itertools.product([(40, 30), (24, 22, 6)], ["torus", "walls"], [1.5, 5.0])))
+@pytest.mark.parametrize(
+    ("size", "edges", "cell"),
+    list(itertools.product([(40, 30), (24, 22, 6)], ["torus", "walls"], [1.5, 5.0])),
+)
 def test_rays_stop_at_the_first_body_or_wall_of_all(size, edges, cell):
     radius, count, fov = 7.0, 5, 2.4
     world = _world(size, edges, cell, 7)
     table = world.tables["a"]
     seekers = Seekers(world, table)
     targets = ["b", "a", "wall"]
-    each, closest = (np.zeros((seekers.n, 3 * count), np.float32),
-                     np.zeros((seekers.n, 3 * (len(size) + 1)), np.float32))
+    each, closest = (
+        np.zeros((seekers.n, 3 * count), np.float32),
+        np.zeros((seekers.n, 3 * (len(size) + 1)), np.float32),
+    )
     cast_rays(targets, count, fov, radius, "per_ray")(world, table, seekers, each, 0)
     cast_rays(targets, count, fov, radius, "closest")(world, table, seekers, closest, 0)
     spread = (np.arange(count) - 2) * fov / 4  # the outermost rays enclose fov
@@ -215,8 +223,9 @@ def test_rays_stop_at_the_first_body_or_wall_of_all(size, edges, cell):
     for i, row in enumerate(seekers.rows):
         expected = np.zeros((3, count))
         for r in range(count):
-            what, distance = _ray(world, int(table.uid[row]), table[Position].heading[row] + spread[r],
-                                  radius, targets)
+            what, distance = _ray(
+                world, int(table.uid[row]), table[Position].heading[row] + spread[r], radius, targets
+            )
             if what in targets:
                 expected[targets.index(what), r] = 1 - distance / radius
                 hits[what] += 1
@@ -268,8 +277,21 @@ def test_gather_takes_every_entry_in_reach_once():
     space, index = world.space, world.index(world.tables["a"])
     for reach in (0, 1, 2, 5):
         out = np.empty(index.n, np.int64)
-        n = gather(1.0, 1.0, 0.0, reach, index.start, index.x, index.y, index.z, *space.shape, space.inverse,
-                   space.lengths, True, out)
+        n = gather(
+            1.0,
+            1.0,
+            0.0,
+            reach,
+            index.start,
+            index.x,
+            index.y,
+            index.z,
+            *space.shape,
+            space.inverse,
+            space.lengths,
+            True,
+            out,
+        )
         columns = {i % 4 for i in range(-reach, reach + 1)}
         rows = {j % 3 for j in range(-reach, reach + 1)}
         inside = [e for e in range(index.n) if int(index.x[e] / 3) in columns and int(index.y[e] / 3) in rows]

@@ -20,8 +20,9 @@ def test_latitude_and_season_lower_the_sun():
     assert Sun(latitude=80.0, declination=-20.0, start=0.5).light(0.0) == 0.0  # polar night
 
 
-@pytest.mark.parametrize(("latitude", "declination"),
-                         [(0, 0), (45, 0), (45, 23.4), (-30, 23.4), (80, 20), (80, -20)])
+@pytest.mark.parametrize(
+    ("latitude", "declination"), [(0, 0), (45, 0), (45, 23.4), (-30, 23.4), (80, 20), (80, -20)]
+)
 def test_the_light_of_a_day_integrates_to_the_analytic_value(latitude, declination):
     n = 20_000
     sun = Sun(day=1000.0, latitude=latitude, declination=declination)
@@ -37,8 +38,9 @@ def test_the_mean_on_the_equator_at_an_equinox_is_one_over_pi():
 
 def test_inverted_days_are_half_a_day_late():
     sun, inverted = Sun(day=100.0, latitude=20.0), Sun(kind="inverted", day=100.0, latitude=20.0)
-    assert [inverted.light(t) for t in (5.0, 40.0, 90.0)] == [pytest.approx(sun.light(t + 50.0))
-                                                              for t in (5.0, 40.0, 90.0)]
+    assert [inverted.light(t) for t in (5.0, 40.0, 90.0)] == [
+        pytest.approx(sun.light(t + 50.0)) for t in (5.0, 40.0, 90.0)
+    ]
 
 
 def test_a_full_moon_shines_while_the_sun_is_down():

@@ -10,8 +10,10 @@ F = np.float32
 def test_rocks_and_lakes_are_discs_of_cells_that_wrap_around_a_torus():
     for edges, across in (("torus", ROCK), ("walls", OPEN)):
         terrain = Terrain(
-            Space((20, 10), edges), 1.0, rocks=[{"at": [0.0, 5.0], "radius": 2.0}],
-            lakes=[{"at": [10.0, 5.0], "radius": 1.6}]
+            Space((20, 10), edges),
+            1.0,
+            rocks=[{"at": [0.0, 5.0], "radius": 2.0}],
+            lakes=[{"at": [10.0, 5.0], "radius": 1.6}],
         )
         assert ground_at(terrain.ground, terrain.inverse, F(1.2), F(5.5)) == ROCK
         assert ground_at(terrain.ground, terrain.inverse, F(2.5), F(5.5)) == OPEN
@@ -23,13 +25,17 @@ def test_rocks_and_lakes_are_discs_of_cells_that_wrap_around_a_torus():
 
 def test_free_is_open_ground():
     terrain = Terrain(Space((10, 10)), 1.0, rocks=[{"at": [5.0, 5.0], "radius": 2.0}])
-    assert (terrain.free(np.array([5.0, 1.0, 9.9999], F), np.array([5.0, 1.0, 9.9999], F)).tolist()
-            == [False, True, True])
+    assert terrain.free(np.array([5.0, 1.0, 9.9999], F), np.array([5.0, 1.0, 9.9999], F)).tolist() == [
+        False,
+        True,
+        True,
+    ]
 
 
 def test_a_mountain_is_highest_in_the_middle_and_flat_at_its_foot():
-    terrain = Terrain(Space((20, 20), "walls"), 0.5,
-                      mountains=[{"at": [10.0, 10.0], "radius": 5.0, "height": 8.0}])
+    terrain = Terrain(
+        Space((20, 20), "walls"), 0.5, mountains=[{"at": [10.0, 10.0], "radius": 5.0, "height": 8.0}]
+    )
 
     def h(x, y):
         return height_at(terrain.height, terrain.inverse, F(x), F(y), False)
@@ -56,14 +62,16 @@ def test_heights_are_linear_between_the_centres_of_cells(torus):
         expected = (1 - fy) * ((1 - fx) * corner(i, j) + fx * corner(i + 1, j)) + fy * (
             (1 - fx) * corner(i, j + 1) + fx * corner(i + 1, j + 1)
         )
-        assert height_at(terrain.height, terrain.inverse, F(x),
-                         F(y), torus) == pytest.approx(expected, abs=1e-5)
+        assert height_at(terrain.height, terrain.inverse, F(x), F(y), torus) == pytest.approx(
+            expected, abs=1e-5
+        )
 
 
 def test_hills_have_the_size_asked_for_are_the_same_for_the_same_seed_and_close_around_the_torus():
     def hills(seed, amplitude=3.0):
-        return Terrain(Space((60, 60)), 1.0,
-                       hills={"seed": seed, "amplitude": amplitude, "scale": 15.0}).height
+        return Terrain(
+            Space((60, 60)), 1.0, hills={"seed": seed, "amplitude": amplitude, "scale": 15.0}
+        ).height
 
     one = hills(1)
     assert (one == hills(1)).all()
@@ -74,14 +82,17 @@ def test_hills_have_the_size_asked_for_are_the_same_for_the_same_seed_and_close_
     assert np.abs(one[:, 0] - one[:, -1]).max() <= 1.1 * steps  # no cliff at the seam
 
 
-@pytest.mark.parametrize(("corners", "cells"), [
-    ([[0.5, 0.5], [3.5, 0.5]], [(0, 0), (1, 0), (2, 0), (3, 0)]),
-    ([[0.5, 0.5], [2.5, 1.3]], [(0, 0), (1, 0), (1, 1), (2, 1)]),  # y is 1 at x = 1.75
-    # through corners: by way of the cell beside them
-    ([[0.5, 0.5], [2.5, 2.5]], [(0, 0), (1, 0), (1, 1), (2, 1), (2, 2)]),
-    ([[2.5, 1.5], [0.5, 1.5], [0.5, 0.2]], [(2, 1), (1, 1), (0, 1), (0, 0)]),
-    ([[0.5, 0.5], [-1.5, 0.5]], [(0, 0), (-1, 0), (-2, 0)]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("corners", "cells"),
+    [
+        ([[0.5, 0.5], [3.5, 0.5]], [(0, 0), (1, 0), (2, 0), (3, 0)]),
+        ([[0.5, 0.5], [2.5, 1.3]], [(0, 0), (1, 0), (1, 1), (2, 1)]),  # y is 1 at x = 1.75
+        # through corners: by way of the cell beside them
+        ([[0.5, 0.5], [2.5, 2.5]], [(0, 0), (1, 0), (1, 1), (2, 1), (2, 2)]),
+        ([[2.5, 1.5], [0.5, 1.5], [0.5, 0.2]], [(2, 1), (1, 1), (0, 1), (0, 0)]),
+        ([[0.5, 0.5], [-1.5, 0.5]], [(0, 0), (-1, 0), (-2, 0)]),
+    ],
+)
 def test_the_cells_of_a_line_are_those_it_passes_each_beside_the_next(corners, cells):
     assert [tuple(c) for c in cells_along(np.array(corners)).tolist()] == cells
 

@@ -17,11 +17,17 @@ def table(hunters=0.0, prey=0.0, own=0.0):
 def life(arm, training, tests=None, pace=-0.1, sight=1.0, persisted=True):
     of = study.REGISTERED.arms[arm]
     first = {s: {"pace": [1.0, 0.1], "sight": [5.0, 1.0]} if of.get("genes") else {} for s in study.SIGHT}
-    last = {s: {"pace": [1 + pace, 0.1], "sight": [5 + sight, 1.0]} if of.get("genes") else {}
-            for s in study.SIGHT}
-    result = {"persisted": persisted, "lived": 6000, "genes": [first, last],
-              "tests": tests if of.get("tests") and persisted else None,
-              "moved": {"deer": 0.3, "wolf": 0.6} if of.get("learn") else None}
+    last = {
+        s: {"pace": [1 + pace, 0.1], "sight": [5 + sight, 1.0]} if of.get("genes") else {}
+        for s in study.SIGHT
+    }
+    result = {
+        "persisted": persisted,
+        "lived": 6000,
+        "genes": [first, last],
+        "tests": tests if of.get("tests") and persisted else None,
+        "moved": {"deer": 0.3, "wolf": 0.6} if of.get("learn") else None,
+    }
     return {"case": {"arm": arm, "training": training, "seed": 1}, "result": result}
 
 
@@ -40,15 +46,29 @@ def test_a_race_is_found_where_there_is_one(gain, met):
     for t in range(5):
         noise = rng.normal(0, 0.01)
         tests = table(gain + noise, -gain + noise, gain + noise)
-        cases += [life(arm, t, tests, *((0.0, noise) if arm == "drift" else (-0.3 * gain + noise, gain)
-                                        if arm != "no hunters" else (-0.4, 0.0)))
-                  for arm in study.REGISTERED.arms]
-    lines = {line["registered"]: line["met"] for line in study.summarise(cases)["verdicts"]
-             if "registered" in line}
+        cases += [
+            life(
+                arm,
+                t,
+                tests,
+                *(
+                    (0.0, noise)
+                    if arm == "drift"
+                    else (-0.3 * gain + noise, gain)
+                    if arm != "no hunters"
+                    else (-0.4, 0.0)
+                ),
+            )
+            for arm in study.REGISTERED.arms
+        ]
+    lines = {
+        line["registered"]: line["met"] for line in study.summarise(cases)["verdicts"] if "registered" in line
+    }
     assert set(lines) == set(study.REGISTERED.hypotheses)
     assert lines["persists"]
-    assert [lines[name] for name in ("both-hunters", "both-prey", "both-contemporary", "deer-pace",
-                                     "deer-sight")] == [met] * 5
+    assert [
+        lines[name] for name in ("both-hunters", "both-prey", "both-contemporary", "deer-pace", "deer-sight")
+    ] == [met] * 5
 
 
 def test_worlds_that_died_out_have_no_tests_and_meet_nothing():

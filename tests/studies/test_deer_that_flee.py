@@ -26,8 +26,15 @@ def counts(near, far):
 
 def life(arm, training, near, far=0.1, swing=0.2, persisted=True):
     pursuit = {"deer": counts(near, far), "wolf": counts(near, far)}
-    result = {"persisted": persisted, "cycled": persisted, "period": 1024.0, "extinct": None, "lived": 8000,
-              "swing": {"deer": swing, "wolf": swing}, "pursuit": pursuit}
+    result = {
+        "persisted": persisted,
+        "cycled": persisted,
+        "period": 1024.0,
+        "extinct": None,
+        "lived": 8000,
+        "swing": {"deer": swing, "wolf": swing},
+        "pursuit": pursuit,
+    }
     return {"case": {"arm": arm, "training": training, "seed": 1}, "result": result}
 
 
@@ -61,10 +68,14 @@ def test_goals_are_met_and_missed(near, swing, met):
     rng = np.random.default_rng(1)
     for t in range(5):
         noise = rng.normal(0, 0.01)
-        cases += [life("shipped", t, 0.02, swing=0.2), life("walkers", t, 0.02, swing=0.3 + noise),
-                  life("fleeing", t, near + noise, swing=swing + noise)]
-    lines = {line["registered"]: line["met"] for line in study.summarise(cases)["verdicts"]
-             if "registered" in line}
+        cases += [
+            life("shipped", t, 0.02, swing=0.2),
+            life("walkers", t, 0.02, swing=0.3 + noise),
+            life("fleeing", t, near + noise, swing=swing + noise),
+        ]
+    lines = {
+        line["registered"]: line["met"] for line in study.summarise(cases)["verdicts"] if "registered" in line
+    }
     assert set(lines) == set(study.REGISTERED.hypotheses)
     assert lines["pays"]
     assert not lines["too late"]
@@ -75,6 +86,7 @@ def test_goals_are_met_and_missed(near, swing, met):
 def test_arms_without_runs_that_persist_meet_nothing():
     cases = [approaches(s, -0.9, 0.1 + s / 100) for s in range(3)]
     cases += [life(arm, t, 0.3, persisted=False) for arm in study.REGISTERED.arms for t in range(5)]
-    lines = {line["registered"]: line["met"] for line in study.summarise(cases)["verdicts"]
-             if "registered" in line}
+    lines = {
+        line["registered"]: line["met"] for line in study.summarise(cases)["verdicts"] if "registered" in line
+    }
     assert not any(lines[name] for name in ("persists", "period", "swing-deer", "flight-swing"))

@@ -10,15 +10,28 @@ LIFE = {"copepods": 100, "mean number": 100.0, "days lived": 21.0}
 
 
 def life(arm, training, seed, along=0.4):
-    cycle = {"amplitude": abs(along), "vector": [along, 0.0], "lag [days]": 0.0, "p": 0.001, "r": 0.8,
-             "mean depth": 15.0}
-    return {"case": {"arm": arm, "training": training, "seed": seed},
-            "result": LIFE | {"cycle": None if along is None else cycle}}
+    cycle = {
+        "amplitude": abs(along),
+        "vector": [along, 0.0],
+        "lag [days]": 0.0,
+        "p": 0.001,
+        "r": 0.8,
+        "mean depth": 15.0,
+    }
+    return {
+        "case": {"arm": arm, "training": training, "seed": seed},
+        "result": LIFE | {"cycle": None if along is None else cycle},
+    }
 
 
 def approach(arm, training, way, gain=2.5, seed=1):
-    result = {"n": 10, "gain": gain, "way": way, "latency": 0 if gain >= 2 else None,
-              "latency [s]": 0.0 if gain >= 2 else None}
+    result = {
+        "n": 10,
+        "gain": gain,
+        "way": way,
+        "latency": 0 if gain >= 2 else None,
+        "latency [s]": 0.0 if gain >= 2 else None,
+    }
     return {"case": {"arm": arm, "training": training, "seed": seed}, "result": result}
 
 
@@ -28,8 +41,9 @@ def met(cases, words):
 
 
 def test_an_interval_of_training_seeds_by_hand_and_of_one_of_them():
-    assert study.interval([1.0, 2.0, 3.0]) == pytest.approx([2, 2 - 4.303 / 3**0.5, 2 + 4.303 / 3**0.5],
-                                                            abs=1e-3)
+    assert study.interval([1.0, 2.0, 3.0]) == pytest.approx(
+        [2, 2 - 4.303 / 3**0.5, 2 + 4.303 / 3**0.5], abs=1e-3
+    )
     mean, low, high = study.interval([2.0])
     assert mean == 2
     assert np.isnan([low, high]).all()
@@ -41,8 +55,9 @@ def test_an_interval_of_training_seeds_by_hand_and_of_one_of_them():
 def test_one_training_seed_of_survivors_meets_nothing():
     dead = [life("inverted light", t, 1) | {"result": LIFE | {"cycle": None}} for t in (2, 3, 4)]
     shipped = [life("shipped", t, 1) for t in (1, 2, 3, 4)]
-    assert met([*shipped, *(life("inverted light", t, 1, -0.4 - t / 100) for t in (1, 2, 3, 4))],
-               "inverted light")
+    assert met(
+        [*shipped, *(life("inverted light", t, 1, -0.4 - t / 100) for t in (1, 2, 3, 4))], "inverted light"
+    )
     assert not met([*shipped, life("inverted light", 1, 1, -0.4), *dead], "inverted light")
     assert not met([*shipped, *dead], "`inverted light`: runs in which there was anything to measure")
 
@@ -58,8 +73,10 @@ def test_a_run_without_a_cycle_is_no_cycle():
 def test_a_way_that_those_have_too_who_sense_nothing_is_no_escape():
     rng = np.random.default_rng(1)
     blind = [approach(study.SENSELESS, t, [0.15, 0.02], 1.0) for t in range(8)]
-    drifts = [approach(study.FLEEING[0], t, [0.15 + d, 0.02 + e])
-              for t, (d, e) in enumerate(rng.normal(0, 0.01, (8, 2)))]
+    drifts = [
+        approach(study.FLEEING[0], t, [0.15 + d, 0.02 + e])
+        for t, (d, e) in enumerate(rng.normal(0, 0.01, (8, 2)))
+    ]
     flees = [approach(study.FLEEING[0], t, [0.6, 0.02 + e]) for t, e in enumerate(rng.normal(0, 0.05, 8))]
     assert not met([*blind, *drifts], "points away")
     assert met([*blind, *flees], "points away")

@@ -11,18 +11,28 @@ from studies.common.predator_prey import SHIPPED
 
 
 def _life(moves=(0.2, 0.06, 0.08), persisted=True, **more):
-    return {"persisted": persisted, "lived": 6000.0 if persisted else 900.0, "cycled": False, "period": None,
-            "extinct": None if persisted else "wolf", "series": {},
-            "numbers": {s: {"mean": 9.0, "least": float(persisted), "most": 20.0}
-                        for s in ("grass", "deer", "wolf")},
-            "moved": {s: list(moves) for s in study.LEARNERS}, **more}
+    return {
+        "persisted": persisted,
+        "lived": 6000.0 if persisted else 900.0,
+        "cycled": False,
+        "period": None,
+        "extinct": None if persisted else "wolf",
+        "series": {},
+        "numbers": {
+            s: {"mean": 9.0, "least": float(persisted), "most": 20.0} for s in ("grass", "deer", "wolf")
+        },
+        "moved": {s: list(moves) for s in study.LEARNERS},
+        **more,
+    }
 
 
 def _after(catch):
     pairs = dict(zip(study.PAIRS, (1.5, 1.6, 0.4, 1.4), strict=True))
-    return {"swaps": {pair: 300 + 1000 * ("first deer" in pair) for pair in study.PAIRS},
-            "arena": {pair: {"caught": v + catch, "grazed": 0.8} for pair, v in pairs.items()},
-            "answer": {"caught": 1.7, "grazed": 0.8}}
+    return {
+        "swaps": {pair: 300 + 1000 * ("first deer" in pair) for pair in study.PAIRS},
+        "arena": {pair: {"caught": v + catch, "grazed": 0.8} for pair, v in pairs.items()},
+        "answer": {"caught": 1.7, "grazed": 0.8},
+    }
 
 
 def _cases():
@@ -35,8 +45,9 @@ def _cases():
 
 
 def _met(cases):
-    return {line["registered"]: line["met"]
-            for line in study.summarise(cases)["verdicts"] if "registered" in line}
+    return {
+        line["registered"]: line["met"] for line in study.summarise(cases)["verdicts"] if "registered" in line
+    }
 
 
 def test_the_move_of_a_policy_leaves_out_the_first_window():

@@ -7,15 +7,21 @@ from ecs_eco import World
 from ecs_eco.config import load
 from studies import happiness as study
 
-SMALL = {"space.size": [60.0, 60.0], "species.vole.count": 150, "species.berry.count": 320,
-         "species.nightshade.count": 30}
+SMALL = {
+    "space.size": [60.0, 60.0],
+    "species.vole.count": 150,
+    "species.berry.count": 320,
+    "species.nightshade.count": 30,
+}
 
 
 def _case(arm, seed, end, risk=1.0):
     genes = {f"{s}.{g}": f"0.0 0.0 0.0 {end} {end}" for s, names in study.GENES.items() for g in names}
     genes["vole.nightshade"] = f"0.0 0.0 0.0 0.0 {-end}"
-    return {"case": {"arm": arm, "seed": seed},
-            "result": {"genes": genes, "generations": 31.0, "numbers": {"vole": 310.0}, "risk": risk}}
+    return {
+        "case": {"arm": arm, "seed": seed},
+        "result": {"genes": genes, "generations": 31.0, "numbers": {"vole": 310.0}, "risk": risk},
+    }
 
 
 def test_the_study_compares_arms_in_pairs_of_one_seed():
@@ -26,17 +32,22 @@ def test_the_study_compares_arms_in_pairs_of_one_seed():
     energy = verdicts["change of the weight of energy in happiness, evolving less no learning"]
     assert energy["value"] == pytest.approx([0.7, 0.7, 0.7])
     assert energy["met"]
-    assert (verdicts["change of the weight of nightshade in happiness, evolving less no learning"]["value"]
-            == pytest.approx([-0.7] * 3))
-    assert (verdicts["risk of a vole to die of nightshade, evolving over no learning"]["value"]
-            == pytest.approx([0.5] * 3))
-    assert (verdicts["no learning: of 5 genes of voles those that changed (95 % interval without 0)"]["value"]
-            == 0)
+    assert verdicts["change of the weight of nightshade in happiness, evolving less no learning"][
+        "value"
+    ] == pytest.approx([-0.7] * 3)
+    assert verdicts["risk of a vole to die of nightshade, evolving over no learning"][
+        "value"
+    ] == pytest.approx([0.5] * 3)
+    assert (
+        verdicts["no learning: of 5 genes of voles those that changed (95 % interval without 0)"]["value"]
+        == 0
+    )
 
 
 def test_the_study_says_so_where_nothing_evolved():
-    cases = [_case(arm, s, e) for arm in ("evolving", "neutral drift")
-             for s, e in ((1, 0.2), (2, -0.2), (3, 0.1))]
+    cases = [
+        _case(arm, s, e) for arm in ("evolving", "neutral drift") for s, e in ((1, 0.2), (2, -0.2), (3, 0.1))
+    ]
     verdicts = {v["statement"]: v["met"] for v in study.summarise(cases)["verdicts"]}
     assert not verdicts["change of the weight of energy in happiness, evolving less neutral drift"]
     assert verdicts["generations of voles, the fewest of all evolving runs"]

@@ -19,8 +19,9 @@ def place() -> Iterator[Ground]:
         yield prepared
 
 
-@pytest.mark.parametrize(("what", "number"),
-                         [("world", 3), ("checkpoint", 4), ("manifest", 2), ("message", 20)])
+@pytest.mark.parametrize(
+    ("what", "number"), [("world", 3), ("checkpoint", 4), ("manifest", 2), ("message", 20)]
+)
 def test_malicious_files_and_messages_leave_no_mark(what: str, number: int, place: Ground) -> None:
     for attack in malicious.BY_MUTATION[what](place, 7, number):
         outcome = judged(place, attack)

@@ -10,8 +10,11 @@ import pytest
 from studies.common.registration import FOLDER, registration
 from studies.common.study import RESULTS
 
-NAMES = sorted(path.stem for path in RESULTS.glob("*.json")
-               if "verdicts" in json.loads(path.read_text()) and "." not in path.stem)
+NAMES = sorted(
+    path.stem
+    for path in RESULTS.glob("*.json")
+    if "verdicts" in json.loads(path.read_text()) and "." not in path.stem
+)
 
 
 def read(name):
@@ -56,8 +59,9 @@ def _in_history(commit):
 
 
 def _git(*words):
-    return subprocess.run(["git", *words], cwd=RESULTS, check=False, capture_output=True, text=True,
-                          timeout=60)
+    return subprocess.run(
+        ["git", *words], cwd=RESULTS, check=False, capture_output=True, text=True, timeout=60
+    )
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.glob("*.toml")))

@@ -34,7 +34,8 @@ def test_six_variants_are_told_apart(tmp_path: Path) -> None:
 
 def test_the_kept_result_is_right_in_four_of_five() -> None:
     test = json.loads((RESULTS / "why.json").read_text())["cases"]
-    assert {label: sum(c["case"]["label"] == label for c in test)
-            for label in CLASSES} == dict.fromkeys(CLASSES, 10)
+    assert {label: sum(c["case"]["label"] == label for c in test) for label in CLASSES} == dict.fromkeys(
+        CLASSES, 10
+    )
     assert sum(c["case"]["label"] == c["result"]["said"] for c in test) >= 0.8 * len(test)
     assert sum(c["result"]["drawn"]["plant"] != WEBS[0][0] for c in test) >= 0.5 * len(test)

@@ -23,8 +23,9 @@ print(json.dumps(wild_states.run({"states": 36}, {"source": sys.argv[1], "seed":
 @pytest.mark.parametrize("world", ["herd", "menagerie"])
 def test_no_kernel_leaves_its_arrays_in_wild_states(world):
     environment = {k: v for k, v in os.environ.items() if k != "ECS_ECO_DEBUG"} | {"NUMBA_BOUNDSCHECK": "1"}
-    done = subprocess.run([sys.executable, "-c", STATES, world], cwd=ROOT, env=environment,
-                          capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", STATES, world], cwd=ROOT, env=environment, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr[-2000:]
     content = json.loads(done.stdout.splitlines()[-1])
     assert content["failures"] == []
@@ -33,13 +34,17 @@ def test_no_kernel_leaves_its_arrays_in_wild_states(world):
         assert {"refused", "ran"} & set(content["kinds"][way])
 
 
-@pytest.mark.parametrize(("error", "way", "kind"), [
-    (IndexError("index is out of bounds"), "within a tick", "out of bounds"),
-    (KeyError("x"), "columns", "traceback"), (ValueError("negative dimensions"), "spawn", "traceback"),
-    (ValueError("moss, uid 2: Position.x is nan; allowed: 0 to 9 m"), "columns", "refused"),
-    (ValueError("negative dimensions"), "within a tick", "stopped with an error"),
-    (CheckpointError("something is wrong"), "checkpoint", "refused without a place"),
-    (CheckpointError("/tmp/odd.safetensors: uid 2 lives twice"), "checkpoint", "refused"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("error", "way", "kind"),
+    [
+        (IndexError("index is out of bounds"), "within a tick", "out of bounds"),
+        (KeyError("x"), "columns", "traceback"),
+        (ValueError("negative dimensions"), "spawn", "traceback"),
+        (ValueError("moss, uid 2: Position.x is nan; allowed: 0 to 9 m"), "columns", "refused"),
+        (ValueError("negative dimensions"), "within a tick", "stopped with an error"),
+        (CheckpointError("something is wrong"), "checkpoint", "refused without a place"),
+        (CheckpointError("/tmp/odd.safetensors: uid 2 lives twice"), "checkpoint", "refused"),
+    ],
+)
 def test_what_became_of_a_state_is_told_by_its_error(error, way, kind):
     assert wild._kind(error, way)["kind"] == kind

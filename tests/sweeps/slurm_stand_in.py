@@ -60,12 +60,23 @@ def sbatch(words: list[str]) -> None:
     with state() as now:
         number = now["next"]
         now["next"] += 1 + len(indices)
-        tasks = {str(i): {"state": PENDING, "restarts": 0, "id": number + 1 + k, "log": []}
-                 for k, i in enumerate(indices)}
-        now["arrays"][str(number)] = {"script": str(Path(words[1]).absolute()), "options": options,
-                                      "limit": int(limit or len(indices)), "tasks": tasks}
-    subprocess.Popen([sys.executable, __file__, "controller", str(number)], start_new_session=True,
-                     stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        tasks = {
+            str(i): {"state": PENDING, "restarts": 0, "id": number + 1 + k, "log": []}
+            for k, i in enumerate(indices)
+        }
+        now["arrays"][str(number)] = {
+            "script": str(Path(words[1]).absolute()),
+            "options": options,
+            "limit": int(limit or len(indices)),
+            "tasks": tasks,
+        }
+    subprocess.Popen(
+        [sys.executable, __file__, "controller", str(number)],
+        start_new_session=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     print(f"{number};stand-in")
 
 
@@ -115,8 +126,9 @@ def controller(words: list[str]) -> None:
         with state() as now:
             array = now["arrays"][number]
             after = array["options"].get("dependency", "").removeprefix("afterany:")
-            free = not after or all(t["state"] not in (PENDING, RUNNING)
-                                    for t in now["arrays"][after]["tasks"].values())
+            free = not after or all(
+                t["state"] not in (PENDING, RUNNING) for t in now["arrays"][after]["tasks"].values()
+            )
             for i, task in array["tasks"].items():
                 if i in running:
                     running[i] = _look(task, array["options"], *running[i])
@@ -132,16 +144,27 @@ def controller(words: list[str]) -> None:
 def _start(number: str, index: str, task: dict[str, Any], array: dict[str, Any]) -> subprocess.Popen[bytes]:
     task["state"] = RUNNING
     task["log"].append("started")
-    known = {"SLURM_ARRAY_JOB_ID": number, "SLURM_ARRAY_TASK_ID": index, "SLURM_JOB_ID": str(task["id"]),
-             "SLURM_RESTART_COUNT": str(task["restarts"])}
+    known = {
+        "SLURM_ARRAY_JOB_ID": number,
+        "SLURM_ARRAY_TASK_ID": index,
+        "SLURM_JOB_ID": str(task["id"]),
+        "SLURM_RESTART_COUNT": str(task["restarts"]),
+    }
     output = array["options"]["output"].replace("%A", number).replace("%a", index)
     with open(output, "ab" if array["options"].get("open-mode") == "append" else "wb") as out:
-        return subprocess.Popen(["bash", array["script"]], env=os.environ | known, stdout=out, stderr=out,
-                                stdin=subprocess.DEVNULL, start_new_session=True)
+        return subprocess.Popen(
+            ["bash", array["script"]],
+            env=os.environ | known,
+            stdout=out,
+            stderr=out,
+            stdin=subprocess.DEVNULL,
+            start_new_session=True,
+        )
 
 
-def _look(task: dict[str, Any], options: dict[str, str], shell: subprocess.Popen[bytes], begun: float,
-          told: bool) -> tuple[subprocess.Popen[bytes], float, bool]:
+def _look(
+    task: dict[str, Any], options: dict[str, str], shell: subprocess.Popen[bytes], begun: float, told: bool
+) -> tuple[subprocess.Popen[bytes], float, bool]:
     """Signal, end, requeue or bury a running task, as it is due."""
     seconds, limit = time.monotonic() - begun, _seconds(options.get("time"))
     name, notice = re.fullmatch(r"B:(\w+)@(\d+)", options["signal"]).groups()  # type: ignore[union-attr]

@@ -28,8 +28,14 @@ def test_jobs_cross_points_treatments_training_seeds_and_world_seeds() -> None:
     assert len(made.jobs) == 12
     assert [job.number for job in made.jobs] == list(range(12))
     first = [(job.treatment, job.training_seed, job.world_seed) for job in made.jobs[:6]]
-    assert first == [("", 1, 4), ("", 1, 6), ("", 2, 4), ("", 2, 6), ("random-policy", None, 4),
-                     ("random-policy", None, 6)]
+    assert first == [
+        ("", 1, 4),
+        ("", 1, 6),
+        ("", 2, 4),
+        ("", 2, 6),
+        ("random-policy", None, 4),
+        ("random-policy", None, 6),
+    ]
     assert [job.values for job in made.jobs] == [{"dt": 1.0}] * 6 + [{"dt": 0.5}] * 6
     assert len(made.trainings) == 2  # in the world as it is, for all points
     assert {one.config_hash for one in made.trainings} == {load("predator-prey", SMALL).config_hash}
@@ -43,10 +49,17 @@ def test_policies_are_trained_anew_for_each_set_of_values_where_the_plan_says_so
 
 def test_a_hypercube_has_one_point_in_each_share_of_every_range() -> None:
     ranges = {"dt": [0.2, 1.0], "species.deer.metabolism.basal": {"search": [0.001, 0.1], "scale": "log"}}
-    plan = read_plan({"world": "predator-prey", "set": SMALL,
-                      "latin_hypercube": {"points": 8, "seed": 3, "ranges": ranges}})
-    points = [{name: entry.value for name, entry in point.items()}
-              for point in points_of(plan, load("predator-prey", SMALL))]
+    plan = read_plan(
+        {
+            "world": "predator-prey",
+            "set": SMALL,
+            "latin_hypercube": {"points": 8, "seed": 3, "ranges": ranges},
+        }
+    )
+    points = [
+        {name: entry.value for name, entry in point.items()}
+        for point in points_of(plan, load("predator-prey", SMALL))
+    ]
     dt = np.array([point["dt"] for point in points])
     basal = np.log10([point["species.deer.metabolism.basal"] for point in points])
     assert sorted(((dt - 0.2) / 0.8 * 8).astype(int)) == list(range(8))
@@ -60,25 +73,33 @@ def test_the_hash_is_that_of_the_plan_and_not_of_its_place(tmp_path: Path) -> No
     assert one == two != other
 
 
-@pytest.mark.parametrize(("more", "words"), [
-    ("[grid]\nspecies.mos.count = [1]\n", ["line 5", 'no species named "mos"', 'did you mean "moss"']),
-    ("[grid]\nspecies.moss.count = [1,\n-4]\n", ["line 6", "-4", "at least 0"]),
-    ("[grid]\nspecies.moss.cuont = [1]\n", ["line 5", "unknown key", 'did you mean "count"']),
-    ("[set]\nspecies.moss.count = 1.5\n", ["line 5", "a whole number"]),
-    ("[latin_hypercube]\npoints = 2\n[latin_hypercube.ranges]\nspecies.moss.cuont = [1, 2]\n",
-     ["line 7", 'did you mean "count"']),
-    ("[latin_hypercube]\npoints = 2\n[latin_hypercube.ranges]\nspecies.moss.count = [3, 2]\n",
-     ["line 7", "low < high"]),
-    ('treatments = ["random-polisy"]\n', ["line 4", "no such treatment", 'did you mean "random-policy"']),
-    ('treatments = ["no-reflexes"]\n', ["line 4", "no species has a reflex"]),
-    ("training_seeds = 2\n", ["line 4", "no species has a policy to train"]),
-    ('policies = "ramdom"\n', ["line 4", "no such folder", 'did you mean "random"']),
-    ("[grid]\ntraining.ticks = [10, 20]\n", ["line 5", "retrain = true"]),
-    ("world_seeds = 90000\n[grid]\nspecies.moss.count = [1, 2]\n", ["180,000 jobs", "at most 100,000"]),
-    ('[reporters]\nn = "cuont(moss)"\n', ["line 5", "reporters.n"]),
-])  # fmt: skip
-def test_a_world_that_is_refused_is_told_at_the_line_of_the_plan(tmp_path: Path, more: str, words: list[str]
-                                                                 ) -> None:
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("[grid]\nspecies.mos.count = [1]\n", ["line 5", 'no species named "mos"', 'did you mean "moss"']),
+        ("[grid]\nspecies.moss.count = [1,\n-4]\n", ["line 6", "-4", "at least 0"]),
+        ("[grid]\nspecies.moss.cuont = [1]\n", ["line 5", "unknown key", 'did you mean "count"']),
+        ("[set]\nspecies.moss.count = 1.5\n", ["line 5", "a whole number"]),
+        (
+            "[latin_hypercube]\npoints = 2\n[latin_hypercube.ranges]\nspecies.moss.cuont = [1, 2]\n",
+            ["line 7", 'did you mean "count"'],
+        ),
+        (
+            "[latin_hypercube]\npoints = 2\n[latin_hypercube.ranges]\nspecies.moss.count = [3, 2]\n",
+            ["line 7", "low < high"],
+        ),
+        ('treatments = ["random-polisy"]\n', ["line 4", "no such treatment", 'did you mean "random-policy"']),
+        ('treatments = ["no-reflexes"]\n', ["line 4", "no species has a reflex"]),
+        ("training_seeds = 2\n", ["line 4", "no species has a policy to train"]),
+        ('policies = "ramdom"\n', ["line 4", "no such folder", 'did you mean "random"']),
+        ("[grid]\ntraining.ticks = [10, 20]\n", ["line 5", "retrain = true"]),
+        ("world_seeds = 90000\n[grid]\nspecies.moss.count = [1, 2]\n", ["180,000 jobs", "at most 100,000"]),
+        ('[reporters]\nn = "cuont(moss)"\n', ["line 5", "reporters.n"]),
+    ],
+)
+def test_a_world_that_is_refused_is_told_at_the_line_of_the_plan(
+    tmp_path: Path, more: str, words: list[str]
+) -> None:
     plan = written(tmp_path, f'world = "moss.toml"\n# the moss\nticks = 6\n{more}')
     with pytest.raises(ConfigError) as error:
         design_of(read_plan(plan))

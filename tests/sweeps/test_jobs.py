@@ -41,13 +41,22 @@ def test_a_job_that_is_done_is_left_as_it_is(tmp_path: Path) -> None:
 
 
 def test_a_job_that_was_stopped_goes_on_from_its_checkpoint_to_the_same_digest(
-        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     sweep, other = begun(tmp_path / "a"), begun(tmp_path / "b")
 
     def stop_at_3(arm: Arm, seed: int, ticks: int, folder: Path, *_: object) -> object:
-        run_to_folder(arm.config, seed=seed, ticks=ticks, out=folder, report=False, keep=1,
-                      prepare=lambda world: world.before_tick.append(
-                          lambda: world.tick == 3 and os.kill(os.getpid(), signal.SIGTERM)))
+        run_to_folder(
+            arm.config,
+            seed=seed,
+            ticks=ticks,
+            out=folder,
+            report=False,
+            keep=1,
+            prepare=lambda world: world.before_tick.append(
+                lambda: world.tick == 3 and os.kill(os.getpid(), signal.SIGTERM)
+            ),
+        )
         raise AssertionError("it was not stopped")
 
     with monkeypatch.context() as patched:
@@ -90,9 +99,11 @@ def test_what_is_done_of_another_job_is_refused(tmp_path: Path) -> None:
 def test_a_job_that_was_killed_by_sigkill_ends_with_the_same_digest(tmp_path: Path) -> None:
     long = PLAN.replace("ticks = 6", "ticks = 400\ncheckpoint_every = 20")
     sweep, other = begun(tmp_path / "a", long), begun(tmp_path / "b", long)
-    code = (f"import os; from ecs_eco.sweeps import jobs\nbefore = jobs._noting\n"
-            f"jobs._noting = lambda *a: lambda n, _: n > 150 and os.kill(os.getpid(), 9)\n"
-            f"jobs.run_job({str(sweep.folder)!r}, 0)")
+    code = (
+        f"import os; from ecs_eco.sweeps import jobs\nbefore = jobs._noting\n"
+        f"jobs._noting = lambda *a: lambda n, _: n > 150 and os.kill(os.getpid(), 9)\n"
+        f"jobs.run_job({str(sweep.folder)!r}, 0)"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == -signal.SIGKILL
     assert not (sweep.job_folder(0) / "done.json").exists()
     assert run_job(sweep.folder, 0)["digest"] == run_job(other.folder, 0)["digest"]
@@ -100,8 +111,13 @@ def test_a_job_that_was_killed_by_sigkill_ends_with_the_same_digest(tmp_path: Pa
 
 @pytest.mark.slow
 def test_policies_are_trained_once_by_the_first_job_that_needs_them_and_shared(tmp_path: Path) -> None:
-    small = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 2,
-             "training.ticks": 3, "training.set": {}}
+    small = {
+        "species.grass.count": 60,
+        "species.deer.count": 12,
+        "species.wolf.count": 2,
+        "training.ticks": 3,
+        "training.set": {},
+    }
     plan = {"world": "predator-prey", "ticks": 4, "set": small, "training_seeds": 1, "world_seeds": 2}
     sweep = begin(tmp_path / "out", design_of(read_plan(plan)))
     first = run_job(sweep.folder, 0)
@@ -154,9 +170,14 @@ def test_a_flipped_bit_and_a_wrong_type_in_a_result_are_refused_by_name(tmp_path
     assert file.read_text() != whole
     with pytest.raises(RecordingError, match=r"done\.json: is damaged.*seal does not fit; remove this file"):
         read_done(sweep, 0)
-    for change, key in (({"seconds": "long"}, "seconds"), ({"summary": 3}, "summary"),
-                        ({"summary": done["summary"] | {"species": {"moss": {"mean": []}}}},
-                         r"summary\.species\.moss\.deaths")):
+    for change, key in (
+        ({"seconds": "long"}, "seconds"),
+        ({"summary": 3}, "summary"),
+        (
+            {"summary": done["summary"] | {"species": {"moss": {"mean": []}}}},
+            r"summary\.species\.moss\.deaths",
+        ),
+    ):
         seal.write_manifest(file.parent, done | change, "done.json")
         with pytest.raises(RecordingError, match=rf"done\.json: {key}: "):
             read_done(sweep, 0)

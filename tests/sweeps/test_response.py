@@ -12,14 +12,36 @@ from ecs_eco.sweeps.response import Outcome, answers, by_point, interval, outcom
 N, KEPT = Outcome("moss.mean", "mean number of moss", "moss"), Outcome("persisted", "share", share=True)
 
 
-def row(point: int, count: int, rate: float, seed: int, mean: float | None, kept: bool = True,
-        training: int | None = None) -> dict[str, object]:
-    return {"point": point, "count": count, "rate": rate, "treatment": "world", "world_seed": seed,
-            "training_seed": training, "persisted": kept, "moss.mean": mean, "moss.period": None}
+def row(
+    point: int,
+    count: int,
+    rate: float,
+    seed: int,
+    mean: float | None,
+    kept: bool = True,
+    training: int | None = None,
+) -> dict[str, object]:
+    return {
+        "point": point,
+        "count": count,
+        "rate": rate,
+        "treatment": "world",
+        "world_seed": seed,
+        "training_seed": training,
+        "persisted": kept,
+        "moss.mean": mean,
+        "moss.period": None,
+    }
 
 
-ROWS = [row(0, 5, 0.1, 1, 10.0), row(0, 5, 0.1, 2, 14.0, kept=False), row(1, 5, 0.2, 1, 20.0),
-        row(1, 5, 0.2, 2, 24.0), row(2, 9, 0.1, 1, 30.0), row(2, 9, 0.1, 2, None)]  # fmt: skip
+ROWS = [
+    row(0, 5, 0.1, 1, 10.0),
+    row(0, 5, 0.1, 2, 14.0, kept=False),
+    row(1, 5, 0.2, 1, 20.0),
+    row(1, 5, 0.2, 2, 24.0),
+    row(2, 9, 0.1, 1, 30.0),
+    row(2, 9, 0.1, 2, None),
+]
 
 
 def test_an_answer_is_the_mean_over_seeds_of_the_means_over_all_else() -> None:
@@ -50,8 +72,9 @@ def test_points_come_in_the_order_of_the_key() -> None:
     assert values_of([{"x": "b"}, {"x": "a"}, {"x": [1]}], "x") == ["b", "a", [1]]
 
 
-@pytest.mark.parametrize(("column", "label"),
-                         [("energy.moss.mean", "mean energy of moss"), ("heat.mean", "mean heat")])
+@pytest.mark.parametrize(
+    ("column", "label"), [("energy.moss.mean", "mean energy of moss"), ("heat.mean", "mean heat")]
+)
 def test_what_reporters_measured_is_an_outcome(column: str, label: str) -> None:
     found = outcomes_of([ROWS[0] | {column: 1.0}], ["moss"])
     assert [o.column for o in found] == ["persisted", "moss.mean", column]

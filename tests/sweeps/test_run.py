@@ -25,8 +25,9 @@ from tests.sweeps.moss import PLAN, written
 
 def digests(folder: Path) -> list[str]:
     sweep = read_sweep(folder)
-    return [json.loads((sweep.job_folder(job.number) / "done.json").read_text())["digest"]
-            for job in sweep.jobs]
+    return [
+        json.loads((sweep.job_folder(job.number) / "done.json").read_text())["digest"] for job in sweep.jobs
+    ]
 
 
 def begun(folder: Path, plan: str = PLAN) -> Sweep:
@@ -105,8 +106,9 @@ def always_killed(folder: str, number: int, allowed: Any) -> None:
 
 
 @pytest.mark.slow
-def test_a_job_whose_worker_is_killed_is_called_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-                                                      ) -> None:
+def test_a_job_whose_worker_is_killed_is_called_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     sweep = begun(tmp_path)
     monkeypatch.setattr(run, "run_job", killed_twice)
     with Pool(2) as pool:
@@ -116,8 +118,9 @@ def test_a_job_whose_worker_is_killed_is_called_again(tmp_path: Path, monkeypatc
 
 
 @pytest.mark.slow
-def test_a_job_whose_worker_is_always_killed_fails_in_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-                                                              ) -> None:
+def test_a_job_whose_worker_is_always_killed_fails_in_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     sweep = begun(tmp_path)
     monkeypatch.setattr(run, "run_job", always_killed)
     monkeypatch.setattr(run, "RETRIES", 1)
@@ -127,7 +130,8 @@ def test_a_job_whose_worker_is_always_killed_fails_in_the_end(tmp_path: Path, mo
 
 
 def test_what_a_job_needs_is_trained_before_it_and_a_training_that_fails_fails_its_jobs(
-        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     small = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 2}
     plan = {"world": "predator-prey", "set": small, "training_seeds": 2, "treatments": ["random-policy"]}
     sweep = begin(tmp_path / "out", design_of(read_plan(plan)))

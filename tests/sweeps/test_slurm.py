@@ -74,24 +74,34 @@ def test_a_script_asks_for_notice_and_to_be_queued_again(tmp_path: Path) -> None
     sweep = sweep_in(tmp_path)
     text = script(sweep, 1000, [0, 2], Options(limit=7, more=("--time=2:00:00", "--qos=long")), after="55")
     head = [line for line in text.splitlines() if line.startswith("#SBATCH")]
-    assert {"#SBATCH --requeue", "#SBATCH --array=0,2%7", "#SBATCH --signal=B:TERM@120",
-            "#SBATCH --open-mode=append", "#SBATCH --dependency=afterany:55", "#SBATCH --time=2:00:00",
-            f"#SBATCH --output={sweep.folder}/slurm/%A_%a.log"} <= set(head)
+    assert {
+        "#SBATCH --requeue",
+        "#SBATCH --array=0,2%7",
+        "#SBATCH --signal=B:TERM@120",
+        "#SBATCH --open-mode=append",
+        "#SBATCH --dependency=afterany:55",
+        "#SBATCH --time=2:00:00",
+        f"#SBATCH --output={sweep.folder}/slurm/%A_%a.log",
+    } <= set(head)
     assert head[-1] == "#SBATCH --qos=long"  # what the user says comes last
     assert '"$((SLURM_ARRAY_TASK_ID + 1000))"' in text
     assert f"{sys.executable} -P -c" in text  # whatever modules lie where the job runs
 
 
 def test_nothing_of_a_folder_becomes_a_command_of_its_script(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "executable", "/bin/true")
     sweep = sweep_in(tmp_path / "it's $(touch mark) 5% #x")
     lines = script(sweep, 0, [0], Options()).splitlines()
     [output] = [shlex.split(line)[1] for line in lines if "--output" in line]
     assert output == f"--output={sweep.folder}/slurm/%A_%a.log".replace("5% ", "5%% ")
-    subprocess.run(["bash", "-c", "\n".join(lines)], cwd=tmp_path, check=True,
-                   env=os.environ | {"SLURM_ARRAY_TASK_ID": "0"})
+    subprocess.run(
+        ["bash", "-c", "\n".join(lines)],
+        cwd=tmp_path,
+        check=True,
+        env=os.environ | {"SLURM_ARRAY_TASK_ID": "0"},
+    )
     assert not list(tmp_path.rglob("mark"))
     with pytest.raises(ConfigError, match="cannot be a line of a batch script"):
         script(sweep_in(tmp_path / "a\ntouch mark"), 0, [0], Options())
@@ -110,8 +120,9 @@ def test_a_hash_that_is_none_is_refused(tmp_path: Path) -> None:
 def test_a_note_of_arrays_with_other_values_is_refused(tmp_path: Path) -> None:
     sweep = sweep_in(tmp_path)
     (sweep.folder / "slurm").mkdir()
-    seal.write_manifest(sweep.folder / "slurm", {"arrays": [{"id": "1\nx", "offset": 0, "indices": "0"}]},
-                        "submitted.json")
+    seal.write_manifest(
+        sweep.folder / "slurm", {"arrays": [{"id": "1\nx", "offset": 0, "indices": "0"}]}, "submitted.json"
+    )
     with pytest.raises(RecordingError, match=r"submitted\.json: arrays\.0\.id: "):
         queued(sweep.folder)
 
@@ -171,11 +182,12 @@ def log(slurm: Path, array: str, number: int) -> list[str]:
 
 
 def test_a_task_is_told_ahead_of_its_time_limit_and_queued_again_where_it_is_unfinished(
-    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     work = tmp_path / "work"
-    work.write_text("#!/bin/bash\ntrap 'exit 75' TERM\n"
-                    "[[ $SLURM_RESTART_COUNT == 1 ]] || { sleep 60 & wait; }\n")
+    work.write_text(
+        "#!/bin/bash\ntrap 'exit 75' TERM\n[[ $SLURM_RESTART_COUNT == 1 ]] || { sleep 60 & wait; }\n"
+    )
     work.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(work))
     sweep = sweep_in(tmp_path)
@@ -185,7 +197,7 @@ def test_a_task_is_told_ahead_of_its_time_limit_and_queued_again_where_it_is_unf
 
 
 def test_what_is_unfinished_is_submitted_once_more_in_arrays_of_the_size_allowed(
-    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MAX_ARRAY_SIZE", "3")
     sweep = sweep_in(tmp_path)
@@ -199,8 +211,9 @@ def test_what_is_unfinished_is_submitted_once_more_in_arrays_of_the_size_allowed
     assert all(digests)
 
 
-def test_where_slurm_is_not_or_refuses_it_is_said(tmp_path: Path, slurm: Path,
-                                                  monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_slurm_is_not_or_refuses_it_is_said(
+    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     sweep = sweep_in(tmp_path)
     with pytest.raises(ConfigError, match="sbatch refused: sbatch: error: invalid partition specified"):
         submit(sweep.folder, [0], Options(more=("--partition=nowhere",)))
@@ -209,12 +222,15 @@ def test_where_slurm_is_not_or_refuses_it_is_said(tmp_path: Path, slurm: Path,
         submit(sweep.folder, [0])
 
 
-def test_the_command_submits_what_is_not_done_and_says_so(tmp_path: Path, slurm: Path,
-                                                          monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_submits_what_is_not_done_and_says_so(
+    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(sys, "executable", "/bin/true")
     plan = str(written(tmp_path))
-    begun, again = (CliRunner().invoke(app, ["sweep", *words, "--on", "slurm", "--sbatch=--time=0:30"])
-                    for words in ([plan, "--out", str(tmp_path / "out")], ["resume", str(tmp_path / "out")]))
+    begun, again = (
+        CliRunner().invoke(app, ["sweep", *words, "--on", "slurm", "--sbatch=--time=0:30"])
+        for words in ([plan, "--out", str(tmp_path / "out")], ["resume", str(tmp_path / "out")])
+    )
     assert "submitted 4 jobs to SLURM: 100; how far they are: ecs-eco sweep status" in begun.output
     assert "submitted" in again.output or "4 jobs are queued or running already" in again.output
     text = (tmp_path / "out" / "slurm" / "array-1.sh").read_text()

@@ -25,11 +25,19 @@ def mate(world):
 def couples_of(meadow, n, **changes):
     """A world of n couples, each 10 m from the next, the female first, 1 m before the male; all are ready."""
     way = WAY | changes.pop("reproduction", {})
-    world = meadow(count=2 * n, sex="random", world=WIDE | changes.pop("world", {}),
-                   reproduction=way, **changes)
+    world = meadow(
+        count=2 * n, sex="random", world=WIDE | changes.pop("world", {}), reproduction=way, **changes
+    )
     x = np.repeat(10.0 * np.arange(n), 2) + np.tile([0.0, 1.0], n)
-    arrange(world, "deer", x=x % 400, y=10.0 + 10 * np.floor(x / 400), sex=np.tile([FEMALE, MALE], n),
-            energy=0.75, age=20.0)
+    arrange(
+        world,
+        "deer",
+        x=x % 400,
+        y=10.0 + 10 * np.floor(x / 400),
+        sex=np.tile([FEMALE, MALE], n),
+        energy=0.75,
+        age=20.0,
+    )
     return world
 
 

@@ -4,10 +4,12 @@ from ecs_eco import World
 from ecs_eco.config import load
 
 SMALL = {
-    "space.size": [60.0, 60.0], "species.grass.count": 250, "species.deer.count": 60,
+    "space.size": [60.0, 60.0],
+    "species.grass.count": 250,
+    "species.deer.count": 60,
     "species.wolf.count": 21,
     "species.deer.reproduction.energy_min": 0.4,
-}  # fmt: skip
+}
 
 
 def small(*interventions, **more):

@@ -53,10 +53,13 @@ def test_the_kernel_agrees_with_its_plain_twin():
     age, head_start = generator.random(50).astype(np.float32) * 50, generator.random(50) * 10
     known = generator.random(50) < 0.5
     age[known] = np.float32((100 - born - 1) * 0.3 + head_start)[known]
-    start = np.where(age == np.float32((100 - born - 1) * 0.3 + head_start), head_start,
-                     age - (100 - born - 1) * 0.3)
-    expected = (np.where(alive, np.float32((100 - born) * 0.3 + start), age),
-                np.where(alive, start, head_start))
+    start = np.where(
+        age == np.float32((100 - born - 1) * 0.3 + head_start), head_start, age - (100 - born - 1) * 0.3
+    )
+    expected = (
+        np.where(alive, np.float32((100 - born) * 0.3 + start), age),
+        np.where(alive, start, head_start),
+    )
     grow_old(0, 50, alive, born, 100, 0.3, age, head_start)
     assert np.array_equal(age, expected[0])
     assert np.array_equal(head_start, expected[1])

@@ -10,18 +10,25 @@ from ecs_eco.testing import act, arrange, check_world
 from ecs_eco.testing.stores import Stores
 
 BEE = {
-    "count": 4, "body": {"radius": 0.25}, "metabolism": {"energy": 0.5, "energy_max": 1.0},
+    "count": 4,
+    "body": {"radius": 0.25},
+    "metabolism": {"energy": 0.5, "energy_max": 1.0},
     "sensors": [{"kind": "own", "property": "energy"}],
     "builds": [{"object": "cell", "cost": 0.125, "spacing": 1.0}],
     "actions": {"build": ["cell"]},
     "happiness": {"formula": "energy", "minimum": -1.0},
     "reflex": {"formulas": {"cell": "energy - 0.25"}},
-}  # fmt: skip
+}
 
 
 def _garden(cell=None, **bee):
-    return {"format": 1, "name": "garden", "space": {"size": [20.0, 20.0]},
-            "objects": {"cell": {"body": {"radius": 0.1}} | (cell or {})}, "species": {"bee": BEE | bee}}
+    return {
+        "format": 1,
+        "name": "garden",
+        "space": {"size": [20.0, 20.0]},
+        "objects": {"cell": {"body": {"radius": 0.1}} | (cell or {})},
+        "species": {"bee": BEE | bee},
+    }
 
 
 def _tick(world):
@@ -109,32 +116,42 @@ def test_species_and_individuals_that_build_the_same_share_what_is_the_most(name
 
 
 def test_what_costs_nothing_is_built_without_energy():
-    world = World.from_config(_garden(count=1, actions={}, reflex=None,
-                                      builds=[{"object": "cell", "cost": 0.0}]))
+    world = World.from_config(
+        _garden(count=1, actions={}, reflex=None, builds=[{"object": "cell", "cost": 0.0}])
+    )
     arrange(world, "bee", energy=0.0)
     act(world, Build)
     assert world.tables["cell"].waiting == 1
 
 
 def test_without_the_action_it_builds_whenever_it_can():
-    world = World.from_config(_garden(count=1, actions={}, reflex=None,
-                                      builds=[{"object": "cell", "cost": 0.125}]))
+    world = World.from_config(
+        _garden(count=1, actions={}, reflex=None, builds=[{"object": "cell", "cost": 0.125}])
+    )
     assert [world.run(1).tables["cell"].n for _ in range(5)] == [1, 2, 3, 3, 3]
     assert _energy(world) == [pytest.approx(0.5 - 0.375, abs=0.13)]
 
 
 def test_worlds_in_which_animals_build_keep_their_promises():
-    config = _garden(count=20, policy={"kind": "shared", "hidden": [4]}, reflex=None, builds=[
-        {"object": "cell", "cost": 0.03125, "spacing": 1.5}], cell={"energy": {"initial": 0.125}})
+    config = _garden(
+        count=20,
+        policy={"kind": "shared", "hidden": [4]},
+        reflex=None,
+        builds=[{"object": "cell", "cost": 0.03125, "spacing": 1.5}],
+        cell={"energy": {"initial": 0.125}},
+    )
 
     check_world(lambda threads: World.from_config(config, policies="random", threads=threads), ticks=20)
 
 
-@pytest.mark.parametrize(("changes", "fault"), [
-    ({"builds": [{"object": "sell", "cost": 0.1}]}, "cell"),
-    ({"builds": []}, "it builds nothing"),
-    ({"actions": {"build": ["sell"]}, "reflex": None}, "object in builds"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        ({"builds": [{"object": "sell", "cost": 0.1}]}, "cell"),
+        ({"builds": []}, "it builds nothing"),
+        ({"actions": {"build": ["sell"]}, "reflex": None}, "object in builds"),
+    ],
+)
 def test_what_cannot_be_built_is_refused(changes, fault):
     with pytest.raises(ConfigError, match=fault):
         load(_garden(**changes))

@@ -9,24 +9,30 @@ from ecs_eco.systems import Carry, Decide, Sense
 from ecs_eco.testing import act, arrange, check_world
 
 ANT = {
-    "count": 2, "body": {"radius": 0.5},
+    "count": 2,
+    "body": {"radius": 0.5},
     "metabolism": {"energy": 0.5, "energy_max": 1.0},
     "locomotion": {"speed": {"walk": 1.0}, "turn": 0.5},
     "carries": [{"object": "seed", "reach": 0.25, "cost": 0.125}],
-    "sensors": [{"kind": "own", "property": "load", "scale": 0.002},
-                {"kind": "touch", "target": "nest"}],
+    "sensors": [{"kind": "own", "property": "load", "scale": 0.002}, {"kind": "touch", "target": "nest"}],
     "actions": {"carry": ["take", "none", "drop"]},
     "neutral": {"carry": "none"},
     "happiness": {"formula": "load", "minimum": -1.0},
     "reflex": {"formulas": {"take": "0.5 - touch_nest", "drop": "touch_nest - 0.5"}},
-}  # fmt: skip
+}
 
 
 def _hill(seeds=2, **ant):
-    return {"format": 1, "name": "hill", "space": {"size": [20.0, 20.0]},
-            "objects": {"seed": {"count": seeds, "body": {"radius": 0.25, "mass": 0.002, "opaque": False}},
-                        "nest": {"at": [[18.0, 18.0]], "body": {"radius": 0.5, "opaque": False}}},
-            "species": {"ant": ANT | ant}}
+    return {
+        "format": 1,
+        "name": "hill",
+        "space": {"size": [20.0, 20.0]},
+        "objects": {
+            "seed": {"count": seeds, "body": {"radius": 0.25, "mass": 0.002, "opaque": False}},
+            "nest": {"at": [[18.0, 18.0]], "body": {"radius": 0.5, "opaque": False}},
+        },
+        "species": {"ant": ANT | ant},
+    }
 
 
 def _tick(world):
@@ -129,10 +135,15 @@ def test_without_actions_it_takes_what_it_can_and_keeps_it():
 
 
 def test_worlds_in_which_animals_carry_keep_their_promises(tmp_path):
-    config = _hill(seeds=20, count=12, policy={"kind": "shared", "hidden": [4]}, reflex=None,
-                   actions={"carry": ["take", "none", "drop"], "speed": ["walk"], "turn": ["left", "right"]},
-                   lethal=[{"property": "energy", "min": 0.0}, {"property": "age", "max": 30.0}],
-                   carries=[{"object": "seed", "reach": 0.25, "cost": 0.01}])
+    config = _hill(
+        seeds=20,
+        count=12,
+        policy={"kind": "shared", "hidden": [4]},
+        reflex=None,
+        actions={"carry": ["take", "none", "drop"], "speed": ["walk"], "turn": ["left", "right"]},
+        lethal=[{"property": "energy", "min": 0.0}, {"property": "age", "max": 30.0}],
+        carries=[{"object": "seed", "reach": 0.25, "cost": 0.01}],
+    )
 
     def make(threads=1):
         return World.from_config(config, policies="random", threads=threads, seed=2)
@@ -144,13 +155,16 @@ def test_worlds_in_which_animals_carry_keep_their_promises(tmp_path):
     assert again.digest() == whole.digest()
 
 
-@pytest.mark.parametrize(("changes", "fault"), [
-    ({"carries": [{"object": "sed"}]}, "seed"),
-    ({"carries": [{"object": "seed"}, {"object": "seed"}]}, "named twice"),
-    ({"carries": [{"object": "seed", "reach": 15.0}]}, "larger than the world"),
-    ({"carries": []}, "it carries nothing"),
-    ({"actions": {"carry": ["tak"]}, "neutral": {}, "reflex": None}, "take"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        ({"carries": [{"object": "sed"}]}, "seed"),
+        ({"carries": [{"object": "seed"}, {"object": "seed"}]}, "named twice"),
+        ({"carries": [{"object": "seed", "reach": 15.0}]}, "larger than the world"),
+        ({"carries": []}, "it carries nothing"),
+        ({"actions": {"carry": ["tak"]}, "neutral": {}, "reflex": None}, "take"),
+    ],
+)
 def test_what_cannot_be_carried_is_refused(changes, fault):
     with pytest.raises(ConfigError, match=fault):
         load(_hill(**changes))

@@ -54,8 +54,9 @@ def test_concentric_bodies_part_by_their_uids(meadow):
 
 
 def test_across_the_seam_and_not_into_rock(meadow):
-    world = meadow(world={"terrain": {"cell": 1.0, "rocks": [{"at": [10.0, 10.0], "radius": 1.5}]}},
-                   count=4, **SOLID)
+    world = meadow(
+        world={"terrain": {"cell": 1.0, "rocks": [{"at": [10.0, 10.0], "radius": 1.5}]}}, count=4, **SOLID
+    )
     arrange(world, "deer", x=[19.75, 0.25, 8.9, 8.4], y=[5, 5, 10, 10])
     act(world, Collide)
     # the third would have been pushed into rock
@@ -65,8 +66,9 @@ def test_across_the_seam_and_not_into_rock(meadow):
 @pytest.mark.parametrize("kind", ["rocks", "lakes"])
 def test_nobody_is_pushed_over_a_small_rock_or_lake_and_who_is_in_one_comes_out(meadow, kind):
     mark = {"at": [10.0, 10.0], "radius": 0.4}
-    world = meadow(count=2, world={"terrain": {"cell": 0.1, kind: [mark]}},
-                   body={"radius": 1.0, "solid": True})
+    world = meadow(
+        count=2, world={"terrain": {"cell": 0.1, kind: [mark]}}, body={"radius": 1.0, "solid": True}
+    )
     arrange(world, "deer", x=[9.5, 9.45], y=10)
     act(world, Collide)
     assert _x(world) == pytest.approx([9.5, 8.475])  # beyond it, 10.475, the first one would be
@@ -82,8 +84,9 @@ def test_larger_ones_of_a_kind_push_as_far_as_they_reach(meadow):
     assert _x(world) == [4.75, 8.25]
 
 
-@pytest.mark.parametrize(("size", "edges"),
-                         [([12.0, 9.0], "torus"), ([12.0, 9.0], "walls"), ([8.0, 7.0, 6.0], "walls")])
+@pytest.mark.parametrize(
+    ("size", "edges"), [([12.0, 9.0], "torus"), ([12.0, 9.0], "walls"), ([8.0, 7.0, 6.0], "walls")]
+)
 def test_the_kernel_is_its_slow_twin(meadow, size, edges):
     rng = np.random.default_rng(5)
     n = 60
@@ -105,9 +108,11 @@ def test_the_kernel_is_its_slow_twin(meadow, size, edges):
                 push[i] += 0.5 * depth[j] * d[j] / distance[j]
     there = a + push
     for axis, length in enumerate(size):
-        there[:, axis] = (there[:, axis] % length if edges == "torus"
-                          and axis < 2 else there[:, axis].clip(0, length))
-    places = np.stack([world.tables["deer"].field(Position, c)[world.tables["deer"].by_uid()] for c in "xyz"],
-                      1)
+        there[:, axis] = (
+            there[:, axis] % length if edges == "torus" and axis < 2 else there[:, axis].clip(0, length)
+        )
+    places = np.stack(
+        [world.tables["deer"].field(Position, c)[world.tables["deer"].by_uid()] for c in "xyz"], 1
+    )
     assert places == pytest.approx(there, abs=1e-4)
     assert (np.abs(push).max(axis=1) > 0).sum() > 10

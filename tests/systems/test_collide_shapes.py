@@ -57,11 +57,13 @@ def test_across_the_seam_a_long_body_pushes_at_both_ends(meadow):
 def test_nobody_runs_through_a_fence_however_fast(meadow, width):
     way = {"speed": {"still": 0.0, "walk": 0.3, "run": 9.0}, "turn": 0.5}
     walled = {"size": [20.0, 20.0], "edges": "walls"}
-    world = meadow(count=60, locomotion=way, **SOLID,
-                   world=fence((10.0, 0.5, 10.0, 19.5), width=width, space=walled))
+    world = meadow(
+        count=60, locomotion=way, **SOLID, world=fence((10.0, 0.5, 10.0, 19.5), width=width, space=walled)
+    )
     rng = np.random.default_rng(3)
-    arrange(world, "deer", x=rng.uniform(1, 8, 60), y=rng.uniform(4, 16, 60),
-            heading=rng.uniform(-0.6, 0.6, 60))
+    arrange(
+        world, "deer", x=rng.uniform(1, 8, 60), y=rng.uniform(4, 16, 60), heading=rng.uniform(-0.6, 0.6, 60)
+    )
     gait = rng.integers(1, 3, 60)
     decision = np.zeros((60, 7), np.uint8)
     decision[np.arange(60), gait], decision[:, 4] = 1, 1
@@ -106,8 +108,9 @@ def test_a_step_of_half_a_torus_and_more_ends_at_the_fence(meadow, speed, pace):
 
 def test_at_the_edge_of_the_space_nobody_is_pushed_around_the_end_of_a_fence(meadow):
     walled = {"size": [20.0, 20.0], "edges": "walls"}
-    world = meadow(count=5, world=fence((10.0, 0.0, 10.0, 20.0), space=walled),
-                   body={"radius": 1.0, "solid": True})
+    world = meadow(
+        count=5, world=fence((10.0, 0.0, 10.0, 20.0), space=walled), body={"radius": 1.0, "solid": True}
+    )
     arrange(world, "deer", x=[9.8, 9.1, 9.2, 9.0, 9.1], y=[0.0, 0.5, 0.4, 0.3, 0.2])
     act(world, Collide)
     at = _at(world)
@@ -117,8 +120,14 @@ def test_at_the_edge_of_the_space_nobody_is_pushed_around_the_end_of_a_fence(mea
 
 @pytest.mark.definition("1 conformation")
 def test_a_road_and_the_soft_stop_nobody(meadow):
-    road = {"objects": {"road": {"between": [[10.0, 0.0, 10.0, 20.0]], "body": {
-        "shape": "box", "size": [1.0, 2.0, 0.01], "solid": False, "opaque": False}}}}
+    road = {
+        "objects": {
+            "road": {
+                "between": [[10.0, 0.0, 10.0, 20.0]],
+                "body": {"shape": "box", "size": [1.0, 2.0, 0.01], "solid": False, "opaque": False},
+            }
+        }
+    }
     soft = {"body": {"radius": 0.5, "solid": False}}
     for world in (meadow(world=road, **SOLID), meadow(world=fence((10.0, 5.0, 10.0, 15.0)), **soft)):
         table = arrange(world, "deer", x=[8.5, 8.5], y=[7, 12], heading=0)
@@ -130,8 +139,10 @@ def test_a_road_and_the_soft_stop_nobody(meadow):
 
 def test_in_a_volume_bodies_part_upwards_too(meadow):
     body = {"shape": "box", "size": [8.0, 6.0, 1.0], "solid": True}
-    slab = {"space": {"size": [20.0, 20.0, 10.0]},
-            "objects": {"slab": {"at": [[10.0, 10.0, 5.0]], "heading": [0.5], "body": body}}}
+    slab = {
+        "space": {"size": [20.0, 20.0, 10.0]},
+        "objects": {"slab": {"at": [[10.0, 10.0, 5.0]], "heading": [0.5], "body": body}},
+    }
     world = meadow(world=slab, **SOLID)
     arrange(world, "deer", x=10, y=[10, 11], z=[5.75, 4.5])
     act(world, Collide)

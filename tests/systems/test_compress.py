@@ -7,8 +7,11 @@ from ecs_eco.systems import Compress
 from ecs_eco.systems.compress import equalise
 from ecs_eco.testing import act, arrange
 
-DIVER = {"body": {"compressible": True}, "properties": {"pressure": 101_325.0},
-         "lethal": [{"property": "pressure", "max": 200_000.0, "high": "crushed"}]}
+DIVER = {
+    "body": {"compressible": True},
+    "properties": {"pressure": 101_325.0},
+    "lethal": [{"property": "pressure", "max": 200_000.0, "high": "crushed"}],
+}
 SEA = {"space": {"size": [20.0, 20.0, 50.0], "edges": "walls"}, "water": {"density": 1000.0}}
 
 
@@ -33,8 +36,11 @@ def test_a_pressure_that_is_not_said_to_follow_stays_as_it_was_at_birth(meadow):
 
 
 def test_objects_are_compressed_too(meadow):
-    float_ = {"at": [[5.0, 5.0, 40.0]], "body": {"radius": 0.5, "compressible": True},
-              "properties": {"pressure": 101_325.0}}
+    float_ = {
+        "at": [[5.0, 5.0, 40.0]],
+        "body": {"radius": 0.5, "compressible": True},
+        "properties": {"pressure": 101_325.0},
+    }
     world = meadow(world=SEA | {"objects": {"float": float_}})
     act(world, Compress)
     assert world.tables["float"][Physical].pressure[0] == pytest.approx(101_325 + 98_100)

@@ -32,8 +32,11 @@ def test_reach_is_measured_from_surface_to_surface(meadow):
 
 @pytest.mark.definition("1 conformation")
 def test_a_box_is_eaten_at_its_nearest_side(meadow):
-    hedge = {"objects": {"hedge": {"at": [[10.0, 10.0], [10.0, 13.0]], "body": {
-        "shape": "box", "size": [8.0, 1.0]}}}}
+    hedge = {
+        "objects": {
+            "hedge": {"at": [[10.0, 10.0], [10.0, 13.0]], "body": {"shape": "box", "size": [8.0, 1.0]}}
+        }
+    }
     world = meadow(world=hedge, diet=[{"eats": "hedge", "reach": 0.25, "gain": 0.25}])
     arrange(world, "deer", x=[6.5, 13.5], y=[11.2, 11.3], energy=0.5)  # 0.2 m and 0.3 m from the first hedge
     arrange(world, "hedge", heading=0)
@@ -45,8 +48,10 @@ def test_a_box_is_eaten_at_its_nearest_side(meadow):
 
 
 @pytest.mark.definition("1 conformation")
-@pytest.mark.parametrize(("y", "heading", "meets"), [(1.45, 0.0, True), (1.55, 0.0, False),
-                                                     (2.7, math.pi / 2, True), (2.8, math.pi / 2, False)])
+@pytest.mark.parametrize(
+    ("y", "heading", "meets"),
+    [(1.45, 0.0, True), (1.55, 0.0, False), (2.7, math.pi / 2, True), (2.8, math.pi / 2, False)],
+)
 def test_mates_reach_each_other_from_surface_to_surface(meadow, y, heading, meets):
     world = meadow(sex="random", reproduction=WAY, body=LONG)  # reach 1 m
     arrange(world, "deer", x=10.0, y=[5.0, 5.0 + y], heading=[0.0, heading], sex=[FEMALE, MALE], energy=0.75)
@@ -86,8 +91,11 @@ def test_remains_have_the_shape_of_the_dead(meadow):
 
 @pytest.mark.definition("1 conformation")
 def test_a_long_body_cools_by_its_own_surface(meadow):
-    heat = {"properties": {"temperature": 310.0}, "heat": {"specific_heat": 1000.0, "conductance": 10.0},
-            "metabolism": {"energy": 0.5, "basal": 0.0}}
+    heat = {
+        "properties": {"temperature": 310.0},
+        "heat": {"specific_heat": 1000.0, "conductance": 10.0},
+        "metabolism": {"energy": 0.5, "basal": 0.0},
+    }
     world = meadow(body=LONG | {"mass": 2.0}, **heat)
     act(world, ExchangeHeat)
     area = math.pi * (2 * 0.25 * 2.5 + 4 * 0.25**2)
@@ -111,8 +119,9 @@ def test_young_are_fed_from_surface_to_surface(meadow):
     care = {"by": "mother", "until": 100.0, "rate": 0.1, "reach": 0.3}
     way = {"kind": "asexual", "rate": 0.1, "energy_min": 0.1, "energy_given": 0.05, "dispersal": 8.0}
     world = meadow(count=3, body=LONG, care=care, reproduction=way)
-    deer = arrange(world, "deer", x=[10, 10, 10], y=[10, 10.7, 10.9], heading=0, energy=[0.9, 0.2, 0.2],
-                   age=[500, 1, 1])
+    deer = arrange(
+        world, "deer", x=[10, 10, 10], y=[10, 10.7, 10.9], heading=0, energy=[0.9, 0.2, 0.2], age=[500, 1, 1]
+    )
     mother = deer.uid[deer.by_uid()[0]]
     deer[Parentage].mother[deer.by_uid()[1:]] = mother
     act(world, Nurse)
@@ -125,9 +134,15 @@ def test_the_systems_conform_with_shapes(meadow):
     def make(threads):
         body = {"shape": "box", "size": [5.0, 0.5], "solid": True}
         hedge = {"objects": {"hedge": {"count": 6, "body": body}}}
-        return meadow(count=60, world=hedge, sex="random", body=LONG | {"solid": True}, reproduction=WAY,
-                      grass={"count": 40, "body": {"shape": "capsule", "length": 1.0}},
-                      options={"threads": threads})
+        return meadow(
+            count=60,
+            world=hedge,
+            sex="random",
+            body=LONG | {"solid": True},
+            reproduction=WAY,
+            grass={"count": 40, "body": {"shape": "capsule", "length": 1.0}},
+            options={"threads": threads},
+        )
 
     for system in (Feed, Mate, Collide):
         check_system(system, make, ticks=3)

@@ -12,11 +12,16 @@ from ecs_eco.testing.stores import Stores
 
 
 def _cheeses(**store):
-    return World.from_config({
-        "format": 1, "name": "larder", "space": {"size": [10.0, 10.0]}, "dt": 0.5,
-        "objects": {"cheese": {"count": 2, "body": {"radius": 0.1}, "energy": store}},
-        "species": {"mouse": {"count": 0, "body": {"radius": 0.1}}},
-    })  # fmt: skip
+    return World.from_config(
+        {
+            "format": 1,
+            "name": "larder",
+            "space": {"size": [10.0, 10.0]},
+            "dt": 0.5,
+            "objects": {"cheese": {"count": 2, "body": {"radius": 0.1}, "energy": store}},
+            "species": {"mouse": {"count": 0, "body": {"radius": 0.1}}},
+        }
+    )
 
 
 def test_what_is_kept_rots_by_its_share_in_each_second():

@@ -87,8 +87,10 @@ def test_a_policy_that_is_no_number_stops_with_species_tick_and_organism(meadow)
         else:
             deer[Policy].weights[deer.rows()] = np.nan
         uid = int(deer.uid[deer.species.nerves.rows[0]])
-        with pytest.raises(FloatingPointError, match="deer, tick 3: the policy of organism [0-9]+ gives.*2 "
-                                                     f"such of 2.*{word}") as error:
+        with pytest.raises(
+            FloatingPointError,
+            match=f"deer, tick 3: the policy of organism [0-9]+ gives.*2 such of 2.*{word}",
+        ) as error:
             world.run(1)
         assert str(uid) in str(error.value) or len(deer) == 2
 

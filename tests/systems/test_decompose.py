@@ -12,18 +12,29 @@ from ecs_eco.lifecycle.matter import litres, stocks
 from ecs_eco.record.matter import LEDGER, imbalance
 from ecs_eco.systems.decompose import give_back
 
-CARCASS = {"at": [[5.0, 5.0]], "body": {"radius": 0.25, "opaque": False},
-           "substances": {"nitrogen": 2.0, "carbon": 4.0}, "decomposition": {"rate": 0.5, "left": 0.05}}
+CARCASS = {
+    "at": [[5.0, 5.0]],
+    "body": {"radius": 0.25, "opaque": False},
+    "substances": {"nitrogen": 2.0, "carbon": 4.0},
+    "decomposition": {"rate": 0.5, "left": 0.05},
+}
 HELD = 2.0 * float(litres(0.25))  # [mol] of nitrogen
 
 
 def forest(carcass=None, dt=1.0, fields=None):
     soil = {"soil": {"cell": 2.0, "substance": "nitrogen", "depth": 0.5}}
-    return World.from_config({
-        "format": 1, "name": "forest", "dt": dt, "space": {"size": [20.0, 20.0]},
-        "substances": {"nitrogen": "", "carbon": ""}, "fields": soil if fields is None else fields,
-        "objects": {"carcass": CARCASS | (carcass or {})},
-        "species": {"oak": {"count": 1, "body": {"radius": 0.5}}}})  # fmt: skip
+    return World.from_config(
+        {
+            "format": 1,
+            "name": "forest",
+            "dt": dt,
+            "space": {"size": [20.0, 20.0]},
+            "substances": {"nitrogen": "", "carbon": ""},
+            "fields": soil if fields is None else fields,
+            "objects": {"carcass": CARCASS | (carcass or {})},
+            "species": {"oak": {"count": 1, "body": {"radius": 0.5}}},
+        }
+    )
 
 
 def ledger(world):
@@ -54,12 +65,25 @@ def test_a_carcass_gives_back_by_olsons_law_and_vanishes_with_the_rest(dt):
 def test_the_dead_return_to_the_soil():
     """Life and death of an organism change no amount: a body of one mole is a mole of soil in the end."""
     radius = (3 / 4000 / math.pi) ** (1 / 3)
-    world = World.from_config({
-        "format": 1, "name": "grave", "space": {"size": [10.0, 10.0]}, "substances": {"nitrogen": ""},
-        "fields": {"soil": {"cell": 1.0, "substance": "nitrogen"}},
-        "objects": {"carcass": {"body": {"radius": 0.01}, "decomposition": {"rate": 1.0}}},
-        "species": {"fly": {"count": 1, "body": {"radius": radius}, "substances": {"nitrogen": 1.0},
-                            "lethal": [{"property": "age", "max": 3.0}], "remains": "carcass"}}})  # fmt: skip
+    world = World.from_config(
+        {
+            "format": 1,
+            "name": "grave",
+            "space": {"size": [10.0, 10.0]},
+            "substances": {"nitrogen": ""},
+            "fields": {"soil": {"cell": 1.0, "substance": "nitrogen"}},
+            "objects": {"carcass": {"body": {"radius": 0.01}, "decomposition": {"rate": 1.0}}},
+            "species": {
+                "fly": {
+                    "count": 1,
+                    "body": {"radius": radius},
+                    "substances": {"nitrogen": 1.0},
+                    "lethal": [{"property": "age", "max": 3.0}],
+                    "remains": "carcass",
+                }
+            },
+        }
+    )
     for _ in range(20):
         world.run(1)
         assert stocks(world, world.matter).sum() == pytest.approx(1.0, rel=1e-6)  # the radius is float32

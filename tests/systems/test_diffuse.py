@@ -7,9 +7,10 @@ from ecs_eco.lifecycle.matter import NUMBER, stocks
 from ecs_eco.systems import Diffuse
 from ecs_eco.testing import act, arrange
 
-FIELDS = {"fields": {"musk": {"cell": 2.0, "diffusion": 0.5, "decay": 0.0},
-                     "hay": {"cell": 1.0, "decay": 0.5}},
-          "dt": 0.5}
+FIELDS = {
+    "fields": {"musk": {"cell": 2.0, "diffusion": 0.5, "decay": 0.0}, "hay": {"cell": 1.0, "decay": 0.5}},
+    "dt": 0.5,
+}
 
 
 def test_every_body_emits_its_rate_where_it_is(meadow):
@@ -31,7 +32,8 @@ def test_a_smell_follows_who_moves_and_stays_where_it_was(meadow):
         act(world, Diffuse)
     fade = 2.718281828 ** (-0.25)
     assert world.fields["hay"].value[0, 0, [0, 9]].tolist() == pytest.approx(
-        [2 * 2 * (1 - fade) / 0.5 * fade, 2 * 2 * (1 - fade) / 0.5])
+        [2 * 2 * (1 - fade) / 0.5 * fade, 2 * 2 * (1 - fade) / 0.5]
+    )
 
 
 def test_the_dead_emit_no_more(meadow):

@@ -12,8 +12,11 @@ ROTS = [{"from": {"sugar": 1.0}, "to": {}, "rate": 1e-30}]
 
 @pytest.fixture
 def herd(meadow):
-    return meadow(world={"substances": {"sugar": "", "salt": ""}}, substances={"sugar": 0.5, "salt": 0.25},
-                  reactions=ROTS)
+    return meadow(
+        world={"substances": {"sugar": "", "salt": ""}},
+        substances={"sugar": 0.5, "salt": 0.25},
+        reactions=ROTS,
+    )
 
 
 @pytest.mark.definition("1 substances")
@@ -37,8 +40,12 @@ def test_a_box_holds_what_its_volume_says(meadow):
 
 def test_a_box_leaves_its_amounts_to_a_sphere(meadow):
     box = {"body": {"shape": "box", "size": [2.0, 1.0, 0.5], "radius": None}, "remains": "bone"}
-    world = meadow(world={"substances": {"sugar": ""}, "objects": {"bone": {"body": {"radius": 0.1}}}},
-                   substances={"sugar": 0.5}, lethal=[{"property": "age", "max": 1.5}], **box)
+    world = meadow(
+        world={"substances": {"sugar": ""}, "objects": {"bone": {"body": {"radius": 0.1}}}},
+        substances={"sugar": 0.5},
+        lethal=[{"property": "age", "max": 1.5}],
+        **box,
+    )
     for _ in range(4):
         world.run(1)
         assert stocks(world, world.matter).sum() == pytest.approx(1000, rel=1e-6)

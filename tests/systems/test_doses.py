@@ -18,20 +18,38 @@ LITRES = 4000 / 3 * math.pi * 0.5**3  # of a sheep
 def meadow(*interventions, size=(8.0, 8.0), moves=True, **options):
     """Soil in cells of 4 m² and 4,000 L, and three sheep that hold salt and may sweat it out."""
     sweat = {"kind": "release", "substance": "salt", "rate": 0.001}
-    return World.from_config({
-        "format": 1, "name": "meadow", "ticks": 50, "space": {"size": list(size), "edges": "walls"},
-        "substances": {"salt": "licked", "nitrogen": "in the soil"},
-        "fields": {"soil": {"cell": 2.0, "substance": "nitrogen", "initial": 0.01}, "musk": {"cell": 2.0}},
-        "species": {"sheep": {"count": 3, "body": {"radius": 0.5, "opaque": False},
-                              "substances": {"salt": 0.1}, "exchange": [sweat] if moves else []}},
-        "interventions": list(interventions)}, policies="random", **options)  # fmt: skip
+    return World.from_config(
+        {
+            "format": 1,
+            "name": "meadow",
+            "ticks": 50,
+            "space": {"size": list(size), "edges": "walls"},
+            "substances": {"salt": "licked", "nitrogen": "in the soil"},
+            "fields": {
+                "soil": {"cell": 2.0, "substance": "nitrogen", "initial": 0.01},
+                "musk": {"cell": 2.0},
+            },
+            "species": {
+                "sheep": {
+                    "count": 3,
+                    "body": {"radius": 0.5, "opaque": False},
+                    "substances": {"salt": 0.1},
+                    "exchange": [sweat] if moves else [],
+                }
+            },
+            "interventions": list(interventions),
+        },
+        policies="random",
+        **options,
+    )
 
 
 def page(world):
     """What was brought in [mol] by (holder, substance), and the largest imbalance of a tick."""
     rows = world.recorder.matter_series().to_pylist()
-    flows = [name for name in rows[0] if name not in ("tick", "holder", "substance", "stock_before",
-                                                      "stock_after")]
+    flows = [
+        name for name in rows[0] if name not in ("tick", "holder", "substance", "stock_before", "stock_after")
+    ]
     off = max(abs(r["stock_before"] + sum(r[f] for f in flows) - r["stock_after"]) for r in rows)
     return {(r["holder"], r["substance"]): r["brought_in"] for r in rows if r["tick"] == 0}, off
 
@@ -83,23 +101,27 @@ def test_each_body_in_the_region_gets_the_dose(moves):
 
 
 def test_a_dosed_world_keeps_its_promises_with_the_ledger_closed():
-    orders = [{"kind": "dose", "at": 2, "every": 3, "field": "soil", "amount": 5.0,
-               "region": [4.0, 4.0, 2.0]},
-              {"kind": "dose", "at": 3, "every": 4, "species": "sheep", "substance": "salt", "amount": 1.0}]
+    orders = [
+        {"kind": "dose", "at": 2, "every": 3, "field": "soil", "amount": 5.0, "region": [4.0, 4.0, 2.0]},
+        {"kind": "dose", "at": 3, "every": 4, "species": "sheep", "substance": "salt", "amount": 1.0},
+    ]
     check_world(lambda threads: meadow(*orders, threads=threads), ticks=12)
 
 
-@pytest.mark.parametrize(("wrong", "message"), [
-    ({"field": "soil", "species": "sheep"}, "exactly one of field and species"),
-    ({}, "exactly one of field and species"),
-    ({"field": "soi"}, 'did you mean "soil"'),
-    ({"field": "soil", "substance": "salt"}, "a field has its own"),
-    ({"species": "sheep", "substance": "sal"}, 'did you mean "salt"'),
-    ({"species": "shep", "substance": "salt"}, 'did you mean "sheep"'),
-    ({"species": "sheep"}, "interventions.0.substance\n  is missing"),
-    ({"field": "soil", "amount": 0.0}, "no dose"),
-    ({"field": "soil", "region": [9.0, 9.0, 1.0]}, "its centre is outside of the world"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"field": "soil", "species": "sheep"}, "exactly one of field and species"),
+        ({}, "exactly one of field and species"),
+        ({"field": "soi"}, 'did you mean "soil"'),
+        ({"field": "soil", "substance": "salt"}, "a field has its own"),
+        ({"species": "sheep", "substance": "sal"}, 'did you mean "salt"'),
+        ({"species": "shep", "substance": "salt"}, 'did you mean "sheep"'),
+        ({"species": "sheep"}, "interventions.0.substance\n  is missing"),
+        ({"field": "soil", "amount": 0.0}, "no dose"),
+        ({"field": "soil", "region": [9.0, 9.0, 1.0]}, "its centre is outside of the world"),
+    ],
+)
 def test_wrong_doses_are_refused(wrong, message):
     with pytest.raises(ConfigError) as error:
         meadow({"kind": "dose", "at": 0, "amount": 1.0} | wrong)

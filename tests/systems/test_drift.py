@@ -14,8 +14,9 @@ def _sea(meadow, **water):
 
 
 def test_a_current_by_depth_is_linear_between_its_depths(meadow):
-    world = _sea(meadow, current=[{"depth": 2.0, "velocity": [1.0, 0.0]},
-                                  {"depth": 6.0, "velocity": [0.0, -2.0]}])
+    world = _sea(
+        meadow, current=[{"depth": 2.0, "velocity": [1.0, 0.0]}, {"depth": 6.0, "velocity": [0.0, -2.0]}]
+    )
     table = arrange(world, "deer", x=10, y=10, z=[9.0, 7.0, 1.0])  # depths 1, 3 and 9
     act(world, Drift)
     p, rows = table[Position], table.by_uid()
@@ -33,16 +34,23 @@ def test_bodies_sink_or_rise_to_the_bottom_or_the_surface_and_no_further(meadow)
     table = arrange(world, "deer", z=[5.0, 9.5])
     act(world, Drift)
     assert table[Position].z[table.by_uid()].tolist() == [
-        6.0, float(np.nextafter(np.float32(10.0), np.float32(0)))
+        6.0,
+        float(np.nextafter(np.float32(10.0), np.float32(0))),
     ]
 
 
 def test_a_current_carries_nobody_into_rock_or_over_it(meadow):
     for speed in (2.0, 8.0):
         water = {"current": [{"depth": 0.0, "velocity": [speed, 0.0]}]}
-        world = meadow(world={"space": {"size": [20.0, 20.0, 10.0]}, "dt": 1.0, "water": water,
-                              "terrain": {"cell": 0.5, "rocks": [{"at": [10.0, 10.0], "radius": 1.0}]}},
-                       count=3)
+        world = meadow(
+            world={
+                "space": {"size": [20.0, 20.0, 10.0]},
+                "dt": 1.0,
+                "water": water,
+                "terrain": {"cell": 0.5, "rocks": [{"at": [10.0, 10.0], "radius": 1.0}]},
+            },
+            count=3,
+        )
         table = arrange(world, "deer", x=[8.0, 8.0, 10.0], y=[10.0, 15.0, 10.0], z=5.0)
         act(world, Drift)
         assert table[Position].x[table.by_uid()].tolist() == [8.0, 8.0 + speed, 10.0 + speed]
@@ -50,11 +58,16 @@ def test_a_current_carries_nobody_into_rock_or_over_it(meadow):
 
 def test_a_current_carries_a_solid_body_as_far_as_a_solid_box(meadow):
     water = {"current": [{"depth": 0.0, "velocity": [4.0, 0.0]}]}
-    net = {"at": [[10.0, 10.0, 5.0], [10.0, 14.0, 5.0]],
-           "body": {"shape": "box", "size": [0.2, 2.0, 2.0], "solid": True}}
+    net = {
+        "at": [[10.0, 10.0, 5.0], [10.0, 14.0, 5.0]],
+        "body": {"shape": "box", "size": [0.2, 2.0, 2.0], "solid": True},
+    }
     for solid, end in ((True, 9.9), (False, 12.0)):
-        world = meadow(world={"space": {"size": [20.0, 20.0, 10.0]}, "dt": 1.0, "water": water,
-                              "objects": {"net": net}}, count=2, body={"radius": 0.5, "solid": solid})
+        world = meadow(
+            world={"space": {"size": [20.0, 20.0, 10.0]}, "dt": 1.0, "water": water, "objects": {"net": net}},
+            count=2,
+            body={"radius": 0.5, "solid": solid},
+        )
         table = arrange(world, "deer", x=8.0, y=[10.0, 4.0], z=5.0)
         drift = next(s for s in world.systems if isinstance(s, Drift))
         drift.world = world
@@ -80,24 +93,35 @@ def test_a_current_may_be_a_function(meadow):
 
 @settings(max_examples=15, derandomize=True, database=None)
 @given(
-    speed=st.floats(0, 1.5, width=32), pitch=st.floats(0, 1.5, width=32),
+    speed=st.floats(0, 1.5, width=32),
+    pitch=st.floats(0, 1.5, width=32),
     sinking=st.floats(-3, 3, width=32).map(lambda v: v if abs(v) > 1e-3 else 0.0),
-    drag=st.sampled_from([0.0, 0.5, 9.0]), flow=st.floats(-2, 2, width=32),
-    dt=st.sampled_from([0.25, 1.0, 2.0]), edges=st.sampled_from(["torus", "walls"]), seed=st.integers(0, 99),
-)  # fmt: skip
+    drag=st.sampled_from([0.0, 0.5, 9.0]),
+    flow=st.floats(-2, 2, width=32),
+    dt=st.sampled_from([0.25, 1.0, 2.0]),
+    edges=st.sampled_from(["torus", "walls"]),
+    seed=st.integers(0, 99),
+)
 def test_nothing_swims_through_the_surface_or_the_bottom(speed, pitch, sinking, drag, dt, edges, seed, flow):
     fish = {
-        "count": 30, "body": {"radius": 0.1, "sinking": sinking},
+        "count": 30,
+        "body": {"radius": 0.1, "sinking": sinking},
         "locomotion": {"speed": {"swim": speed}, "pitch": pitch or 0.1, "drag": drag, "turn": 1.0},
         "sensors": [{"kind": "own", "property": "energy"}],
         "happiness": {"formula": "energy", "minimum": 0.0},
         "actions": {"speed": ["swim"], "turn": ["left", "none", "right"], "climb": ["up", "none", "down"]},
         "policy": {"kind": "shared", "hidden": [4]},
-    }  # fmt: skip
+    }
     water = {"current": [{"depth": 0.0, "velocity": [flow, 0.0]}, {"depth": 5.0, "velocity": [0.0, flow]}]}
     space = {"size": [21.0, 22.0, 6.0], "edges": edges}
-    config = {"format": 1, "name": "tank", "dt": dt, "space": space, "water": water,
-              "species": {"fish": fish}}
+    config = {
+        "format": 1,
+        "name": "tank",
+        "dt": dt,
+        "space": space,
+        "water": water,
+        "species": {"fish": fish},
+    }
     world = World.from_config(config, seed=seed, policies="random")
     for _ in range(12):
         world.run(5)

@@ -13,9 +13,12 @@ from ecs_eco.testing import act, arrange
 F = np.float32
 AREA = 4 * math.pi * 0.5**2  # [m^2] of a deer: pi
 # capacity 1000 J/K, conductance 2 W/(m^2 K) × pi m^2: 2 pi W/K, rate 2 pi/1000 per second
-DEER = {"body": {"radius": 0.5, "mass": 10.0}, "properties": {"temperature": 310.0},
-        "metabolism": {"energy": 1.0, "basal": 0.0},
-        "locomotion": {"speed": {"walk": 0.0, "run": 0.0}}}
+DEER = {
+    "body": {"radius": 0.5, "mass": 10.0},
+    "properties": {"temperature": 310.0},
+    "metabolism": {"energy": 1.0, "basal": 0.0},
+    "locomotion": {"speed": {"walk": 0.0, "run": 0.0}},
+}
 HEAT = {"specific_heat": 100.0, "conductance": 2.0}
 RATE = 2.0 * AREA / 1000.0
 
@@ -30,9 +33,13 @@ def warmth(world, name="deer"):
 @pytest.fixture
 def cold(meadow):
     """A function of the heat section that returns a world at 300 K with two deer of 310 K."""
+
     def build(heat=None, dt=1.0, world=None, **deer):
-        new = meadow(world={"dt": dt, "ambient": {"temperature": 300.0}} | (world or {}),
-                     heat=HEAT | (heat or {}), **(DEER | deer))
+        new = meadow(
+            world={"dt": dt, "ambient": {"temperature": 300.0}} | (world or {}),
+            heat=HEAT | (heat or {}),
+            **(DEER | deer),
+        )
         arrange(new, "deer", energy=1.0)
         return new
 
@@ -99,8 +106,9 @@ def test_small_bodies_cool_sooner_than_large_ones(cold):
 
 def test_what_is_burnt_warms_until_as_much_is_lost(cold):
     """At 2 pi W/K, 62.8 W keep a body 10 K above its surroundings: 0.0314 a second at 2000 J each."""
-    world = cold({"metabolic_heat": 2000.0}, metabolism={"energy": 1.0, "energy_max": 1.0,
-                                                         "basal": AREA / 100})
+    world = cold(
+        {"metabolic_heat": 2000.0}, metabolism={"energy": 1.0, "energy_max": 1.0, "basal": AREA / 100}
+    )
     for _ in range(20):
         arrange(world, "deer", burnt=0.0)
         act(world, Metabolise)
@@ -132,8 +140,13 @@ def test_power_is_bounded(cold):
 
 
 def test_full_power_until_the_set_point_then_what_holds_it(cold):
-    world = cold({"conductance": 0.0, "regulate": {"set_point": 310.0, "warming": 500.0, "cooling": 250.0,
-                                                   "cost": 0.0001}}, dt=4.0)
+    world = cold(
+        {
+            "conductance": 0.0,
+            "regulate": {"set_point": 310.0, "warming": 500.0, "cooling": 250.0, "cost": 0.0001},
+        },
+        dt=4.0,
+    )
     # 1 K is 1000 J: two seconds of warming, four of cooling; 3 K are more than a tick of cooling can take
     arrange(world, "deer", temperature=[309, 313])
     act(world, ExchangeHeat)
@@ -160,8 +173,12 @@ def test_who_has_no_energy_cannot_regulate(cold):
 
 @pytest.mark.definition("2 properties")
 def test_objects_cool_too(meadow):
-    stone = {"at": [[5.0, 5.0]], "body": {"radius": 0.5, "mass": 10.0}, "properties": {"temperature": 310.0},
-             "heat": HEAT}
+    stone = {
+        "at": [[5.0, 5.0]],
+        "body": {"radius": 0.5, "mass": 10.0},
+        "properties": {"temperature": 310.0},
+        "heat": HEAT,
+    }
     world = meadow(world={"objects": {"stone": stone}, "ambient": {"temperature": 300.0}})
     act(world, ExchangeHeat)
     assert warmth(world, "stone") == pytest.approx([300 + 10 * math.exp(-RATE)], abs=1e-9)
@@ -217,8 +234,28 @@ def test_the_kernel_is_its_slow_twin(seed):
         store -= np.abs(power) * h * 1e-4
         now += (own + power - k * (now - around)) / capacity * h
     before, booked = energy.copy(), burnt.copy()
-    exchange(0, n, alive, mass, radius, around, coat, 100.0, 5.0, 0.3, 500.0, 310.0, 90.0, 60.0, 1e-4, dt,
-             temperature, residue, energy, burnt)
+    exchange(
+        0,
+        n,
+        alive,
+        mass,
+        radius,
+        around,
+        coat,
+        100.0,
+        5.0,
+        0.3,
+        500.0,
+        310.0,
+        90.0,
+        60.0,
+        1e-4,
+        dt,
+        temperature,
+        residue,
+        energy,
+        burnt,
+    )
     assert temperature[alive] == pytest.approx(now[alive], abs=0.02)
     assert energy[alive] == pytest.approx(store[alive], abs=2e-4)
     assert burnt - booked == pytest.approx(before - energy, abs=1e-7)

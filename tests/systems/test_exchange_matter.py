@@ -20,10 +20,13 @@ CELL, DEER = 100_000.0, float(litres(0.5))
 @pytest.fixture
 def pasture(meadow):
     """A function of exchanges that returns a world of two deer, each alone in a cell of the air."""
+
     def build(*exchange, fields=None, world=None, **deer):
         around = {"substances": {"oxygen": "", "salt": ""}, "fields": AIR | (fields or {})}
-        new = meadow(world=around | (world or {}),
-                     **({"substances": {"oxygen": 0.002, "salt": 0.5}, "exchange": list(exchange)} | deer))
+        new = meadow(
+            world=around | (world or {}),
+            **({"substances": {"oxygen": 0.002, "salt": 0.5}, "exchange": list(exchange)} | deer),
+        )
         arrange(new, "deer", x=[5.0, 15.0], y=5.0, heading=0.0)
         return new
 
@@ -37,8 +40,10 @@ def held(world, s=0):
 
 
 def flow(world, name):
-    return {holder: world.matter.flows[i, :, NUMBER[name]].sum()
-            for (_, holder), i in world.matter.holders.items()}
+    return {
+        holder: world.matter.flows[i, :, NUMBER[name]].sum()
+        for (_, holder), i in world.matter.holders.items()
+    }
 
 
 @pytest.mark.definition("3 chemical rules")
@@ -48,8 +53,10 @@ def test_breathing_takes_oxygen_from_the_air_until_the_blood_is_saturated(pastur
     act(world, ExchangeMatter)
     assert held(world) == pytest.approx([0.0027, 0.0027], abs=1e-9)
     assert world.fields["air"].value[0, 0] == pytest.approx([0.01 - 0.0007 * DEER / CELL] * 2, abs=1e-12)
-    assert flow(world, "taken_up") == {"deer": pytest.approx(0.0014 * DEER),
-                                       "air": pytest.approx(-0.0014 * DEER)}
+    assert flow(world, "taken_up") == {
+        "deer": pytest.approx(0.0014 * DEER),
+        "air": pytest.approx(-0.0014 * DEER),
+    }
     act(world, ExchangeMatter)
     assert held(world) == pytest.approx([0.003, 0.003], abs=1e-9)
     assert stocks(world, world.matter).sum(0) == pytest.approx(before, rel=1e-12)
@@ -72,8 +79,13 @@ def test_who_wants_more_than_there_is_gets_a_share_by_what_each_wants(pasture):
     assert world.fields["air"].value.min() >= 0
 
 
-@pytest.mark.parametrize("way", [{"kind": "uptake", "field": "air", "rate": 5.0},
-                                 {"kind": "equilibrate", "field": "air", "rate": 50.0, "partition": 300.0}])
+@pytest.mark.parametrize(
+    "way",
+    [
+        {"kind": "uptake", "field": "air", "rate": 5.0},
+        {"kind": "equilibrate", "field": "air", "rate": 50.0, "partition": 300.0},
+    ],
+)
 def test_bodies_of_all_species_in_a_cell_get_the_same_share_of_what_is_scarce(pasture, way):
     kind = {"count": 2, "body": {"radius": 0.5}, "substances": {"oxygen": 0.002}, "exchange": [way]}
     world = pasture(way, world={"species": {"ant": kind, "yak": kind}})
@@ -99,10 +111,16 @@ def test_it_drinks_from_where_its_mouth_is(pasture):
 def test_only_who_does_the_action_drinks(pasture):
     drink = {"kind": "uptake", "field": "air", "rate": 0.001, "action": "drink"}
     dry = {"formulas": {"drink": "0.5 - oxygen"}}
-    world = pasture(drink, reflex=dry, sensors=[
-        {"kind": "own", "property": "oxygen", "scale": 0.001}, {"kind": "own", "property": "energy"}],
-                    actions={"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"],
-                             "swallow": ["drink"]}, automatic=[])
+    world = pasture(
+        drink,
+        reflex=dry,
+        sensors=[
+            {"kind": "own", "property": "oxygen", "scale": 0.001},
+            {"kind": "own", "property": "energy"},
+        ],
+        actions={"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "swallow": ["drink"]},
+        automatic=[],
+    )
     arrange(world, "deer")
     world.tables["deer"][Chemistry].molarity[:2, 0] = [0.0001, 0.002]
     world.run(1)
@@ -111,13 +129,17 @@ def test_only_who_does_the_action_drinks(pasture):
 
 @pytest.mark.parametrize("dt", [1.0, 7.0])
 def test_what_passes_the_skin_comes_to_balance_and_no_amount_changes(pasture, dt):
-    world = pasture({"kind": "equilibrate", "field": "air", "rate": 0.1, "partition": 2.0}, world={"dt": dt},
-                    locomotion={"speed": {"still": 0.0, "walk": 0.1, "run": 0.2}, "turn": 0.1})
+    world = pasture(
+        {"kind": "equilibrate", "field": "air", "rate": 0.1, "partition": 2.0},
+        world={"dt": dt},
+        locomotion={"speed": {"still": 0.0, "walk": 0.1, "run": 0.2}, "turn": 0.1},
+    )
     before = stocks(world, world.matter)[:, 0].sum()
     act(world, ExchangeMatter)
     crowd = 1 + 2 * DEER / CELL
-    assert held(world) == pytest.approx([0.002 + 0.018 / crowd * (1 - math.exp(-0.1 * crowd * dt))] * 2,
-                                        rel=1e-6)
+    assert held(world) == pytest.approx(
+        [0.002 + 0.018 / crowd * (1 - math.exp(-0.1 * crowd * dt))] * 2, rel=1e-6
+    )
     for _ in range(400):
         act(world, ExchangeMatter)
     assert held(world) == pytest.approx(2 * world.fields["air"].value[0, 0], rel=1e-9)
@@ -169,11 +191,14 @@ def test_water_is_where_the_lakes_are(pasture):
     assert 7 <= wet.sum() <= 9  # of cells of 4 m^2, in 28 m^2
 
 
-@pytest.mark.parametrize(("wrong", "says"), [
-    ({"kind": "uptake", "field": "ait", "rate": 1.0}, "did you mean \"air\""),
-    ({"kind": "release", "substance": "salt", "field": "air", "rate": 1.0}, "it holds oxygen"),
-    ({"kind": "uptake", "field": "air", "rate": 1.0, "action": "eet"}, "did you mean \"eat\""),
-])
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"kind": "uptake", "field": "ait", "rate": 1.0}, 'did you mean "air"'),
+        ({"kind": "release", "substance": "salt", "field": "air", "rate": 1.0}, "it holds oxygen"),
+        ({"kind": "uptake", "field": "air", "rate": 1.0, "action": "eet"}, 'did you mean "eat"'),
+    ],
+)
 def test_what_cannot_be_exchanged_is_refused_by_name(pasture, wrong, says):
     with pytest.raises(ConfigError, match=says):
         pasture(wrong)
@@ -211,8 +236,9 @@ def test_the_kernels_are_their_slow_twins(seed):
     b, field = bodies(), value.copy()
     crowd = (1 + 1.5 * np.bincount(cell, volume[rows], cells) / litre)[cell]
     change = (1.5 * value[cell] - c) * (1 - np.exp(-0.3 * crowd)) / crowd
-    moved = pass_skin(rows, cell, *b, 0, 0.3, 1.5, value, np.bincount(cell, volume[rows], cells), field,
-                      litre)
+    moved = pass_skin(
+        rows, cell, *b, 0, 0.3, 1.5, value, np.bincount(cell, volume[rows], cells), field, litre
+    )
     assert moved == pytest.approx((change * volume[rows]).sum())
     assert field == pytest.approx(value - np.bincount(cell, change * volume[rows], cells) / litre, abs=1e-9)
 

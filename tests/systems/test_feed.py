@@ -70,10 +70,20 @@ def test_another_diet_or_another_metabolism_holds_from_the_next_meal_on(meadow):
 
 def test_the_full_the_digesting_and_the_unwilling_do_not_eat(meadow):
     block = {"connections": [{"sensor": "energy", "action": "eat", "weight": -1, "below": 0.1}]}
-    world = meadow(count=5, grass={"count": 5}, reflex=block,
-                   metabolism={"energy": 0.5, "energy_max": 1.0, "digestion": 3.0})
-    deer = arrange(world, "deer", x=[2, 6, 10, 14, 18], y=5, energy=[1.0, 0.5, 0.05, 0.875, 0.5],
-                   digesting=[0, 1, 0, 0, 0])
+    world = meadow(
+        count=5,
+        grass={"count": 5},
+        reflex=block,
+        metabolism={"energy": 0.5, "energy_max": 1.0, "digestion": 3.0},
+    )
+    deer = arrange(
+        world,
+        "deer",
+        x=[2, 6, 10, 14, 18],
+        y=5,
+        energy=[1.0, 0.5, 0.05, 0.875, 0.5],
+        digesting=[0, 1, 0, 0, 0],
+    )
     arrange(world, "grass", x=[2, 6, 10, 14, 18], y=5)
     _eat(world)
     assert _energy(world) == pytest.approx([1.0, 0.5, 0.05, 1.0, 0.75])
@@ -138,7 +148,7 @@ def test_who_is_eaten_eats_no_more_and_the_dead_are_not_eaten_again(meadow):
 def test_objects_can_be_food(meadow):
     world = meadow(
         world={"objects": {"berry": {"at": [[5.0, 5.0], [9.0, 9.0]], "body": {"radius": 0.1}}}},
-        diet=[{"eats": "berry", "gain": 0.125}]
+        diet=[{"eats": "berry", "gain": 0.125}],
     )
     arrange(world, "deer", x=[5, 15], y=5, energy=0.5)
     _eat(world)
@@ -153,8 +163,10 @@ def test_eaters_of_their_own_kind_do_not_eat_themselves(meadow):
     _eat(world)
     causes, killers = _eaten(world, "deer")
     first, second, _ = (int(u) for u in world.tables["deer"].uid[world.tables["deer"].by_uid()])
-    assert (causes, killers) in ((["eaten by deer", None, None], [second, 0, 0]),
-                                 ([None, "eaten by deer", None], [0, first, 0]))
+    assert (causes, killers) in (
+        (["eaten by deer", None, None], [second, 0, 0]),
+        ([None, "eaten by deer", None], [0, first, 0]),
+    )
     assert _energy(world) == ([0.5, 0.75, 0.5] if causes[0] else [0.75, 0.5, 0.5])
 
 
@@ -164,8 +176,10 @@ def test_who_eats_what_is_that_of_the_slow_twin(meadow, edges):
     rng = np.random.default_rng(8)
     size = [20.0, 15.0]
     world = meadow(
-        world={"space": {"size": size, "edges": edges}}, count=n, grass={"count": m},
-        diet=[{"eats": "grass", "gain": 0.25, "chance": 0.6}]
+        world={"space": {"size": size, "edges": edges}},
+        count=n,
+        grass={"count": m},
+        diet=[{"eats": "grass", "gain": 0.25, "chance": 0.6}],
     )
     at, there = rng.random((n, 2)) * size, rng.random((m, 2)) * size
     at, there = at.astype(np.float32), there.astype(np.float32)
@@ -181,8 +195,11 @@ def test_who_eats_what_is_that_of_the_slow_twin(meadow, edges):
     for i in range(n):
         j = distance[i].argmin()
         willing = energy[i] < 1 and not deer[Metabolism].digesting[rows[i]]
-        if (willing and distance[i, j] <= 0.75
-            and random.draw_many(world.key, uid[i : i + 1], random.FEED)[0] < 0.6):
+        if (
+            willing
+            and distance[i, j] <= 0.75
+            and random.draw_many(world.key, uid[i : i + 1], random.FEED)[0] < 0.6
+        ):
             wants.setdefault(j, []).append((distance[i, j], uid[i], i))
     killers = np.zeros(m, np.uint64)
     for j, eaters in wants.items():
@@ -214,8 +231,9 @@ def test_a_larger_one_of_its_kind_reaches_further(meadow):
 
 
 def test_what_is_deadly_kills_its_eater_and_says_so(meadow):
-    world = meadow(count=2, grass={"count": 1},
-                   diet=[{"eats": "grass", "reach": 0.25, "gain": 0.25, "deadly": True}])
+    world = meadow(
+        count=2, grass={"count": 1}, diet=[{"eats": "grass", "reach": 0.25, "gain": 0.25, "deadly": True}]
+    )
     deer = arrange(world, "deer", x=[5, 15], y=5, energy=0.5)
     grass = arrange(world, "grass", x=5.5, y=5)
     _eat(world)
@@ -252,8 +270,11 @@ def test_tough_food_resists_its_share_of_bites(meadow):
 
 @pytest.mark.parametrize("dt", [0.125, 0.5, 2.0])
 def test_bites_into_tough_food_succeed_as_often_in_a_second_whatever_the_tick(meadow, dt):
-    world = meadow(world={"dt": dt, "space": {"size": [80.0, 80.0]}}, count=400,
-                   grass={"count": 400, "defence": {"toughness": 0.6}})
+    world = meadow(
+        world={"dt": dt, "space": {"size": [80.0, 80.0]}},
+        count=400,
+        grass={"count": 400, "defence": {"toughness": 0.6}},
+    )
     at = 2.0 + 4.0 * np.stack(np.divmod(np.arange(400), 20), 1)
     for name in ("deer", "grass"):
         arrange(world, name, x=at[:, 0], y=at[:, 1], energy=0.5)
@@ -264,11 +285,13 @@ def test_bites_into_tough_food_succeed_as_often_in_a_second_whatever_the_tick(me
 
 
 def test_each_plant_is_as_tough_and_as_poisonous_as_its_genes(meadow):
-    genes = [{"name": "thorn", "trait": "defence.toughness", "letters": 1, "values": [0, 0, 1, 1]},
-             {"name": "venom", "trait": "defence.poison", "letters": 1,
-              "values": [0, 0.5, 0, 0.5]}]  # fmt: skip
-    world = meadow(world={"space": {"size": [400.0, 20.0]}}, count=60,
-                   grass={"count": 60, "genome": {"genes": genes}})
+    genes = [
+        {"name": "thorn", "trait": "defence.toughness", "letters": 1, "values": [0, 0, 1, 1]},
+        {"name": "venom", "trait": "defence.poison", "letters": 1, "values": [0, 0.5, 0, 0.5]},
+    ]
+    world = meadow(
+        world={"space": {"size": [400.0, 20.0]}}, count=60, grass={"count": 60, "genome": {"genes": genes}}
+    )
     x = np.linspace(1, 398, 60)
     deer, grass = arrange(world, "deer", x=x, y=5, energy=0.5), arrange(world, "grass", x=x, y=5.5)
     _eat(world)

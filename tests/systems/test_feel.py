@@ -44,8 +44,9 @@ def test_happiness_of_the_dead_is_the_minimum(meadow):
     act(world, Feel)
     arrange(world, "deer", energy=[0.0, 0.25])  # one starves
     last = []
-    world.on_death.append(lambda table, rows: last.append((table.uid[rows].tolist(),
-                                                           table[Nervous].reward[rows].tolist())))
+    world.on_death.append(
+        lambda table, rows: last.append((table.uid[rows].tolist(), table[Nervous].reward[rows].tolist()))
+    )
     act(world, Perish)
     world.flush()
     assert last == [([int(deer.uid.max()) - 1], [-3.5])]

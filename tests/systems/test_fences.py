@@ -37,8 +37,12 @@ def test_nobody_gets_out_of_a_round_fence_in_any_direction_and_who_is_outside_do
     angle = 2 * np.pi * (np.arange(n) + 0.37) / n
     inside = np.arange(n) % 2 == 0
     r = np.where(inside, 2.0, 20.0)
-    deer = walkers(w, (50 + r * np.cos(angle)) % 60, 30 + r * np.sin(angle),
-                   np.where(inside, angle, angle + np.pi).astype(np.float32))
+    deer = walkers(
+        w,
+        (50 + r * np.cos(angle)) % 60,
+        30 + r * np.sin(angle),
+        np.where(inside, angle, angle + np.pi).astype(np.float32),
+    )
     order = deer.by_uid()
     w.systems[0].process()
     go(w, int(120 / speed))
@@ -47,8 +51,9 @@ def test_nobody_gets_out_of_a_round_fence_in_any_direction_and_who_is_outside_do
     away = np.hypot(dx - 60 * np.round(dx / 60), p.y[order] - 30)
     assert (away[inside] < 15.5).all()
     assert (away[~inside] > 14.5).all()
-    w.systems[0].fence(w, type(w.config.interventions[0]).model_validate({"kind": "fence", "at": 0,
-                                                                          "remove": True}))
+    w.systems[0].fence(
+        w, type(w.config.interventions[0]).model_validate({"kind": "fence", "at": 0, "remove": True})
+    )
     go(w, int(120 / speed))
     assert not w.terrain.ground.any()
 

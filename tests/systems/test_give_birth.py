@@ -13,16 +13,19 @@ def _couples(meadow, n, **changes):
     """A world of n couples far from each other, the female first; and what will be born: [(tick,
     mother, father)], [rows]."""
     way = WAY | changes.pop("reproduction", {})
-    world = meadow(count=2 * n, sex="random", world=WIDE | changes.pop("world", {}),
-                   reproduction=way, **changes)
+    world = meadow(
+        count=2 * n, sex="random", world=WIDE | changes.pop("world", {}), reproduction=way, **changes
+    )
     x = 5 + np.repeat(20.0 * np.arange(n), 2) + np.tile([0.0, 1.0], n)
-    deer = arrange(world, "deer", x=x % 400, y=10.0 + 20 * np.floor(x / 400), sex=np.tile([FEMALE, MALE], n),
-                   energy=0.75)
+    deer = arrange(
+        world, "deer", x=x % 400, y=10.0 + 20 * np.floor(x / 400), sex=np.tile([FEMALE, MALE], n), energy=0.75
+    )
     first, born, rows = int(deer.uid[deer.by_uid()[0]]), [], []
 
     def note(table, new, parents, second):
-        born.extend((world.tick, int(m) - first, int(f) - first)
-                    for m, f in zip(parents, second, strict=True))
+        born.extend(
+            (world.tick, int(m) - first, int(f) - first) for m, f in zip(parents, second, strict=True)
+        )
         rows.extend(new.tolist())
 
     world.on_birth.append(note)
@@ -36,7 +39,7 @@ def _of(world, component, field, who):
 
 @pytest.mark.parametrize(
     ("gestation", "dt", "ticks"),
-    [(0.0, 1.0, 0), (1.0, 1.0, 1), (3.0, 1.0, 3), (2.5, 1.0, 3), (1.0, 0.1, 10), (0.3, 0.1, 3)]
+    [(0.0, 1.0, 0), (1.0, 1.0, 1), (3.0, 1.0, 3), (2.5, 1.0, 3), (1.0, 0.1, 10), (0.3, 0.1, 3)],
 )
 def test_gestation_lasts_its_time(meadow, gestation, dt, ticks):
     way = {"gestation": gestation, "rest": 1e3, "father_rest": 1e3}
@@ -53,12 +56,18 @@ def test_gestation_lasts_its_time(meadow, gestation, dt, ticks):
 
 
 def test_the_parents_pay_for_the_litter_to_the_last_digit(meadow):
-    world, born, rows = _couples(meadow, 1,
-                                 reproduction={"litter": 3, "energy_given": 0.125, "father_share": 0.25})
+    world, born, rows = _couples(
+        meadow, 1, reproduction={"litter": 3, "energy_given": 0.125, "father_share": 0.25}
+    )
     mate_and_give_birth(world)
     assert born == [(0, 0, 1)] * 3
-    assert _of(world, Metabolism, "energy", range(5)) == [0.75 - 3 * 0.09375, 0.75 - 3 * 0.03125, 0.125,
-                                                          0.125, 0.125]
+    assert _of(world, Metabolism, "energy", range(5)) == [
+        0.75 - 3 * 0.09375,
+        0.75 - 3 * 0.03125,
+        0.125,
+        0.125,
+        0.125,
+    ]
     assert _of(world, Metabolism, "given", range(5)) == [3 * 0.09375, 3 * 0.03125, 0, 0, 0]
     assert _of(world, Gestation, "energy", range(5)) == [0] * 5
     assert _of(world, Biology, "age", [2, 3, 4]) == [0] * 3
@@ -68,8 +77,9 @@ def test_the_parents_pay_for_the_litter_to_the_last_digit(meadow):
 
 
 def test_no_more_are_born_than_the_mother_can_pay_for_and_live(meadow):
-    world, born, _ = _couples(meadow, 4,
-                              reproduction={"litter": 3, "gestation": 1.0, "father_share": 0.5, "rest": 9.0})
+    world, born, _ = _couples(
+        meadow, 4, reproduction={"litter": 3, "gestation": 1.0, "father_share": 0.5, "rest": 9.0}
+    )
     act(world, Mate)
     world.tick = 1
     # she pays 0.125 for each
@@ -79,8 +89,9 @@ def test_no_more_are_born_than_the_mother_can_pay_for_and_live(meadow):
     # with what the father gave for the unborn
     energy = [0.25 - 0.125 + 0.25, 0.251 - 0.25 + 0.125, 0.376 - 0.375, 0.125 + 0.375]
     assert _of(world, Metabolism, "energy", [0, 2, 4, 6]) == pytest.approx(energy, abs=1e-7)
-    assert _of(world, Metabolism, "given",
-               [0, 2, 4, 6]) == pytest.approx([0.125 - 0.25, 0.25 - 0.125, 0.375, -0.375], abs=1e-7)
+    assert _of(world, Metabolism, "given", [0, 2, 4, 6]) == pytest.approx(
+        [0.125 - 0.25, 0.25 - 0.125, 0.375, -0.375], abs=1e-7
+    )
     assert _of(world, Gestation, "energy", [0, 2, 4, 6]) == [0] * 4
     assert _of(world, Gestation, "carrying", [0, 2, 4, 6]) == [0] * 4
     assert _of(world, Gestation, "rest", [0, 2, 4, 6]) == [10] * 4
@@ -113,12 +124,18 @@ def test_the_newborn_of_all_litters_share_the_room_below_max_count(meadow):
 
 def test_who_finds_no_place_is_not_born_and_costs_nothing(meadow):
     for spacing, most in ((0.0, 40), (2.0, 30)):
-        world, born, _ = _couples(meadow, 20, reproduction={"litter": 2, "energy_given": 0.125,
-                                                            "dispersal": 3.0, "spacing": spacing})
+        world, born, _ = _couples(
+            meadow,
+            20,
+            reproduction={"litter": 2, "energy_given": 0.125, "dispersal": 3.0, "spacing": spacing},
+        )
         mate_and_give_birth(world)
         assert 0 < len(born) <= most
-        paid = {2 * i: round((0.75 - e) / 0.125)
-                for i, e in enumerate(_of(world, Metabolism, "energy", range(0, 40, 2))) if e < 0.75}
+        paid = {
+            2 * i: round((0.75 - e) / 0.125)
+            for i, e in enumerate(_of(world, Metabolism, "energy", range(0, 40, 2)))
+            if e < 0.75
+        }
         mothers = [m for _, m, _ in born]
         assert paid == {m: mothers.count(m) for m in mothers}
         x, y = (np.array(_of(world, Position, axis, range(40 + len(born)))) for axis in "xy")
@@ -130,8 +147,9 @@ def test_who_finds_no_place_is_not_born_and_costs_nothing(meadow):
 
 
 def test_the_newborn_may_land_anywhere(meadow):
-    world, _, _ = _couples(meadow, 200,
-                           reproduction={"place": "anywhere", "litter": 2, "energy_given": 0.125})
+    world, _, _ = _couples(
+        meadow, 200, reproduction={"place": "anywhere", "litter": 2, "energy_given": 0.125}
+    )
     mate_and_give_birth(world)
     x, y = (_of(world, Position, axis, range(400, 800)) for axis in "xy")
     assert np.histogram2d(x, y, 3, [(0, 400), (0, 400)])[0].min() > 20
@@ -170,8 +188,10 @@ class FakeHeredity:
 
     def offspring(self, world, table, first, second, who, **more):
         self.calls.append((first.tolist(), None if second is None else second.tolist(), who.tolist(), more))
-        return {(Genome, "loci"): np.full((len(who), 3), 7, np.uint8),
-                (Metabolism, "energy"): np.full(len(who), 0.5, np.float32)}
+        return {
+            (Genome, "loci"): np.full((len(who), 3), 7, np.uint8),
+            (Metabolism, "energy"): np.full(len(who), 0.5, np.float32),
+        }
 
 
 def _with_genomes(table):
@@ -186,8 +206,9 @@ def _with_genomes(table):
 
 
 def test_a_dead_father_passes_on_his_genome(meadow):
-    world, born, rows = _couples(meadow, 2, reproduction={"gestation": 2.0, "litter": 2,
-                                                          "energy_given": 0.125, "father_share": 0.5})
+    world, born, rows = _couples(
+        meadow, 2, reproduction={"gestation": 2.0, "litter": 2, "energy_given": 0.125, "father_share": 0.5}
+    )
     deer = world.tables["deer"]
     heredity = _with_genomes(deer)
     old = deer.by_uid()
@@ -214,20 +235,29 @@ def test_the_organisms_own_life_history_replaces_that_of_the_species(meadow):
     arrange(world, "deer", energy_given=[0.125, 9, 0.0625, 9], litter=[2, 9, 1, 9])
     mate_and_give_birth(world)
     assert [m for _, m, _ in born] == [0, 0, 2]
-    assert _of(world, Metabolism, "energy", range(7)) == [0.625, 0.625, 0.71875, 0.71875, 0.125,
-                                                          0.125, 0.0625]
+    assert _of(world, Metabolism, "energy", range(7)) == [
+        0.625,
+        0.625,
+        0.71875,
+        0.71875,
+        0.125,
+        0.125,
+        0.0625,
+    ]
 
 
 def test_a_mother_rests_after_birth_and_a_father_after_mating(meadow):
-    world, born, _ = _couples(meadow, 1, reproduction={"gestation": 2.0, "rest": 3.0, "energy_given": 0.0,
-                                                       "energy_min": 0.0})
+    world, born, _ = _couples(
+        meadow, 1, reproduction={"gestation": 2.0, "rest": 3.0, "energy_given": 0.0, "energy_min": 0.0}
+    )
     arrange(world, "deer", energy=1.0)
     for _ in range(13):
         arrange_couple(world)
         world.run(1)
     assert [tick for tick, *_ in born] == [2, 7, 12]  # at 0, 5 and 10 they mate
-    world, born, _ = _couples(meadow, 1,
-                              reproduction={"father_rest": 4.0, "energy_given": 0.0, "energy_min": 0.0})
+    world, born, _ = _couples(
+        meadow, 1, reproduction={"father_rest": 4.0, "energy_given": 0.0, "energy_min": 0.0}
+    )
     for _ in range(9):
         arrange_couple(world)
         world.run(1)
@@ -258,14 +288,16 @@ def test_nobody_is_born_while_numbers_are_held_constant(meadow):
 @pytest.mark.parametrize("given", [0.0, 0.1, 0.25])
 def test_what_a_parent_can_afford(energy, given):
     energy, given = np.float32(energy), np.float32(given)
-    assert affordable(energy, given, 5) == max([k for k in range(6)
-                                                if k * given == 0 or energy - np.float32(k) * given > 0])
+    assert affordable(energy, given, 5) == max(
+        [k for k in range(6) if k * given == 0 or energy - np.float32(k) * given > 0]
+    )
 
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_kernels_agree_with_a_plain_loop(meadow, seed):
-    world, born, _ = _couples(meadow, 60, max_count=210,
-                              reproduction={"father_share": 0.5, "rest": 4.0, "dispersal": 6.0})
+    world, born, _ = _couples(
+        meadow, 60, max_count=210, reproduction={"father_share": 0.5, "rest": 4.0, "dispersal": 6.0}
+    )
     world.tick, rng = 20, np.random.Generator(np.random.Philox(seed))
     carrying, stored, energy = rng.integers(0, 5, 120), rng.random(120) / 2, rng.random(120)
     arrange(world, "deer", carrying=carrying, energy=energy, due=rng.integers(18, 23, 120), sex=FEMALE)
@@ -275,8 +307,13 @@ def test_kernels_agree_with_a_plain_loop(meadow, seed):
     due = _of(world, Gestation, "due", range(120))
     act(shuffle(world, seed), GiveBirth)
     world.flush()
-    wanted = [(i, nth) for i in range(120) if carrying[i] and due[i] <= 20 for nth in range(carrying[i])
-              if energy[i] - (nth + 1) * max(0.25 - stored[i] / carrying[i], 0) > 0]
+    wanted = [
+        (i, nth)
+        for i in range(120)
+        if carrying[i] and due[i] <= 20
+        for nth in range(carrying[i])
+        if energy[i] - (nth + 1) * max(0.25 - stored[i] / carrying[i], 0) > 0
+    ]
     first = int(deer.uid[deer.by_uid()[0]])
     identity = [first + i if nth == 0 else mix(mix(first + i) + nth) for i, nth in wanted]
     lots = [random.bits(world.key, np.uint64(one), random.LOT) for one in identity]
@@ -294,5 +331,6 @@ def test_kernels_agree_with_a_plain_loop(meadow, seed):
         assert new[0][i] == pytest.approx(expected, abs=1e-6)
         assert new[1][i] == pytest.approx(energy[i] - expected, abs=1e-6)
     assert (len(wanted) > 90, sum(n_born)) == (True, 90)
-    assert _of(world, Gestation, "rest", range(120)) == [24 if carrying[i] and due[i] <= 20 else 0
-                                                         for i in range(120)]
+    assert _of(world, Gestation, "rest", range(120)) == [
+        24 if carrying[i] and due[i] <= 20 else 0 for i in range(120)
+    ]

@@ -31,8 +31,10 @@ def test_in_the_dark_and_without_growth_nothing_grows(meadow):
     for world in (meadow(grass=GRASS, world={"ambient": {"light": 0.0}}), meadow(grass={"count": 4})):
         act(world, Grow)
         assert world.tables["grass"][Metabolism].energy[:4].tolist() == [0.5] * 4
-        assert (world.tables["deer"][Metabolism].energy[:2].tolist()
-                == world.tables["deer"][Metabolism].energy[:2].tolist())
+        assert (
+            world.tables["deer"][Metabolism].energy[:2].tolist()
+            == world.tables["deer"][Metabolism].energy[:2].tolist()
+        )
         assert not world.tables["deer"][Metabolism].taken[:2].any()
 
 

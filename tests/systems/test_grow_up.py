@@ -14,8 +14,11 @@ from ecs_eco.testing import act, arrange, check_system
 
 F = np.float32
 # an adult of 8 kg and 1 m; the cube root of a mass of 1 kg is half of the adult's
-DEER = {"body": {"radius": 1.0, "mass": 8.0, "opaque": False}, "growth": {"rate": 0.1, "newborn": 0.125},
-        "metabolism": {"energy": 0.5, "energy_max": 10.0, "basal": 0.01}}
+DEER = {
+    "body": {"radius": 1.0, "mass": 8.0, "opaque": False},
+    "growth": {"rate": 0.1, "newborn": 0.125},
+    "metabolism": {"energy": 0.5, "energy_max": 10.0, "basal": 0.01},
+}
 BIRTHS = {"kind": "asexual", "rate": 100.0, "energy_min": 0.1, "energy_given": 0.05, "dispersal": 5.0}
 
 
@@ -168,19 +171,28 @@ def test_the_kernel_does_what_plain_python_does(cost):
     mass = (adult * generator.uniform(0.01, 1, n)).astype(F)
     before, held, radius = mass.copy(), energy.copy(), np.ones(n, F)
     burnt, residue = np.zeros(n, F), np.zeros(n, F)
-    grow_up(0, n, alive, adult, np.ones(n, F), 1 / 3, 0.3, 0.0, cost, 0.1, mass, radius, residue,
-            energy, burnt)
-    wanted = [plain(float(m), float(a), 1 / 3, 0.3, cost, 0.1, float(e)) if lives else m
-              for m, a, e, lives in zip(before, adult, held, alive, strict=True)]
+    grow_up(
+        0, n, alive, adult, np.ones(n, F), 1 / 3, 0.3, 0.0, cost, 0.1, mass, radius, residue, energy, burnt
+    )
+    wanted = [
+        plain(float(m), float(a), 1 / 3, 0.3, cost, 0.1, float(e)) if lives else m
+        for m, a, e, lives in zip(before, adult, held, alive, strict=True)
+    ]
     assert mass == pytest.approx(wanted, rel=1e-6)
     assert energy + burnt == pytest.approx(held, abs=1e-6)
     assert held - energy == pytest.approx((mass - before) * cost, abs=1e-6)
 
 
 def test_the_system_keeps_the_rules(meadow):
-    check_system(GrowUp, lambda threads: meadow(
-        count=30, reproduction=BIRTHS | {"rate": 0.3}, options={"threads": threads},
-        **DEER | {"growth": {"rate": 0.1, "cost": 0.1, "pace": 0.2}}))
+    check_system(
+        GrowUp,
+        lambda threads: meadow(
+            count=30,
+            reproduction=BIRTHS | {"rate": 0.3},
+            options={"threads": threads},
+            **DEER | {"growth": {"rate": 0.1, "cost": 0.1, "pace": 0.2}},
+        ),
+    )
 
 
 def test_a_world_in_which_nobody_grows_has_neither_system_nor_column(meadow):
@@ -190,11 +202,16 @@ def test_a_world_in_which_nobody_grows_has_neither_system_nor_column(meadow):
     assert "growth" not in world.config.resolved()["species"]["deer"]
 
 
-@pytest.mark.parametrize(("growth", "place"), [
-    ({"rate": 0.0}, "growth.rate = 0"), ({"rate": 1.0, "newborn": 2.0}, "growth.newborn = 2"),
-    ({"rate": 1.0, "law": "brody"}, "growth.law = \"brody\""), ({}, "growth.rate"),
-    ({"rate": 1.0, "cost": 1.0, "reserve": 10.0}, "growth.reserve = 10"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("growth", "place"),
+    [
+        ({"rate": 0.0}, "growth.rate = 0"),
+        ({"rate": 1.0, "newborn": 2.0}, "growth.newborn = 2"),
+        ({"rate": 1.0, "law": "brody"}, 'growth.law = "brody"'),
+        ({}, "growth.rate"),
+        ({"rate": 1.0, "cost": 1.0, "reserve": 10.0}, "growth.reserve = 10"),
+    ],
+)
 def test_wrong_values_are_refused_by_name(meadow, growth, place):
     with pytest.raises(ConfigError) as error:
         meadow(**DEER | {"growth": growth})
@@ -216,9 +233,14 @@ def test_where_asked_the_young_hold_as_much_energy_as_their_bodies_have_room_for
 
 def test_plants_and_the_fed_are_full_as_soon_as_their_bodies_are(meadow):
     growth = DEER["growth"] | {"store": 1.0}
-    world = meadow(**DEER | {"growth": growth, "care": {"rate": 4.0, "until": 9.0, "reach": 1.0}},
-                   grass={"growth": growth, "body": {"radius": 0.2, "mass": 8.0},
-                          "metabolism": {"energy": 0.5, "energy_max": 1.0, "growth": 0.4}})
+    world = meadow(
+        **DEER | {"growth": growth, "care": {"rate": 4.0, "until": 9.0, "reach": 1.0}},
+        grass={
+            "growth": growth,
+            "body": {"radius": 0.2, "mass": 8.0},
+            "metabolism": {"energy": 0.5, "energy_max": 1.0, "growth": 0.4},
+        },
+    )
     deer = world.tables["deer"]
     uid = deer.uid[deer.by_uid()]
     arrange(world, "deer", x=5.0, y=5.0, age=[20, 1], mother=[0, uid[0]], mass=[8, 1], energy=[9, 1.0])

@@ -22,10 +22,21 @@ from ecs_eco.testing import act, arrange, check_system
 from tests.worlds.herd import HERD, gene_for
 
 F = np.float32
-EGG = {"count": 0, "body": {"radius": 0.1, "mass": 0.06, "opaque": False},
-       "metabolism": {"energy": 0.2, "energy_max": 1.0}, "hatch": {"into": "deer", "incubation": 3.0}}
-LAYS = {"kind": "asexual", "rate": 100.0, "energy_min": 0.4, "energy_given": 0.125, "litter": 2,
-        "dispersal": 3.0, "eggs": "egg"}
+EGG = {
+    "count": 0,
+    "body": {"radius": 0.1, "mass": 0.06, "opaque": False},
+    "metabolism": {"energy": 0.2, "energy_max": 1.0},
+    "hatch": {"into": "deer", "incubation": 3.0},
+}
+LAYS = {
+    "kind": "asexual",
+    "rate": 100.0,
+    "energy_min": 0.4,
+    "energy_given": 0.125,
+    "litter": 2,
+    "dispersal": 3.0,
+    "eggs": "egg",
+}
 
 
 def nest(meadow, world=None, egg=None, **deer):
@@ -109,8 +120,12 @@ def test_degrees_above_the_threshold_add_up(meadow):
 
 @pytest.mark.definition("3 eggs")
 def test_eaten_eggs_do_not_hatch(meadow):
-    fox = {"count": 1, "body": {"radius": 0.3}, "metabolism": {"energy": 0.25},
-           "diet": [{"eats": "egg", "efficiency": 0.5, "reach": 0.5}]}
+    fox = {
+        "count": 1,
+        "body": {"radius": 0.3},
+        "metabolism": {"energy": 0.25},
+        "diet": [{"eats": "egg", "efficiency": 0.5, "reach": 0.5}],
+    }
     world = lay(nest(meadow, world={"species": {"fox": fox, "egg": EGG}}))
     egg = arrange(world, "egg", x=[5.0] + [15.0] * (world.tables["egg"].n - 1), y=5.0, developed=2.9)
     deer, many, causes = world.tables["deer"].n, egg.n, []
@@ -142,8 +157,10 @@ def test_eggs_count_as_members_that_are_to_come(meadow):
 
 
 def test_yolk_is_used_up_and_eggs_die_of_what_is_lethal(meadow):
-    cold = {"lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
-            "metabolism": {"energy": 0.2, "energy_max": 1.0, "basal": 0.0625}}
+    cold = {
+        "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+        "metabolism": {"energy": 0.2, "energy_max": 1.0, "basal": 0.0625},
+    }
     world = lay(nest(meadow, egg=cold))
     world.run(1)
     assert energies(world, "egg") == [0.0625] * world.tables["egg"].n
@@ -153,8 +170,15 @@ def test_yolk_is_used_up_and_eggs_die_of_what_is_lethal(meadow):
 
 
 def test_what_an_egg_holds_is_in_who_hatches(meadow):
-    world = lay(nest(meadow, world={"substances": {"water": "H2O"}}, egg={"substances": {"water": 40.0}},
-                     substances={"water": 30.0}, growth={"rate": 0.01, "newborn": 0.064}))
+    world = lay(
+        nest(
+            meadow,
+            world={"substances": {"water": "H2O"}},
+            egg={"substances": {"water": 40.0}},
+            substances={"water": 30.0},
+            growth={"rate": 0.01, "newborn": 0.064},
+        )
+    )
     world.run(3)
     deer = world.tables["deer"]
     young = deer.by_uid()[2:]
@@ -164,8 +188,15 @@ def test_what_an_egg_holds_is_in_who_hatches(meadow):
 
 def test_amounts_stay_where_a_ball_hatches_into_a_capsule(meadow):
     capsule = {"shape": "capsule", "radius": 0.1, "length": 0.6, "opaque": False}
-    world = lay(nest(meadow, world={"substances": {"water": "H2O"}}, egg={"substances": {"water": 40.0}},
-                     substances={"water": 30.0}, body=capsule))
+    world = lay(
+        nest(
+            meadow,
+            world={"substances": {"water": "H2O"}},
+            egg={"substances": {"water": 40.0}},
+            substances={"water": 30.0},
+            body=capsule,
+        )
+    )
     world.run(3)
     deer = world.tables["deer"]  # of π 0.01 (0.4 + 0.4 / 3) m³, an egg of 4/3 π 0.001 m³: 4 times as large
     assert deer[Chemistry].molarity[deer.by_uid()[2:], 0] == pytest.approx(10.0)
@@ -190,8 +221,10 @@ def flock(**changes):
     goat["components"] = []
     genes = [gene for gene in goat["genome"]["genes"] if gene["name"] != "wool"]
     goat["genome"] = goat["genome"] | {"genes": genes}
-    goat["sensors"] = [*goat["sensors"],
-                       {"kind": "nearest", "target": "egg", "radius": 5.0, "kin": "offspring"}]
+    goat["sensors"] = [
+        *goat["sensors"],
+        {"kind": "nearest", "target": "egg", "radius": 5.0, "kin": "offspring"},
+    ]
     config["species"]["egg"] = EGG | {"hatch": {"into": "goat", "incubation": 4.0}}
     return config | changes
 
@@ -208,8 +241,16 @@ def test_genomes_and_brains_pass_through_the_egg():
                 laid[key] = egg[Genome].loci[row].copy(), np.array(egg[Policy].weights[row])
         elif table is goat and world.tick:
             for row, mother, father in zip(rows, first.tolist(), second.tolist(), strict=True):
-                hatched.append((goat[Position].x[row].item(), mother, father, goat[Genome].loci[row].copy(),
-                                np.array(goat[Policy].weights[row]), goat[Body].radius[row]))
+                hatched.append(
+                    (
+                        goat[Position].x[row].item(),
+                        mother,
+                        father,
+                        goat[Genome].loci[row].copy(),
+                        np.array(goat[Policy].weights[row]),
+                        goat[Body].radius[row],
+                    )
+                )
 
     world.on_birth.append(note)
     world.run(25)
@@ -225,8 +266,12 @@ def test_genomes_and_brains_pass_through_the_egg():
 
 
 def test_the_ledgers_close_and_births_are_recorded(meadow):
-    world = nest(meadow, count=6, reproduction=LAYS | {"rate": 0.05}, egg={"metabolism": {
-        "energy": 0.2, "energy_max": 1.0, "basal": 0.001}}).run(25)
+    world = nest(
+        meadow,
+        count=6,
+        reproduction=LAYS | {"rate": 0.05},
+        egg={"metabolism": {"energy": 0.2, "energy_max": 1.0, "basal": 0.001}},
+    ).run(25)
     series = world.series()
     page = {name: np.array(series[name].to_pylist()) for name in LEDGER}
     assert np.abs(imbalance(page)).max() < 1e-6
@@ -248,16 +293,19 @@ def test_the_system_keeps_the_rules(meadow):
     check_system(Hatch, lambda threads: lay(nest(meadow, count=20, options={"threads": threads})))
 
 
-@pytest.mark.parametrize(("egg", "deer", "place"), [
-    ({}, {"reproduction": LAYS | {"eggs": "eg"}}, "reproduction.eggs = \"eg\""),
-    ({}, {"reproduction": LAYS | {"eggs": "grass"}}, "no deer hatches from it"),
-    ({}, {"reproduction": None}, "it does not lay these eggs"),
-    ({"hatch": {"into": "der", "incubation": 1.0}}, {}, "hatch.into = \"der\""),
-    ({"hatch": EGG["hatch"] | {"temperature": 270.0}}, {}, "not above the threshold"),
-    ({}, {"substances": {}, "born_with": "mother"}, "its newborn are eggs"),
-    ({"diet": [{"eats": "grass", "gain": 0.1}]}, {}, "an egg has none"),
-    ({"metabolism": {"energy": 0.1, "energy_max": 0.1}}, {}, "more than an egg holds"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("egg", "deer", "place"),
+    [
+        ({}, {"reproduction": LAYS | {"eggs": "eg"}}, 'reproduction.eggs = "eg"'),
+        ({}, {"reproduction": LAYS | {"eggs": "grass"}}, "no deer hatches from it"),
+        ({}, {"reproduction": None}, "it does not lay these eggs"),
+        ({"hatch": {"into": "der", "incubation": 1.0}}, {}, 'hatch.into = "der"'),
+        ({"hatch": EGG["hatch"] | {"temperature": 270.0}}, {}, "not above the threshold"),
+        ({}, {"substances": {}, "born_with": "mother"}, "its newborn are eggs"),
+        ({"diet": [{"eats": "grass", "gain": 0.1}]}, {}, "an egg has none"),
+        ({"metabolism": {"energy": 0.1, "energy_max": 0.1}}, {}, "more than an egg holds"),
+    ],
+)
 def test_wrong_values_are_refused_by_name(meadow, egg, deer, place):
     with pytest.raises(ConfigError) as error:
         nest(meadow, egg=egg, **deer)

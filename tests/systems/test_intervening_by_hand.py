@@ -56,13 +56,23 @@ def test_in_the_file_and_in_a_fork_of_a_checkpoint_are_the_same(name, tmp_path):
     from ecs_eco.runs.run import fork
 
     what = CASES[name] | {"at": 6}
-    run_to_folder(small(), seed=4, ticks=8, out=tmp_path / "burnt-in", policies="untrained",
-                  checkpoint_every=4, keep=9, report=False)
+    run_to_folder(
+        small(),
+        seed=4,
+        ticks=8,
+        out=tmp_path / "burnt-in",
+        policies="untrained",
+        checkpoint_every=4,
+        keep=9,
+        report=False,
+    )
     asked = {"interventions": [what]} if what["kind"] != "set" else what["set"]
-    forked = fork(tmp_path / "burnt-in", tmp_path / "fork", from_tick=6, changes=asked, until=14,
-                  report=False)
-    planned = run_to_folder(small(what), seed=4, ticks=14, out=tmp_path / "planned", policies="untrained",
-                            report=False)
+    forked = fork(
+        tmp_path / "burnt-in", tmp_path / "fork", from_tick=6, changes=asked, until=14, report=False
+    )
+    planned = run_to_folder(
+        small(what), seed=4, ticks=14, out=tmp_path / "planned", policies="untrained", report=False
+    )
     assert forked["digest"] == planned["digest"]
     assert planned["intervened"] == [[6, what | planned["intervened"][0][1]]]
 

@@ -19,7 +19,7 @@ def _learner(world):
 
 
 def test_an_update_comes_when_the_rollout_has_its_horizon_and_the_record_of_the_last_action_is_complete(
-    meadow
+    meadow,
 ):
     world = meadow(options=OPTIONS, **POLICY)
     learner = _learner(world)
@@ -51,8 +51,13 @@ def test_the_reward_of_an_action_is_what_is_felt_a_tick_later(meadow):
 
 
 def test_who_dies_and_is_born_into_its_row_in_mid_rollout(meadow):
-    world = meadow(count=3, options=OPTIONS, metabolism={"basal": 0.0},
-                   locomotion={"cost": {"walk": 0.0, "run": 0.0}}, **POLICY)
+    world = meadow(
+        count=3,
+        options=OPTIONS,
+        metabolism={"basal": 0.0},
+        locomotion={"cost": {"walk": 0.0, "run": 0.0}},
+        **POLICY,
+    )
     table, rollout = world.tables["deer"], _learner(world).rollout
     table[Metabolism].energy[table.rows()] = 0.5
     world.run(1)
@@ -109,9 +114,13 @@ class Praise(System):
 
 @pytest.mark.parametrize("kind", ["shared", "individual"])
 def test_a_reward_that_a_system_writes_in_feel_is_what_the_learner_gets(meadow, kind):
-    world = meadow(count=8, options=OPTIONS | {"systems": [Praise()]}, metabolism={"basal": 0.0},
-                   locomotion={"cost": {"walk": 0.0, "run": 0.0}},
-                   **POLICY | {"policy": {"kind": kind, "hidden": [4]}, "ppo": {"horizon": 16, "epochs": 1}})
+    world = meadow(
+        count=8,
+        options=OPTIONS | {"systems": [Praise()]},
+        metabolism={"basal": 0.0},
+        locomotion={"cost": {"walk": 0.0, "run": 0.0}},
+        **POLICY | {"policy": {"kind": kind, "hidden": [4]}, "ppo": {"horizon": 16, "epochs": 1}},
+    )
     table = world.tables["deer"]
     table[Metabolism].energy[table.rows()] = 0.5
     world.run(2)
@@ -128,9 +137,12 @@ def test_a_reward_that_a_system_writes_in_feel_is_what_the_learner_gets(meadow, 
 
 
 def test_the_learning_rate_falls_to_zero_in_a_run_too(meadow):
-    world = meadow(options=OPTIONS, metabolism={"basal": 0.0}, locomotion={"cost": {"walk": 0.0, "run": 0.0}},
-                   **POLICY | {"ppo": {"horizon": 4, "epochs": 1, "anneal": 16,
-                                       "learning_rate": 0.01}})
+    world = meadow(
+        options=OPTIONS,
+        metabolism={"basal": 0.0},
+        locomotion={"cost": {"walk": 0.0, "run": 0.0}},
+        **POLICY | {"ppo": {"horizon": 4, "epochs": 1, "anneal": 16, "learning_rate": 0.01}},
+    )
     world.run(21)
     rates = [report["learning_rate"] for report in world.tables["deer"].species.nerves.reports]
     assert rates == pytest.approx([0.01, 0.0075, 0.005, 0.0025, 0.0])

@@ -4,8 +4,10 @@ import pytest
 from ecs_eco.components import Body, Chemistry, Physical, Position
 from ecs_eco.testing import arrange
 
-WORLD = {"substances": {"salt": "", "water": ""},
-         "objects": {"carcass": {"body": {"radius": 0.1, "mass": 1.0}}}}
+WORLD = {
+    "substances": {"salt": "", "water": ""},
+    "objects": {"carcass": {"body": {"radius": 0.1, "mass": 1.0}}},
+}
 DEER = {
     "body": {"radius": 0.5, "mass": 60.0},
     "remains": "carcass",
@@ -21,8 +23,16 @@ def world(meadow):
 
 @pytest.mark.definition("3 remains")
 def test_the_dead_leave_an_object_with_their_place_mass_and_substances(world):
-    arrange(world, "deer", x=[1, 2, 3], y=[4, 5, 6], heading=0.5, energy=[0.5, -1, 0.5],
-            temperature=[310, 290, 310], mass=[60, 55, 60])
+    arrange(
+        world,
+        "deer",
+        x=[1, 2, 3],
+        y=[4, 5, 6],
+        heading=0.5,
+        energy=[0.5, -1, 0.5],
+        temperature=[310, 290, 310],
+        mass=[60, 55, 60],
+    )
     arrange(world, "grass", x=15, y=15)
     uid = int(np.sort(world.tables["deer"].uid)[-2])
     born = []

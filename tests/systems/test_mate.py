@@ -115,8 +115,9 @@ def test_the_father_pays_his_share_of_the_litter_at_once(meadow):
 
 
 def test_who_cannot_pay_the_fathers_share_and_live_is_not_chosen(meadow):
-    world = meadow(count=3, sex="random",
-                   reproduction=WAY | {"father_share": 1.0, "litter": 3, "energy_min": 0.25})
+    world = meadow(
+        count=3, sex="random", reproduction=WAY | {"father_share": 1.0, "litter": 3, "energy_min": 0.25}
+    )
     arrange(world, "deer", x=[5.0, 5.5, 6.5], y=5.0, sex=[FEMALE, MALE, MALE], energy=[0.5, 0.75, 0.875])
     assert mate(world) == {0: 2}
     assert values_by_uid(world, Metabolism, "energy").tolist() == [0.5, 0.75, 0.125]
@@ -124,8 +125,13 @@ def test_who_cannot_pay_the_fathers_share_and_live_is_not_chosen(meadow):
 
 @pytest.mark.parametrize(("dt", "fertility"), [(1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (0.5, 0.5)])
 def test_mating_succeeds_with_its_chance_per_second_and_the_fertility_of_both(meadow, dt, fertility):
-    world = couples_of(meadow, 400, reproduction={"chance": 0.6, "father_share": 1.0, "father_rest": 9.0},
-                     world={"dt": dt}, fertility=fertility)
+    world = couples_of(
+        meadow,
+        400,
+        reproduction={"chance": 0.6, "father_share": 1.0, "father_rest": 9.0},
+        world={"dt": dt},
+        fertility=fertility,
+    )
     deer = world.tables["deer"]
     chance = 1 - (1 - 0.6 * fertility**2) ** dt
     lucky = np.flatnonzero(random.draw_many(world.key, deer.uid[deer.by_uid()][::2], MEET) < chance) * 2
@@ -143,8 +149,14 @@ def test_a_mother_keeps_the_fathers_genome(meadow):
     arrange(world, "deer", loci=np.arange(24).reshape(6, 4), fertility=[1, 1, 1, 1, 0, 1])
     assert mate(world) == {0: 1, 2: 3}  # the last does not conceive
     nothing = [0] * 4
-    assert values_by_uid(world, Gestation, "sperm").tolist() == [[4, 5, 6, 7], nothing, [12, 13, 14, 15],
-                                                                 nothing, nothing, nothing]
+    assert values_by_uid(world, Gestation, "sperm").tolist() == [
+        [4, 5, 6, 7],
+        nothing,
+        [12, 13, 14, 15],
+        nothing,
+        nothing,
+        nothing,
+    ]
 
 
 def with_genome(table, loci):
@@ -160,9 +172,14 @@ def with_genome(table, loci):
 def test_the_organisms_own_life_history_replaces_that_of_the_species(meadow):
     world = couples_of(meadow, 4, reproduction={"father_share": 0.5, "energy_given": 0.5, "age_min": 50.0})
     world.tables["deer"].add_component(LifeHistory)
-    arrange(world, "deer", age_min=[20, 20, 20, 21, 20, 20, 20, 20],
-            energy_min=[0.5, 0.75, 0, 0, 0.76, 0, 0, 0], energy_given=0.125,
-            litter=[2.4, 1, 1, 1, 1, 1, 1.5, 1])
+    arrange(
+        world,
+        "deer",
+        age_min=[20, 20, 20, 21, 20, 20, 20, 20],
+        energy_min=[0.5, 0.75, 0, 0, 0.76, 0, 0, 0],
+        energy_given=0.125,
+        litter=[2.4, 1, 1, 1, 1, 1, 1.5, 1],
+    )
     assert mate(world) == {0: 1, 6: 7}
     assert values_by_uid(world, Gestation, "carrying")[[0, 6]].tolist() == [2, 2]
     assert values_by_uid(world, Metabolism, "energy")[[1, 7]].tolist() == [0.625, 0.625]
@@ -191,8 +208,13 @@ def _pairs(world, way, own):
     size = world.space.size
 
     def ready(r):
-        return (not deer.cause[r] and not g.carrying[r] and g.rest[r] <= world.tick
-                and b.age[r] >= way["age_min"] and m.energy[r] >= 0.5)
+        return (
+            not deer.cause[r]
+            and not g.carrying[r]
+            and g.rest[r] <= world.tick
+            and b.age[r] >= way["age_min"]
+            and m.energy[r] >= 0.5
+        )
 
     def distance2(r, s):
         total = np.float32(0)
@@ -214,8 +236,12 @@ def _pairs(world, way, own):
             d2 = distance2(r, s)
             if d2 > (radius[r] + radius[s] + np.float32(way["reach"])) ** 2:
                 continue
-            score = (d2, plain_draw(world.key, mix(int(deer.uid[r])) ^ int(deer.uid[s]), TASTE),
-                     -m.energy[s], -b.age[s])[choice]
+            score = (
+                d2,
+                plain_draw(world.key, mix(int(deer.uid[r])) ^ int(deer.uid[s]), TASTE),
+                -m.energy[s],
+                -b.age[s],
+            )[choice]
             lot = random.bits(world.key, np.uint64(mix(int(deer.uid[r])) ^ int(deer.uid[s])), TIE)
             if best is None or (score, d2, lot) < best[:3]:
                 best = (score, d2, lot, deer.uid[s])
@@ -242,10 +268,17 @@ def test_kernels_agree_with_plain_loops_whatever_the_order_of_rows(meadow, own, 
         world.tables["deer"].add_component(LifeHistory, age_min=5.0, energy_min=0.5, energy_given=0.25)
         arrange(world, "deer", choice=np.arange(60) % 4)
     rng = np.random.Generator(np.random.Philox(1))
-    arrange(world, "deer", x=np.round(20 * rng.random(60)) % 20, y=np.round(20 * rng.random(60)) % 20,
-            age=np.round(rng.random(60) * 30),
-            energy=np.round(rng.random(60) * 4 + 1) / 4, decision=(rng.random((60, 8)) < 0.7),
-            radius=np.round(4 * rng.random(60) + 1) / 8, rest=rng.integers(0, 10, 60) == 0)
+    arrange(
+        world,
+        "deer",
+        x=np.round(20 * rng.random(60)) % 20,
+        y=np.round(20 * rng.random(60)) % 20,
+        age=np.round(rng.random(60) * 30),
+        energy=np.round(rng.random(60) * 4 + 1) / 4,
+        decision=(rng.random((60, 8)) < 0.7),
+        radius=np.round(4 * rng.random(60) + 1) / 8,
+        rest=rng.integers(0, 10, 60) == 0,
+    )
     expected = _pairs(world, way, own)
     assert len(expected) >= 2
     before = state(world)
@@ -256,10 +289,15 @@ def test_kernels_agree_with_plain_loops_whatever_the_order_of_rows(meadow, own, 
 
 
 def _herd(meadow, threads=1, **way):
-    world = meadow(count=80, sex="random", reproduction=WAY | {"father_share": 0.5, "gestation": 3.0,
-                                                               "rest": 2.0, "consent": "one"} | way,
-                   actions={"mate": ["mate"]}, automatic=["eat"], policy={"kind": "shared", "hidden": [4]},
-                   options={"policies": "random", "threads": threads})
+    world = meadow(
+        count=80,
+        sex="random",
+        reproduction=WAY | {"father_share": 0.5, "gestation": 3.0, "rest": 2.0, "consent": "one"} | way,
+        actions={"mate": ["mate"]},
+        automatic=["eat"],
+        policy={"kind": "shared", "hidden": [4]},
+        options={"policies": "random", "threads": threads},
+    )
     arrange(world, "deer", energy=0.9)
     return world
 

@@ -56,8 +56,9 @@ def test_the_season_comes_back_every_year(meadow, tick, away):
     world = meadow(world=YEAR, breeding={"season": 0.25, "width": 0.1})
     world.tick = tick
     kappa = 1 / (2 * math.pi * 0.1) ** 2
-    assert fertile(world) == pytest.approx([math.exp(kappa * (math.cos(2 * math.pi * away) - 1))] * 2,
-                                           rel=1e-6)
+    assert fertile(world) == pytest.approx(
+        [math.exp(kappa * (math.cos(2 * math.pi * away) - 1))] * 2, rel=1e-6
+    )
     if away == 0.1:
         assert fertile(world)[0] == pytest.approx(0.6164, abs=1e-4)
 
@@ -72,10 +73,10 @@ def test_the_year_may_be_that_of_the_sun_and_begin_in_autumn(meadow):
 
 
 def test_nobody_is_born_outside_of_the_season(meadow):
-    way = {"kind": "asexual", "rate": 100.0, "energy_min": 0.1, "energy_given": 0.05,
-           "dispersal": 5.0}
-    world = meadow(count=50, world=YEAR | {"dt": 0.01}, reproduction=way,
-                   breeding={"season": 0.0, "width": 0.02})
+    way = {"kind": "asexual", "rate": 100.0, "energy_min": 0.1, "energy_given": 0.05, "dispersal": 5.0}
+    world = meadow(
+        count=50, world=YEAR | {"dt": 0.01}, reproduction=way, breeding={"season": 0.0, "width": 0.02}
+    )
     arrange(world, "deer", energy=0.9)
     world.tick = 5000
     act(world, Mature)
@@ -124,14 +125,22 @@ def test_without_breeding_a_gene_writes_fertility_itself(meadow):
 
 
 def test_a_year_warms_and_cools_bodies_and_light_follows_it(meadow):
-    world = meadow(world={"year": {"length": 100.0, "temperature": 10.0, "warmest": 0.25},
-                          "sun": {"kind": "constant", "latitude": 60.0, "declination": 23.4}})
+    world = meadow(
+        world={
+            "year": {"length": 100.0, "temperature": 10.0, "warmest": 0.25},
+            "sun": {"kind": "constant", "latitude": 60.0, "declination": 23.4},
+        }
+    )
     place = np.zeros(1, F)
     seen = []
     for tick in (0, 25, 75):
         world.tick = tick
-        seen.append((float(world.surroundings("temperature", place, place, place)[0]),
-                     float(world.surroundings("light", place, place, place)[0])))
+        seen.append(
+            (
+                float(world.surroundings("temperature", place, place, place)[0]),
+                float(world.surroundings("light", place, place, place)[0]),
+            )
+        )
     assert [t for t, _ in seen] == pytest.approx([285, 295, 275], abs=1e-3)
     assert seen[1][1] > seen[0][1] > seen[2][1]
 
@@ -167,19 +176,29 @@ def test_odd_genes_give_numbers_from_0_to_1(prime, end):
 
 def test_the_system_keeps_the_rules(meadow):
     genome = {"genes": [gene("time", "breeding.season", 0.0, 0.9)]}
-    check_system(Mature, lambda threads: meadow(
-        count=30, world=YEAR, breeding={"maturity": 1.0, "end": 50.0, "season": 0.1}, genome=genome,
-        options={"threads": threads}))
+    check_system(
+        Mature,
+        lambda threads: meadow(
+            count=30,
+            world=YEAR,
+            breeding={"maturity": 1.0, "end": 50.0, "season": 0.1},
+            genome=genome,
+            options={"threads": threads},
+        ),
+    )
 
 
-@pytest.mark.parametrize(("breeding", "world", "place"), [
-    ({"maturity": 5.0, "end": 5.0}, {}, "breeding.end = 5.0"),
-    ({"maturity": 5.0, "prime": 4.0}, {}, "breeding.prime = 4.0"),
-    ({"prime": 8.0, "end": 8.0}, {}, "breeding.prime = 8.0"),
-    ({"season": 0.3}, {}, "breeding.season = 0.3"),
-    ({"season": 0.3}, {"sun": {}}, "breeding.season = 0.3"),
-    ({}, {"year": {"length": 5.0}, "sun": {"year": 6.0}}, "sun.year = 6.0"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("breeding", "world", "place"),
+    [
+        ({"maturity": 5.0, "end": 5.0}, {}, "breeding.end = 5.0"),
+        ({"maturity": 5.0, "prime": 4.0}, {}, "breeding.prime = 4.0"),
+        ({"prime": 8.0, "end": 8.0}, {}, "breeding.prime = 8.0"),
+        ({"season": 0.3}, {}, "breeding.season = 0.3"),
+        ({"season": 0.3}, {"sun": {}}, "breeding.season = 0.3"),
+        ({}, {"year": {"length": 5.0}, "sun": {"year": 6.0}}, "sun.year = 6.0"),
+    ],
+)
 def test_wrong_values_are_refused_by_name(meadow, breeding, world, place):
     with pytest.raises(ConfigError) as error:
         meadow(world=world, breeding=breeding)

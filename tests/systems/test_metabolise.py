@@ -78,8 +78,9 @@ def test_a_single_one_in_the_smallest_of_tables_pays_for_moving():
 
 
 def test_digestion_ends_after_as_many_ticks_as_it_lasts(meadow):
-    world = meadow(world={"dt": 0.1}, count=1, grass={"count": 1},
-                   metabolism={"digestion": 400.0, "energy": 0.5})
+    world = meadow(
+        world={"dt": 0.1}, count=1, grass={"count": 1}, metabolism={"digestion": 400.0, "energy": 0.5}
+    )
     deer = arrange(world, "deer", x=5, y=5, energy=0.5)
     arrange(world, "grass", x=5, y=5)
     for system in (Sense, Decide, Feed):

@@ -25,8 +25,12 @@ def test_an_animal_turns_then_goes_ahead_and_pays_for_its_gait(meadow):
     world = meadow(count=4, world={"dt": 0.5})
     decision = [[*STILL, *NONE, 1], [*WALK, *LEFT, 1], [*RUN, *RIGHT, 0], [0] * 7]
     places = _moved(world, decision, x=10, y=10, heading=0.25)
-    expected = [[10, 10, 0.25], [10 + 0.5 * np.cos(0.5), 10 + 0.5 * np.sin(0.5), 0.5], [11.5, 10, 0.0],
-                [10, 10, 0.25]]
+    expected = [
+        [10, 10, 0.25],
+        [10 + 0.5 * np.cos(0.5), 10 + 0.5 * np.sin(0.5), 0.5],
+        [11.5, 10, 0.0],
+        [10, 10, 0.25],
+    ]
     assert places.ravel() == pytest.approx(np.ravel(expected), abs=1e-5)
     v = world.tables["deer"][Velocity]
     rows = world.tables["deer"].by_uid()
@@ -71,8 +75,11 @@ def test_water_and_rock_stop_walkers_who_pay_all_the_same(meadow, kind):
 
 
 def test_uphill_costs_more_and_downhill_no_less(meadow):
-    terrain = {"cell": 0.5, "slope_cost": 4.0,
-               "mountains": [{"at": [10.0, 10.0], "radius": 8.0, "height": 6.0}]}
+    terrain = {
+        "cell": 0.5,
+        "slope_cost": 4.0,
+        "mountains": [{"at": [10.0, 10.0], "radius": 8.0, "height": 6.0}],
+    }
     world = meadow(world={"terrain": terrain, "space": {"edges": "walls"}}, count=3)
     _moved(world, [[*WALK, *NONE, 0]] * 3, x=[5.5, 14.5, 0.5], y=10, heading=0)
 
@@ -87,8 +94,11 @@ def test_uphill_costs_more_and_downhill_no_less(meadow):
 
 
 def test_in_a_volume_climbing_is_a_group_of_its_own(meadow):
-    way = {"locomotion": {"climb": 2.0}, "neutral": {"climb": "none"},
-           "actions": {"climb": ["up", "none", "down"]}}
+    way = {
+        "locomotion": {"climb": 2.0},
+        "neutral": {"climb": "none"},
+        "actions": {"climb": ["up", "none", "down"]},
+    }
     world = meadow(world={"space": {"size": [20.0, 20.0, 10.0]}}, count=4, **way)
     table = arrange(world, "deer", z=[5, 5, 5, 9])
     climbs = [[1, 0, 0], [0, 0, 1], [0, 0, 0], [1, 0, 0]]
@@ -100,17 +110,21 @@ def test_in_a_volume_climbing_is_a_group_of_its_own(meadow):
 
 
 def _swimmers(meadow, count=4, dt=1.0, **locomotion):
-    way = {"locomotion": {"pitch": float(np.pi / 6), **locomotion}, "neutral": {"climb": "none"},
-           "actions": {"climb": ["up", "none", "down"]}}
+    way = {
+        "locomotion": {"pitch": float(np.pi / 6), **locomotion},
+        "neutral": {"climb": "none"},
+        "actions": {"climb": ["up", "none", "down"]},
+    }
     return meadow(world={"space": {"size": [20.0, 20.0, 10.0]}, "dt": dt}, count=count, **way)
 
 
 def test_with_a_pitch_it_swims_along_a_slope_at_the_speed_of_its_gait(meadow):
     world = _swimmers(meadow)
     table = arrange(world, "deer", x=10, y=10, z=5, heading=0)
-    table[Nervous].decision[table.by_uid()] = [[*gait, *NONE, 0, *c] for gait, c in
-                                               ((WALK, [1, 0, 0]), (RUN, [0, 0, 1]), (RUN, [0, 1, 0]),
-                                                (STILL, [1, 0, 0]))]
+    table[Nervous].decision[table.by_uid()] = [
+        [*gait, *NONE, 0, *c]
+        for gait, c in ((WALK, [1, 0, 0]), (RUN, [0, 0, 1]), (RUN, [0, 1, 0]), (STILL, [1, 0, 0]))
+    ]
     act(world, Move)
     p, v, rows = table[Position], table[Velocity], table.by_uid()
     assert p.x[rows] == pytest.approx([10 + np.cos(np.pi / 6), 10 + 3 * np.cos(np.pi / 6), 13, 10])
@@ -138,8 +152,12 @@ def test_the_kernel_is_its_slow_twin(meadow, edges, size):
     rng = np.random.default_rng(4)
     n = 80
     rocks = [{"at": [10.0, 8.0], "radius": 4.0}]
-    terrain = {"cell": 1.0, "rocks": rocks, "hills": {"seed": 3, "amplitude": 2.0, "scale": 8.0},
-               "slope_cost": 2.0}
+    terrain = {
+        "cell": 1.0,
+        "rocks": rocks,
+        "hills": {"seed": 3, "amplitude": 2.0, "scale": 8.0},
+        "slope_cost": 2.0,
+    }
     world = meadow(world={"space": {"size": size, "edges": edges}, "terrain": terrain}, count=n)
     x, y, heading = rng.random(n) * size[0], rng.random(n) * size[1], rng.random(n) * 6.28
     x, y, heading = (v.astype(np.float32).astype(float) for v in (x, y, heading))
@@ -154,8 +172,11 @@ def test_the_kernel_is_its_slow_twin(meadow, edges, size):
 
         def corner(i, j):
             ny, nx = height.shape
-            return float(height[(j % ny, i % nx)
-                                if edges == "torus" else (min(max(j, 0), ny - 1), min(max(i, 0), nx - 1))])
+            return float(
+                height[
+                    (j % ny, i % nx) if edges == "torus" else (min(max(j, 0), ny - 1), min(max(i, 0), nx - 1))
+                ]
+            )
 
         return (1 - fy) * ((1 - fx) * corner(i, j) + fx * corner(i + 1, j)) + fy * (
             (1 - fx) * corner(i, j + 1) + fx * corner(i + 1, j + 1)
@@ -169,8 +190,9 @@ def test_the_kernel_is_its_slow_twin(meadow, edges, size):
 
         def reached(way, a=a, angle=angle):
             to = [x[a] + way * np.cos(angle), y[a] + way * np.sin(angle)]
-            return [t % s if edges == "torus" else min(max(t, 0), s - 1e-5)
-                    for t, s in zip(to, size, strict=True)]
+            return [
+                t % s if edges == "torus" else min(max(t, 0), s - 1e-5) for t, s in zip(to, size, strict=True)
+            ]
 
         halves = [i / 2 for i in range(2 * speed + 1)]  # half cells along the way
         blocked = next(
@@ -187,9 +209,29 @@ def test_the_kernel_is_its_slow_twin(meadow, edges, size):
 def test_a_fast_animal_does_not_jump_a_thin_lake():
     space = Space((40.0, 40.0), "walls")
     terrain = Terrain(space, 1.0, lakes=[{"at": [20.0, 20.0], "radius": 1.5}])
-    stopped = free_way(np.float32(10.0), np.float32(20.0), np.float32(0.0), np.float32(1.0), np.float32(20.0),
-                       np.float32(1.0), terrain.ground, terrain.inverse, space.lengths, False)
+    stopped = free_way(
+        np.float32(10.0),
+        np.float32(20.0),
+        np.float32(0.0),
+        np.float32(1.0),
+        np.float32(20.0),
+        np.float32(1.0),
+        terrain.ground,
+        terrain.inverse,
+        space.lengths,
+        False,
+    )
     assert 10.0 + stopped < 20.0 - 0.5
-    beside = free_way(np.float32(10.0), np.float32(5.0), np.float32(0.0), np.float32(1.0), np.float32(20.0),
-                      np.float32(1.0), terrain.ground, terrain.inverse, space.lengths, False)
+    beside = free_way(
+        np.float32(10.0),
+        np.float32(5.0),
+        np.float32(0.0),
+        np.float32(1.0),
+        np.float32(20.0),
+        np.float32(1.0),
+        terrain.ground,
+        terrain.inverse,
+        space.lengths,
+        False,
+    )
     assert beside == 20.0

@@ -17,8 +17,16 @@ def family(meadow, n=4, mother=(0, 1, 1, 1), father=(0, 0, 0, 0), **more):
     world = meadow(**{"count": n, "care": CARE, "metabolism": {"basal": 0.0}} | more)
     deer = world.tables["deer"]
     uid = np.concatenate([[0], deer.uid[deer.by_uid()]])
-    arrange(world, "deer", x=5.0, y=5.0, energy=0.5, age=[20.0] + [1.0] * (n - 1), mother=uid[list(mother)],
-            father=uid[list(father)])
+    arrange(
+        world,
+        "deer",
+        x=5.0,
+        y=5.0,
+        energy=0.5,
+        age=[20.0] + [1.0] * (n - 1),
+        mother=uid[list(mother)],
+        father=uid[list(father)],
+    )
     return world
 
 
@@ -74,8 +82,10 @@ def test_what_does_not_arrive_is_burnt(meadow):
     assert books(world) == [[0.375, 0.5625], [0, 0.0625], [0.0625, 0], [0.0625, 0]]
 
 
-@pytest.mark.parametrize(("by", "energy"), [
-    ("mother", [0.375, 0.5, 0.625]), ("father", [0.5, 0.375, 0.625]), ("both", [0.375, 0.375, 0.75])])
+@pytest.mark.parametrize(
+    ("by", "energy"),
+    [("mother", [0.375, 0.5, 0.625]), ("father", [0.5, 0.375, 0.625]), ("both", [0.375, 0.375, 0.75])],
+)
 def test_mother_father_or_both_feed(meadow, by, energy):
     world = family(meadow, 3, (0, 0, 1), (0, 0, 2), care=CARE | {"by": by})
     arrange(world, "deer", age=[20, 20, 1])
@@ -103,16 +113,24 @@ def test_with_an_action_she_feeds_when_she_decides_to(meadow):
 
 def test_the_ledger_of_energy_closes(meadow):
     way = {"kind": "asexual", "rate": 0.1, "energy_min": 0.4, "energy_given": 0.05, "dispersal": 3.0}
-    world = meadow(count=8, body={"opaque": False}, reproduction=way,
-                   care=CARE | {"rate": 0.02, "efficiency": 0.8, "reserve": 0.1, "reach": 4.0}).run(30)
+    world = meadow(
+        count=8,
+        body={"opaque": False},
+        reproduction=way,
+        care=CARE | {"rate": 0.02, "efficiency": 0.8, "reserve": 0.1, "reach": 4.0},
+    ).run(30)
     page = {name: np.array(world.series()[name].to_pylist()) for name in LEDGER}
     assert page["taken_in"].sum() > 0.2
     assert np.abs(imbalance(page)).max() < 1e-6
 
 
 def test_the_system_keeps_the_rules(meadow):
-    check_system(Nurse, lambda threads: family(meadow, 30, (0, *[1, 2, 3] * 9, 1, 2), (0,) * 30,
-                                               options={"threads": threads}))
+    check_system(
+        Nurse,
+        lambda threads: family(
+            meadow, 30, (0, *[1, 2, 3] * 9, 1, 2), (0,) * 30, options={"threads": threads}
+        ),
+    )
 
 
 def test_who_does_not_care_has_no_action_for_it_and_no_system(meadow):
@@ -125,17 +143,22 @@ def test_who_does_not_care_has_no_action_for_it_and_no_system(meadow):
 
 @pytest.mark.definition("3 genome encodes")
 def test_each_parent_cares_as_its_own_genes_say(meadow):
-    genes = [{"name": name, "letters": 1, "trait": f"care.{name}", "values": values}
-             for name, values in (("rate", [0.125, 0.25]), ("until", [2.0, 10.0]),
-                                  ("efficiency", [1.0, 0.5]))]
+    genes = [
+        {"name": name, "letters": 1, "trait": f"care.{name}", "values": values}
+        for name, values in (("rate", [0.125, 0.25]), ("until", [2.0, 10.0]), ("efficiency", [1.0, 0.5]))
+    ]
     world = family(meadow, 4, (0, 0, 1, 2), genome={"alphabet": "01", "genes": genes})
     deer = world.tables["deer"]
     own = deer[Traits].value
     own[deer.by_uid()] = [[0.125, 2.0, 1.0], [0.25, 10.0, 0.5], [0.0625, 1.0, 1.0], [0.0625, 1.0, 1.0]]
     arrange(world, "deer", energy=0.5, age=[20, 20, 1, 1])
     act(world, Nurse)  # the first gives 0.125; the second 0.25, of which half arrives
-    assert books(world) == [[0.375, 0.25, 0.625, 0.625], [0, 0, 0.125, 0.125], [0.125, 0.125, 0, 0],
-                            [0, 0.125, 0, 0]]  # fmt: skip
+    assert books(world) == [
+        [0.375, 0.25, 0.625, 0.625],
+        [0, 0, 0.125, 0.125],
+        [0.125, 0.125, 0, 0],
+        [0, 0.125, 0, 0],
+    ]
     arrange(world, "deer", energy=0.5, age=[20, 20, 3, 3])
     act(world, Nurse)  # the first feeds until 2 s, the second until 10 s
     assert books(world)[0] == [0.5, 0.25, 0.5, 0.625]

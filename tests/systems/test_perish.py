@@ -50,8 +50,9 @@ def test_causes_are_known_from_the_start_in_the_order_of_species(meadow):
 
 def test_the_last_reward_reaches_the_learner_whatever_one_dies_of(meadow):
     happiness, options = {"formula": "energy", "minimum": -2.0}, {"policies": "untrained", "learn": True}
-    world = meadow(count=3, policy={"kind": "shared", "hidden": [4]}, happiness=happiness,
-                   options=options, **BODY)
+    world = meadow(
+        count=3, policy={"kind": "shared", "hidden": [4]}, happiness=happiness, options=options, **BODY
+    )
     table = world.tables["deer"]
     world.run(1)
     rollout = table.species.nerves.learner.rollout

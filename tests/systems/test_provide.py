@@ -17,8 +17,13 @@ DIVIDES = {"kind": "asexual", "rate": 1.0, "energy_min": 0.1, "energy_given": 0.
 
 @pytest.fixture
 def herd(meadow):
-    return meadow(world={"substances": {"sugar": "", "salt": ""}}, substances={"sugar": 0.5, "salt": 0.2},
-                  born_with="mother", reproduction=DIVIDES, lethal=[])
+    return meadow(
+        world={"substances": {"sugar": "", "salt": ""}},
+        substances={"sugar": 0.5, "salt": 0.2},
+        born_with="mother",
+        reproduction=DIVIDES,
+        lethal=[],
+    )
 
 
 def ledger(world):
@@ -77,12 +82,26 @@ RADIUS = (3 / 4000 / np.pi) ** (1 / 3)  # [m] of a body of one litre
 
 def heath(nitrogen, world=None, **plant):
     """A world of 5 × 5 sites without plants, on soil with so many moles of nitrogen in the 1000 L of each."""
-    return World.from_config({
-        "format": 1, "name": "heath", "space": {"size": [5.0, 5.0]},
-        "substances": {"nitrogen": "", "wood": ""},
-        "fields": {"soil": {"cell": 1.0, "substance": "nitrogen", "initial": nitrogen / 1000}},
-        "species": {"heather": {"count": 0, "body": {"radius": RADIUS}, "substances": {"nitrogen": 2.0},
-                                "born_with": "soil", "reproduction": SITE} | plant}} | (world or {}))
+    return World.from_config(
+        {
+            "format": 1,
+            "name": "heath",
+            "space": {"size": [5.0, 5.0]},
+            "substances": {"nitrogen": "", "wood": ""},
+            "fields": {"soil": {"cell": 1.0, "substance": "nitrogen", "initial": nitrogen / 1000}},
+            "species": {
+                "heather": {
+                    "count": 0,
+                    "body": {"radius": RADIUS},
+                    "substances": {"nitrogen": 2.0},
+                    "born_with": "soil",
+                    "reproduction": SITE,
+                }
+                | plant
+            },
+        }
+        | (world or {})
+    )
 
 
 @pytest.mark.definition("3 chemical rules")
@@ -105,8 +124,16 @@ def test_no_seed_sprouts_where_the_soil_lacks_what_it_needs():
 
 
 def test_the_soil_nourishes_any_of_the_seeds_that_want_it_of_whatever_species():
-    both = {name: {"count": 0, "body": {"radius": RADIUS}, "substances": {"nitrogen": 2.0},
-                   "born_with": "soil", "reproduction": SITE} for name in ("heather", "sorrel")}
+    both = {
+        name: {
+            "count": 0,
+            "body": {"radius": RADIUS},
+            "substances": {"nitrogen": 2.0},
+            "born_with": "soil",
+            "reproduction": SITE,
+        }
+        for name in ("heather", "sorrel")
+    }
     fields = {"soil": {"cell": 5.0, "substance": "nitrogen", "initial": 1e-9}}
     wide = {"space": {"size": [10.0, 10.0]}, "fields": fields, "species": both}
     world, names, y = heath(nitrogen=0.0, world=wide), [], []
@@ -134,8 +161,13 @@ def test_soil_that_lasts_for_two_gives_rise_to_two():
 
 
 def test_plants_that_die_and_sprout_again_keep_all_matter_in_the_world():
-    world = heath(nitrogen=5.0, count=10, remains="litter", lethal=[{"property": "age", "max": 4.0}],
-                  world={"objects": {"litter": {"body": {"radius": 0.1}, "decomposition": {"rate": 0.5}}}})
+    world = heath(
+        nitrogen=5.0,
+        count=10,
+        remains="litter",
+        lethal=[{"property": "age", "max": 4.0}],
+        world={"objects": {"litter": {"body": {"radius": 0.1}, "decomposition": {"rate": 0.5}}}},
+    )
     before = stocks(world, world.matter).sum(0)
     born = []
     world.on_birth.append(lambda table, rows, *_: born.extend([table.name] * rows.size))

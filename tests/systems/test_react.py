@@ -11,10 +11,18 @@ from ecs_eco.systems.react import react
 from ecs_eco.testing import act, arrange
 
 SUBSTANCES = {"glucose": "", "oxygen": "", "carbon_dioxide": "", "water": ""}
-RESPIRATION = {"from": {"glucose": 1.0, "oxygen": 6.0}, "to": {"carbon_dioxide": 6.0, "water": 6.0},
-               "energy": 2.0, "rate": 0.01}
-PHOTOSYNTHESIS = {"from": {"carbon_dioxide": 6.0, "water": 6.0}, "to": {"glucose": 1.0, "oxygen": 6.0},
-                  "rate": 0.01, "light": True}
+RESPIRATION = {
+    "from": {"glucose": 1.0, "oxygen": 6.0},
+    "to": {"carbon_dioxide": 6.0, "water": 6.0},
+    "energy": 2.0,
+    "rate": 0.01,
+}
+PHOTOSYNTHESIS = {
+    "from": {"carbon_dioxide": 6.0, "water": 6.0},
+    "to": {"glucose": 1.0, "oxygen": 6.0},
+    "rate": 0.01,
+    "light": True,
+}
 RADIUS = (3 / 4000 / np.pi) ** (1 / 3)  # [m] of a body of one litre
 HOLDS = {"glucose": 0.5, "oxygen": 0.9, "carbon_dioxide": 0.3, "water": 1.5}
 
@@ -22,10 +30,20 @@ HOLDS = {"glucose": 0.5, "oxygen": 0.9, "carbon_dioxide": 0.3, "water": 1.5}
 @pytest.fixture
 def cells(meadow):
     """A function of reactions that returns a world of two cells of one litre, with 1 of 2 units of energy."""
+
     def build(*reactions, world=None, dt=1.0, **deer):
-        new = meadow(world={"substances": SUBSTANCES, "dt": dt} | (world or {}),
-                     **({"body": {"radius": RADIUS}, "substances": HOLDS, "reactions": list(reactions),
-                         "metabolism": {"energy": 1.0, "energy_max": 2.0}} | deer))
+        new = meadow(
+            world={"substances": SUBSTANCES, "dt": dt} | (world or {}),
+            **(
+                {
+                    "body": {"radius": RADIUS},
+                    "substances": HOLDS,
+                    "reactions": list(reactions),
+                    "metabolism": {"energy": 1.0, "energy_max": 2.0},
+                }
+                | deer
+            ),
+        )
         arrange(new, "deer", energy=1.0)
         return new
 
@@ -116,9 +134,12 @@ def test_who_moves_burns_more_of_its_substances_than_who_rests(cells):
 @pytest.mark.definition("3 chemical rules")
 def test_a_reaction_with_an_action_takes_place_in_those_who_do_it(cells):
     way = {"from": {"glucose": 1.0}, "to": {"water": 1.0}, "rate": 0.1}
-    world = cells(way | {"action": "run"}, locomotion={"speed": {"walk": 1.0, "run": 2.0}},
-                  actions={"speed": ["walk", "run"], "turn": ["left", "none", "right"]},
-                  neutral={"speed": "walk"})
+    world = cells(
+        way | {"action": "run"},
+        locomotion={"speed": {"walk": 1.0, "run": 2.0}},
+        actions={"speed": ["walk", "run"], "turn": ["left", "none", "right"]},
+        neutral={"speed": "walk"},
+    )
     table = world.tables["deer"]
     runs = table.species.nerves.column("run")
     table[Nervous].decision[table.by_uid(), runs] = [1, 0]
@@ -130,8 +151,12 @@ def test_a_reaction_with_an_action_takes_place_in_those_who_do_it(cells):
 def test_the_action_of_a_reaction_is_one_of_the_species(cells):
     way = {"from": {"glucose": 1.0}, "rate": 0.1, "action": "rum"}
     with pytest.raises(ConfigError, match=r'reactions\.0\.action = "rum"\n.*did you mean "run"'):
-        cells(way, locomotion={"speed": {"walk": 1.0, "run": 2.0}}, actions={"speed": ["walk", "run"]},
-              neutral={"speed": "walk"})
+        cells(
+            way,
+            locomotion={"speed": {"walk": 1.0, "run": 2.0}},
+            actions={"speed": ["walk", "run"]},
+            neutral={"speed": "walk"},
+        )
 
 
 def test_small_extents_add_up_though_float32_cannot_hold_one(cells):
@@ -165,8 +190,23 @@ def test_the_kernel_is_its_slow_twin(seed):
     room = np.where(gain > 0, ceiling - energy.astype(float), energy).clip(0)
     reach = np.where(alive, np.minimum(reach, room / (abs(gain) * volume)), 0)
     wanted, before = c + reach[:, None] * change, energy.copy()
-    react(alive, volume, molarity, residue, used, change, half, 0.04, light, gain, ceiling, energy, taken,
-          burnt, made)
+    react(
+        alive,
+        volume,
+        molarity,
+        residue,
+        used,
+        change,
+        half,
+        0.04,
+        light,
+        gain,
+        ceiling,
+        energy,
+        taken,
+        burnt,
+        made,
+    )
     assert molarity.astype(float) + residue == pytest.approx(wanted, abs=1e-9)
     assert made == pytest.approx((volume[:, None] * (wanted - c)).sum(0), abs=1e-8)
     assert energy == pytest.approx(before + gain * reach * volume, abs=1e-6)

@@ -8,9 +8,13 @@ from ecs_eco.engine.errors import ConfigError
 
 
 def _orchard(**apple):
-    return {"format": 1, "name": "orchard", "space": {"size": [50.0, 50.0]},
-            "objects": {"apple": {"count": 400, "body": {"radius": 0.1}} | apple},
-            "species": {"boar": {"count": 0, "body": {"radius": 0.5}}}}
+    return {
+        "format": 1,
+        "name": "orchard",
+        "space": {"size": [50.0, 50.0]},
+        "objects": {"apple": {"count": 400, "body": {"radius": 0.1}} | apple},
+        "species": {"boar": {"count": 0, "body": {"radius": 0.5}}},
+    }
 
 
 def test_each_that_is_missing_comes_back_by_chance():

@@ -46,8 +46,9 @@ def test_the_fed_and_grown_give_birth_with_their_chance_and_pay(meadow):
 
 def test_the_newborn_lands_anywhere_or_within_dispersal_of_its_parent(meadow):
     for way in (WAY, WAY | {"place": "near", "dispersal": 3.0}, WAY | {"kind": "asexual", "dispersal": 3.0}):
-        world = meadow(count=300, world={"space": {"size": [100.0, 80.0]}}, reproduction=way,
-                       body={"radius": 0.05})
+        world = meadow(
+            count=300, world={"space": {"size": [100.0, 80.0]}}, reproduction=way, body={"radius": 0.05}
+        )
         deer = arrange(world, "deer", energy=1.0)
         parents, rows = _born(world)
         p = deer[Position]
@@ -97,8 +98,9 @@ def test_spacing_keeps_the_newborn_from_others_of_its_kind_and_from_each_other(m
 
 def test_spacing_holds_between_newborn_that_were_moved_out_of_the_way_of_bodies(meadow):
     tree = {"space": {"size": [60.0, 60.0]}, "objects": {"tree": {"count": 300, "body": {"radius": 1.5}}}}
-    world = meadow(count=60, world=tree, reproduction=WAY | {"spacing": 3.0},
-                   body={"radius": 0.05, "opaque": False})
+    world = meadow(
+        count=60, world=tree, reproduction=WAY | {"spacing": 3.0}, body={"radius": 0.05, "opaque": False}
+    )
     deer = arrange(world, "deer", energy=1.0, x=1.0, y=1.0)
     _, rows = _born(world)
     p = deer[Position]
@@ -111,16 +113,22 @@ def test_spacing_holds_between_newborn_that_were_moved_out_of_the_way_of_bodies(
 
 def test_a_place_given_up_for_a_body_keeps_no_other_away(meadow):
     tree = {"objects": {"tree": {"count": 60, "body": {"radius": 1.5}}}}
-    world = meadow(count=1, world=tree, reproduction=WAY | {"rate": 1.0, "spacing": 8.0},
-                   body={"radius": 0.05, "opaque": False})
+    world = meadow(
+        count=1,
+        world=tree,
+        reproduction=WAY | {"rate": 1.0, "spacing": 8.0},
+        body={"radius": 0.05, "opaque": False},
+    )
     trees, uid = world.tables["tree"], world.tables["deer"].uid[:1]
     q, n = trees[Position], 0
     for world.tick in range(300):
         arrange(world, "deer", energy=0.7, x=0.0, y=0.0)  # for one birth
         expected = []
         for attempt in range(8):
-            at = [random.draw_many(world.key, uid, random.PLACE + (axis << 8) + (attempt << 10))[0] * 20
-                  for axis in (0, 1)]
+            at = [
+                random.draw_many(world.key, uid, random.PLACE + (axis << 8) + (attempt << 10))[0] * 20
+                for axis in (0, 1)
+            ]
             d = np.stack([q.x[trees.rows()] - at[0], q.y[trees.rows()] - at[1]])
             far = np.hypot(*(np.array(at) - 20 * np.round(np.array(at) / 20))) >= 8
             if not far or np.hypot(*(d - 20 * np.round(d / 20))).min() >= 1.55:
@@ -141,8 +149,9 @@ def test_a_litter_is_as_many_as_the_parent_can_pay_for_and_live(meadow):
     deer = arrange(world, "deer", energy=[0.25, 0.5, 0.51, 0.75, 0.76])
     old = deer.by_uid()
     keys = ((tick, random.tick_key(world.seed, tick)) for tick in range(9999))
-    world.tick = next(tick for tick, key in keys
-                      if (random.draw_many(key, deer.uid[old], random.BIRTH) < 0.6).all())
+    world.tick = next(
+        tick for tick, key in keys if (random.draw_many(key, deer.uid[old], random.BIRTH) < 0.6).all()
+    )
     parents, rows = _born(world)
     assert parents == np.repeat(deer.uid[old], [0, 1, 2, 2, 3]).tolist()
     m = deer[Metabolism]
@@ -158,19 +167,26 @@ def test_the_organisms_own_life_history_replaces_that_of_the_species(meadow):
     deer = world.tables["deer"]
     deer.add_component(LifeHistory)
     kind = np.arange(200) % 4
-    arrange(world, "deer", energy=0.75, age=20, age_min=np.where(kind == 0, 21, 20),
-            energy_min=np.where(kind == 1, 0.76, 0.75),
-            energy_given=np.where(kind == 2, 0.125, 0.25), litter=np.where(kind == 3, 2.4, 1.4))
+    arrange(
+        world,
+        "deer",
+        energy=0.75,
+        age=20,
+        age_min=np.where(kind == 0, 21, 20),
+        energy_min=np.where(kind == 1, 0.76, 0.75),
+        energy_given=np.where(kind == 2, 0.125, 0.25),
+        litter=np.where(kind == 3, 2.4, 1.4),
+    )
     old, (parents, rows) = deer.by_uid(), _born(world)
     draws = random.draw_many(world.key, deer.uid[old], random.BIRTH) < 1 - np.exp(-1)
     number = np.where(draws, np.array([0, 0, 1, 2])[kind], 0)
     assert parents == np.repeat(deer.uid[old], number).tolist()
-    assert deer[Metabolism].energy[rows].tolist() == np.repeat(
-        np.where(kind == 2, 0.125, 0.25), number
-    ).tolist()
-    assert deer[Metabolism].energy[old].tolist() == (
-        0.75 - number * np.where(kind == 2, 0.125, 0.25)
-    ).tolist()
+    assert (
+        deer[Metabolism].energy[rows].tolist() == np.repeat(np.where(kind == 2, 0.125, 0.25), number).tolist()
+    )
+    assert (
+        deer[Metabolism].energy[old].tolist() == (0.75 - number * np.where(kind == 2, 0.125, 0.25)).tolist()
+    )
 
 
 def test_what_heredity_says_of_a_newborn_holds(meadow):
@@ -205,11 +221,22 @@ def test_max_count_leaves_room_for_those_that_are_drawn(meadow):
 
 def _crowd(meadow, seed, **deer):
     """A population at its `max_count`, of whom one in twenty dies at random in a tick."""
-    return meadow(**{"count": 60, "max_count": 60, "age": [0.0, 60.0], "fertility": 0.5,
-                     "metabolism": {"energy": 1.0, "growth": 1.0, "basal": 0.0},
-                     "reproduction": WAY | {"energy_given": 0.125},
-                     "world": {"space": {"size": [400.0, 400.0]}, "seed": seed, "land_use": [
-                         {"kind": "harvest", "species": "deer", "rate": 0.05}]}} | deer)
+    return meadow(
+        **{
+            "count": 60,
+            "max_count": 60,
+            "age": [0.0, 60.0],
+            "fertility": 0.5,
+            "metabolism": {"energy": 1.0, "growth": 1.0, "basal": 0.0},
+            "reproduction": WAY | {"energy_given": 0.125},
+            "world": {
+                "space": {"size": [400.0, 400.0]},
+                "seed": seed,
+                "land_use": [{"kind": "harvest", "species": "deer", "rate": 0.05}],
+            },
+        }
+        | deer
+    )
 
 
 def test_under_max_count_parents_are_of_any_age(meadow):
@@ -260,8 +287,12 @@ def test_immigrants_share_the_room_below_max_count_with_the_newborn(meadow):
 @pytest.mark.parametrize("most", [broods.MOST_PAIRS, -1])
 def test_of_newborn_too_near_to_each_other_any_may_get_its_place(meadow, monkeypatch, most):
     monkeypatch.setattr(broods, "MOST_PAIRS", most)
-    world = meadow(count=30, world={"space": {"size": [60.0, 60.0]}}, body={"radius": 0.1, "opaque": False},
-                   reproduction=FREE)
+    world = meadow(
+        count=30,
+        world={"space": {"size": [60.0, 60.0]}},
+        body={"radius": 0.1, "opaque": False},
+        reproduction=FREE,
+    )
     deer, ranks = arrange(world, "deer", energy=1.0, x=1.0, y=1.0), []
     deer.species.reproduction = deer.species.reproduction.model_copy(update={"spacing": 15.0})
     first = int(deer.uid[deer.by_uid()[0]])
@@ -275,8 +306,11 @@ def test_of_newborn_too_near_to_each_other_any_may_get_its_place(meadow, monkeyp
 
 
 def test_a_species_without_an_energy_budget_has_grandchildren(meadow):
-    world = meadow(count=40, world={"space": {"size": [400.0, 400.0]}},
-                   reproduction=FREE | {"kind": "asexual", "rate": 0.2, "dispersal": 9.0})
+    world = meadow(
+        count=40,
+        world={"space": {"size": [400.0, 400.0]}},
+        reproduction=FREE | {"kind": "asexual", "rate": 0.2, "dispersal": 9.0},
+    )
     deer = arrange(world, "deer", energy=0.0)
     founders, parents = deer.uid[deer.by_uid()].max(), []
     world.on_birth.append(lambda table, rows, first, _: parents.extend(first.tolist()))

@@ -38,9 +38,14 @@ def test_a_road_that_is_taken_away_is_no_more():
 
 
 def test_roads_cover_the_cells_on_the_strip_and_those_of_the_line():
-    terrain = Terrain(Space((10, 10)), 1.0, roads=[
-        {"line": [[1.5, 4.0], [5.5, 4.0]], "width": 2.0, "pace": 2.0, "cost": 0.5},
-        {"line": [[0.2, 9.5], [9.8, 9.5]], "width": 0.1, "pace": 0.5, "cost": 3.0}])
+    terrain = Terrain(
+        Space((10, 10)),
+        1.0,
+        roads=[
+            {"line": [[1.5, 4.0], [5.5, 4.0]], "width": 2.0, "pace": 2.0, "cost": 0.5},
+            {"line": [[0.2, 9.5], [9.8, 9.5]], "width": 0.1, "pace": 0.5, "cost": 3.0},
+        ],
+    )
     on = np.argwhere(terrain.pace == 2)
     assert on[:, 0].min() == 3
     assert on[:, 0].max() == 4
@@ -73,12 +78,15 @@ def test_a_road_makes_another_digest():
     assert one.digest() != two.digest()
 
 
-@pytest.mark.parametrize(("road", "fault"), [
-    ({"line": [[10.0, 30.0], [70.0, 30.0]]}, "outside of the world"),
-    ({"line": None}, "is missing"),
-    ({"remove": True}, "no such road"),
-    ({"pace": 0.0}, "pace"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("road", "fault"),
+    [
+        ({"line": [[10.0, 30.0], [70.0, 30.0]]}, "outside of the world"),
+        ({"line": None}, "is missing"),
+        ({"remove": True}, "no such road"),
+        ({"pace": 0.0}, "pace"),
+    ],
+)
 def test_roads_that_cannot_be_are_refused(road, fault):
     with pytest.raises(ConfigError, match=fault):
         world({k: v for k, v in (ROAD | road).items() if v is not None})
@@ -86,8 +94,15 @@ def test_roads_that_cannot_be_are_refused(road, fault):
 
 def test_roads_may_lie_there_from_the_start():
     line = {k: v for k, v in ROAD.items() if k not in ("kind", "at")}
-    config = load({"format": 1, "name": "trail", "space": {"size": [60.0, 60.0]},
-                   "terrain": {"roads": [line]}, "species": {"ox": {"count": 1, "body": {"radius": 1.0}}}})
+    config = load(
+        {
+            "format": 1,
+            "name": "trail",
+            "space": {"size": [60.0, 60.0]},
+            "terrain": {"roads": [line]},
+            "species": {"ox": {"count": 1, "body": {"radius": 1.0}}},
+        }
+    )
     from ecs_eco import World
 
     assert (World.from_config(config).terrain.pace == 2).sum() > 100

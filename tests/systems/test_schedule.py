@@ -9,13 +9,15 @@ def test_the_schedule_names_every_phase_in_order():
 
 def test_every_system_stands_in_the_phase_that_it_declares():
     for phases in (SCHEDULE, RESPAWNING):
-        assert [(phase, s.__name__) for phase, those in phases.items()
-                for s in those if s.phase != phase] == []
+        assert [
+            (phase, s.__name__) for phase, those in phases.items() for s in those if s.phase != phase
+        ] == []
 
 
 def test_every_shipped_system_has_its_place():
-    assert {s.__name__ for phases in (SCHEDULE, RESPAWNING) for those in phases.values()
-            for s in those} == set(systems.__all__)
+    assert {
+        s.__name__ for phases in (SCHEDULE, RESPAWNING) for those in phases.values() for s in those
+    } == set(systems.__all__)
 
 
 def test_worlds_share_no_system():

@@ -44,14 +44,22 @@ def test_what_was_sensed_last_is_forgotten_when_numbers_change(meadow):
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_what_is_read_together_is_what_each_sense_reads_alone(meadow, threads):
-    nostrils = [{"kind": "smell", "field": field, "at": [1.0, side], "scale": scale, "name": field + way}
-                for way, side, scale in (("_left", 0.5, 1.0), ("_right", -0.5, 2.0))
-                for field in ("musk", "hay")]
-    properties = [{"kind": "own", "property": name, "scale": scale} for name, scale in
-                  (("energy", 2.0), ("mass", 3.0), ("volume", 0.5), ("age", 7.0), ("sex", 1.0))]
-    world = meadow(sensors=[properties[0], SENSORS[1], *nostrils, *properties[1:]], count=70,
-                   grass={"count": 9}, options={"threads": threads},
-                   world={"fields": {name: {"cell": 1.0} for name in ("musk", "hay")}})
+    nostrils = [
+        {"kind": "smell", "field": field, "at": [1.0, side], "scale": scale, "name": field + way}
+        for way, side, scale in (("_left", 0.5, 1.0), ("_right", -0.5, 2.0))
+        for field in ("musk", "hay")
+    ]
+    properties = [
+        {"kind": "own", "property": name, "scale": scale}
+        for name, scale in (("energy", 2.0), ("mass", 3.0), ("volume", 0.5), ("age", 7.0), ("sex", 1.0))
+    ]
+    world = meadow(
+        sensors=[properties[0], SENSORS[1], *nostrils, *properties[1:]],
+        count=70,
+        grass={"count": 9},
+        options={"threads": threads},
+        world={"fields": {name: {"cell": 1.0} for name in ("musk", "hay")}},
+    )
     table, rng = world.tables["deer"], np.random.default_rng(1)
     for field in world.fields.values():
         field.value[:] = rng.random(field.value.shape)
@@ -80,8 +88,12 @@ def test_senses_of_two_threads_that_look_at_the_same_kind_share_one_neighbour_in
         build(index, *columns)
         at_work.remove(index)
 
-    sensors = [SENSORS[0], {"kind": "touch", "target": "grass"},
-               {"kind": "touch", "target": "grass", "name": "again"}, SENSORS[1]]
+    sensors = [
+        SENSORS[0],
+        {"kind": "touch", "target": "grass"},
+        {"kind": "touch", "target": "grass", "name": "again"},
+        SENSORS[1],
+    ]
     world = meadow(sensors=sensors, count=500, grass={"count": 3000}, options={"threads": 2})
     act(world, Sense)
     world.tables["grass"].version += 1

@@ -39,8 +39,9 @@ def _slow(taken, rate, rain, reach, torus, key, vigour=None):
 
 @pytest.mark.parametrize("reach", [0, 1, 3])
 @pytest.mark.parametrize("torus", [True, False])
-@pytest.mark.parametrize("vigour", [np.zeros(0, np.float32), np.linspace(0, 1, 810, dtype=np.float32)],
-                         ids=["even", "uneven"])
+@pytest.mark.parametrize(
+    "vigour", [np.zeros(0, np.float32), np.linspace(0, 1, 810, dtype=np.float32)], ids=["even", "uneven"]
+)
 def test_the_kernel_is_its_slow_twin(reach, torus, vigour):
     rng = np.random.default_rng(1)
     taken = np.where(rng.random((27, 30)) < 0.4, rng.permutation(810).reshape(27, 30), -1)
@@ -50,8 +51,24 @@ def test_the_kernel_is_its_slow_twin(reach, torus, vigour):
     scale = np.array([1, 1], np.float32)
     room_for = site, parent, parents, *np.empty((2, 810), np.float32), found
     for first, last in ((3, 4), (0, 1), (1, 3)):  # blocks, in any order
-        sprout(first, last, taken, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, EVERYWHERE, scale,
-               vigour, key, 0, np.array([30, 27, 0], np.float32), uid, *room_for)
+        sprout(
+            first,
+            last,
+            taken,
+            np.float32(0.6),
+            np.float32(0.2),
+            reach,
+            torus,
+            *OPEN,
+            EVERYWHERE,
+            scale,
+            vigour,
+            key,
+            0,
+            np.array([30, 27, 0], np.float32),
+            uid,
+            *room_for,
+        )
     assert found[2] == 0  # it was no first block
     site, parent, parents, _, _ = listed(room_for, found, found.nonzero()[0])
     n = site.size
@@ -89,8 +106,9 @@ def test_one_plant_stands_on_a_site_from_the_start_and_for_ever(meadow):
 
 
 def test_growth_is_logistic_with_a_seed_rain(meadow):
-    world = _meadow(meadow, 3600, {"rate": 0.6, "seed_rain": 0.02, "spacing": 1.0},
-                    {"space": {"size": [120.0, 120.0]}})
+    world = _meadow(
+        meadow, 3600, {"rate": 0.6, "seed_rain": 0.02, "spacing": 1.0}, {"space": {"size": [120.0, 120.0]}}
+    )
     for _ in range(4):
         before = world.tables["grass"].n
         share = before / 14_400
@@ -126,8 +144,12 @@ def test_parents_are_the_plants_whose_seeds_sprout_and_near_ones_stay_near(meado
 
 
 def test_nothing_grows_on_rock_or_water_nor_beyond_max_count(meadow):
-    world = _meadow(meadow, 30, {"rate": 1.0, "seed_rain": 1.0},
-                    {"terrain": {"cell": 2.0, "lakes": [{"at": [10.0, 10.0], "radius": 6.0}]}})
+    world = _meadow(
+        meadow,
+        30,
+        {"rate": 1.0, "seed_rain": 1.0},
+        {"terrain": {"cell": 2.0, "lakes": [{"at": [10.0, 10.0], "radius": 6.0}]}},
+    )
     for _ in range(20):
         _grow(world)
     p, rows = world.tables["grass"][Position], world.tables["grass"].rows()
@@ -158,15 +180,17 @@ def test_two_species_of_plants_do_not_sprout_on_the_same_sites(meadow):
     sites = []
     for name in ("grass", "fern"):
         values = world.tables[name].births[0][2]
-        sites.append({(int(x), int(y))
-                      for x, y in zip(values[Position, "x"], values[Position, "y"], strict=True)})
+        sites.append(
+            {(int(x), int(y)) for x, y in zip(values[Position, "x"], values[Position, "y"], strict=True)}
+        )
     assert len(sites[0] & sites[1]) < 0.5 * len(sites[0])  # a fifth by chance
 
 
 def test_what_is_spent_on_defence_does_not_sprout(meadow):
     def births(defence):
-        world = _meadow(meadow, 800, {"rate": 0.4, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}},
-                        defence=defence)
+        world = _meadow(
+            meadow, 800, {"rate": 0.4, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}}, defence=defence
+        )
         before = world.tables["grass"].n
         _grow(world)
         return world.tables["grass"].n - before
@@ -177,15 +201,23 @@ def test_what_is_spent_on_defence_does_not_sprout(meadow):
 
 
 def test_seeds_of_better_spreaders_take_more_sites(meadow):
-    genome = {"loci": 4, "genes": [{"name": "runner", "trait": "reproduction.spread", "letters": 1,
-                                    "values": [0.0, 0.25, 0.5, 1.0]}]}
-    world = _meadow(meadow, 800, {"rate": 0.4, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}},
-                    genome=genome)
+    genome = {
+        "loci": 4,
+        "genes": [
+            {"name": "runner", "trait": "reproduction.spread", "letters": 1, "values": [0.0, 0.25, 0.5, 1.0]}
+        ],
+    }
+    world = _meadow(
+        meadow, 800, {"rate": 0.4, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}}, genome=genome
+    )
     grass, born = world.tables["grass"], []
-    world.on_birth.append(lambda table, rows, first, second: born.extend(first.tolist())
-                          if table is grass else None)
-    spread = {int(u): float(s)
-              for u, s in zip(grass.uid[grass.rows()], grass[Growth].spread[grass.rows()], strict=True)}
+    world.on_birth.append(
+        lambda table, rows, first, second: born.extend(first.tolist()) if table is grass else None
+    )
+    spread = {
+        int(u): float(s)
+        for u, s in zip(grass.uid[grass.rows()], grass[Growth].spread[grass.rows()], strict=True)
+    }
     _grow(world)
     counts = {rate: sum(spread[uid] == rate for uid in born) for rate in (0.0, 0.25, 0.5, 1.0)}
     assert len(born) > 50
@@ -202,8 +234,11 @@ def test_at_the_rim_of_a_lake_or_a_rock_plants_stand_on_the_ground(meadow, mark)
     way = WAY | {"spacing": 4.0, "rate": 0.0, "seed_rain": 50.0}
     centred = []
     for seed in range(4):
-        world = meadow(world={"space": {"size": [20.0, 20.0]}, "terrain": terrain}, options={"seed": seed},
-                       grass={"count": 12, "reproduction": way})
+        world = meadow(
+            world={"space": {"size": [20.0, 20.0]}, "terrain": terrain},
+            options={"seed": seed},
+            grass={"count": 12, "reproduction": way},
+        )
         table = world.tables["grass"]
         for number in (12, 24):  # founders, then seed rain on all that is left
             rows = table.rows()

@@ -14,10 +14,13 @@ LITRES = 4000 * np.pi / 3 / 8  # of a deer
 
 @pytest.fixture
 def herd(meadow):
-    return meadow(world={"substances": {"sugar": "", "salt": ""},
-                         "objects": {"bone": {"body": {"radius": 1.0}}}},
-                  substances={"sugar": 0.5, "salt": 0.25}, reactions=ROTS, remains="bone",
-                  lethal=[{"property": "salt", "max": 0.6}])
+    return meadow(
+        world={"substances": {"sugar": "", "salt": ""}, "objects": {"bone": {"body": {"radius": 1.0}}}},
+        substances={"sugar": 0.5, "salt": 0.25},
+        reactions=ROTS,
+        remains="bone",
+        lethal=[{"property": "salt", "max": 0.6}],
+    )
 
 
 def pages(world):

@@ -10,12 +10,22 @@ from ecs_eco.testing import act, arrange
 
 
 def _yard(at=((2.0, 2.0),), size=(20.0, 10.0), dt=1.0, edges="torus", body=None, **cart):
-    return {"format": 1, "name": "yard", "dt": dt, "space": {"size": list(size), "edges": edges},
-            "objects": {"cart": {"at": [list(a) for a in at], "body": {"radius": 0.5} | (body or {})} | cart},
-            "species": {"ox": {"count": 1, "body": {"radius": 0.5, "solid": True},
-                               "locomotion": {"speed": {"walk": 1.0}},
-                               "sensors": [{"kind": "own", "property": "age"}],
-                               "actions": {"speed": ["walk"]}}}}
+    return {
+        "format": 1,
+        "name": "yard",
+        "dt": dt,
+        "space": {"size": list(size), "edges": edges},
+        "objects": {"cart": {"at": [list(a) for a in at], "body": {"radius": 0.5} | (body or {})} | cart},
+        "species": {
+            "ox": {
+                "count": 1,
+                "body": {"radius": 0.5, "solid": True},
+                "locomotion": {"speed": {"walk": 1.0}},
+                "sensors": [{"kind": "own", "property": "age"}],
+                "actions": {"speed": ["walk"]},
+            }
+        },
+    }
 
 
 def _place(world, name="cart"):
@@ -33,8 +43,9 @@ def test_a_cart_rolls_with_its_velocity_and_around_a_torus():
     assert _place(world) == [3.0, 8.5]
 
 
-@pytest.mark.parametrize("motion", [{"velocity": [0.0, -1.0]},
-                                    {"path": [[2.0, 0.5], [2.0, 0.4]], "speed": 0.5}])
+@pytest.mark.parametrize(
+    "motion", [{"velocity": [0.0, -1.0]}, {"path": [[2.0, 0.5], [2.0, 0.4]], "speed": 0.5}]
+)
 def test_the_heading_of_what_travels_and_of_what_stands_is_within_the_circle(motion):
     config = _yard(heading=[-0.5]) | {"ticks": 2}
     config["objects"]["wagon"] = config["objects"]["cart"] | {"motion": motion}
@@ -60,8 +71,10 @@ def test_walls_rocks_and_fences_stop_it():
 def test_a_solid_box_stops_a_solid_cart_and_no_other():
     for solid, places in ((True, [[4.0, 5.0], [8.0, 2.0]]), (False, [[8.0, 5.0], [8.0, 2.0]])):
         config = _yard(at=[[4.0, 5.0], [4.0, 2.0]], motion={"velocity": [4.0, 0.0]}, body={"solid": solid})
-        config["objects"]["hedge"] = {"between": [[6.0, 4.0, 6.0, 6.0]],
-                                      "body": {"shape": "box", "size": [1.0, 0.2], "solid": True}}
+        config["objects"]["hedge"] = {
+            "between": [[6.0, 4.0, 6.0, 6.0]],
+            "body": {"shape": "box", "size": [1.0, 0.2], "solid": True},
+        }
         world = World.from_config(config)
         act(world, Travel)
         p = world.tables["cart"][Position]
@@ -69,8 +82,14 @@ def test_a_solid_box_stops_a_solid_cart_and_no_other():
 
 
 def test_a_path_is_gone_along_and_around_by_its_length():
-    world = World.from_config(_yard(at=[[2.0, 2.0]], size=(40.0, 40.0), edges="walls",
-                                    motion={"path": [[5.0, 2.0], [5.0, 6.0], [2.0, 6.0]], "speed": 2.5}))
+    world = World.from_config(
+        _yard(
+            at=[[2.0, 2.0]],
+            size=(40.0, 40.0),
+            edges="walls",
+            motion={"path": [[5.0, 2.0], [5.0, 6.0], [2.0, 6.0]], "speed": 2.5},
+        )
+    )
     places = []
     for _ in range(5):
         act(world, Travel)
@@ -113,15 +132,21 @@ def test_what_is_still_has_no_such_system():
     assert np.array_equal(before, world.tables["cart"][Position].x)
 
 
-@pytest.mark.parametrize(("motion", "fault"), [
-    ({}, "give either a velocity or a path"),
-    ({"velocity": [1.0, 0.0], "path": [[1.0, 1.0], [2.0, 2.0]], "speed": 1.0}, "either a velocity or a path"),
-    ({"path": [[1.0, 1.0], [2.0, 2.0]]}, "speed"),
-    ({"velocity": [1.0, 0.0], "speed": 1.0}, "given without a path"),
-    ({"velocity": [1.0, 0.0, 1.0]}, "wrong number of coordinates"),
-    ({"path": [[1.0, 1.0], [30.0, 2.0]], "speed": 1.0}, "outside of the world"),
-    ({"velocity": [9.0, 0.0]}, "further than half of the world"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("motion", "fault"),
+    [
+        ({}, "give either a velocity or a path"),
+        (
+            {"velocity": [1.0, 0.0], "path": [[1.0, 1.0], [2.0, 2.0]], "speed": 1.0},
+            "either a velocity or a path",
+        ),
+        ({"path": [[1.0, 1.0], [2.0, 2.0]]}, "speed"),
+        ({"velocity": [1.0, 0.0], "speed": 1.0}, "given without a path"),
+        ({"velocity": [1.0, 0.0, 1.0]}, "wrong number of coordinates"),
+        ({"path": [[1.0, 1.0], [30.0, 2.0]], "speed": 1.0}, "outside of the world"),
+        ({"velocity": [9.0, 0.0]}, "further than half of the world"),
+    ],
+)
 def test_motion_that_cannot_be_is_refused(motion, fault):
     with pytest.raises(ConfigError, match=fault):
         load(_yard(motion=motion))

@@ -10,9 +10,14 @@ from ecs_eco.testing import act, arrange, check_world
 
 
 def _coast(*uses, count=1000, dt=1.0, **fish):
-    return {"format": 1, "name": "coast", "dt": dt, "space": {"size": [40.0, 20.0]},
-            "species": {"fish": {"count": count, "body": {"radius": 0.1, "opaque": False}} | fish},
-            "land_use": list(uses)}
+    return {
+        "format": 1,
+        "name": "coast",
+        "dt": dt,
+        "space": {"size": [40.0, 20.0]},
+        "species": {"fish": {"count": count, "body": {"radius": 0.1, "opaque": False}} | fish},
+        "land_use": list(uses),
+    }
 
 
 def _run(world, ticks):
@@ -86,9 +91,13 @@ def test_planting_brings_a_rate_and_stops_where_there_are_enough():
 
 def test_a_field_is_sown_in_spring_and_reaped_in_autumn():
     year = {"species": "fish", "region": [0.0, 0.0, 10.0, 10.0], "period": 10.0}
-    world = World.from_config(_coast(year | {"kind": "plant", "rate": 20.0, "season": [0.1, 0.3]},
-                                     year | {"kind": "harvest", "rate": 100.0, "season": [0.8, 0.9]},
-                                     count=0))
+    world = World.from_config(
+        _coast(
+            year | {"kind": "plant", "rate": 20.0, "season": [0.1, 0.3]},
+            year | {"kind": "harvest", "rate": 100.0, "season": [0.8, 0.9]},
+            count=0,
+        )
+    )
     _, n = _run(world, 20)
     assert n == [0, 20, 40, 40, 40, 40, 40, 40, 0, 0] * 2
 
@@ -102,8 +111,11 @@ def test_quotas_may_change_while_a_world_lives_and_nothing_else_of_the_list():
 
 
 def test_worlds_with_land_use_keep_their_promises_and_resume(tmp_path):
-    config = _coast(FISHING | {"rate": 0.05, "quota": 7, "period": 5.0},
-                    {"kind": "plant", "species": "fish", "rate": 1.5}, count=60)
+    config = _coast(
+        FISHING | {"rate": 0.05, "quota": 7, "period": 5.0},
+        {"kind": "plant", "species": "fish", "rate": 1.5},
+        count=60,
+    )
     check_world(lambda threads: World.from_config(config, threads=threads), ticks=20)
     whole, part = World.from_config(config).run(20), World.from_config(config).run(8)
     again = World.restore(part.save(tmp_path / "part.safetensors")).run(12)
@@ -114,21 +126,26 @@ def test_worlds_without_it_have_no_such_system():
     assert not [s for s in World.from_config(_coast()).systems if isinstance(s, UseLand)]
 
 
-@pytest.mark.parametrize(("use", "fault"), [
-    ({"species": "fisch"}, "fish"),
-    ({"region": [0.0, 0.0, 50.0, 10.0]}, "outside of the world"),
-    ({"season": [0.1, 0.2]}, "period"),
-    ({"season": [0.1, 0.1], "period": 5.0}, "ends when it begins"),
-    ({"at": 5, "until": 2}, "before at"),
-    ({"least": 2.0, "most": 1.0}, "less than least"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("use", "fault"),
+    [
+        ({"species": "fisch"}, "fish"),
+        ({"region": [0.0, 0.0, 50.0, 10.0]}, "outside of the world"),
+        ({"season": [0.1, 0.2]}, "period"),
+        ({"season": [0.1, 0.1], "period": 5.0}, "ends when it begins"),
+        ({"at": 5, "until": 2}, "before at"),
+        ({"least": 2.0, "most": 1.0}, "less than least"),
+    ],
+)
 def test_what_cannot_be_is_refused(use, fault):
     with pytest.raises(ConfigError, match=fault):
         load(_coast(FISHING | use))
 
 
-@pytest.mark.parametrize(("dt", "period", "ticks"), [(1.0, 10.0, [2, 3, 4, 5]), (0.1, 1.0, [2, 3, 4, 5]),
-                                                     (1 / 3, 10 / 3, [2, 3, 4, 5]), (0.7, 3.5, [1, 2])])
+@pytest.mark.parametrize(
+    ("dt", "period", "ticks"),
+    [(1.0, 10.0, [2, 3, 4, 5]), (0.1, 1.0, [2, 3, 4, 5]), (1 / 3, 10 / 3, [2, 3, 4, 5]), (0.7, 3.5, [1, 2])],
+)
 def test_a_season_has_the_same_ticks_in_every_year(dt, period, ticks):
     use = load(_coast(FISHING | {"period": period, "season": [0.2, 0.6]}, dt=dt)).land_use[0]
     year = round(period / dt)

@@ -76,13 +76,16 @@ def test_a_large_raster_gives_its_middle():
     assert config.terrain.corner == [500.0, 50.0]
 
 
-@pytest.mark.parametrize(("words", "fault"), [
-    ({"raster": "gone.tif"}, "RASTER: \"gone.tif\"\n  cannot be read"),
-    ({"band": 9}, "--band: 9\n  no such band"),
-    ({"out": "there.toml"}, "is there already"),
-    ({"out": "world.txt"}, "is no name of a world file"),
-    ({"cell": 400.0}, "leaves 3 × 2 cells"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        ({"raster": "gone.tif"}, 'RASTER: "gone.tif"\n  cannot be read'),
+        ({"band": 9}, "--band: 9\n  no such band"),
+        ({"out": "there.toml"}, "is there already"),
+        ({"out": "world.txt"}, "is no name of a world file"),
+        ({"cell": 400.0}, "leaves 3 × 2 cells"),
+    ],
+)
 def test_what_cannot_be_is_refused(here, words, fault):
     hills(dx=25.0, dy=25.0)
     (here / "there.toml").write_text("")

@@ -23,8 +23,15 @@ ROOT = Path(ecs_eco.__path__[0]).parent
 def passes(folder: Path) -> str:
     """The last line of pytest in a folder, where it must pass."""
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False,
-                          env=os.environ | {"PYTHONPATH": str(ROOT)})
+    done = subprocess.run(
+        command,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout.strip().splitlines()[-1]
 
@@ -37,7 +44,11 @@ def meadow(tmp_path):
 
 def test_a_new_world_has_a_file_a_system_its_test_and_a_readme(meadow):
     assert sorted(path.name for path in meadow.iterdir()) == [
-        "README.md", "lightning.py", "my-world.toml", "test_lightning.py"]
+        "README.md",
+        "lightning.py",
+        "my-world.toml",
+        "test_lightning.py",
+    ]
     assert load(meadow / "my-world.toml").name == "my-world"
 
 
@@ -90,10 +101,21 @@ def test_the_test_of_a_new_world_passes(meadow):
 
 def test_a_new_package_has_components_systems_a_world_and_tests_that_pass(tmp_path):
     files = {path.relative_to(tmp_path).as_posix() for path in new_package(tmp_path / "wool-lab")}
-    assert files == {f"wool-lab/{name}" for name in (
-        "README.md", "pyproject.toml", "src/wool_lab/__init__.py", "src/wool_lab/components.py",
-        "src/wool_lab/meadow.toml", "src/wool_lab/py.typed", "src/wool_lab/systems.py",
-        "tests/test_components.py", "tests/test_meadow.py", "tests/test_systems.py")}
+    assert files == {
+        f"wool-lab/{name}"
+        for name in (
+            "README.md",
+            "pyproject.toml",
+            "src/wool_lab/__init__.py",
+            "src/wool_lab/components.py",
+            "src/wool_lab/meadow.toml",
+            "src/wool_lab/py.typed",
+            "src/wool_lab/systems.py",
+            "tests/test_components.py",
+            "tests/test_meadow.py",
+            "tests/test_systems.py",
+        )
+    }
     for name in files:
         assert "my_ecology" not in (tmp_path / name).read_text(encoding="utf-8"), name
         assert "my-" not in (tmp_path / name).read_text(encoding="utf-8").replace("my-run", ""), name
@@ -104,19 +126,28 @@ def test_a_new_package_has_components_systems_a_world_and_tests_that_pass(tmp_pa
 def test_what_is_written_has_no_slips_and_lines_of_at_most_110_columns(how, tmp_path):
     assert CliRunner().invoke(app, ["new", str(tmp_path / "isle"), *how]).exit_code == 0
     rules = ["--isolated", "--no-cache", "--select", "E,W,F,B,UP,NPY,PT,RUF", "--line-length", "110"]
-    done = subprocess.run([sys.executable, "-m", "ruff", "check", *rules, "isle"], cwd=tmp_path,
-                          capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", "ruff", "check", *rules, "isle"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize(("name", "how", "message"), [
-    ("9lives", [], "not a name"),
-    ("isle", ["--from", "medow"], "no such world to begin with"),
-    ("isle", ["--from", "blank", "--package"], "does not go with --package"),
-    ("json", ["--package"], "there is a module of that name"),
-    ("class", ["--package"], "there is a module of that name"),
-    ("full", [], "there is something already"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "how", "message"),
+    [
+        ("9lives", [], "not a name"),
+        ("isle", ["--from", "medow"], "no such world to begin with"),
+        ("isle", ["--from", "blank", "--package"], "does not go with --package"),
+        ("json", ["--package"], "there is a module of that name"),
+        ("class", ["--package"], "there is a module of that name"),
+        ("full", [], "there is something already"),
+    ],
+)
 def test_what_cannot_be_written_is_refused(name, how, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "full").mkdir()

@@ -40,8 +40,9 @@ def test_what_ships_conforms(name, menagerie):
         config = AVIARY if name in OF_LIVES else menagerie()
         check_system(
             CHECKS.get(name, Recorder),
-            lambda threads: World.from_config(config, policies="untrained", threads=threads,
-                                              learn=name == "Learn", training=training),
+            lambda threads: World.from_config(
+                config, policies="untrained", threads=threads, learn=name == "Learn", training=training
+            ),
             ticks=15,
         )
 
@@ -52,8 +53,9 @@ def _world(system):
         world.add_table("hare", Position, Metabolism)
         rng = np.random.default_rng(0)
         for _ in range(9):
-            world.spawn("hare", Position(x=rng.random() * 10, y=rng.random() * 10),
-                        Metabolism(energy=rng.random()))
+            world.spawn(
+                "hare", Position(x=rng.random() * 10, y=rng.random() * 10), Metabolism(energy=rng.random())
+            )
         world.flush()
         world.add_system(systems.ResetFlows())
         world.add_system(system())
@@ -201,10 +203,14 @@ class Empty(System):
         (Murder, "Murder: it changes who lives in 'hare'; ask by table.request and world.kill"),
         (Widen, "column energy is float32.* cannot become float64"),
         (Dice, "Dice: it uses global random numbers; use ecs_eco.engine.random"),
-        (Plague,
-         r"Plague: a cause of death in table 'hare' is unknown; take its code from world.cause\(name\)"),
-        (First,
-         "First: its results change with rows in another order: tick 0, hare: Metabolism.energy of uid 1 is"),
+        (
+            Plague,
+            r"Plague: a cause of death in table 'hare' is unknown; take its code from world.cause\(name\)",
+        ),
+        (
+            First,
+            "First: its results change with rows in another order: tick 0, hare: Metabolism.energy of uid 1 is",
+        ),
         (Threads, "Threads: its results change with two threads: tick 0, hare: Metabolism.energy"),
         (Haunt, "Haunt.*'hare'.*, which is free, was .* and is .*; write to the living only"),
         (Manna, "Manna.*'hare'.*energy came from nothing: .*; book it in taken, burnt or given"),
@@ -222,8 +228,9 @@ def test_a_system_that_breaks_a_rule_is_told_so(kind, message):
 
 def test_a_system_that_keeps_the_rules_passes_and_must_be_in_the_world():
     check_system(Good, _world(Good))
-    with pytest.raises(AssertionError,
-                       match="Good: the worlds to check it in have no such system; add it to them"):
+    with pytest.raises(
+        AssertionError, match="Good: the worlds to check it in have no such system; add it to them"
+    ):
         check_system(Good, _world(Bare))
 
 
@@ -233,8 +240,11 @@ def test_blame_for_what_another_system_does_is_not_laid_on_this_one():
         world.add_system(Good(), phase="record")
         return world
 
-    with pytest.raises(AssertionError, match=r"already before Good, with rows in another order, hare: .*; "
-                                             r"another system is the cause"):
+    with pytest.raises(
+        AssertionError,
+        match=r"already before Good, with rows in another order, hare: .*; "
+        r"another system is the cause",
+    ):
         check_system(Good, make)
 
 
@@ -288,14 +298,19 @@ def test_a_world_that_breaks_a_promise_is_told_so(menagerie):
 
         return build
 
-    with pytest.raises(AssertionError,
-                       match=r"menagerie, tick 0, moss: the energy ledger is off by .*: stock_before"):
+    with pytest.raises(
+        AssertionError, match=r"menagerie, tick 0, moss: the energy ledger is off by .*: stock_before"
+    ):
         check_world(make(Leak), ticks=2)
-    with pytest.raises(AssertionError,
-                       match=r"menagerie: the same seed gives another world; draw chance with ecs_eco.draw"):
+    with pytest.raises(
+        AssertionError, match=r"menagerie: the same seed gives another world; draw chance with ecs_eco.draw"
+    ):
         check_world(make(Whim), ticks=2)
-    with pytest.raises(AssertionError, match=r"menagerie: rows in another order give another fate: lynx: "
-                                             r"(Metabolism.\w+ of uid|uids )"):
+    with pytest.raises(
+        AssertionError,
+        match=r"menagerie: rows in another order give another fate: lynx: "
+        r"(Metabolism.\w+ of uid|uids )",
+    ):
         check_world(make(_balanced(First)), ticks=2)
 
 

@@ -12,8 +12,9 @@ HERE = target()
 def test_every_shipped_world_is_examined_learning_and_not():
     from ecs_eco.config.shipped import shipped
 
-    assert {(case.world, case.learn) for case in cases()} == {(world, learn) for world in shipped()
-                                                              for learn in (False, True)}
+    assert {(case.world, case.learn) for case in cases()} == {
+        (world, learn) for world in shipped() for learn in (False, True)
+    }
 
 
 def test_the_digests_of_the_release_are_those_of_the_cases_there_are():
@@ -36,8 +37,10 @@ def test_a_target_is_named_by_processor_and_versions():
 def test_what_differs_from_the_release_is_named_and_unknown_targets_are_unknown(monkeypatch):
     known = {HERE.key: {"a, learning": "1", "b, learning": "2"}}
     monkeypatch.setattr("ecs_eco.testing.self_test.released", lambda: known)
-    outcomes = [Outcome(Case(name, True), digest, digest, digest)
-                for name, digest in (("a", "1"), ("b", "3"), ("c", "4"))]
+    outcomes = [
+        Outcome(Case(name, True), digest, digest, digest)
+        for name, digest in (("a", "1"), ("b", "3"), ("c", "4"))
+    ]
     assert differing(outcomes, HERE) == ["b, learning", "c, learning"]
     assert differing(outcomes[:1], HERE) == []
     assert differing(outcomes, HERE._replace(cpu="abacus")) is None

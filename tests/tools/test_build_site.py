@@ -36,15 +36,18 @@ def asked_of_the_network(page: Path) -> list[str]:
     return [target for target in found if "//" in target]
 
 
-@pytest.mark.parametrize(("target", "becomes"), [
-    ("[a kernel](../../ecs_eco/systems/feed.py)", "[a kernel](../source/ecs_eco/systems/feed.py.md)"),
-    ("[a room](../../ecs_eco/systems)", "[a room](../source/ecs_eco/systems.md)"),
-    ("[goats](../../ecs_eco/worlds/reflexes/README.md#x)", "[goats](../reference/shipped/reflexes.md#x)"),
-    ("[results.md](../results.md#why)", "[](../results.md#why)"),
-    ("[how](running.md)", "[how](running.md)"),
-    ("[out](https://example.org/a.md)", "[out](https://example.org/a.md)"),
-    ("```\n[in a block](../../ecs_eco)\n```", "```\n[in a block](../../ecs_eco)\n```"),
-])
+@pytest.mark.parametrize(
+    ("target", "becomes"),
+    [
+        ("[a kernel](../../ecs_eco/systems/feed.py)", "[a kernel](../source/ecs_eco/systems/feed.py.md)"),
+        ("[a room](../../ecs_eco/systems)", "[a room](../source/ecs_eco/systems.md)"),
+        ("[goats](../../ecs_eco/worlds/reflexes/README.md#x)", "[goats](../reference/shipped/reflexes.md#x)"),
+        ("[results.md](../results.md#why)", "[](../results.md#why)"),
+        ("[how](running.md)", "[how](running.md)"),
+        ("[out](https://example.org/a.md)", "[out](https://example.org/a.md)"),
+        ("```\n[in a block](../../ecs_eco)\n```", "```\n[in a block](../../ecs_eco)\n```"),
+    ],
+)
 def test_links_that_leave_the_docs_lead_to_pages_of_the_site(target, becomes, tool, tmp_path):
     stage = tool.Stage(tmp_path)
     stage.add("how-to/page.md", target, ROOT / "docs" / "how-to")
@@ -63,12 +66,15 @@ def test_every_component_and_command_is_in_the_reference(tool):
         assert f"`ecs-eco {name}" in pages["reference/commands.md"]
 
 
-@pytest.mark.parametrize(("text", "found"), [
-    ('<script src="https://cdn.example/x.js"></script>', ["https://cdn.example/x.js"]),
-    ('<link href="//fonts.example/f.css" rel="preload stylesheet">', ["//fonts.example/f.css"]),
-    ('<link rel="next" href="https://example.org"><a href="https://example.org">out</a>', []),
-    ('<img alt="a" src="../img/a.png">', []),
-])
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ('<script src="https://cdn.example/x.js"></script>', ["https://cdn.example/x.js"]),
+        ('<link href="//fonts.example/f.css" rel="preload stylesheet">', ["//fonts.example/f.css"]),
+        ('<link rel="next" href="https://example.org"><a href="https://example.org">out</a>', []),
+        ('<img alt="a" src="../img/a.png">', []),
+    ],
+)
 def test_what_asks_the_network_is_found(text, found, tmp_path):
     page = tmp_path / "page.html"
     page.write_text(text, encoding="utf-8")
@@ -77,8 +83,14 @@ def test_what_asks_the_network_is_found(text, found, tmp_path):
 
 @pytest.mark.slow
 def test_the_site_builds_without_a_warning_and_asks_nothing_of_the_network(tmp_path):
-    done = subprocess.run([sys.executable, "tools/build_site.py", "--no-notebooks", "--out", str(tmp_path)],
-                          cwd=ROOT, capture_output=True, text=True, check=False, env=dict(os.environ))
+    done = subprocess.run(
+        [sys.executable, "tools/build_site.py", "--no-notebooks", "--out", str(tmp_path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        env=dict(os.environ),
+    )
     assert (done.returncode, done.stderr) == (0, "")
     pages = [*tmp_path.rglob("*.html"), *tmp_path.rglob("*.css")]
     assert len(pages) > 100

@@ -10,19 +10,27 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 import claims
 
-RESULT = {"verdicts": [{"statement": "red: coefficient", "value": [0.1, 0.05, 0.2], "goal": "above 0",
-                        "met": True},
-                       {"statement": "green: coefficient", "value": 1, "goal": "0", "met": False,
-                        "registered": "green"}],
-          "cases": [{"case": {"arm": "goats", "training": t, "seed": s}} for t in (1, 2) for s in (5, 6, 7)]
-          + [{"case": {"arm": "frozen", "seed": 5}}]}  # fmt: skip
+RESULT = {
+    "verdicts": [
+        {"statement": "red: coefficient", "value": [0.1, 0.05, 0.2], "goal": "above 0", "met": True},
+        {"statement": "green: coefficient", "value": 1, "goal": "0", "met": False, "registered": "green"},
+    ],
+    "cases": [{"case": {"arm": "goats", "training": t, "seed": s}} for t in (1, 2) for s in (5, 6, 7)]
+    + [{"case": {"arm": "frozen", "seed": 5}}],
+}
 CLAIM = {"id": "red", "says": "Red spreads.", "study": "goats", "line": "red:", "of": {"arm": "goats"}}
 
 
 def test_a_row_says_how_it_was_seen_over_which_seeds_and_what_came_out():
     (row,) = claims.rows({"goats": RESULT}, [CLAIM])
-    assert row == ['<a id="claim-red"></a>Red spreads. [goats](#goats)', "explored", "2 × 3",
-                   [0.1, 0.05, 0.2], "above 0", "met"]  # fmt: skip
+    assert row == [
+        '<a id="claim-red"></a>Red spreads. [goats](#goats)',
+        "explored",
+        "2 × 3",
+        [0.1, 0.05, 0.2],
+        "above 0",
+        "met",
+    ]
     (row,) = claims.rows({"goats": RESULT}, [CLAIM | {"line": "green", "of": {"arm": "frozen"}}])
     assert row[1:3] == ["registered", "1 × 1"]
     assert row[-1] == "**not met**"
@@ -35,12 +43,15 @@ def test_lives_within_a_case_are_replicates():
     assert row[2] == "3 × 2"
 
 
-@pytest.mark.parametrize(("change", "words"), [
-    ({"line": "rad:"}, "did you mean 'red: coefficient'"),
-    ({"line": ""}, "2 lines of goats begin with"),
-    ({"of": {"arm": "deer"}}, "no case of goats has"),
-    ({"study": "goat"}, "did you mean 'goats'"),
-])
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"line": "rad:"}, "did you mean 'red: coefficient'"),
+        ({"line": ""}, "2 lines of goats begin with"),
+        ({"of": {"arm": "deer"}}, "no case of goats has"),
+        ({"study": "goat"}, "did you mean 'goats'"),
+    ],
+)
 def test_a_claim_without_a_line_or_cases_is_refused(change, words):
     with pytest.raises(ValueError, match=words):
         claims.rows({"goats": RESULT}, [CLAIM | change])
@@ -52,5 +63,13 @@ def test_pages_link_to_claims_that_are_there():
     texts = {str(page.relative_to(ROOT)): page.read_text(encoding="utf-8") for page in pages}
     linked = {name: set(re.findall(r"#claim-([\w-]+)", text)) for name, text in texts.items()}
     assert not {name: ids - known for name, ids in linked.items() if ids - known}
-    assert linked["README.md"] >= {"cycles", "red", "yellow", "yellow-frozen", "migration", "without-krill",
-                                   "same-bytes", "resume"}  # fmt: skip
+    assert linked["README.md"] >= {
+        "cycles",
+        "red",
+        "yellow",
+        "yellow-frozen",
+        "migration",
+        "without-krill",
+        "same-bytes",
+        "resume",
+    }

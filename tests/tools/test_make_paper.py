@@ -16,12 +16,15 @@ def test_places_become_what_was_measured():
     assert float(make_paper.written("{bench: animals | animals=1000 | M organism-steps/s}")) > 0
 
 
-@pytest.mark.parametrize(("place", "words"), [
-    ("{resume | split point that}", "0 lines of resume begin with 'split point that'"),
-    ("{resmue | split}", "did you mean 'resume'"),
-    ("{bench: animals | animals=7 | M organism-steps/s}", "no row with animals=7"),
-    ("{bench: animals | animals=1000 | steps}", "no column 'steps'"),
-])
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ("{resume | split point that}", "0 lines of resume begin with 'split point that'"),
+        ("{resmue | split}", "did you mean 'resume'"),
+        ("{bench: animals | animals=7 | M organism-steps/s}", "no row with animals=7"),
+        ("{bench: animals | animals=1000 | steps}", "no column 'steps'"),
+    ],
+)
 def test_a_place_that_names_no_number_is_refused(place, words):
     with pytest.raises(ValueError, match=words):
         make_paper.written(place)

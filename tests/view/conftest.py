@@ -83,8 +83,10 @@ def server_of_mites(tmp_path_factory):
             world = World([100.0, 100.0])
         world.add_table("mite", Position)
         rng = np.random.default_rng(1)
-        world.table("mite").request(np.zeros(2000, np.uint64),
-                                    {(Position, a): rng.random(2000).astype(np.float32) * 100 for a in "xy"})
+        world.table("mite").request(
+            np.zeros(2000, np.uint64),
+            {(Position, a): rng.random(2000).astype(np.float32) * 100 for a in "xy"},
+        )
         world.flush()
         made.player = Player(Live(world), speed=None)
         made.server = Server(made.player).start()

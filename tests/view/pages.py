@@ -13,14 +13,23 @@ IN_A_BROWSER = [
     pytest.mark.skipif(find_spec("playwright") is None, reason='no playwright here: pip install -e ".[dev]"'),
     pytest.mark.skipif(chromium() is None, reason="no Chromium here (Debian: apt-get install chromium)"),
 ]
-PARK = {"space.size": "[60, 60]", "species.grass.count": 300, "species.deer.count": 80,
-        "species.wolf.count": 12,
-        "species.wolf.diet.0.chance": 0}  # fmt: skip
+PARK = {
+    "space.size": "[60, 60]",
+    "species.grass.count": 300,
+    "species.deer.count": 80,
+    "species.wolf.count": 12,
+    "species.wolf.diet.0.chance": 0,
+}
 for animal in ("deer", "wolf"):  # nobody is eaten, starves or is born: tests may take their time
     zero = ("metabolism.basal", "locomotion.cost.walk", "locomotion.cost.run", "reproduction.rate")
     PARK |= {f"species.{animal}.{key}": 0 for key in zero} | {f"species.{animal}.lethal.1.max": 1e9}
-SMALL = [*(word for key, value in PARK.items() for word in ("--set", f"{key}={value}")), "--policies",
-         "random", "--seed", "3"]
+SMALL = [
+    *(word for key, value in PARK.items() for word in ("--set", f"{key}={value}")),
+    "--policies",
+    "random",
+    "--seed",
+    "3",
+]
 FORGET_THEME = """() => {
   localStorage.removeItem("ecs-eco-theme");
   delete document.documentElement.dataset.theme;
@@ -36,8 +45,10 @@ def opened(browser, address):
     context = browser.new_context(viewport=WIDE, has_touch=True)
     context.set_default_timeout(180_000)
     page, problems, asked = context.new_page(), [], []
-    page.on("console",
-            lambda message: problems.append(message.text) if message.type in ("error", "warning") else None)
+    page.on(
+        "console",
+        lambda message: problems.append(message.text) if message.type in ("error", "warning") else None,
+    )
     page.on("pageerror", lambda error: problems.append(str(error)))
     page.on("request", lambda request: asked.append(request.url))
     page.on("websocket", lambda socket: asked.append(socket.url))
@@ -46,8 +57,9 @@ def opened(browser, address):
         until(page, "ecs.frames > 0 && ecs.renders > 0 && ecs.connected && ecs.messages.state > 0")
         yield page
         assert len(asked) > 10
-        assert [url for url in asked
-                if not url.startswith(LOCAL) and url.split("/")[2] != address.split("/")[2]] == []
+        assert [
+            url for url in asked if not url.startswith(LOCAL) and url.split("/")[2] != address.split("/")[2]
+        ] == []
         # software rendering says so of screenshots
         assert [text for text in problems if "GPU stall" not in text] == []
     finally:
@@ -88,8 +100,11 @@ def in_sight(page, kind):
     """An organism that nothing covers, and where it is on the screen; the page is to look from above."""
     for uid in page.evaluate(f"ecs.uids('{kind}')"):
         at = page.evaluate(f"ecs.screen({uid})")
-        if at and page.evaluate("([x, y]) => document.elementFromPoint(x, y)?.id",
-                                [at["x"], at["y"]]) == "canvas":
+        if (
+            at
+            and page.evaluate("([x, y]) => document.elementFromPoint(x, y)?.id", [at["x"], at["y"]])
+            == "canvas"
+        ):
             return uid, at["x"], at["y"]
     raise AssertionError(f"no {kind} in sight")
 
@@ -106,5 +121,6 @@ def select(page, kind):
 
 
 def facts(panel):
-    return dict(zip(panel.locator("dt").all_inner_texts(), panel.locator("dd").all_inner_texts(),
-                    strict=True))
+    return dict(
+        zip(panel.locator("dt").all_inner_texts(), panel.locator("dd").all_inner_texts(), strict=True)
+    )

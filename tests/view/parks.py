@@ -37,8 +37,9 @@ class Page:
                 self.frames.append(message)
                 number, tick = struct.unpack_from("<II", message, 4)
                 self.player.say(self, {"kind": "ack", "frame": number})
-                self.player.say(self, {"kind": "colour",
-                                       "by": ("species", "energy", "happiness", "age")[number % 4]})
+                self.player.say(
+                    self, {"kind": "colour", "by": ("species", "energy", "happiness", "age")[number % 4]}
+                )
                 self.player.say(self, {"kind": "select", "uid": 310})
                 if tick in self.acts:
                     self.player.say(self, {"kind": "act", "what": self.acts.pop(tick)})
@@ -56,7 +57,8 @@ def watched(world, ticks, acts=None):
     """Let a world live in front of a page that steps through it, acting on its way."""
     player = Player(Live(world, ticks), playing=False)
     page = Page(player, acts)
-    player.halted = (lambda: world.tick >= ticks and bool(page.frames)
-                     and struct.unpack_from("<I", page.frames[-1], 8)[0] == ticks)
+    player.halted = lambda: (
+        world.tick >= ticks and bool(page.frames) and struct.unpack_from("<I", page.frames[-1], 8)[0] == ticks
+    )
     player.source.run(player.turn)
     return page

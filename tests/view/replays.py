@@ -11,8 +11,14 @@ MADE = {"species": {"ram": {"genome": GENES}}, "sun": {"day": 24.0, "start": 0.2
 
 def record(config, out, ticks=TICKS, **options):
     """Record a run whose animals learn."""
-    options = {"seed": 7, "policies": "untrained", "learn": True, "report": False,
-               "snapshot_every": 6, **options}
+    options = {
+        "seed": 7,
+        "policies": "untrained",
+        "learn": True,
+        "report": False,
+        "snapshot_every": 6,
+        **options,
+    }
     return run_to_folder(config, ticks=ticks, out=out, **options)
 
 

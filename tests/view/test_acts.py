@@ -23,8 +23,9 @@ def test_what_pages_do_is_the_same_in_a_world_file():
     watched(seen, 20, ACTS)
     # each at the start of the tick that was to come
     assert [tick for tick, _ in seen.intervened] == list(ACTS)
-    file = load("predator-prey",
-                SMALL | {"interventions": [{"at": tick, **what} for tick, what in ACTS.items()]})
+    file = load(
+        "predator-prey", SMALL | {"interventions": [{"at": tick, **what} for tick, what in ACTS.items()]}
+    )
     again = World.from_config(file, seed=5, policies="random", record=False).run(20)
     assert seen.digest() == again.digest()
     assert seen.digest() != small().run(20).digest()
@@ -49,8 +50,16 @@ def test_what_was_asked_for_after_the_last_checkpoint_of_a_run_that_died_is_done
     config = load("predator-prey", SMALL)
     whole = run_to_folder(config, 5, 20, tmp_path / "whole", "random", prepare=acting(ACTS), report=False)
     with pytest.raises(RuntimeError, match="the power failed"):
-        run_to_folder(config, 5, 20, tmp_path / "run", "random", prepare=acting(ACTS, dies=11),
-                      checkpoint_every=6, report=False)
+        run_to_folder(
+            config,
+            5,
+            20,
+            tmp_path / "run",
+            "random",
+            prepare=acting(ACTS, dies=11),
+            checkpoint_every=6,
+            report=False,
+        )
     # before the last of them: without it
     fork(tmp_path / "run", tmp_path / "fork", from_tick=10, until=20, report=False)
     # whoever asks again for what is done again, once
@@ -75,8 +84,9 @@ def test_what_waits_when_a_run_stops_is_done_once_when_it_goes_on(tmp_path):
         world.before_tick.append(between)
 
     with pytest.raises(Stopped):
-        run_to_folder(load("predator-prey", SMALL), 5, 12, tmp_path / "run", "random", prepare=prepare,
-                      report=False)
+        run_to_folder(
+            load("predator-prey", SMALL), 5, 12, tmp_path / "run", "random", prepare=prepare, report=False
+        )
     manifest = resume(tmp_path / "run", 12, report=False)
     assert [tick for tick, _ in manifest["intervened"]] == [6, 6]
     assert [tick for tick, _ in manifest["asked"]] == [6, 6]
@@ -85,8 +95,9 @@ def test_what_waits_when_a_run_stops_is_done_once_when_it_goes_on(tmp_path):
 
 def test_a_fork_leaves_out_what_was_asked_for_in_its_first_tick_however_its_parent_ended(tmp_path):
     config, act = load("predator-prey", SMALL), {6: ACTS[3]}
-    run_to_folder(config, 5, 9, tmp_path / "whole", "random", prepare=acting(act), checkpoint_every=6,
-                  report=False)
+    run_to_folder(
+        config, 5, 9, tmp_path / "whole", "random", prepare=acting(act), checkpoint_every=6, report=False
+    )
 
     def stops(world):
         acting(act)(world)
@@ -94,8 +105,10 @@ def test_a_fork_leaves_out_what_was_asked_for_in_its_first_tick_however_its_pare
 
     with pytest.raises(Stopped):
         run_to_folder(config, 5, 9, tmp_path / "stopped", "random", prepare=stops, report=False)
-    forks = [fork(tmp_path / name, tmp_path / f"fork-{name}", 6, until=9, report=False)
-             for name in ("whole", "stopped")]
+    forks = [
+        fork(tmp_path / name, tmp_path / f"fork-{name}", 6, until=9, report=False)
+        for name in ("whole", "stopped")
+    ]
     assert forks[0]["digest"] == forks[1]["digest"]
     assert forks[0]["intervened"] == forks[1]["intervened"] == []
 
@@ -174,8 +187,15 @@ def test_acts_that_are_wrong_are_refused_in_the_words_of_the_world_file():
     assert answer["level"] == "error"
     assert answer["field"] == "species"
     assert 'did you mean "deer"?' in answer["text"]
-    for what in (None, [], "cull", {}, {"kind": "burn"}, {"kind": "cull", "species": "deer", "share": 2.0},
-                 {"kind": "add", "at": 7}):
+    for what in (
+        None,
+        [],
+        "cull",
+        {},
+        {"kind": "burn"},
+        {"kind": "cull", "species": "deer", "share": 2.0},
+        {"kind": "add", "at": 7},
+    ):
         (answer,) = live.handle({"kind": "act", "what": what})
         assert answer["level"] == "error"
         assert answer["text"]
@@ -186,11 +206,13 @@ def test_acts_that_are_wrong_are_refused_in_the_words_of_the_world_file():
 def test_two_changes_while_the_world_waits_must_fit_each_other():
     live = Live(small())
     live.handle({"kind": "act", "what": {"kind": "set", "set": {"species.deer.reproduction.rate": 0.0}}})
-    (answer,) = live.handle({"kind": "act",
-                             "what": {"kind": "set", "set": {"species.deer.metabolism.basal": 0.5}}})
+    (answer,) = live.handle(
+        {"kind": "act", "what": {"kind": "set", "set": {"species.deer.metabolism.basal": 0.5}}}
+    )
     assert answer["level"] == "info"
-    (answer,) = live.handle({"kind": "act",
-                             "what": {"kind": "set", "set": {"species.deer.metabolism.basal": -1.0}}})
+    (answer,) = live.handle(
+        {"kind": "act", "what": {"kind": "set", "set": {"species.deer.metabolism.basal": -1.0}}}
+    )
     assert answer["level"] == "error"
     live.world.run(1)
     deer = live.world.config.species["deer"]
@@ -218,6 +240,11 @@ def test_listed_values_are_those_that_may_change():
     assert not {k for k in listed if k.endswith(".count") or k.startswith(("space", "training", "seed"))}
     for key in list(listed)[::7]:  # a sample: each of them may really be set
         value = listed[key]["value"]
-        new = ((not value) if isinstance(value, bool) else value * 1.01
-               if isinstance(value, float) else value + 1)
+        new = (
+            (not value)
+            if isinstance(value, bool)
+            else value * 1.01
+            if isinstance(value, float)
+            else value + 1
+        )
         assert "cannot change" not in objection(config, key, new), key

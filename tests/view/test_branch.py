@@ -129,8 +129,16 @@ def test_a_recorded_run_goes_on_as_it_did_where_nothing_is_changed(tmp_path):
     def prepare(world):
         world.before_tick.append(lambda: world.intervene(acts[world.tick]) if world.tick in acts else None)
 
-    manifest = run_to_folder(load("predator-prey", SMALL), 5, 24, tmp_path, "random", checkpoint_every=10,
-                             prepare=prepare, report=False)
+    manifest = run_to_folder(
+        load("predator-prey", SMALL),
+        5,
+        24,
+        tmp_path,
+        "random",
+        checkpoint_every=10,
+        prepare=prepare,
+        report=False,
+    )
     replay = Replay(tmp_path)
     replay.handle({"kind": "seek", "tick": 7})
     same, other = of_recorded(replay, None), of_recorded(replay, WITHOUT)
@@ -139,7 +147,8 @@ def test_a_recorded_run_goes_on_as_it_did_where_nothing_is_changed(tmp_path):
         branch.follow(24, 60)
     assert same.live.world.digest() == manifest["digest"]
     assert {n: same.live.counts()[n] for n in ("deer", "wolf")} == {
-        n: int(replay.recording.numbers(23)[n]) for n in ("deer", "wolf")}
+        n: int(replay.recording.numbers(23)[n]) for n in ("deer", "wolf")
+    }
     assert other.live.world.digest() != manifest["digest"]
     replay.handle({"kind": "seek", "tick": 23})
     with pytest.raises(ValueError, match="last tick that was recorded"):

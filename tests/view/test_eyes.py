@@ -33,8 +33,9 @@ def test_rays_say_how_many_they_are_and_where_they_point():
 
 
 def test_who_sees_by_light_sees_less_far_in_the_dark():
-    world = World.from_config(load("diel-migration", {"species.krill.count": 5}), seed=1, policies="random",
-                              record=False)
+    world = World.from_config(
+        load("diel-migration", {"species.krill.count": 5}), seed=1, policies="random", record=False
+    )
     live = Live(world)
     (number,) = (eye["number"] for eye in of(live, "krill")["sees"] if eye["kind"] == "nearest")
     uid = int(world.tables["krill"].uid[world.tables["krill"].rows()[0]])

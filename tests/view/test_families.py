@@ -65,18 +65,34 @@ def test_the_largest_families_have_colours_and_keep_them():
     assert (again == value[there]).all()
 
 
-@pytest.mark.parametrize(("colour", "uid"), [
-    ("kin:12", 12), ("kin:", None), ("kin:-1", None), ("kin:0", None), ("age", None), (None, None),
-    ("kin:1e3", None), ("kin:²", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("colour", "uid"),
+    [
+        ("kin:12", 12),
+        ("kin:", None),
+        ("kin:-1", None),
+        ("kin:0", None),
+        ("age", None),
+        (None, None),
+        ("kin:1e3", None),
+        ("kin:²", None),
+    ],
+)
 def test_a_colour_may_name_somebody(colour, uid):
     assert asked(colour) == uid
 
 
 def test_a_living_world_has_families():
-    config = load("predator-prey", {"species.grass.count": 100, "species.deer.count": 40,
-                                    "species.wolf.count": 0, "species.deer.reproduction.rate": 0.5,
-                                    "species.deer.metabolism.energy": 1.0})
+    config = load(
+        "predator-prey",
+        {
+            "species.grass.count": 100,
+            "species.deer.count": 40,
+            "species.wolf.count": 0,
+            "species.deer.reproduction.rate": 0.5,
+            "species.deer.metabolism.energy": 1.0,
+        },
+    )
     world = World.from_config(config, seed=3, policies="random", record=False)
     live = Live(world)
     founders = set(world.tables["deer"].uid[world.tables["deer"].rows()].tolist())

@@ -15,8 +15,11 @@ def test_the_dead_are_told_once_with_their_places():
     world = small()
     live = Live(world)
     world.run(2)
-    before = {int(u): (float(x), float(y)) for t in (world.tables["deer"],) for u, x, y in zip(
-        t.uid[t.rows()], t[Position].x[t.rows()], t[Position].y[t.rows()], strict=True)}
+    before = {
+        int(u): (float(x), float(y))
+        for t in (world.tables["deer"],)
+        for u, x, y in zip(t.uid[t.rows()], t[Position].x[t.rows()], t[Position].y[t.rows()], strict=True)
+    }
     world.intervene({"kind": "cull", "species": "deer", "count": 5})
     tick = world.tick
     world.run(1)
@@ -64,6 +67,9 @@ def test_a_recorded_run_tells_the_same(tmp_path):
     replay.handle({"kind": "seek", "tick": 6})
     told = {(fate[0], fate[2]) for fate in replay.fates(-1)}
     animals = [replay.recording.species.index(name) for name in ("deer", "wolf")]
-    assert told == {(int(t), int(u)) for t, u, s in zip(deaths["tick"], deaths["uid"], deaths["species"],
-                                                        strict=True) if 2 <= t <= 6 and s in animals}
+    assert told == {
+        (int(t), int(u))
+        for t, u, s in zip(deaths["tick"], deaths["uid"], deaths["species"], strict=True)
+        if 2 <= t <= 6 and s in animals
+    }
     assert told

@@ -11,15 +11,21 @@ from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.told import Told
 
-GOATS = {"space.size": [30, 30], "species.goat.count": 40, "species.green.count": 150,
-         "species.yellow.count": 80, "species.red.count": 10}  # fmt: skip
+GOATS = {
+    "space.size": [30, 30],
+    "species.goat.count": 40,
+    "species.green.count": 150,
+    "species.yellow.count": 80,
+    "species.red.count": 10,
+}
 
 
 @pytest.fixture(scope="module")
 def replay(tmp_path_factory):
     out = tmp_path_factory.mktemp("flows") / "run"
-    run_to_folder(load("reflexes", GOATS), seed=3, ticks=60, out=out, policies="untrained", learn=False,
-                  report=False)
+    run_to_folder(
+        load("reflexes", GOATS), seed=3, ticks=60, out=out, policies="untrained", learn=False, report=False
+    )
     return Replay(out)
 
 
@@ -52,8 +58,10 @@ def test_what_it_gained_from_foods_is_what_it_took_in(replay):
 
 def test_a_record_of_before_shares_energy_among_foods_by_meals(replay, monkeypatch):
     told = Told(replay.recording)
-    groups = [group._replace(names=tuple(n for n in group.names if not n.startswith("eaten: ")))
-              for group in replay.recording.series.groups]
+    groups = [
+        group._replace(names=tuple(n for n in group.names if not n.startswith("eaten: ")))
+        for group in replay.recording.series.groups
+    ]
     monkeypatch.setattr(replay.recording.series, "groups", groups)
     said = told.flows(np.arange(60))
     assert said["shared"] is True

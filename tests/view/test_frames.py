@@ -28,10 +28,17 @@ def read(frame):
 def test_a_frame_has_the_bytes_that_were_counted_by_hand():
     encoder = Encoder([100.0, 200.0], 2)
     encoder.begin(7, 2**32 + 5, 0.5, 1.0)
-    encoder.add(f32(0, 75, 100), f32(0, 50, 200), f32(9, 9, 9), f32(0, math.pi, -math.pi / 2),
-                np.array([0, 1, 255], np.uint8), np.array([1, 2, 3], np.uint64))  # fmt: skip
-    encoder.add(f32(25), f32(25), f32(0), f32(2 * math.pi), np.array([9], np.uint8),
-                np.array([2**32 - 1], np.uint64))
+    encoder.add(
+        f32(0, 75, 100),
+        f32(0, 50, 200),
+        f32(9, 9, 9),
+        f32(0, math.pi, -math.pi / 2),
+        np.array([0, 1, 255], np.uint8),
+        np.array([1, 2, 3], np.uint64),
+    )
+    encoder.add(
+        f32(25), f32(25), f32(0), f32(2 * math.pi), np.array([9], np.uint8), np.array([2**32 - 1], np.uint64)
+    )
     head, blocks = read(encoder.bytes())
     assert head == (0x31434545, 7, 5, 0, 0.5, 1.0)
     assert encoder.bytes()[:4] == b"EEC1"
@@ -53,8 +60,15 @@ def test_the_dead_are_in_no_frame_and_who_is_outside_is_at_the_edge():
     encoder = Encoder([10.0, 10.0], 1)
     encoder.begin(1, 1)
     alive = np.array([False, True, False, True])
-    encoder.add(f32(1, -3, 3, 12), f32(1, 2, 3, 5), f32(0, 0, 0, 0), f32(0, 0, 0, 0),
-                np.arange(4, dtype=np.uint8), np.arange(10, 14, dtype=np.uint64), alive)  # fmt: skip
+    encoder.add(
+        f32(1, -3, 3, 12),
+        f32(1, 2, 3, 5),
+        f32(0, 0, 0, 0),
+        f32(0, 0, 0, 0),
+        np.arange(4, dtype=np.uint8),
+        np.arange(10, 14, dtype=np.uint64),
+        alive,
+    )
     (_, ((one, two),)) = read(encoder.bytes())
     assert (one[0], one[4], one[5]) == (0, 1, 11)
     assert (two[0], two[4], two[5]) == (65535, 3, 13)
@@ -82,8 +96,9 @@ def test_a_large_frame_is_that_of_a_slow_twin():
         assert got[4:] == (v, u)
 
 
-@pytest.mark.parametrize(("value", "code"),
-                         [(2.0, 1), (4.0, 255), (3.0, 128), (1.0, 1), (9.0, 255), (math.nan, 0)])
+@pytest.mark.parametrize(
+    ("value", "code"), [(2.0, 1), (4.0, 255), (3.0, 128), (1.0, 1), (9.0, 255), (math.nan, 0)]
+)
 def test_values_are_graded_from_1_to_255(value, code):
     out = np.zeros(1, np.uint8)
     grade(np.ones(1, np.bool_), f32(value), np.float32(2), np.float32(4), out)
@@ -108,8 +123,15 @@ def test_upper_halves_of_uids_follow_all_kinds_where_one_needs_them():
     far = np.array([7, 31 * 2**48 + 9], np.uint64)
     for uids, upper in ((far, [0, 0, 31 << 16]), (far % np.uint64(2**32), [])):  # then none is left behind
         encoder.begin(1, 1)
-        encoder.add(f32(1, 1), f32(1, 1), f32(0, 0), f32(0, 0), none, np.array([5, 6], np.uint64),
-                    np.array([False, True]))
+        encoder.add(
+            f32(1, 1),
+            f32(1, 1),
+            f32(0, 0),
+            f32(0, 0),
+            none,
+            np.array([5, 6], np.uint64),
+            np.array([False, True]),
+        )
         encoder.add(f32(1, 1), f32(1, 1), f32(0, 0), f32(0, 0), none, uids)
         frame = encoder.bytes()
         assert struct.unpack_from("<I", frame, 12)[0] == bool(upper)

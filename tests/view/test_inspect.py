@@ -14,8 +14,11 @@ from ecs_eco.view.inspect import drawable, marked, state_of
 @pytest.fixture(scope="module")
 def lived(menagerie):
     """A menagerie of 60 ticks that learns."""
-    full = {"ram": {"reflex": {"connections": [{"sensor": "energy", "action": "eat", "weight": -1,
-                                                "above": 0.4}]}}}
+    full = {
+        "ram": {
+            "reflex": {"connections": [{"sensor": "energy", "action": "eat", "weight": -1, "above": 0.4}]}
+        }
+    }
     world = World.from_config(menagerie(species=full), policies="untrained", learn=True, record=False)
     return world.run(60)
 
@@ -115,10 +118,20 @@ class _Kin:
 def test_of_the_dead_is_said_what_is_remembered(meadow):
     world = meadow()
     dead = state_of(world, 33, _Kin())
-    assert ([dead[k] for k in ("species", "alive", "born", "parents", "children", "generation")]
-            == ["deer", False, 2, [1], [8, 9], 1])
-    assert (dead["died"]["cause"], dead["energy"], dead["nerves"],
-            dead["detail"]) == ("starved", None, None, "record")
+    assert [dead[k] for k in ("species", "alive", "born", "parents", "children", "generation")] == [
+        "deer",
+        False,
+        2,
+        [1],
+        [8, 9],
+        1,
+    ]
+    assert (dead["died"]["cause"], dead["energy"], dead["nerves"], dead["detail"]) == (
+        "starved",
+        None,
+        None,
+        "record",
+    )
     living = state_of(world, int(world.tables["deer"].uid[0]), _Kin())
     assert [living[k] for k in ("alive", "died", "energy_max", "children")] == [True, None, 1.0, [8, 9]]
 
@@ -130,13 +143,16 @@ def test_who_never_was_is_refused(lived, uid):
 
 
 def test_genes_are_marked_with_their_place_and_value():
-    genes = [Gene(name="size", values=[1.0, 2.0, 3.0, 4.0], letters=1),
-             Gene(name="mood", low=0.0, high=15.0, letters=2)]
+    genes = [
+        Gene(name="size", values=[1.0, 2.0, 3.0, 4.0], letters=1),
+        Gene(name="mood", low=0.0, high=15.0, letters=2),
+    ]
     layout = Layout(genes, loci=4)
     genome = marked(layout, layout.alphabet.encode("GTCA"))
     assert genome["strings"] == ["GTCA"]
     assert [(g["name"], g["from"], g["to"], g["value"]) for g in genome["genes"]] == [
-        ("size", 0, 1, 3.0), ("mood", 1, 3, 13.0)
+        ("size", 0, 1, 3.0),
+        ("mood", 1, 3, 13.0),
     ]
 
 

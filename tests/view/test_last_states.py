@@ -24,8 +24,9 @@ def starving(live, k=0):
 def test_the_last_tick_of_one_that_is_watched_is_kept_as_full_details_have_it(live):
     world, details = live.world, []
     live.organism(int(world.tables["deer"].uid[world.tables["deer"].by_uid()[0]]))
-    recorder = Recorder(world, lambda kind, columns: details.append((kind, columns)), snapshot_every=1,
-                        record="full")
+    recorder = Recorder(
+        world, lambda kind, columns: details.append((kind, columns)), snapshot_every=1, record="full"
+    )
     world.run(3)
     uid = starving(live)
     live.organism(uid)
@@ -34,11 +35,20 @@ def test_the_last_tick_of_one_that_is_watched_is_kept_as_full_details_have_it(li
     recorder.flush()
     dead = live.organism(uid)
     assert (dead["alive"], dead["as_of"], dead["died"]["tick"], dead["died"]["cause"]) == (
-        False, 3, 3, "starved")
+        False,
+        3,
+        3,
+        "starved",
+    )
     assert (dead["species"], dead["sex"], dead["genome"]) == ("deer", before["sex"], before["genome"])
     assert dead["note"] == "As it was in its last tick, 3."
-    rows = [{n: column[k] for n, column in columns.items()} for kind, columns in details
-            if kind == "details-deer" for k in range(len(columns["uid"])) if columns["uid"][k] == uid]
+    rows = [
+        {n: column[k] for n, column in columns.items()}
+        for kind, columns in details
+        if kind == "details-deer"
+        for k in range(len(columns["uid"]))
+        if columns["uid"][k] == uid
+    ]
     assert [row["tick"] for row in rows] == [0, 1, 2, 3]
     last = rows[-1]
     assert dead["nerves"] != before["nerves"]
@@ -76,8 +86,9 @@ def test_who_lives_again_after_going_back_is_alive_and_dies_again_with_the_same_
         for uid in world.tables["deer"].uid[world.tables["deer"].rows()].tolist()[:1]:
             live.organism(uid)
             live.world.intervene({"kind": "cull", "species": "deer", "uids": [uid], "cause": "removed"})
-            live.ring.acts.append((world.tick, {"kind": "cull", "species": "deer", "uids": [uid],
-                                                "cause": "removed"}))
+            live.ring.acts.append(
+                (world.tick, {"kind": "cull", "species": "deer", "uids": [uid], "cause": "removed"})
+            )
         world.run(1)
     then = live.organism(died[0])
     tick = world.tick

@@ -12,8 +12,11 @@ from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
 from tests.view.parks import SMALL, small
 
-HERD = {"uid": np.arange(1, 251, dtype=np.uint64), "energy": np.linspace(1, 0, 250, dtype=np.float32),
-        "happiness": np.where(np.arange(250) % 2, np.nan, 0.5)}
+HERD = {
+    "uid": np.arange(1, 251, dtype=np.uint64),
+    "energy": np.linspace(1, 0, 250, dtype=np.float32),
+    "happiness": np.where(np.arange(250) % 2, np.nan, 0.5),
+}
 
 
 def herd(name):
@@ -47,11 +50,17 @@ def test_comparisons_keep_those_for_which_all_hold():
     assert ask(where="  ")["found"] == 250
 
 
-@pytest.mark.parametrize(("request_", "words"), [
-    ({"species": "dear"}, "did you mean 'deer'"), ({"sort": "enery"}, "did you mean 'energy'"),
-    ({"where": "enrgy < 1"}, "did you mean 'energy'"), ({"where": "energy"}, "allowed: comparisons such as"),
-    ({"where": "energy < 1.2.3"}, "no number"), ({"from": -1}, "a whole number"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("request_", "words"),
+    [
+        ({"species": "dear"}, "did you mean 'deer'"),
+        ({"sort": "enery"}, "did you mean 'energy'"),
+        ({"where": "enrgy < 1"}, "did you mean 'energy'"),
+        ({"where": "energy"}, "allowed: comparisons such as"),
+        ({"where": "energy < 1.2.3"}, "no number"),
+        ({"from": -1}, "a whole number"),
+    ],
+)
 def test_what_is_not_known_is_refused_with_what_is(request_, words):
     with pytest.raises(ValueError, match=words):
         ask(**request_)
@@ -83,8 +92,9 @@ def test_a_living_world_lists_its_organisms_and_is_not_changed():
 
 
 def test_a_recorded_run_lists_those_of_its_tick(tmp_path):
-    run_to_folder(load("predator-prey", SMALL), seed=5, ticks=6, out=tmp_path / "run", policies="random",
-                  report=False)
+    run_to_folder(
+        load("predator-prey", SMALL), seed=5, ticks=6, out=tmp_path / "run", policies="random", report=False
+    )
     replay = Replay(tmp_path / "run")
     replay.handle({"kind": "seek", "tick": 4})
     (answer,) = replay.handle({"kind": "table", "species": "wolf", "sort": "uid"})

@@ -51,26 +51,40 @@ def test_without_a_sun_there_are_no_days_and_the_light_is_ambient():
     assert struct.unpack_from("<2f", live.frame(1, "species"), 16) == pytest.approx((0.5, np.pi / 6))
 
 
-@pytest.mark.parametrize(("kind", "start", "light", "elevation"), [
-    ("natural", 0.5, 1.0, 90), ("natural", 0.75, 0.0, 0), ("natural", 0.0, 0.0, -90),
-    ("inverted", 0.0, 1.0, 90), ("inverted", 0.5, 0.0, -90),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "start", "light", "elevation"),
+    [
+        ("natural", 0.5, 1.0, 90),
+        ("natural", 0.75, 0.0, 0),
+        ("natural", 0.0, 0.0, -90),
+        ("inverted", 0.0, 1.0, 90),
+        ("inverted", 0.5, 0.0, -90),
+    ],
+)
 def test_the_sun_stands_where_the_hour_says(kind, start, light, elevation):
     sun = {"kind": kind, "day": 100.0, "start": start}
-    live = Live(World.from_config(load("predator-prey", SMALL | {"sun": sun}), seed=5, policies="random",
-                                  record=False))
+    live = Live(
+        World.from_config(
+            load("predator-prey", SMALL | {"sun": sun}), seed=5, policies="random", record=False
+        )
+    )
     assert live.hello()["day"] == {"length": 100.0, "start": (start + 0.5 * (kind == "inverted")) % 1}
-    assert struct.unpack_from("<2f", live.frame(1, "species"),
-                              16) == pytest.approx((light, np.radians(elevation)), abs=1e-6)
+    assert struct.unpack_from("<2f", live.frame(1, "species"), 16) == pytest.approx(
+        (light, np.radians(elevation)), abs=1e-6
+    )
     live.world.tick += 50  # half a day later
     assert live.world.time == 50.0
-    assert struct.unpack_from("<2f", live.frame(2, "species"),
-                              16)[1] == pytest.approx(np.radians(-elevation), abs=1e-6)
+    assert struct.unpack_from("<2f", live.frame(2, "species"), 16)[1] == pytest.approx(
+        np.radians(-elevation), abs=1e-6
+    )
 
 
 def test_a_sun_that_never_moves_makes_no_days():
-    live = Live(World.from_config(load("predator-prey", SMALL | {"sun": {"kind": "constant"}}),
-                                  policies="random", record=False))
+    live = Live(
+        World.from_config(
+            load("predator-prey", SMALL | {"sun": {"kind": "constant"}}), policies="random", record=False
+        )
+    )
     assert live.hello()["day"] is None
     light, elevation = struct.unpack_from("<2f", live.frame(1, "species"), 16)
     assert light == pytest.approx(1 / np.pi)  # the mean over a day at the equator
@@ -78,18 +92,27 @@ def test_a_sun_that_never_moves_makes_no_days():
 
 
 def test_another_day_is_told_once_it_is_another():
-    live = Live(World.from_config(load("predator-prey", SMALL | {"sun": {"day": 100.0, "start": 0.5}}),
-                                  policies="random", record=False))
+    live = Live(
+        World.from_config(
+            load("predator-prey", SMALL | {"sun": {"day": 100.0, "start": 0.5}}),
+            policies="random",
+            record=False,
+        )
+    )
     live.handle({"kind": "act", "what": {"kind": "set", "set": {"sun.start": 0.0}}})
     live.world.run(1)
     assert live.hello()["day"] == {"length": 100.0, "start": 0.0}
 
 
 def test_the_ground_is_sent_with_its_landmarks_and_large_ones_coarser():
-    ground = {"cell": 0.5, "hills": {"amplitude": 3.0, "scale": 30.0},
-              "rocks": [{"at": [10.0, 10.0], "radius": 2.0}]}
-    live = Live(World.from_config(load("predator-prey", SMALL | {"terrain": ground}), policies="random",
-                                  record=False))
+    ground = {
+        "cell": 0.5,
+        "hills": {"amplitude": 3.0, "scale": 30.0},
+        "rocks": [{"at": [10.0, 10.0], "radius": 2.0}],
+    }
+    live = Live(
+        World.from_config(load("predator-prey", SMALL | {"terrain": ground}), policies="random", record=False)
+    )
     hello = live.hello()
     terrain = hello["terrain"]
     heights = np.frombuffer(base64.b64decode(terrain["heights"]), "<f4").reshape(terrain["ny"], terrain["nx"])
@@ -147,8 +170,14 @@ def test_a_world_made_by_hand_can_be_watched():
 
 def test_roads_and_the_areas_in_which_land_is_used_are_told_as_they_come_and_go():
     road = {"line": [[10.0, 20.0], [60.0, 20.0]], "width": 4.0, "pace": 2.0}
-    use = {"kind": "harvest", "species": "deer", "region": [20.0, 20.0, 60.0, 80.0], "rate": 0.01, "at": 2,
-           "until": 3}
+    use = {
+        "kind": "harvest",
+        "species": "deer",
+        "region": [20.0, 20.0, 60.0, 80.0],
+        "rate": 0.01,
+        "at": 2,
+        "until": 3,
+    }
     config = load("predator-prey", SMALL | {"terrain": {"cell": 2.0, "roads": [road]}, "land_use": [use]})
     world = World.from_config(config, policies="random", record=False)
     live = Live(world)
@@ -221,16 +250,25 @@ def test_what_a_watched_world_remembers_does_not_grow():
     recorder.block = 5
     world.run(40)
     assert 10 <= recorder.series().num_rows // 3 <= 20
+
+
 def test_real_land_stands_on_its_lowest_ground_and_is_painted_as_on_maps(tmp_path, monkeypatch):
     from ecs_eco import World
     from ecs_eco.view.scene import ground
 
     monkeypatch.chdir(tmp_path)
     np.savez("dem.npz", z=np.add.outer(np.zeros(30), np.linspace(500.0, 560.0, 40)))
-    sent = ground(World.from_config({
-        "format": 1, "name": "real", "space": {"size": [400.0, 300.0], "edges": "walls"},
-        "terrain": {"raster": "dem.npz", "cell": 10.0, "drainage": {"sea": 510.0}},
-        "species": {"ox": {"count": 1, "body": {"radius": 1.0}}}}))
+    sent = ground(
+        World.from_config(
+            {
+                "format": 1,
+                "name": "real",
+                "space": {"size": [400.0, 300.0], "edges": "walls"},
+                "terrain": {"raster": "dem.npz", "cell": 10.0, "drainage": {"sea": 510.0}},
+                "species": {"ox": {"count": 1, "body": {"radius": 1.0}}},
+            }
+        )
+    )
     heights = np.frombuffer(base64.b64decode(sent["heights"]), "<f4").reshape(30, 40)
     assert heights.min() == 0
     assert heights.max() == pytest.approx(50)  # above the sea, which is at 510 m

@@ -41,10 +41,24 @@ def test_what_one_page_does_is_in_the_log_of_all_also_of_one_that_comes_later():
     one.act(BASAL)
     two.act(BASAL | {"set": {"species.deer.metabolism.basal": 0.004}}, **{"as": "undo"})
     wanted = [
-        {"tick": 0, "level": "info", "text": "species.deer.metabolism.basal = 0.01", "page": 1,
-         "asked": "act", "what": "species.deer.metabolism.basal = 0.01"},
-        {"tick": 0, "level": "info", "text": "species.deer.metabolism.basal = 0.004", "page": 2,
-         "asked": "act", "what": "species.deer.metabolism.basal = 0.004", "as": "undo"}]
+        {
+            "tick": 0,
+            "level": "info",
+            "text": "species.deer.metabolism.basal = 0.01",
+            "page": 1,
+            "asked": "act",
+            "what": "species.deer.metabolism.basal = 0.01",
+        },
+        {
+            "tick": 0,
+            "level": "info",
+            "text": "species.deer.metabolism.basal = 0.004",
+            "page": 2,
+            "asked": "act",
+            "what": "species.deer.metabolism.basal = 0.004",
+            "as": "undo",
+        },
+    ]
     late = Page(player)
     player.poll()
     assert one.logged == two.logged == late.logged == wanted
@@ -73,7 +87,8 @@ def test_what_all_pages_are_told_is_noted_of_nobody():
     player.poll()
     player.tell("error", "the world stopped: it was late")
     assert [(entry["page"], entry["text"]) for entry in one.logged] == [
-        (None, "the world stopped: it was late")]
+        (None, "the world stopped: it was late")
+    ]
 
 
 def test_the_log_is_bounded_and_its_entries_short():

@@ -31,8 +31,9 @@ async def joined(panel):
     base, _, code = address.partition("/#code=")
 
     def enter():
-        request = urllib.request.Request(f"{base}/enter", method="POST",
-                                         headers={"Authorization": f"Code {code}"})
+        request = urllib.request.Request(
+            f"{base}/enter", method="POST", headers={"Authorization": f"Code {code}"}
+        )
         with urllib.request.urlopen(request) as answer:
             return json.load(answer)["credential"]
 
@@ -43,7 +44,7 @@ async def joined(panel):
 async def state(socket, wanted):
     async for message in socket:
         if isinstance(message, bytes):
-            number, = struct.unpack_from("<I", message, 4)
+            (number,) = struct.unpack_from("<I", message, 4)
             await socket.send(json.dumps({"kind": "ack", "frame": number}))
         elif (said := json.loads(message))["kind"] == "state" and wanted(said):
             return said

@@ -22,8 +22,11 @@ def test_every_file_of_the_page_is_one_that_the_wheel_takes():
     assert setup["packages"]["find"]["include"] == ["ecs_eco*"]
     files = [path for path in STATIC.rglob("*") if path.is_file()]
     assert {"index.html", "main.js", "style.css", "vendor.js", "vendor.css"} <= {path.name for path in files}
-    assert [path.name for path in files if not any(fnmatch(path.name, p) for p in patterns)
-            and not path.name.endswith(".d.ts")] == []
+    assert [
+        path.name
+        for path in files
+        if not any(fnmatch(path.name, p) for p in patterns) and not path.name.endswith(".d.ts")
+    ] == []
 
 
 def test_all_that_the_page_loads_is_there():
@@ -36,8 +39,17 @@ def test_all_that_the_page_loads_is_there():
             assert (STATIC / name).is_file(), name
 
 
-@pytest.mark.parametrize("name", ["page_predator_prey", "page_reflexes", "page_lamb", "page_diel_migration",
-                                  "page_replay", "page_islands"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "page_predator_prey",
+        "page_reflexes",
+        "page_lamb",
+        "page_diel_migration",
+        "page_replay",
+        "page_islands",
+    ],
+)
 def test_the_pictures_of_the_page_are_small_and_shown(name):
     png = (ROOT / "docs" / "img" / f"{name}.png").read_bytes()
     assert struct.unpack(">II", png[16:24]) == (1280, 800)

@@ -15,8 +15,10 @@ def test_frames_arrive_and_animals_move_on_the_screen(page):
     page.locator("#step").click()  # what other tests asked for is done
     until(page, f"ecs.tick === {tick + 1} && ecs.still")
     before, frames, tick = scene(page), page.evaluate("ecs.frames"), page.evaluate("ecs.tick")
-    places, animals = (page.evaluate("ecs.uids('deer').map(ecs.place)"),
-                       page.evaluate("[ecs.counts.deer, ecs.counts.wolf]"))
+    places, animals = (
+        page.evaluate("ecs.uids('deer').map(ecs.place)"),
+        page.evaluate("[ecs.counts.deer, ecs.counts.wolf]"),
+    )
     play(page)
     until(page, f"ecs.frames > {frames + 5} && ecs.tick > {tick + 5}")
     pause(page)
@@ -83,8 +85,11 @@ def test_what_cannot_be_done_is_refused_by_the_browser_or_in_words(page):
     assert page.evaluate("ecs.acts") == acts  # below the bound: not even sent
     page.get_by_label("New value").fill("0.05")
     page.get_by_role("button", name="Change").click()
-    until(page, "document.querySelector('#act .log "
-                "li')?.textContent.includes('species.grass.reproduction.rate = 0.05')")
+    until(
+        page,
+        "document.querySelector('#act .log "
+        "li')?.textContent.includes('species.grass.reproduction.rate = 0.05')",
+    )
     page.get_by_label("Parameter").fill("species.deer.metabolism.energy_max")
     page.get_by_label("New value").fill("0.0001")
     page.get_by_role("button", name="Change").click()

@@ -76,8 +76,9 @@ def test_the_keyboard_reaches_everything_that_has_a_name_and_shows_where_it_is(p
             break
         page.keyboard.press("Tab")
     reached = [where for where, _, _ in seen]
-    assert {"skip", "theme", "helpOpen", "canvas", "colour", "play", "step",
-            "speed", "tab-act"} <= set(reached)
+    assert {"skip", "theme", "helpOpen", "canvas", "colour", "play", "step", "speed", "tab-act"} <= set(
+        reached
+    )
     assert len(reached) > 25  # with the buttons of the legend, the camera and the panel
     assert [where for where, name, _ in seen if not name and where != "BODY"] == []
     assert [where for where, _, shown in seen if not shown and where != "BODY"] == []

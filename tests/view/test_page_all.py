@@ -132,4 +132,7 @@ def test_what_a_link_cannot_have_is_left_out(page):
     assert page.evaluate(read, "#code=abc") is None
     assert page.evaluate(read, "#tick=-4&uid=x&eye=1,2,3&tab=") is None
     assert page.evaluate(read, "#tick=12&tab=why&eye=1,2,3,4,5,6.5") == {
-        "tick": 12, "tab": "why", "eye": [1, 2, 3, 4, 5, 6.5]}
+        "tick": 12,
+        "tab": "why",
+        "eye": [1, 2, 3, 4, 5, 6.5],
+    }

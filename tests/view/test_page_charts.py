@@ -21,8 +21,9 @@ def curves(page):
     pause(page)
     shown = page.evaluate(f"{TOGGLES}.map(one => one.ariaPressed)")
     yield page
-    page.evaluate(f"shown => {TOGGLES}.forEach((one, i) => one.ariaPressed === shown[i] || one.click())",
-                  shown)
+    page.evaluate(
+        f"shown => {TOGGLES}.forEach((one, i) => one.ariaPressed === shown[i] || one.click())", shown
+    )
 
 
 def test_the_legend_has_a_line_a_trend_and_births_and_deaths_of_each_species(curves):
@@ -152,14 +153,16 @@ def test_the_page_has_the_colours_of_pictures_and_reports(page, kinds, dark):
     things = {"stone": "#888888", "box": "#b8860b"}
     named = [{"name": name, "color": colour} for name, colour in kinds.items()]
     named += [{"name": name, "color": colour, "inanimate": True} for name, colour in things.items()]
-    chosen = page.evaluate("([kinds, dark]) => import('/colours.js').then(it => it.safe(kinds, dark))",
-                           [named, dark])
+    chosen = page.evaluate(
+        "([kinds, dark]) => import('/colours.js').then(it => it.safe(kinds, dark))", [named, dark]
+    )
     assert chosen == list(safe(kinds, things, dark).values())
 
 
 def test_hunters_grazers_and_plants_have_signs_of_their_own(page):
     signs = page.locator(".legend-row > svg:first-child").evaluate_all(
-        "all => all.map(svg => svg.firstChild.tagName + (svg.firstChild.getAttribute('points') ?? ''))")
+        "all => all.map(svg => svg.firstChild.tagName + (svg.firstChild.getAttribute('points') ?? ''))"
+    )
     assert len(set(signs)) == 3
     assert signs[0] == "circle"
 

@@ -46,8 +46,9 @@ def test_the_code_leaves_the_address_and_the_page_can_be_loaded_again(page, stra
     stranger.goto(address)
     until(stranger, SEEN)
     assert stranger.url == place
-    assert code not in stranger.evaluate("JSON.stringify([location.href, history.length, document.referrer, "
-                                         "{...sessionStorage}])")
+    assert code not in stranger.evaluate(
+        "JSON.stringify([location.href, history.length, document.referrer, {...sessionStorage}])"
+    )
     assert stranger.context.cookies() == []
     stranger.reload()
     until(stranger, SEEN)
@@ -101,13 +102,17 @@ def test_a_page_from_elsewhere_gets_nothing_even_with_a_good_code(page, stranger
         threading.Thread(target=other.serve_forever, daemon=True).start()
         elsewhere = f"http://127.0.0.1:{other.server_port}"
         stranger.goto(elsewhere)
-        ask = ("([url, authorization]) => fetch(url, {method: 'POST', headers: "
-               "{authorization}}).then(() => 'had', () => 'refused')")
+        ask = (
+            "([url, authorization]) => fetch(url, {method: 'POST', headers: "
+            "{authorization}}).then(() => 'had', () => 'refused')"
+        )
         assert stranger.evaluate(ask, [f"{place}enter", f"Code {code}"]) == "refused"
         hear = """([url, words]) => new Promise(is => {
-            const s = new WebSocket(url, words); s.onopen = () => is('had'); s.onclose = () => is('refused') })"""  # noqa: E501
+            const s = new WebSocket(url, words); s.onopen = () => is('had'); s.onclose = () => is('refused') })"""
         credential = entered(address)[1]  # good still
-        assert stranger.evaluate(hear,
-                                 [f"{place.replace('http', 'ws')}ws", [SUBPROTOCOL, credential]]) == "refused"
+        assert (
+            stranger.evaluate(hear, [f"{place.replace('http', 'ws')}ws", [SUBPROTOCOL, credential]])
+            == "refused"
+        )
         assert stranger.evaluate("url => fetch(url).then(() => 'had', () => 'refused')", place) == "refused"
         other.shutdown()

@@ -17,8 +17,11 @@ PICTURE = "#charts .flow-picture"
 FOUND = """([hello, ticks, range, lines]) => import('/flows.js').then(({ Flows }) => new Flows({
     hello, ticks, range: () => range, away: new Set(), shared: false, colourOf: () => "#123456",
     lines: { causes: {}, flows: {}, ...lines } }).found())"""
-HELLO = {"species": [{"name": "grass"}, {"name": "deer", "moves": True}], "foods": {"deer": ["grass"]},
-         "size": [9, 9]}
+HELLO = {
+    "species": [{"name": "grass"}, {"name": "deer", "moves": True}],
+    "foods": {"deer": ["grass"]},
+    "size": [9, 9],
+}
 
 
 def found(page, ticks, stretch, **lines):
@@ -26,9 +29,14 @@ def found(page, ticks, stretch, **lines):
 
 
 def test_means_are_of_the_stretch_that_is_shown_and_weighed_by_its_ticks(page):
-    lines = {"deer: eaten: grass": [None, 4.0, 1.0, 7.0], "deer: taken in": [None, 5.0, 2.0, 8.0],
-             "deer: burnt": [None, 2.0, None, 2.0], "deer: lost": [None, 0.5, 0.5, 0.5],
-             "grass: taken in": [None, 6.0, 6.0, 6.0], "grass: lost": [None, 3.0, 3.0, 3.0]}
+    lines = {
+        "deer: eaten: grass": [None, 4.0, 1.0, 7.0],
+        "deer: taken in": [None, 5.0, 2.0, 8.0],
+        "deer: burnt": [None, 2.0, None, 2.0],
+        "deer: lost": [None, 0.5, 0.5, 0.5],
+        "grass: taken in": [None, 6.0, 6.0, 6.0],
+        "grass: lost": [None, 3.0, 3.0, 3.0],
+    }
     causes = {"grass: eaten by deer": [None, 8.0, 2.0, 9.0], "deer: starved": [None, 0.0, 4.0, 0.0]}
     said = found(page, [0, 10, 40, 50], [0, 40], flows=lines, causes=causes)
     # 10 ticks of 4 and 30 of 1 are 1.75 a tick
@@ -66,7 +74,9 @@ def test_what_harms_and_what_it_was_not_known_to_eat_is_there_too(page):
     flows = {"deer: eaten: deer": [None, -0.5], "deer: taken in": [None, -0.5]}
     said = found(page, [0, 10], [0, 10], flows=flows, causes={"deer: eaten by deer": [None, 1.0]})
     assert {(meal["from"], meal["to"]): meal["energy"] for meal in said["meals"]} == {
-        ("grass", "deer"): 0, ("deer", "deer"): -0.5}
+        ("grass", "deer"): 0,
+        ("deer", "deer"): -0.5,
+    }
 
 
 @pytest.fixture
@@ -156,17 +166,21 @@ def test_who_is_hidden_is_not_in_it_and_it_is_hidden_itself_on_wish(eating):
 
 
 def test_a_record_shows_all_of_its_ticks_or_those_that_are_chosen(browser, tmp_path):
-    run_to_folder(load("predator-prey", PARK), seed=5, ticks=30, out=tmp_path / "run", policies="random",
-                  report=False)
+    run_to_folder(
+        load("predator-prey", PARK), seed=5, ticks=30, out=tmp_path / "run", policies="random", report=False
+    )
     with served("watch", str(tmp_path / "run")) as run, opened(browser, run.address()) as page:
         page.locator(PICTURE).wait_for()
         assert "Means of ticks 0 to 29" in page.locator(".flows + .about").inner_text()
         page.locator(".flows ~ details summary").click()
-        cells = [row.locator("th, td").all_inner_texts()
-                 for row in page.locator(".flows ~ details tbody tr").all()]
+        cells = [
+            row.locator("th, td").all_inner_texts() for row in page.locator(".flows ~ details tbody tr").all()
+        ]
         series = load_series(tmp_path / "run")
         for food, eater in (("grass", "deer"), ("deer", "wolf")):
             (said,) = [cell[2:] for cell in cells if cell[:2] == [food, eater]]
-            means = [series.of(*of)[1:].mean() for of in (
-                (eater, f"eaten: {food}"), (food, f"died: eaten by {eater}"))]
+            means = [
+                series.of(*of)[1:].mean()
+                for of in ((eater, f"eaten: {food}"), (food, f"died: eaten by {eater}"))
+            ]
             assert [float(number) for number in said] == pytest.approx(means, rel=0.01)

@@ -22,8 +22,11 @@ def test_one_that_dies_keeps_what_it_felt_and_did_in_its_last_tick(page):
     until(page, "document.querySelectorAll('#act .log li').length > 0")
     tick = page.evaluate("ecs.tick")
     page.locator("#step").click()
-    until(page, "document.querySelector('#organism .state.dead') && "
-                "document.querySelector('#organism .died').textContent.includes('removed')")
+    until(
+        page,
+        "document.querySelector('#organism .state.dead') && "
+        "document.querySelector('#organism .died').textContent.includes('removed')",
+    )
     page.locator("#tab-organism").click()
     assert f"#{uid}" in panel.locator(".who").inner_text()
     assert f"in its last tick, {tick}" in panel.locator("h2").first.inner_text()
@@ -49,8 +52,11 @@ def test_in_a_replay_one_that_dies_keeps_its_last_tick_until_time_goes_back(brow
         until(page, "!ecs.playing && ecs.still")
         page.evaluate(f"location.hash = 'tick=11&uid={death['uid']}&tab=organism'")
         panel, head = page.locator("#organism"), "document.querySelector('#organism .part h2').innerText"
-        until(page, "document.querySelector('#organism .state')?.innerText === 'alive' "
-                    f"&& {head} === 'Nervous system'")
+        until(
+            page,
+            "document.querySelector('#organism .state')?.innerText === 'alive' "
+            f"&& {head} === 'Nervous system'",
+        )
         until(page, "!document.querySelector('[data-eye=follow]').disabled")
         go(page, 12)
         until(page, "document.querySelector('#organism .state.dead') !== null")
@@ -63,6 +69,9 @@ def test_in_a_replay_one_that_dies_keeps_its_last_tick_until_time_goes_back(brow
         assert panel.get_by_role("button", name="Fill in").count() == 0
         assert panel.get_by_role("button", name="Follow").is_disabled()
         go(page, 8)
-        until(page, f"document.querySelector('#organism .state')?.innerText === 'alive' && {head} === "
-                    "'Nervous system' && !document.querySelector('#organism').classList.contains('past')")
+        until(
+            page,
+            f"document.querySelector('#organism .state')?.innerText === 'alive' && {head} === "
+            "'Nervous system' && !document.querySelector('#organism').classList.contains('past')",
+        )
         assert page.evaluate(READINGS) != last

@@ -32,8 +32,10 @@ def seen(page, uid, reach=6):
 
 def test_what_hides_the_followed_organism_fades_around_it(browser, tmp_path):
     (tmp_path / "yard.toml").write_text(YARD)
-    with (served("watch", str(tmp_path / "yard.toml"), "--seed", "1") as server,
-          opened(browser, server.address()) as page):
+    with (
+        served("watch", str(tmp_path / "yard.toml"), "--seed", "1") as server,
+        opened(browser, server.address()) as page,
+    ):
         pause(page)
         page.locator("[data-eye=side]").click()
         page.locator("#canvas").focus()

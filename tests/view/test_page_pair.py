@@ -40,8 +40,9 @@ def steps(page, ticks):
     page.locator("#canvas").focus()
     for _ in range(ticks):
         page.keyboard.press("Period")
-    until(page, f"ecs.tick === {tick + ticks} && ecs.still && "
-                "ecs.second?.tick === ecs.tick && ecs.second.still")
+    until(
+        page, f"ecs.tick === {tick + ticks} && ecs.still && ecs.second?.tick === ecs.tick && ecs.second.still"
+    )
 
 
 def test_without_wolves_the_world_goes_on_beside_the_one_with_wolves(forked):
@@ -56,12 +57,17 @@ def test_without_wolves_the_world_goes_on_beside_the_one_with_wolves(forked):
     row = page.locator(".legend-row", has_text="wolf")
     assert row.locator("b").all_inner_texts() == ["12", "0"]
     assert row.locator("b.differs").count() == 1
-    left, sign, name, right = (row.locator(part).bounding_box()
-                               for part in ("b:not(.other)", ":scope > svg:first-child", ".named", "b.other"))
+    left, sign, name, right = (
+        row.locator(part).bounding_box()
+        for part in ("b:not(.other)", ":scope > svg:first-child", ".named", "b.other")
+    )
     assert left["x"] + left["width"] <= sign["x"] < sign["x"] + sign["width"] <= name["x"]
     assert name["x"] + name["width"] <= right["x"]
-    until(page, "[...document.querySelectorAll('#charts .chart-head')].some((head) => "
-                "/wolf\\s*12 \\| 0/.test(head.innerText))")
+    until(
+        page,
+        "[...document.querySelectorAll('#charts .chart-head')].some((head) => "
+        "/wolf\\s*12 \\| 0/.test(head.innerText))",
+    )
     page.locator("#tab-why").click()
     assert "what if: cull 100 % of wolf" in page.locator("#why").inner_text()
 
@@ -115,7 +121,7 @@ def test_a_change_that_does_not_fit_is_refused_in_the_dialog_and_a_kept_tick_is_
     page.locator("#pairAgain").click()
     command = page.locator("#again .recipe").first.inner_text()
     assert command.startswith("ecs-eco run predator-prey --seed 3 --policies random --set")
-    assert "interventions=[{at = 12, kind = \"set\"" in command
+    assert 'interventions=[{at = 12, kind = "set"' in command
     page.locator("#again").get_by_role("button", name="Close").click()
 
 
@@ -179,8 +185,14 @@ def test_a_recorded_run_is_forked_where_it_stands(browser, tmp_path):
     from ecs_eco.record import run_to_folder
 
     changes = dict(word.split("=", 1) for word in SMALL[1 : SMALL.index("--policies") : 2])
-    run_to_folder(load("predator-prey", [f"{key}={value}" for key, value in changes.items()]), 3, 30,
-                  tmp_path / "run", "random", report=False)
+    run_to_folder(
+        load("predator-prey", [f"{key}={value}" for key, value in changes.items()]),
+        3,
+        30,
+        tmp_path / "run",
+        "random",
+        report=False,
+    )
     with served("watch", str(tmp_path / "run")) as run, opened(browser, run.address()) as page:
         until(page, "!ecs.playing && ecs.still")  # a click on pause might come at its end
         go(page, 12)

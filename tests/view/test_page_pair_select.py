@@ -15,8 +15,11 @@ def seen(page, kind, second=True, skip=()):
     of, canvas = ("ecs.second", "canvas2") if second else ("ecs", "canvas")
     for uid in page.evaluate(f"{of}.uids('{kind}')"):
         at = page.evaluate(f"{of}.screen({uid})")
-        if uid not in skip and at and page.evaluate("([x, y]) => document.elementFromPoint(x, y)?.id",
-                                                    [at["x"], at["y"]]) == canvas:
+        if (
+            uid not in skip
+            and at
+            and page.evaluate("([x, y]) => document.elementFromPoint(x, y)?.id", [at["x"], at["y"]]) == canvas
+        ):
             return uid, at["x"], at["y"]
     raise AssertionError(f"no {kind} in sight")
 

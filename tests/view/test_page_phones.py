@@ -54,10 +54,11 @@ def test_nothing_of_a_replay_is_beyond_the_edge_of_a_phone(browser, tmp_path):
 
     from ecs_eco.cli import app
 
-    done = CliRunner().invoke(app, ["run", "predator-prey", *SMALL, "--ticks", "20", "--out",
-                                    str(tmp_path / "run")])
+    done = CliRunner().invoke(
+        app, ["run", "predator-prey", *SMALL, "--ticks", "20", "--out", str(tmp_path / "run")]
+    )
     assert done.exit_code == 0, done.output
-    with (served("watch", str(tmp_path / "run")) as run, opened(browser, run.address()) as page):
+    with served("watch", str(tmp_path / "run")) as run, opened(browser, run.address()) as page:
         until(page, "ecs.mode === 'replay'")
         everywhere(page, 5)
 

@@ -15,8 +15,10 @@ pytestmark = IN_A_BROWSER
 
 
 def test_the_page_says_when_the_run_has_ended(browser):
-    with (served("watch", "predator-prey", *SMALL, "--ticks", "2") as run,
-          opened(browser, run.address()) as page):
+    with (
+        served("watch", "predator-prey", *SMALL, "--ticks", "2") as run,
+        opened(browser, run.address()) as page,
+    ):
         until(page, "ecs.tick === 2 && !document.querySelector('#notice').hidden")
         assert "has ended" in page.locator("#notice").inner_text()
         run.process.terminate()
@@ -25,8 +27,10 @@ def test_the_page_says_when_the_run_has_ended(browser):
 
 def test_each_reporter_has_a_chart_of_its_own(browser):
     asked = 'reporters={ "mean energy" = "mean(Metabolism.energy)", ratio = "count(wolf) / count(deer)" }'
-    with (served("watch", "predator-prey", *SMALL, "--set", asked, "--ticks", "30") as run,
-          opened(browser, run.address()) as page):
+    with (
+        served("watch", "predator-prey", *SMALL, "--set", asked, "--ticks", "30") as run,
+        opened(browser, run.address()) as page,
+    ):
         until(page, "ecs.tick > 5 && document.querySelectorAll('#charts .chart').length >= 5")
         charts = page.locator("#charts .chart")
         assert charts.locator("h2").all_inner_texts()[3:5] == ["mean energy", "ratio"]
@@ -62,15 +66,28 @@ def recorded(browser, tmp_path_factory):
     from websockets.sync.client import connect
 
     out = tmp_path_factory.mktemp("page") / "run"
-    words = ["run", "predator-prey", *SMALL, "--ticks", "20000", "--checkpoint-every", "50", "--no-report",
-             "--out", str(out), "--watch"]
+    words = [
+        "run",
+        "predator-prey",
+        *SMALL,
+        "--ticks",
+        "20000",
+        "--checkpoint-every",
+        "50",
+        "--no-report",
+        "--out",
+        str(out),
+        "--watch",
+    ]
     with served(*words) as run:
         host, credential = entered(run.address())
-        with connect(f"ws://{host}/ws", origin=f"http://{host}", subprotocols=[SUBPROTOCOL, credential],
-                     max_size=None) as hasty:
+        with connect(
+            f"ws://{host}/ws", origin=f"http://{host}", subprotocols=[SUBPROTOCOL, credential], max_size=None
+        ) as hasty:
             hasty.send('{"kind": "pause"}')  # before too much has passed
-            while (isinstance(heard := hasty.recv(180), bytes)
-                   or json.loads(heard).get("playing") is not False):
+            while (
+                isinstance(heard := hasty.recv(180), bytes) or json.loads(heard).get("playing") is not False
+            ):
                 pass
         with opened(browser, run.address()) as page:
             output = _clicked(page)
@@ -91,10 +108,14 @@ def step(page, ticks):
 
 
 def seek(page, tick):
-    page.get_by_label("Time, in ticks").evaluate(f"slider => {{ slider.value = {tick}; "
-                                                 f"slider.dispatchEvent(new Event('input')) }}")
-    until(page, f"ecs.tick === {tick} && ecs.still && "
-                f"document.querySelector('#tick').textContent.replace(/\\D/g, '') === '{tick}'")
+    page.get_by_label("Time, in ticks").evaluate(
+        f"slider => {{ slider.value = {tick}; slider.dispatchEvent(new Event('input')) }}"
+    )
+    until(
+        page,
+        f"ecs.tick === {tick} && ecs.still && "
+        f"document.querySelector('#tick').textContent.replace(/\\D/g, '') === '{tick}'",
+    )
 
 
 def _clicked(page):
@@ -107,8 +128,11 @@ def _clicked(page):
     page.get_by_role("button", name="Remove the selected one").click()
     until(page, "document.querySelectorAll('#act .log li').length === 1")
     page.locator("#step").click()
-    until(page, f"ecs.tick === {tick + 1} && ecs.still && document.querySelector('#organism "
-                ".died')?.textContent.includes('removed')")
+    until(
+        page,
+        f"ecs.tick === {tick + 1} && ecs.still && document.querySelector('#organism "
+        ".died')?.textContent.includes('removed')",
+    )
     assert removed not in page.evaluate("ecs.uids('deer', 10000)")
     page.get_by_label("Kind to place").select_option("wolf")
     page.get_by_label("How many").fill("7")
@@ -161,8 +185,11 @@ def test_a_recorded_run_is_scrubbed_and_what_was_not_recorded_is_filled_in(brows
         page.locator("#play").click()
         until(page, "ecs.tick > 5")
         pause(page)
-        for tick, counts in ((manifest["done"] - 1, output["counts"]),
-                             (output["tick"] - 1, {"deer": 80, "wolf": 12}), (10, {"deer": 80})):
+        for tick, counts in (
+            (manifest["done"] - 1, output["counts"]),
+            (output["tick"] - 1, {"deer": 80, "wolf": 12}),
+            (10, {"deer": 80}),
+        ):
             seek(page, tick)
             assert page.evaluate("ecs.counts").items() >= counts.items()  # as the page saw it live
         uid, panel = select(page, "deer"), page.locator("#organism")

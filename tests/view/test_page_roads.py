@@ -20,9 +20,12 @@ body = {{ radius = 0.1 }}
 GROUND = """[terrain]
 cell = 1.0
 """
-ROAD = GROUND + """\
+ROAD = (
+    GROUND
+    + """\
 roads = [{ line = [[2.0, 10.0], [18.0, 10.0]], width = 4.0 }]
 """
+)
 AREA = """[[land_use]]
 kind = "harvest"
 species = "oak"
@@ -44,8 +47,10 @@ def _picture(tmp_path, browser, name, more):
 
 def test_a_road_is_a_strip_of_its_width_and_an_area_has_a_red_border(tmp_path):
     with launched() as browser:
-        bare, paved, used = (_picture(tmp_path, browser, name, more) for name, more in (
-            ("bare", GROUND), ("paved", ROAD), ("used", GROUND + AREA)))
+        bare, paved, used = (
+            _picture(tmp_path, browser, name, more)
+            for name, more in (("bare", GROUND), ("paved", ROAD), ("used", GROUND + AREA))
+        )
     differs = np.abs(bare - paved).max(axis=-1) > 0.03
     ground = differs.mean()
     assert 0.01 < ground < 0.3  # 64 of 400 m², of a ground that fills a part of the scene

@@ -158,10 +158,13 @@ def test_silhouettes_follow_diet_and_place_and_tell_the_like_apart(page):
     land, water = made
     assert land == [["grazer", 0], ["grazer", 1], ["hunter", 0], ["scavenger", 0]]
     assert [build for build, _ in water] == [f"{build} water" for build, _ in land]
-    forms = page.evaluate("""async (kinds) => {
+    forms = page.evaluate(
+        """async (kinds) => {
       const {animal, outline} = await import('/body.js');
       return kinds.map((kind) => [[...animal(...kind).corners].join(), JSON.stringify(outline(...kind))]);
-    }""", land + water)
+    }""",
+        land + water,
+    )
     assert len({corners for corners, _ in forms}) == len({sign for _, sign in forms}) == 8
     assert page.locator("#legend .legend-row svg:first-child polygon").count() >= 4
 

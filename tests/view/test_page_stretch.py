@@ -20,7 +20,7 @@ PIXELS = """canvas => {  // how wide the bars of recorded details and of filled 
     const want = pen.getImageData(0, 0, 1, 1).data;
     return row.filter(pixel => [0, 1, 2].every(k => Math.abs(pixel[k] - want[k]) < 3)).length / devicePixelRatio;
   });
-}"""  # noqa: E501
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +29,18 @@ def folder(tmp_path_factory):
 
     out = tmp_path_factory.mktemp("stretch") / "run"
     config = load("predator-prey", PARK | {"space.size": [60, 60]})
-    run_to_folder(config, seed=3, ticks=TICKS, out=out, policies="random", record="focal=5",
-                  checkpoint_every=50, keep=9, snapshot_every=20, report=False)
+    run_to_folder(
+        config,
+        seed=3,
+        ticks=TICKS,
+        out=out,
+        policies="random",
+        record="focal=5",
+        checkpoint_every=50,
+        keep=9,
+        snapshot_every=20,
+        report=False,
+    )
     return out
 
 
@@ -48,8 +58,10 @@ def slider(page):
 
 
 def seek(page, tick):
-    slider(page).evaluate(f"slider => {{ slider.value = {tick}; slider.dispatchEvent(new Event('input')); "
-                          "slider.dispatchEvent(new Event('change')) }")
+    slider(page).evaluate(
+        f"slider => {{ slider.value = {tick}; slider.dispatchEvent(new Event('input')); "
+        "slider.dispatchEvent(new Event('change')) }"
+    )
     until(page, f"ecs.tick === {tick} && ecs.still")
 
 
@@ -108,8 +120,10 @@ def test_a_stretch_is_chosen_by_dragging_with_shift_and_goes_with_time(replay):
     page.keyboard.press("End")  # the slider's own end is that of the stretch
     until(page, f"ecs.tick === {last} && ecs.still")
     page.locator("#step").click()
-    until(page, f"ecs.tick === {last + 1} && ecs.still && "
-                f"document.querySelector('#timeline input').max > {last}")
+    until(
+        page,
+        f"ecs.tick === {last + 1} && ecs.still && document.querySelector('#timeline input').max > {last}",
+    )
     assert shown(page)[1] - shown(page)[0] == last - first
     assert shown(page)[0] < last + 1 < shown(page)[1]
 

@@ -22,7 +22,9 @@ def go(page, tick):
     """Let the slider of time go at a tick."""
     page.get_by_label("Time, in ticks").evaluate(
         "(slider, tick) => { slider.value = tick; slider.dispatchEvent(new Event('input')); "
-        "slider.dispatchEvent(new Event('change')) }", tick)
+        "slider.dispatchEvent(new Event('change')) }",
+        tick,
+    )
 
 
 def test_a_living_world_goes_back_and_comes_to_the_same_again(later):

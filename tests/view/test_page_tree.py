@@ -12,9 +12,13 @@ from tests.view.test_page_access import CONTRAST
 from tests.view.test_tree import DEER, TWO
 
 pytestmark = IN_A_BROWSER
-KIDS = {"species.deer.reproduction.rate": 0.3, "species.deer.reproduction.energy_min": 0.02,
-        "species.deer.reproduction.energy_given": 0.01, "species.deer.max_count": 350,
-        "species.deer.lethal.1.max": 20.0}  # fmt: skip
+KIDS = {
+    "species.deer.reproduction.rate": 0.3,
+    "species.deer.reproduction.energy_min": 0.02,
+    "species.deer.reproduction.energy_given": 0.01,
+    "species.deer.max_count": 350,
+    "species.deer.lethal.1.max": 20.0,
+}
 FIRST = 1  # founders have uids in the order of names: the first deer
 TICK = 24
 COUNT = count()
@@ -29,8 +33,10 @@ NODES = """[...document.querySelectorAll('.tree-node')].map(node => {
 def alive(browser):
     """Deer that clone themselves, alive, after thirty ticks."""
     changes = [word for key, value in (DEER | KIDS).items() for word in ("--set", f"{key}={value}")]
-    with (served("watch", "predator-prey", *changes, "--policies", "random", "--seed", "4") as run,
-          opened(browser, run.address()) as page):
+    with (
+        served("watch", "predator-prey", *changes, "--policies", "random", "--seed", "4") as run,
+        opened(browser, run.address()) as page,
+    ):
         pause(page)
         while (tick := page.evaluate("ecs.tick")) < TICK:
             page.keyboard.press(".")
@@ -44,9 +50,16 @@ def alive(browser):
 def replay(browser, tmp_path_factory):
     """Deer of two parents, recorded."""
     path = tmp_path_factory.mktemp("tree") / "run"
-    run_to_folder(load("predator-prey", DEER | TWO), ticks=45, out=path, seed=4, policies="random",
-                  learn=False, report=False)
-    with (served("watch", str(path)) as run, opened(browser, run.address()) as page):
+    run_to_folder(
+        load("predator-prey", DEER | TWO),
+        ticks=45,
+        out=path,
+        seed=4,
+        policies="random",
+        learn=False,
+        report=False,
+    )
+    with served("watch", str(path)) as run, opened(browser, run.address()) as page:
         pause(page)
         page.evaluate("location.hash = 'tick=44'")
         until(page, "ecs.tick === 44 && ecs.still")
@@ -82,8 +95,14 @@ def children_of(page):
 
 def clear_of_each_other(nodes):
     boxes = list(nodes.values())
-    return all(a["right"] <= b["left"] or b["right"] <= a["left"] or a["bottom"] <= b["top"]
-               or b["bottom"] <= a["top"] for i, a in enumerate(boxes) for b in boxes[:i])
+    return all(
+        a["right"] <= b["left"]
+        or b["right"] <= a["left"]
+        or a["bottom"] <= b["top"]
+        or b["bottom"] <= a["top"]
+        for i, a in enumerate(boxes)
+        for b in boxes[:i]
+    )
 
 
 def test_nothing_is_asked_for_while_the_tree_is_closed(alive):
@@ -174,8 +193,11 @@ def test_who_descends_from_the_tracked_one_has_a_dot_of_its_colour(alive):
     alive.get_by_role("button", name="track descendants").click()
     until(alive, f"{dotted}.length > 1")
     nodes = drawn(alive)  # of many children a few are there: the young one may not be
-    below = {key for key, node in nodes.items()
-             if node["kind"].split()[1] in ("alive", "dead") and node["top"] > nodes[str(parent)]["bottom"]}
+    below = {
+        key
+        for key, node in nodes.items()
+        if node["kind"].split()[1] in ("alive", "dead") and node["top"] > nodes[str(parent)]["bottom"]
+    }
     assert below
     assert set(alive.evaluate(dotted)) == below | {str(parent)}
     assert all(f"descends from #{parent}" in nodes[key]["name"] for key in below)
@@ -226,7 +248,9 @@ def test_an_open_tree_is_accessible_in_both_themes(alive, shade):
 
 
 def test_causes_are_cut_between_words(alive):
-    read = ("room => import('/tree.js').then(({fit}) => "
-            "['† eaten by wolf', '† starved'].map(words => fit(words, room, 10)))")
+    read = (
+        "room => import('/tree.js').then(({fit}) => "
+        "['† eaten by wolf', '† starved'].map(words => fit(words, room, 10)))"
+    )
     assert alive.evaluate(read, 200) == ["† eaten by wolf", "† starved"]
     assert alive.evaluate(read, 52) == ["† eaten", "† starved"]

@@ -27,8 +27,9 @@ def herd(islands):
     for at, island in enumerate(islands):
         world.next_uid = first_uid(island)
         x = np.array([3.0, 7.0], np.float32)
-        table.request(np.zeros(2, np.uint64), {(Position, "x"): x,
-                                               (Position, "y"): np.full(2, 2 + 3 * at, np.float32)})
+        table.request(
+            np.zeros(2, np.uint64), {(Position, "x"): x, (Position, "y"): np.full(2, 2 + 3 * at, np.float32)}
+        )
         world.flush()
     return world
 

@@ -13,8 +13,10 @@ FASTEST = "it => { it.value = it.max; it.dispatchEvent(new Event('input')) }"
 @pytest.fixture(scope="module")
 def doomed(browser):
     """A park whose wolves grow too old before the page's eyes."""
-    with (served("watch", "predator-prey", *SMALL, "--set", END) as run,
-          opened(browser, run.address()) as page):
+    with (
+        served("watch", "predator-prey", *SMALL, "--set", END) as run,
+        opened(browser, run.address()) as page,
+    ):
         assert page.evaluate("ecs.tick") < 400
         page.locator("#speed").evaluate(FASTEST)
         yield page

@@ -13,14 +13,17 @@ def test_the_food_web_is_drawn_from_the_diets(page):
     label = page.locator("#world svg.web").get_attribute("aria-label")
     assert label == "Who eats whom: deer eats grass; wolf eats deer"
     tops = page.locator("#world svg.web text").evaluate_all(
-        "all => Object.fromEntries(all.map(text => [text.textContent, +text.getAttribute('y')]))")
+        "all => Object.fromEntries(all.map(text => [text.textContent, +text.getAttribute('y')]))"
+    )
     assert tops["grass"] > tops["deer"] > tops["wolf"]  # grass at the bottom, wolf at the top
     assert "60 × 60 m" in page.locator("#world").inner_text()
 
 
 def test_who_eats_in_a_circle_has_a_place_too(page):
-    found = page.evaluate("import('/world.js').then(it => it.levels(['a', 'b', 'c', 'd'], "
-                          "{b: ['a', 'b'], c: ['d', 'b'], d: ['c']}))")
+    found = page.evaluate(
+        "import('/world.js').then(it => it.levels(['a', 'b', 'c', 'd'], "
+        "{b: ['a', 'b'], c: ['d', 'b'], d: ['c']}))"
+    )
     assert found["a"] == 0
     assert found["b"] == 1
     assert all(0 < found[name] < 4 for name in "cd")

@@ -17,8 +17,12 @@ SIZE = (640, 360)
 
 
 def _run(config, out, **options):
-    run_to_folder(config, seed=7, out=out,
-                  **{"ticks": 20, "policies": "random", "report": False, "snapshot_every": 4} | options)
+    run_to_folder(
+        config,
+        seed=7,
+        out=out,
+        **{"ticks": 20, "policies": "random", "report": False, "snapshot_every": 4} | options,
+    )
     return out
 
 
@@ -59,32 +63,53 @@ def test_who_moves_is_painted_where_it_is(painter):
     ram = painter.replay.organisms("ram")
     px, py = painter.ax.transData.transform(np.stack([ram.x, ram.y], axis=1)).T
     hue = np.array([int(painter.hues["ram"][i : i + 2], 16) for i in (1, 3, 5)])
-    here = [np.abs(
-        picture[360 - round(y) - 2 : 360 - round(y) + 2, round(x) - 2 : round(x) + 2].astype(int) - hue
-    ).max(axis=2).min()
-            for x, y in zip(px, py, strict=True) if 4 < x < 636 and 4 < y < 356]  # fmt: skip
+    here = [
+        np.abs(
+            picture[360 - round(y) - 2 : 360 - round(y) + 2, round(x) - 2 : round(x) + 2].astype(int) - hue
+        )
+        .max(axis=2)
+        .min()
+        for x, y in zip(px, py, strict=True)
+        if 4 < x < 636 and 4 < y < 356
+    ]
     assert np.mean(np.array(here) < 60) > 0.8  # some are under others
 
 
 def test_a_volume_is_painted_from_the_side(menagerie, tmp_path):
-    algae = {"count": 80, "body": {"radius": 0.4, "opaque": False}, "metabolism": {"energy": 0.5},
-             "color": "#1a9641"}
-    krill = {"count": 30, "body": {"radius": 0.5}, "metabolism": {"energy": 0.5}, "color": "#d7191c",
-             "sensors": [{"kind": "light"}],
-             "locomotion": {"speed": {"drift": 0.0, "swim": 1.0}, "turn": 0.5, "climb": 0.5},
-             "actions": {"speed": ["drift", "swim"], "climb": ["up", "down"]}, "neutral": {"speed": "swim"},
-             "reflex": {"formulas": {"up": "light - 0.5"}}}  # fmt: skip
-    sea = {"format": 1, "name": "sea", "space": {"size": [60.0, 60.0, 20.0], "edges": "walls"},
-           "species": {"algae": algae, "krill": krill}}
+    algae = {
+        "count": 80,
+        "body": {"radius": 0.4, "opaque": False},
+        "metabolism": {"energy": 0.5},
+        "color": "#1a9641",
+    }
+    krill = {
+        "count": 30,
+        "body": {"radius": 0.5},
+        "metabolism": {"energy": 0.5},
+        "color": "#d7191c",
+        "sensors": [{"kind": "light"}],
+        "locomotion": {"speed": {"drift": 0.0, "swim": 1.0}, "turn": 0.5, "climb": 0.5},
+        "actions": {"speed": ["drift", "swim"], "climb": ["up", "down"]},
+        "neutral": {"speed": "swim"},
+        "reflex": {"formulas": {"up": "light - 0.5"}},
+    }
+    sea = {
+        "format": 1,
+        "name": "sea",
+        "space": {"size": [60.0, 60.0, 20.0], "edges": "walls"},
+        "species": {"algae": algae, "krill": krill},
+    }
     painter = Painter(Replay(_run(sea, tmp_path / "run")), SIZE)
     picture = painter.paint(6)
     assert painter.ax.get_ylabel() == "depth [m]"
-    depth = {label.get_text(): y
-             for label, y in zip(painter.ax.get_yticklabels(), painter.ax.get_yticks(), strict=True)}
+    depth = {
+        label.get_text(): y
+        for label, y in zip(painter.ax.get_yticklabels(), painter.ax.get_yticks(), strict=True)
+    }
     assert (depth["0"], depth["20"]) == (20.0, 0.0)  # the floor is below
     assert _share(picture, painter.hues["krill"]) > 2e-4
-    painter.replay.recording.scene.environment["light"] = (
-        lambda world, x, y, z: np.exp(-(20 - z) / 4).astype(np.float32)
+    painter.replay.recording.scene.environment["light"] = lambda world, x, y, z: np.exp(-(20 - z) / 4).astype(
+        np.float32
     )
     dark = painter.paint(6)
     (left, bottom, right, top), high = painter.ax.bbox.extents.astype(int), SIZE[1]
@@ -92,11 +117,18 @@ def test_a_volume_is_painted_from_the_side(menagerie, tmp_path):
     assert brightness[:10].mean() > 2 * brightness[-10:].mean()
 
 
-@pytest.mark.parametrize(("seconds", "day", "words"), [
-    (0, None, "0 s"), (59, None, "59 s"), (299, None, "4 min 59 s"), (3660, None, "1 h 1 min"),
-    (90_000, None, "1 d 1 h"), (0, {"length": 100.0, "start": 0.25}, "day 1, 06:00"),
-    (150.0, {"length": 100.0, "start": 0.25}, "day 2, 18:00"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("seconds", "day", "words"),
+    [
+        (0, None, "0 s"),
+        (59, None, "59 s"),
+        (299, None, "4 min 59 s"),
+        (3660, None, "1 h 1 min"),
+        (90_000, None, "1 d 1 h"),
+        (0, {"length": 100.0, "start": 0.25}, "day 1, 06:00"),
+        (150.0, {"length": 100.0, "start": 0.25}, "day 2, 18:00"),
+    ],
+)
 def test_times_in_words(seconds, day, words):
     assert clock(seconds, day) == words
 
@@ -114,6 +146,7 @@ open(sys.argv[-1], "wb").write(b"film of %d bytes" % len(data) + b" " + " ".join
 @pytest.fixture
 def ffmpeg(tmp_path, monkeypatch):
     """A function that puts a program on the path that counts what it is fed."""
+
     def put(end="", limit=-1):
         place = tmp_path / "bin"
         place.mkdir()
@@ -131,8 +164,21 @@ def _film(*arguments):
 
 def test_a_film_is_frames_to_ffmpeg(folder, tmp_path, ffmpeg):
     ffmpeg()
-    done = _film(folder, tmp_path / "run.mp4", "--from", 4, "--to", 15, "--step", 3, "--fps", 10, "--size",
-                 "640x360", "-q")
+    done = _film(
+        folder,
+        tmp_path / "run.mp4",
+        "--from",
+        4,
+        "--to",
+        15,
+        "--step",
+        3,
+        "--fps",
+        10,
+        "--size",
+        "640x360",
+        "-q",
+    )
     assert done.exit_code == 0, done.output
     assert "4 frames, 0.4 s, one every 3 ticks" in done.output
     decoded = (tmp_path / "run.mp4").read_bytes().decode()
@@ -172,11 +218,16 @@ def test_a_film_of_a_long_run_lasts_a_minute():
     assert film.ticks_of(5, 9, 30, 2) == range(5, 10, 2)
 
 
-@pytest.mark.parametrize(("arguments", "words"), [
-    (["--to", 99], "was not recorded; allowed: 0 to 19"), (["--from", 9, "--to", 3], "lies before --from 9"),
-    (["--fps", 0], "allowed: 1 to 240"), (["--size", "big"], "WIDTHxHEIGHT, each 320 to 7680"),
-    (["--size", "99x999"], "each 320"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--to", 99], "was not recorded; allowed: 0 to 19"),
+        (["--from", 9, "--to", 3], "lies before --from 9"),
+        (["--fps", 0], "allowed: 1 to 240"),
+        (["--size", "big"], "WIDTHxHEIGHT, each 320 to 7680"),
+        (["--size", "99x999"], "each 320"),
+    ],
+)
 def test_what_no_film_can_be_made_of_is_refused(folder, tmp_path, arguments, words):
     done = _film(folder, tmp_path / "run.gif", *arguments)
     assert (done.exit_code, "Traceback" in done.output) == (2, False)
@@ -211,16 +262,19 @@ def test_who_has_no_nerves_then_is_refused(folder, tmp_path):
     recording = Replay(folder).recording
     moss = int(recording.organisms(3, "moss").uid[0])
     young = int(recording.births.between(5, 19, ("uid",))["uid"][-1])
-    for arguments, words in (((moss,), "is a moss, which has no nervous system"),
-                             ((10**9,), "no organism of this run has the uid"),
-                             ((young, "--tick", 0), "")):  # fmt: skip
+    for arguments, words in (
+        ((moss,), "is a moss, which has no nervous system"),
+        ((10**9,), "no organism of this run has the uid"),
+        ((young, "--tick", 0), ""),
+    ):
         done = _picture(folder, tmp_path / "x.png", "--organism", *arguments)
         assert (done.exit_code, "Traceback" in done.output) == (2, False)
         assert words in done.output
 
 
-@pytest.mark.parametrize(("name", "words"), [("x.jpg", 'a file ending in .png; did you mean "x.png"'),
-                                             ("", "cannot be written")])
+@pytest.mark.parametrize(
+    ("name", "words"), [("x.jpg", 'a file ending in .png; did you mean "x.png"'), ("", "cannot be written")]
+)
 def test_other_files_than_pictures_are_refused(folder, tmp_path, name, words):
     done = _picture(folder, tmp_path / name)
     assert done.exit_code == 2

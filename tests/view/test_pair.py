@@ -101,6 +101,7 @@ def test_a_fork_of_an_earlier_tick_comes_up_while_time_stands_still():
 
 def test_a_page_that_is_slow_gets_no_more_of_two_worlds_than_of_one():
     """What it cannot read yet would wait in front of what it asks for: a pause among others."""
+
     class Slow(Page):
         def send(self, messages):
             self.messages += messages
@@ -117,8 +118,9 @@ def test_a_page_that_is_slow_gets_no_more_of_two_worlds_than_of_one():
 
 
 def test_the_log_says_when_the_worlds_parted_and_by_what():
-    pair, page = watched(Live(small()), 12, {8: [asks("whatif", what=WITHOUT)],
-                                             10: [asks("whatif", close=True)]})
+    pair, page = watched(
+        Live(small()), 12, {8: [asks("whatif", what=WITHOUT)], 10: [asks("whatif", close=True)]}
+    )
     logs = [marks["interventions"] for marks in page.got("marks")]
     assert [{"tick": 8, "text": "what if: cull 100 % of wolf"}] in logs
     assert logs[-1] == []  # it is closed
@@ -153,14 +155,31 @@ def test_both_go_back_together_and_before_the_fork_there_is_one():
 
 def test_what_does_not_fit_is_said_and_nothing_is_opened():
     wrong = {"kind": "set", "set": {"species.deer.metabolism.basl": 0.1}}
-    pair, page = watched(Live(small()), 8, {5: [
-        asks("whatif", what=wrong), asks("whatif", tick=9), asks("whatif", tick=2.5),
-        asks("whatif", what="fire")]})
+    pair, page = watched(
+        Live(small()),
+        8,
+        {
+            5: [
+                asks("whatif", what=wrong),
+                asks("whatif", tick=9),
+                asks("whatif", tick=2.5),
+                asks("whatif", what="fire"),
+            ]
+        },
+    )
     said = [m["text"] for m in page.got("said")]
     assert pair.second is None
     assert all(m["level"] == "error" for m in page.got("said"))
-    for text, part in zip(said, ('did you mean "basal"', "has not come there: it is at 5",
-                                 "allowed: a whole number", "no intervention"), strict=True):
+    for text, part in zip(
+        said,
+        (
+            'did you mean "basal"',
+            "has not come there: it is at 5",
+            "allowed: a whole number",
+            "no intervention",
+        ),
+        strict=True,
+    ):
         assert part in text
 
 
@@ -192,8 +211,9 @@ def test_lines_and_command_give_the_fork_again():
     for text in (recipe["toml"], f"interventions = {word.removeprefix('interventions=')}"):
         planned = tomllib.loads(text)["interventions"]
         assert [one["at"] for one in planned] == [0, 6]
-        again = World.from_config(load("predator-prey", SMALL | {"interventions": planned}), seed=5,
-                                  policies="random", record=False)
+        again = World.from_config(
+            load("predator-prey", SMALL | {"interventions": planned}), seed=5, policies="random", record=False
+        )
         assert again.run(16).digest() == pair.second.source.world.digest()
 
 
@@ -203,7 +223,8 @@ def test_a_recorded_run_is_forked_at_the_tick_that_it_shows(tmp_path):
     pair, _ = watched(Replay(tmp_path), 19, {7: [asks("whatif", what=barren)]})
     assert (pair.second.start, pair.second.tick) == (7, 19)
     assert pair.second.told["recipe"]["command"] == (
-        f"ecs-eco resume {tmp_path} --from-tick 8 --set species.deer.reproduction.rate=0.0 --out NEW")
+        f"ecs-eco resume {tmp_path} --from-tick 8 --set species.deer.reproduction.rate=0.0 --out NEW"
+    )
     same, seen = watched(Replay(tmp_path), 19, {7: [asks("whatif", what=None)]})
     mine, theirs = same.first.counts(), same.second.source.counts()
     assert mine == theirs
@@ -226,11 +247,13 @@ def test_a_run_that_is_recorded_can_be_forked_while_it_is_watched(tmp_path):
         window.player.playing = False
         pages.append(Page(window.player))
         world.before_tick.append(
-            lambda: world.tick == 6 and window.player.say(pages[0], asks("whatif", what=WITHOUT)))
+            lambda: world.tick == 6 and window.player.say(pages[0], asks("whatif", what=WITHOUT))
+        )
 
     with window:
-        manifest = run_to_folder(load("predator-prey", SMALL), 5, 16, tmp_path / "run", "random",
-                                 prepare=prepare, report=False)
+        manifest = run_to_folder(
+            load("predator-prey", SMALL), 5, 16, tmp_path / "run", "random", prepare=prepare, report=False
+        )
     assert beside(pages[0], "state")[-1]["n"]["wolf"] == 0
     alone = run_to_folder(load("predator-prey", SMALL), 5, 16, tmp_path / "alone", "random", report=False)
     assert manifest["digest"] == alone["digest"]
@@ -240,8 +263,9 @@ def test_a_run_that_is_recorded_can_be_forked_while_it_is_watched(tmp_path):
 
 def test_two_worlds_are_compared(tmp_path):
     other = World.from_config(load("predator-prey", SMALL), seed=6, policies="random", record=False)
-    pair, page = watched(Pair(Live(small()), Live(other), ("five", "six")), 12,
-                         {5: [asks("act", what=ACTS[3])]})
+    pair, page = watched(
+        Pair(Live(small()), Live(other), ("five", "six")), 12, {5: [asks("act", what=ACTS[3])]}
+    )
     assert other.tick == 12
     assert pair.first.world.digest() != other.digest()
     assert [tick for tick, _ in other.intervened] == [tick for tick, _ in pair.first.world.intervened]

@@ -89,8 +89,14 @@ def test_lives_are_entered_late_as_they_would_be_at_once(monkeypatch):
             for uid in rng.choice(living, min(5, living.size - 1), replace=False):
                 world.kill(int(uid), "starved")
             world.step()
-        known = (pedigree.parents, pedigree.children, pedigree.born, pedigree.died, pedigree.species,
-                 pedigree.generation)
+        known = (
+            pedigree.parents,
+            pedigree.children,
+            pedigree.born,
+            pedigree.died,
+            pedigree.species,
+            pedigree.generation,
+        )
         return [tuple(ask(uid) for ask in known) for uid in range(world.next_uid)]
 
     at_once, late = lives(0), lives(10**9)

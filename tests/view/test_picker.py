@@ -73,14 +73,17 @@ def test_another_world_has_its_own_values_and_its_own_seed():
     assert "--set" not in other.source.begun.words
 
 
-@pytest.mark.parametrize(("what", "words"), [
-    ({"world": "iland"}, "did you mean 'island'?"),
-    ({"world": "/etc/passwd"}, "allowed"),
-    ({"world": ["island"]}, "allowed"),
-    ({"seed": -1}, "a whole number from 0"),
-    ({"seed": True}, "a whole number from 0"),
-    ({"seed": 1.5}, "a whole number from 0"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("what", "words"),
+    [
+        ({"world": "iland"}, "did you mean 'island'?"),
+        ({"world": "/etc/passwd"}, "allowed"),
+        ({"world": ["island"]}, "allowed"),
+        ({"seed": -1}, "a whole number from 0"),
+        ({"seed": True}, "a whole number from 0"),
+        ({"seed": 1.5}, "a whole number from 0"),
+    ],
+)
 def test_what_is_not_offered_is_refused(what, words):
     player, page = served(begun(), playing=False), Page()
     player.say(page, {"kind": "join"})

@@ -33,8 +33,9 @@ class Player(module.Player):
 
 @pytest.fixture(autouse=True)
 def _clock(monkeypatch):
-    monkeypatch.setattr(module, "time",
-                        SimpleNamespace(monotonic=lambda: CLOCK.now, perf_counter=lambda: CLOCK.now))
+    monkeypatch.setattr(
+        module, "time", SimpleNamespace(monotonic=lambda: CLOCK.now, perf_counter=lambda: CLOCK.now)
+    )
 
 
 class Numbers:
@@ -72,8 +73,9 @@ class Numbers:
         return json.dumps([number, self.tick, colour]).encode()
 
     def fates(self, after):
-        return [(tick, 0, tick, 1.0, 2.0, 0.0, 0)
-                for tick in range(max(0, after), self.tick) if tick in self.died]
+        return [
+            (tick, 0, tick, 1.0, 2.0, 0.0, 0) for tick in range(max(0, after), self.tick) if tick in self.died
+        ]
 
     def field(self, name):
         return {"kind": "field", "name": name, "tick": self.tick}
@@ -258,12 +260,26 @@ def test_each_point_of_the_series_is_sent_once():
     assert ticks[-1] == 3
 
 
-@pytest.mark.parametrize("request_", [
-    {"kind": "speed", "value": -1}, {"kind": "speed", "value": "x"}, {"kind": "speed", "value": True},
-    {"kind": "speed", "value": float("nan")}, {"kind": "step", "ticks": 0}, {"kind": "step", "ticks": 10**9},
-    {"kind": "step", "ticks": 1.5}, {"kind": "colour", "by": "aeg"}, {"kind": "select", "uid": "7"},
-    {"kind": "select", "uid": -1}, {"kind": "paly"}, {"kind": ["play"]}, {}, {"kind": None}, {"kind": "act"},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "request_",
+    [
+        {"kind": "speed", "value": -1},
+        {"kind": "speed", "value": "x"},
+        {"kind": "speed", "value": True},
+        {"kind": "speed", "value": float("nan")},
+        {"kind": "step", "ticks": 0},
+        {"kind": "step", "ticks": 10**9},
+        {"kind": "step", "ticks": 1.5},
+        {"kind": "colour", "by": "aeg"},
+        {"kind": "select", "uid": "7"},
+        {"kind": "select", "uid": -1},
+        {"kind": "paly"},
+        {"kind": ["play"]},
+        {},
+        {"kind": None},
+        {"kind": "act"},
+    ],
+)
 def test_what_cannot_be_is_refused_in_words_and_the_run_goes_on(request_):
     player = Player(Numbers(), speed=None)
     page = Notes(player)

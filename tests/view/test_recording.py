@@ -19,15 +19,29 @@ SPECIES = ("moss", "ram", "lynx")
 def run(menagerie, tmp_path_factory):
     """A recorded run, and where everybody was at the end of each of its ticks."""
     out = tmp_path_factory.mktemp("recorded") / "run"
-    run_to_folder(menagerie(), seed=7, ticks=TICKS, out=out, policies="untrained", learn=True, report=False,
-                  snapshot_every=EVERY, checkpoint_every=20, record="focal=5")  # fmt: skip
+    run_to_folder(
+        menagerie(),
+        seed=7,
+        ticks=TICKS,
+        out=out,
+        policies="untrained",
+        learn=True,
+        report=False,
+        snapshot_every=EVERY,
+        checkpoint_every=20,
+        record="focal=5",
+    )
     world, truth = World.from_config(menagerie(), seed=7, policies="untrained", learn=True, record=False), []
     Recorder(world)
     for _ in range(TICKS):
         world.run(1)
         tables = {name: world.tables[name] for name in SPECIES}
-        truth.append({n: (t.uid[r := t.by_uid()].copy(), t[Position].x[r], t[Position].y[r])
-                      for n, t in tables.items()})
+        truth.append(
+            {
+                n: (t.uid[r := t.by_uid()].copy(), t[Position].x[r], t[Position].y[r])
+                for n, t in tables.items()
+            }
+        )
     return out, truth
 
 
@@ -88,7 +102,9 @@ def test_lives_are_those_of_the_lineage(recording):
         uid = int(lineage.uid[i])
         birth, death = recording.birth(uid), recording.death(uid, int(lineage.born[i]))
         assert (birth["tick"], SPECIES[birth["species"]], birth["parent"]) == (
-            lineage.born[i], lineage.species[i], lineage.parent[i]
+            lineage.born[i],
+            lineage.species[i],
+            lineage.parent[i],
         )
         assert (death or {"tick": -1, "cause": ""})["tick"] == lineage.died[i]
         assert (death or {"tick": -1, "cause": ""})["cause"] == lineage.cause[i]
@@ -110,14 +126,22 @@ def test_a_fork_begins_where_it_was_forked(run, tmp_path):
 
 
 def test_a_run_in_which_all_die_out_is_shown_to_its_end(menagerie, tmp_path):
-    config = menagerie(land_use=[], interventions=[{"kind": "cull", "at": 9, "species": name, "share": 1.0}
-                                                   for name in SPECIES])
+    config = menagerie(
+        land_use=[],
+        interventions=[{"kind": "cull", "at": 9, "species": name, "share": 1.0} for name in SPECIES],
+    )
     config["species"]["moss"]["reproduction"] = None
-    run_to_folder(config, seed=7, ticks=30, out=tmp_path / "run", policies="random", report=False,
-                  snapshot_every=4)
+    run_to_folder(
+        config, seed=7, ticks=30, out=tmp_path / "run", policies="random", report=False, snapshot_every=4
+    )
     recording = Recording(tmp_path / "run")
-    assert [sum(recording.organisms(t, n).uid.size for n in SPECIES) > 0
-            for t in (0, 8, 9, 10, 29)] == [True, True, False, False, False]
+    assert [sum(recording.organisms(t, n).uid.size for n in SPECIES) > 0 for t in (0, 8, 9, 10, 29)] == [
+        True,
+        True,
+        False,
+        False,
+        False,
+    ]
     assert recording.numbers(29) == dict.fromkeys(SPECIES, 0)
     assert [i["tick"] for i in recording.interventions()] == [9, 9, 9]
 
@@ -129,8 +153,9 @@ def test_a_run_of_no_tick_is_refused(menagerie, tmp_path):
 
 
 def test_a_damaged_part_is_refused_by_its_name_when_it_is_needed(menagerie, tmp_path):
-    run_to_folder(menagerie(), seed=7, ticks=20, out=tmp_path / "run", policies="random", report=False,
-                  snapshot_every=5)
+    run_to_folder(
+        menagerie(), seed=7, ticks=20, out=tmp_path / "run", policies="random", report=False, snapshot_every=5
+    )
     part = tmp_path / "run" / "snapshots" / "part-00000.parquet"
     data = bytearray(part.read_bytes())
     data[len(data) // 3] ^= 1
@@ -146,11 +171,20 @@ def test_only_what_is_asked_for_is_read(run):
     recording.numbers(3)
     assert {key[2] for key in recording._cache.columns} == {"tick", "species", "n"}
     recording.organisms(30, "ram")
-    assert {key[0].parent.name for key in recording._cache.columns} == {"series", "births", "deaths",
-                                                                        "snapshots", "details-ram"}
-    spans = {key[0]: group.ticks for parts in (recording.births, recording.deaths, recording.snapshots)
-             for group in parts.groups
-             for key in recording._cache.columns if key[0] == group.path}  # fmt: skip
+    assert {key[0].parent.name for key in recording._cache.columns} == {
+        "series",
+        "births",
+        "deaths",
+        "snapshots",
+        "details-ram",
+    }
+    spans = {
+        key[0]: group.ticks
+        for parts in (recording.births, recording.deaths, recording.snapshots)
+        for group in parts.groups
+        for key in recording._cache.columns
+        if key[0] == group.path
+    }
     assert spans
     assert all(first <= 35 and last >= 28 for first, last in spans.values())  # parts of the chapter alone
 
@@ -178,12 +212,14 @@ NONE = _rows()
 def test_a_walker_is_on_a_straight_line_between_snapshots():
     before, after = _rows((0, 1, 0, 2, 4, 0, 0.0, 0.5, 1.0)), _rows((4, 1, 0, 6, 8, 0, 1.0, 0.9, 0.0))
     crowd = Chapter(0, 4, before, after, NONE, NONE, (20.0, 20.0), True).organisms(1, 0)
-    assert [crowd.x[0], crowd.y[0], crowd.heading[0], crowd.energy[0],
-            crowd.happiness[0]] == pytest.approx([3, 5, 0.25, 0.6, 0.75])
+    assert [crowd.x[0], crowd.y[0], crowd.heading[0], crowd.energy[0], crowd.happiness[0]] == pytest.approx(
+        [3, 5, 0.25, 0.6, 0.75]
+    )
 
 
-@pytest.mark.parametrize(("torus", "x", "heading"),
-                         [(True, [19.0, 19.5, 0.0, 0.5], -0.1), (False, [19.0, 14.5, 10.0, 5.5], -0.1)])
+@pytest.mark.parametrize(
+    ("torus", "x", "heading"), [(True, [19.0, 19.5, 0.0, 0.5], -0.1), (False, [19.0, 14.5, 10.0, 5.5], -0.1)]
+)
 def test_around_a_torus_the_way_is_the_shorter_one(torus, x, heading):
     before, after = _rows((0, 1, 0, 19, 0, 0, 6.0, 0, 0)), _rows((4, 1, 0, 1, 0, 0, 0.5, 0, 0))
     chapter = Chapter(0, 4, before, after, NONE, NONE, (20.0, 20.0), torus)

@@ -26,7 +26,12 @@ def test_all_messages_are_json_and_say_what_was_recorded(plain):
     hello = plain.hello()
     json.dumps([hello, *plain.greeting(), plain.series(-1)], allow_nan=False)
     assert [hello[k] for k in ("kind", "mode", "first", "last", "tick", "acts")] == [
-        "hello", "replay", 0, 47, 0, False
+        "hello",
+        "replay",
+        0,
+        47,
+        0,
+        False,
     ]
     assert [k["name"] for k in hello["species"]] == ["moss", "ram", "lynx"]
     # carcasses come and go: they are not recorded
@@ -37,7 +42,9 @@ def test_all_messages_are_json_and_say_what_was_recorded(plain):
     assert [k["learns"] for k in hello["species"]] == [False, True, False]
     marks = plain.greeting()[0]
     assert (sum(marks["deaths"]), marks["interventions"], marks["fences"]) == (
-        plain.recording.deaths.rows, [], []
+        plain.recording.deaths.rows,
+        [],
+        [],
     )
 
 
@@ -98,12 +105,17 @@ def test_of_full_details_the_panel_says_all(full, folders):
         json.dumps(shown, allow_nan=False)
         note = "" if shown["alive"] else f"As it was in its last tick, {row['tick']}."
         assert (shown["detail"], shown["note"], shown["species"]) == ("full", note, "ram")
-        assert shown["nerves"]["sensors"][0] == {"name": "energy",
-                                                 "value": pytest.approx(row["sensor: energy"])}
+        assert shown["nerves"]["sensors"][0] == {
+            "name": "energy",
+            "value": pytest.approx(row["sensor: energy"]),
+        }
         run = next(a for a in shown["nerves"]["actions"] if a["name"] == "run")
         assert [run[k] for k in ("group", "reflex", "chosen", "decision")] == [
-            "speed", row["reflex: speed.run"], row["chosen: speed.run"],
-            row["decision: speed.run"]]  # fmt: skip
+            "speed",
+            row["reflex: speed.run"],
+            row["chosen: speed.run"],
+            row["decision: speed.run"],
+        ]
         assert run["probability"] == pytest.approx(row["probability: speed.run"])
         assert shown["trace"]["tick"][-1] == row["tick"]
         assert shown["genome"]["genes"][0]["name"] == "pace"
@@ -126,14 +138,19 @@ def test_the_dead_and_the_unborn_have_their_pedigree(plain):
     plain.handle({"kind": "seek", "tick": 47})
     shown = plain.organism(death["uid"])
     assert (shown["alive"], shown["died"]["tick"], shown["died"]["cause"]) == (
-        False, death["tick"], death["cause"]
+        False,
+        death["tick"],
+        death["cause"],
     )
     births = read_parts(plain.recording.path / "births").to_pylist()
     born = next(b for b in births if b["parent"] and b["species"] == "ram" and b["tick"] > 3)
     plain.handle({"kind": "seek", "tick": 1})
     young = plain.organism(born["uid"])
     assert (young["alive"], young["note"], young["parents"], young["detail"]) == (
-        False, "Not born yet.", [born["parent"]], "record"
+        False,
+        "Not born yet.",
+        [born["parent"]],
+        "record",
     )
     assert born["uid"] in plain.organism(born["parent"])["children"]
     plain.handle({"kind": "seek", "tick": born["tick"]})
@@ -232,8 +249,12 @@ def test_the_sun_of_a_recording_stands_where_it_stood(plain):
 
 def test_the_extinct_are_not_said_to_be_unhappy(menagerie, tmp_path):
     cull = {"kind": "cull", "species": "ram", "share": 1.0, "at": 4}
-    record(menagerie(**MADE) | {}, tmp_path / "gone", ticks=8,
-           prepare=lambda world: world.intervene({k: v for k, v in cull.items() if k != "at"}))
+    record(
+        menagerie(**MADE) | {},
+        tmp_path / "gone",
+        ticks=8,
+        prepare=lambda world: world.intervene({k: v for k, v in cull.items() if k != "at"}),
+    )
     series = Replay(tmp_path / "gone").series(-1)
     assert series["n"]["ram"][-1] == 0
     assert series["happiness"]["ram"][-1] is None

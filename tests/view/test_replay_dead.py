@@ -11,9 +11,11 @@ from tests.view.replays import answered
 def deaths(replay, species="ram", after=7, before=30):
     """Deaths of some that lived for more than a moment."""
     births = {row["uid"]: row["tick"] for row in read_parts(replay.recording.path / "births").to_pylist()}
-    return [row for row in read_parts(replay.recording.path / "deaths").to_pylist()
-            if row["species"] == species and after < row["tick"] < before
-            and births[row["uid"]] < row["tick"] - 6]
+    return [
+        row
+        for row in read_parts(replay.recording.path / "deaths").to_pylist()
+        if row["species"] == species and after < row["tick"] < before and births[row["uid"]] < row["tick"] - 6
+    ]
 
 
 def seen(replay, uid, tick):
@@ -28,15 +30,18 @@ def test_of_full_details_the_last_tick_stays_with_the_cause_of_death(full):
     assert len(died) > 2
     for death in died[:8]:
         uid, tick = death["uid"], death["tick"]
-        rows = [row for row in read_parts(full.recording.path / "details-ram").to_pylist()
-                if row["uid"] == uid]
+        rows = [
+            row for row in read_parts(full.recording.path / "details-ram").to_pylist() if row["uid"] == uid
+        ]
         shown = seen(full, uid, tick + 9)
         assert (shown["alive"], shown["as_of"], shown["detail"]) == (False, rows[-1]["tick"], "full")
         assert (shown["died"]["cause"], shown["died"]["tick"]) == (death["cause"], tick)
         assert shown["note"] == f"As it was in its last tick, {tick}."
         assert {s["name"]: s["value"] for s in shown["nerves"]["sensors"]} == {
             name.removeprefix("sensor: "): pytest.approx(value, rel=1e-5, abs=1e-6)
-            for name, value in rows[-1].items() if name.startswith("sensor: ")}
+            for name, value in rows[-1].items()
+            if name.startswith("sensor: ")
+        }
         assert shown["trace"]["tick"][-1] == tick
         assert "; in its last tick: " in shown["sentence"]
         assert seen(full, uid, tick) == shown == seen(full, uid, 47)
@@ -56,16 +61,24 @@ def test_without_details_the_last_snapshot_stays_and_says_of_which_tick_it_is(pl
     shown = seen(plain, death["uid"], death["tick"] + 9)
     before = seen(plain, death["uid"], last)
     assert (shown["alive"], shown["detail"], shown["as_of"], shown["nerves"]) == (
-        False, "snapshot", last, None)
+        False,
+        "snapshot",
+        last,
+        None,
+    )
     assert [shown[k] for k in ("place", "energy", "heading", "trace")] == [
-        before[k] for k in ("place", "energy", "heading", "trace")]
+        before[k] for k in ("place", "energy", "heading", "trace")
+    ]
     assert shown["note"].startswith(f"As of tick {last}, its last snapshot, without nerves. “Fill in”")
 
 
 def test_of_one_that_no_snapshot_shows_birth_and_death_are_known(plain):
     births = {row["uid"]: row["tick"] for row in read_parts(plain.recording.path / "births").to_pylist()}
-    short = next(row for row in read_parts(plain.recording.path / "deaths").to_pylist()
-                 if births[row["uid"]] // 6 == (row["tick"] - 1) // 6 and births[row["uid"]] % 6)
+    short = next(
+        row
+        for row in read_parts(plain.recording.path / "deaths").to_pylist()
+        if births[row["uid"]] // 6 == (row["tick"] - 1) // 6 and births[row["uid"]] % 6
+    )
     shown = seen(plain, short["uid"], 47)
     assert (shown["detail"], shown["place"], shown["died"]["cause"]) == ("record", None, short["cause"])
     assert "as_of" not in shown

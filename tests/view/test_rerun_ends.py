@@ -1,5 +1,4 @@
-"""A process ends at once, and with exit code 0, while a stretch of a recording is being run again beside it.
-"""
+"""A process ends at once, and with exit code 0, while a stretch of a recording is being run again beside it."""
 
 import subprocess
 import sys
@@ -26,10 +25,22 @@ print("left", flush=True)
 
 def test_a_process_ends_while_a_stretch_is_run_again(tmp_path):
     small = {"species.grass.count": 30, "species.deer.count": 5, "species.wolf.count": 2}
-    run_to_folder(load("predator-prey", small), 1, 3, tmp_path / "run", policies="random", report=False,
-                  checkpoint_every=2)
+    run_to_folder(
+        load("predator-prey", small),
+        1,
+        3,
+        tmp_path / "run",
+        policies="random",
+        report=False,
+        checkpoint_every=2,
+    )
     start = time.monotonic()
-    done = subprocess.run([sys.executable, "-c", LEAVE, str(tmp_path / "run")], capture_output=True,
-                          text=True, timeout=300, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", LEAVE, str(tmp_path / "run")],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
     assert (done.stdout, done.returncode) == ("left\n", 0), done.stderr[-2000:]
     assert time.monotonic() - start < 300  # a million ticks would take longer

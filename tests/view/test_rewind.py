@@ -16,8 +16,12 @@ DONE = [
     {"kind": "switch", "learning": False},
     {"kind": "fence", "line": [[5.0, 5.0], [20.0, 5.0]]},
 ]
-SMALL = {"space.size": [40, 40], "species.grass.count": 150,
-         "species.deer.count": 40, "species.wolf.count": 5}
+SMALL = {
+    "space.size": [40, 40],
+    "species.grass.count": 150,
+    "species.deer.count": 40,
+    "species.wolf.count": 5,
+}
 
 
 @pytest.fixture
@@ -33,6 +37,7 @@ def _every_ten(ring):
     def look():
         if ring.world.tick % 10 == 0 and not (ring.points and ring.points[-1].tick >= ring.world.tick):
             ring._keep()
+
     return look
 
 
@@ -58,8 +63,16 @@ def state(live):
     tally, kin = live.tally, live.pedigree
     lives = [(kin.parents(uid), kin.died(uid), kin.generation(uid)) for uid in range(live.world.next_uid)]
     series = live.world.recorder.series().to_pydict()
-    return (live.world.digest(), tally.births.tolist(), tally.deaths.tolist(), list(tally.story.entries),
-            lives, live.curves.after(-1), series, list(live.world.intervened))
+    return (
+        live.world.digest(),
+        tally.births.tolist(),
+        tally.deaths.tolist(),
+        list(tally.story.entries),
+        lives,
+        live.curves.after(-1),
+        series,
+        list(live.world.intervened),
+    )
 
 
 @pytest.mark.parametrize("act", DONE, ids=lambda act: next(iter(set(act) & {"learning"}), act["kind"]))

@@ -2,8 +2,15 @@
 
 from ecs_eco.view.sentence import sentence
 
-DEER = {"species": "deer", "alive": True, "age": 500.0, "energy": 0.3, "energy_max": 1.0, "nerves": None,
-        "died": None}
+DEER = {
+    "species": "deer",
+    "alive": True,
+    "age": 500.0,
+    "energy": 0.3,
+    "energy_max": 1.0,
+    "nerves": None,
+    "died": None,
+}
 
 
 def sees(**values):
@@ -15,17 +22,22 @@ def act(group, name, probability=0.71, reflex=0, decision=1):
 
 
 def test_who_is_hungry_and_turns_to_its_food_is_said_so():
-    nerves = {"sensors": sees(grass_forward=0.1, grass_left=0.6, grass_near=0.5),
-              "actions": [act("speed", "walk", 0.5), act("turn", "left"), act("turn", "none", decision=0)]}
+    nerves = {
+        "sensors": sees(grass_forward=0.1, grass_left=0.6, grass_near=0.5),
+        "actions": [act("speed", "walk", 0.5), act("turn", "left"), act("turn", "none", decision=0)],
+    }
     said = sentence(DEER | {"nerves": nerves}, ["grass"], ["wolf"])
-    assert said == ("Deer, 500 s old, hungry; saw grass (food) to the left; "
-                    "its policy chose to walk (50%) and turn left (71%).")
+    assert said == (
+        "Deer, 500 s old, hungry; saw grass (food) to the left; "
+        "its policy chose to walk (50%) and turn left (71%)."
+    )
 
 
 def test_enemies_come_first_and_reflexes_are_told_from_the_policy():
-    nerves = {"sensors": sees(grass_near=0.9, grass_forward=1.0,
-                              wolf_near=0.1, wolf_forward=-0.5, wolf_left=-0.5),
-              "actions": [act("speed", "run", reflex=1), act("eat", "eat", None)]}
+    nerves = {
+        "sensors": sees(grass_near=0.9, grass_forward=1.0, wolf_near=0.1, wolf_forward=-0.5, wolf_left=-0.5),
+        "actions": [act("speed", "run", reflex=1), act("eat", "eat", None)],
+    }
     said = sentence(DEER | {"nerves": nerves}, ["grass"], ["wolf"])
     assert "saw wolf (an enemy) behind to the right and grass (food) ahead" in said
     assert said.endswith("its reflex made it run; eat came by itself.")
@@ -40,11 +52,15 @@ def test_the_dead_are_told_by_their_cause():
 
 def test_what_the_dead_saw_and_did_last_is_told_where_it_is_known():
     nerves = {"sensors": sees(wolf_near=0.9, wolf_forward=-1.0), "actions": [act("speed", "run")]}
-    dead = DEER | {"alive": False, "nerves": nerves,
-                   "died": {"tick": 9, "cause": "eaten by wolf", "killer": 7}}
+    dead = DEER | {
+        "alive": False,
+        "nerves": nerves,
+        "died": {"tick": 9, "cause": "eaten by wolf", "killer": 7},
+    }
     assert sentence(dead, ["grass"], ["wolf"]) == (
         "Deer, eaten by wolf at tick 9, by #7, 500 s old; in its last tick: saw wolf (an enemy) behind; "
-        "its policy chose to run (71%).")
+        "its policy chose to run (71%)."
+    )
 
 
 def test_plants_and_those_without_energy_have_a_sentence_too():
@@ -52,8 +68,10 @@ def test_plants_and_those_without_energy_have_a_sentence_too():
 
 
 def test_what_rays_hit_has_the_name_of_its_kind():
-    nerves = {"sensors": sees(far_deer_near=0.5, far_deer_forward=1.0,
-                              far_wall_near=0.1, far_wall_forward=1.0), "actions": []}
+    nerves = {
+        "sensors": sees(far_deer_near=0.5, far_deer_forward=1.0, far_wall_near=0.1, far_wall_forward=1.0),
+        "actions": [],
+    }
     said = sentence(DEER | {"species": "wolf", "nerves": nerves}, ["deer"], [])
     assert "saw deer (food) ahead and far_wall ahead" in said
 

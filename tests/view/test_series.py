@@ -9,18 +9,27 @@ from ecs_eco.view.recording import Recording
 from ecs_eco.view.series import Curves, by_species
 
 MOSS = {"count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5, "basal": 0.125}}
-GARDEN = {"format": 1, "name": "garden", "space": {"size": [20.0, 20.0]},
-          "species": {"moss": MOSS, "fern": MOSS | {"count": 2}},
-          "reporters": {"energy": "mean(Metabolism.energy)", "ratio": "count(fern) / count(moss)"}}
+GARDEN = {
+    "format": 1,
+    "name": "garden",
+    "space": {"size": [20.0, 20.0]},
+    "species": {"moss": MOSS, "fern": MOSS | {"count": 2}},
+    "reporters": {"energy": "mean(Metabolism.energy)", "ratio": "count(fern) / count(moss)"},
+}
 
 
 def test_increments_have_the_later_points_and_nulls_for_what_is_not_there():
     curves = Curves()
     curves.add(1, {("n", "deer"): 4, ("light", ""): 1.0})
     curves.add(3, {("n", "deer"): 5, ("happiness", "deer"): 0.123456789, ("light", ""): float("nan")})
-    assert curves.after(-1) == {"kind": "series", "tick": [1, 3], "n": {"deer": [4, 5]},
-                                "happiness": {"deer": [None, 0.123457]},
-                                "genes": {}, "light": [1.0, None]}  # fmt: skip
+    assert curves.after(-1) == {
+        "kind": "series",
+        "tick": [1, 3],
+        "n": {"deer": [4, 5]},
+        "happiness": {"deer": [None, 0.123457]},
+        "genes": {},
+        "light": [1.0, None],
+    }
     assert curves.after(1)["tick"] == [3]
     assert curves.after(3) is None
 
@@ -44,13 +53,18 @@ def test_what_reporters_say_has_curves_in_a_living_world_and_in_a_recording(tmp_
         live.world.run(1)
         live.sample()
     said = live.series(-1)["reports"]
-    assert said == {"energy": {"moss": [None, 0.375, 0.25], "fern": [None, 0.375, 0.25]},
-                    "ratio": {"": [None, 0.666667, 0.666667]}}
+    assert said == {
+        "energy": {"moss": [None, 0.375, 0.25], "fern": [None, 0.375, 0.25]},
+        "ratio": {"": [None, 0.666667, 0.666667]},
+    }
     run_to_folder(GARDEN, 1, 2, tmp_path / "run", report=False)
     assert Recording(tmp_path / "run").curves["reports"] == {
-        "energy": {"": [0.375, 0.25]}, "ratio": {"": [0.666667, 0.666667]}}
+        "energy": {"": [0.375, 0.25]},
+        "ratio": {"": [0.666667, 0.666667]},
+    }
 
 
 def test_a_reporter_of_some_species_has_a_curve_for_each_of_them():
-    assert by_species({"deer": np.array([1.0, np.nan]), "wolf": np.array([2.0, 3.0]),
-                       "grass": np.array([np.nan, np.nan])}) == {"deer": [1.0, None], "wolf": [2.0, 3.0]}
+    assert by_species(
+        {"deer": np.array([1.0, np.nan]), "wolf": np.array([2.0, 3.0]), "grass": np.array([np.nan, np.nan])}
+    ) == {"deer": [1.0, None], "wolf": [2.0, 3.0]}

@@ -32,8 +32,14 @@ def get(server, path, host=None, method="GET", **headers):
 def page(server, shown="ours", origin="ours", **options):
     shown = [SUBPROTOCOL, server.credentials.credential] if shown == "ours" else shown
     origin = f"http://127.0.0.1:{server.port}" if origin == "ours" else origin
-    return connect(f"ws://127.0.0.1:{server.port}/ws", origin=origin, subprotocols=shown, compression=None,
-                   max_size=None, **options)
+    return connect(
+        f"ws://127.0.0.1:{server.port}/ws",
+        origin=origin,
+        subprotocols=shown,
+        compression=None,
+        max_size=None,
+        **options,
+    )
 
 
 def refused(server, **options):
@@ -66,8 +72,13 @@ def receive(ws, kind, most=500):
 
 def enter(server, authorization, **headers):
     """Status, headers and body of the answer to a page that wants to come in."""
-    return get(server, "/enter", method="POST", **headers,
-               **({} if authorization is None else {"Authorization": authorization}))
+    return get(
+        server,
+        "/enter",
+        method="POST",
+        **headers,
+        **({} if authorization is None else {"Authorization": authorization}),
+    )
 
 
 def code_of(address):
@@ -101,10 +112,26 @@ def test_a_code_is_exchanged_for_the_credential_once(served):
     assert enter(server, f"Bearer {credential}")[0] == 200  # a page that is loaded again
 
 
-@pytest.mark.parametrize("authorization", [
-    None, "", "Code", "Code ", "Bearer ", "Code wrong", "Bearer wrong", "Code {credential}", "Bearer {code}",
-    "{code}", "code {code}", "Basic {code}", "Code {code} x", "Code é", "Bearer {credential}=",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "authorization",
+    [
+        None,
+        "",
+        "Code",
+        "Code ",
+        "Bearer ",
+        "Code wrong",
+        "Bearer wrong",
+        "Code {credential}",
+        "Bearer {code}",
+        "{code}",
+        "code {code}",
+        "Basic {code}",
+        "Code {code} x",
+        "Code é",
+        "Bearer {credential}=",
+    ],
+)
 def test_nobody_comes_in_with_anything_else(served, authorization):
     server = served.server
     code = code_of(server.address())
@@ -142,8 +169,10 @@ def test_nothing_that_a_page_loads_may_come_from_elsewhere(served):
     assert "'unsafe-inline'" not in policy.split("script-src")[1].split(";")[0]
 
 
-@pytest.mark.parametrize("origin", ["http://example.org", "null", "https://127.0.0.1:{port}",
-                                    "http://127.0.0.1:1", "http://127.0.0.1"])
+@pytest.mark.parametrize(
+    "origin",
+    ["http://example.org", "null", "https://127.0.0.1:{port}", "http://127.0.0.1:1", "http://127.0.0.1"],
+)
 def test_another_origin_is_403_even_with_the_credential(served, origin):
     origin = origin.format(port=served.server.port)
     assert get(served.server, "/", Origin=origin)[0] == 403
@@ -151,8 +180,9 @@ def test_another_origin_is_403_even_with_the_credential(served, origin):
     assert refused(served.server, origin=origin) == 403
 
 
-@pytest.mark.parametrize("host", ["example.org", "example.org:{port}", "127.0.0.1", "127.0.0.1:1",
-                                  "[::1]:{port}", ""])
+@pytest.mark.parametrize(
+    "host", ["example.org", "example.org:{port}", "127.0.0.1", "127.0.0.1:1", "[::1]:{port}", ""]
+)
 def test_another_host_is_403_whatever_its_name_stands_for(served, host):
     host = host.format(port=served.server.port)
     assert get(served.server, "/", host)[0] == 403
@@ -163,8 +193,9 @@ def test_localhost_is_this_machine_too(served):
     assert get(served.server, "/", f"localhost:{served.server.port}")[0] == 200
 
 
-@pytest.mark.parametrize("path", ["/../secret.txt", "/%2e%2e/secret.txt", "/..%2fsecret.txt",
-                                  "/static/../../secret.txt"])
+@pytest.mark.parametrize(
+    "path", ["/../secret.txt", "/%2e%2e/secret.txt", "/..%2fsecret.txt", "/static/../../secret.txt"]
+)
 def test_no_file_outside_of_the_page_is_served(served, path):
     status, _, body = get(served.server, path)
     assert status in (400, 404)
@@ -176,13 +207,22 @@ def test_it_listens_on_this_machine_alone(served):
 
 
 @pytest.mark.parametrize(
-    "shown", [None, ["ecs-eco"], ["{credential}"], ["ecs-eco", "wrong"], ["{credential}", "ecs-eco"],
-              ["ecs-eco", "{credential}", "more"], ["other", "{credential}"]]
-)  # fmt: skip
+    "shown",
+    [
+        None,
+        ["ecs-eco"],
+        ["{credential}"],
+        ["ecs-eco", "wrong"],
+        ["{credential}", "ecs-eco"],
+        ["ecs-eco", "{credential}", "more"],
+        ["other", "{credential}"],
+    ],
+)
 def test_a_socket_without_the_credential_is_403(served, shown):
     credential = served.server.credentials.credential
-    assert refused(served.server,
-                   shown=shown and [word.format(credential=credential) for word in shown]) == 403
+    assert (
+        refused(served.server, shown=shown and [word.format(credential=credential) for word in shown]) == 403
+    )
 
 
 def test_a_socket_that_does_not_say_where_it_comes_from_is_403(served):
@@ -210,8 +250,10 @@ def test_a_page_sees_the_world_live_and_steers_it(served):
             pass
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", "7", '{"kind": "join"}', '{"kind": "leave"}', "[" * 5000,
-                                  '{"kind": NaN}', '{"a": 1}'])
+@pytest.mark.parametrize(
+    "text",
+    ["", "{", "[]", "7", '{"kind": "join"}', '{"kind": "leave"}', "[" * 5000, '{"kind": NaN}', '{"a": 1}'],
+)
 def test_nonsense_is_answered_in_words_and_harms_nobody(served, text):
     with page(served.server) as ws:
         ws.send(text)
@@ -248,8 +290,11 @@ def test_a_page_that_stops_reading_waits_with_one_frame_and_the_world_goes_on(se
     # the second client reads one message, no more
     with page(served.server) as ws, page(served.server, max_queue=1, close_timeout=0.1):
         receive(ws, "frame")
-        until(lambda: len(served.player._views) == 2
-              and all(view.seen for view in served.player._views.values()))
+        until(
+            lambda: (
+                len(served.player._views) == 2 and all(view.seen for view in served.player._views.values())
+            )
+        )
         tick, made = served.player.source.tick, served.player.frames
         for _ in range(8):
             receive(ws, "frame")
@@ -264,11 +309,15 @@ def test_a_page_that_asks_and_never_reads_is_let_go(served):
     raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     raw.settimeout(10)
     raw.connect(("127.0.0.1", server.port))
-    raw.sendall((f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nUpgrade: websocket\r\n"
-                 f"Sec-WebSocket-Protocol: {SUBPROTOCOL}, {server.credentials.credential}\r\n"
-                 "Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-                 "Sec-WebSocket-Version: 13\r\n"
-                 f"Origin: http://127.0.0.1:{server.port}\r\n\r\n").encode())  # fmt: skip
+    raw.sendall(
+        (
+            f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nUpgrade: websocket\r\n"
+            f"Sec-WebSocket-Protocol: {SUBPROTOCOL}, {server.credentials.credential}\r\n"
+            "Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+            "Sec-WebSocket-Version: 13\r\n"
+            f"Origin: http://127.0.0.1:{server.port}\r\n\r\n"
+        ).encode()
+    )
     assert b" 101 " in raw.recv(100)
     until(lambda: len(server.clients) == 1)
     (client,) = server.clients

@@ -15,17 +15,34 @@ from ecs_eco.view.paint import Painter
 from ecs_eco.view.replay import Replay
 
 YARD = {
-    "format": 1, "name": "yard", "space": {"size": [20.0, 20.0], "edges": "walls"},
+    "format": 1,
+    "name": "yard",
+    "space": {"size": [20.0, 20.0], "edges": "walls"},
     "objects": {
-        "fence": {"between": [[2.0, 4.0, 18.0, 4.0], [2.0, 6.0, 2.0, 16.0]], "color": "#aa3377",
-                  "body": {"shape": "box", "size": [1.0, 1.0, 2.0], "solid": True}},
-        "log": {"at": [[10.0, 10.0]], "heading": [0.5], "color": "#117733",
-                "body": {"shape": "capsule", "radius": 0.5, "length": 6.0}},
-        "stone": {"at": [[15.0, 15.0]], "body": {"radius": 1.0}}},
-    "species": {"eel": {
-        "count": 2, "color": "#4477aa", "body": {"shape": "capsule", "radius": 0.5, "length": 5.0},
-        "locomotion": {"speed": {"rest": 0.0}}, "actions": {"speed": ["rest"]}, "automatic": ["rest"]}},
-}  # fmt: skip
+        "fence": {
+            "between": [[2.0, 4.0, 18.0, 4.0], [2.0, 6.0, 2.0, 16.0]],
+            "color": "#aa3377",
+            "body": {"shape": "box", "size": [1.0, 1.0, 2.0], "solid": True},
+        },
+        "log": {
+            "at": [[10.0, 10.0]],
+            "heading": [0.5],
+            "color": "#117733",
+            "body": {"shape": "capsule", "radius": 0.5, "length": 6.0},
+        },
+        "stone": {"at": [[15.0, 15.0]], "body": {"radius": 1.0}},
+    },
+    "species": {
+        "eel": {
+            "count": 2,
+            "color": "#4477aa",
+            "body": {"shape": "capsule", "radius": 0.5, "length": 5.0},
+            "locomotion": {"speed": {"rest": 0.0}},
+            "actions": {"speed": ["rest"]},
+            "automatic": ["rest"],
+        }
+    },
+}
 
 
 @pytest.fixture(scope="module")
@@ -104,9 +121,17 @@ def test_bodies_of_recorded_worlds_have_their_sizes(folder):
 
 
 def test_who_lies_still_is_no_plant_unless_it_grows_breeds_or_is_eaten():
-    kinds = {name: {kind["name"]: kind["sessile"] for kind in Live(World.from_config(
-        name, seed=1, policies="random", record=False)).hello()["species"]}
-        for name in ("lamb", "predator-prey", "diel-migration")}  # fmt: skip
-    assert kinds == {"lamb": {"ewe": False, "lamb": False},
-                     "predator-prey": {"grass": True, "deer": False, "wolf": False},
-                     "diel-migration": {"phytoplankton": True, "copepod": False, "krill": False}}
+    kinds = {
+        name: {
+            kind["name"]: kind["sessile"]
+            for kind in Live(World.from_config(name, seed=1, policies="random", record=False)).hello()[
+                "species"
+            ]
+        }
+        for name in ("lamb", "predator-prey", "diel-migration")
+    }
+    assert kinds == {
+        "lamb": {"ewe": False, "lamb": False},
+        "predator-prey": {"grass": True, "deer": False, "wolf": False},
+        "diel-migration": {"phytoplankton": True, "copepod": False, "krill": False},
+    }

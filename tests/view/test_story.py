@@ -31,8 +31,12 @@ def test_small_numbers_double_by_chance():
 
 
 def test_an_extinction_is_told_with_the_deaths_since_the_last_high_and_a_return_too():
-    entries = told([100, 60, 40, 10, 0, 0, 3], starved=[0, 30, 40, 60, 70, 70, 70],
-                   eaten=[5, 10, 20, 30, 35, 35, 35], grass=[500, 400, 300, 100, 90, 90, 90])
+    entries = told(
+        [100, 60, 40, 10, 0, 0, 3],
+        starved=[0, 30, 40, 60, 70, 70, 70],
+        eaten=[5, 10, 20, 30, 35, 35, 35],
+        grass=[500, 400, 300, 100, 90, 90, 90],
+    )
     assert [e["kind"] for e in entries] == ["crash", "extinct", "return"]
     assert entries[1]["tick"] == 4
     assert entries[1]["cause"].startswith("Of 100 deaths since tick 0: 70% starved, 30% eaten by wolf;")
@@ -52,6 +56,9 @@ def test_a_first_birth_is_told_once():
 
 
 def test_foods_are_what_somebody_gains_by():
-    diet = [{"eats": "red", "gain": -1}, {"eats": "green", "gain": 2},
-            {"eats": "box", "gain": 1, "deadly": True}]
+    diet = [
+        {"eats": "red", "gain": -1},
+        {"eats": "green", "gain": 2},
+        {"eats": "box", "gain": 1, "deadly": True},
+    ]
     assert foods_of({"species": {"goat": {"diet": diet}, "green": {}}}) == {"goat": ["green"], "green": []}

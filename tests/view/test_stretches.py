@@ -12,8 +12,9 @@ from ecs_eco.view.stretches import spans, stretches
 @pytest.fixture
 def run(menagerie, tmp_path):
     def made(**options):
-        return run_to_folder(menagerie(), ticks=12, out=tmp_path / "run", seed=7, policies="random",
-                             report=False, **options)
+        return run_to_folder(
+            menagerie(), ticks=12, out=tmp_path / "run", seed=7, policies="random", report=False, **options
+        )
 
     made.folder = tmp_path / "run"
     return made

@@ -18,8 +18,14 @@ def folder(tmp_path_factory):
     """A park from which all wolves are taken before tick 6."""
     out = tmp_path_factory.mktemp("told") / "run"
     cull = {"kind": "cull", "species": "wolf", "share": 1.0, "at": 6}
-    run_to_folder(load("predator-prey", SMALL | {"interventions": [cull]}), seed=5, ticks=20, out=out,
-                  policies="random", report=False)
+    run_to_folder(
+        load("predator-prey", SMALL | {"interventions": [cull]}),
+        seed=5,
+        ticks=20,
+        out=out,
+        policies="random",
+        report=False,
+    )
     return out
 
 

@@ -14,13 +14,32 @@ from ecs_eco.view.replay import Replay
 from ecs_eco.view.tree import ABOVE, BELOW, BESIDE, EACH, Logged, Recorded, tree
 from tests.view.test_pair_panel import forked, uids
 
-DEER = {"species.grass.count": 800, "species.deer.count": 40, "species.wolf.count": 3,
-        "species.deer.metabolism.basal": 0.0, "species.deer.locomotion.cost.walk": 0.0,
-        "species.deer.locomotion.cost.run": 0.0, "species.deer.lethal.1.max": 30.0}  # fmt: skip
-ONE = {"species.deer.reproduction.rate": 0.1, "species.deer.reproduction.energy_min": 0.02,
-       "species.deer.reproduction.energy_given": 0.01}  # fmt: skip
-TWO = {"species.deer.reproduction": {"kind": "sexual", "energy_min": 0.02, "energy_given": 0.01, "rest": 8.0,
-                                     "age_min": 3.0, "reach": 90.0, "consent": "none", "place": "anywhere"}}
+DEER = {
+    "species.grass.count": 800,
+    "species.deer.count": 40,
+    "species.wolf.count": 3,
+    "species.deer.metabolism.basal": 0.0,
+    "species.deer.locomotion.cost.walk": 0.0,
+    "species.deer.locomotion.cost.run": 0.0,
+    "species.deer.lethal.1.max": 30.0,
+}
+ONE = {
+    "species.deer.reproduction.rate": 0.1,
+    "species.deer.reproduction.energy_min": 0.02,
+    "species.deer.reproduction.energy_given": 0.01,
+}
+TWO = {
+    "species.deer.reproduction": {
+        "kind": "sexual",
+        "energy_min": 0.02,
+        "energy_given": 0.01,
+        "rest": 8.0,
+        "age_min": 3.0,
+        "reach": 90.0,
+        "consent": "none",
+        "place": "anywhere",
+    }
+}
 
 
 def family():
@@ -89,7 +108,7 @@ def test_numbers_are_bounded_and_those_with_most_young_are_listed():
         born(world, deer, brood[0])
     message, lives = asked(Logged(log), parent)
     children = [uid for uid, life in lives.items() if life["parents"] == [parent]]
-    assert children == [brood[0], *brood[-BELOW + 1:]]
+    assert children == [brood[0], *brood[-BELOW + 1 :]]
     assert sum(life["parents"] == [brood[0]] for life in lives.values()) == EACH
     assert (lives[parent]["young"], lives[brood[0]]["young"]) == (BELOW + 30, EACH + 5)
     assert len(lives) == 1 + ABOVE + BELOW + EACH
@@ -126,8 +145,16 @@ def test_each_has_the_value_of_its_clade_where_the_colour_is_one_by_descent():
     assert clades(None) == clades("species") == clades(["kin:1"]) == dict.fromkeys([1, 2, focal, child])
 
 
-@pytest.mark.parametrize(("uid", "why"), [(None, "allowed: the uid"), (True, "allowed"), (-1, "allowed"),
-                                          ("3", "allowed"), (77, "no organism 77 is known")])
+@pytest.mark.parametrize(
+    ("uid", "why"),
+    [
+        (None, "allowed: the uid"),
+        (True, "allowed"),
+        (-1, "allowed"),
+        ("3", "allowed"),
+        (77, "no organism 77 is known"),
+    ],
+)
 def test_a_request_about_nobody_is_refused(uid, why):
     _, _, log = family()
     with pytest.raises(ValueError, match=why):

@@ -7,8 +7,10 @@ ANIMALS = ["deer", "wolf", "grass"]
 
 def said(one, other, since=100, tick=520, ends=((), ())):
     entries = [[{"species": name, "kind": "extinct", "tick": at} for name, at in end] for end in ends]
-    a, b = (side(dict(zip(ANIMALS, n, strict=True)), told, tick)
-            for n, told in zip((one, other), entries, strict=True))
+    a, b = (
+        side(dict(zip(ANIMALS, n, strict=True)), told, tick)
+        for n, told in zip((one, other), entries, strict=True)
+    )
     return differences(ANIMALS, a, b, since, tick)
 
 
@@ -20,8 +22,9 @@ def test_other_numbers_are_said_and_equal_ones_are_not():
 
 def test_who_lives_in_one_world_alone_comes_first_with_its_end():
     told = said((228, 0, 9), (310, 12, 9), ends=([("wolf", 180)], []))
-    assert told["text"] == ("After 420 ticks: wolf died out at 180 as it was, 12 live here; "
-                            "deer 310 instead of 228.")
+    assert told["text"] == (
+        "After 420 ticks: wolf died out at 180 as it was, 12 live here; deer 310 instead of 228."
+    )
     told = said((228, 1, 9), (228, 0, 9), ends=([], [("wolf", 180)]))
     assert told["text"] == "After 420 ticks: wolf died out at 180 here, 1 lives as it was."
 
@@ -39,8 +42,10 @@ def test_equal_numbers_and_one_tick():
 
 def test_two_worlds_that_have_nothing_in_common_are_called_first_and_second():
     told = said((228, 0, 9), (310, 12, 9), since=None)
-    assert told["text"] == ("At tick 520: wolf are not in the first, 12 live in the second; "
-                            "deer 228 in the first, 310 in the second.")
+    assert told["text"] == (
+        "At tick 520: wolf are not in the first, 12 live in the second; "
+        "deer 228 in the first, 310 in the second."
+    )
 
 
 def test_of_many_species_the_farthest_apart_are_named_and_the_others_counted():
@@ -55,6 +60,8 @@ def test_species_that_one_of_them_alone_has_are_counted():
     one, other = side({"deer": 5, "wolf": 2}, [], 9), side({"deer": 7, "lamb": 1000, "ewe": 3}, [], 9)
     assert differences(["deer", "wolf"], one, other, None, 9)["text"] == (
         "At tick 9: deer 5 in the first, 7 in the second; the first alone has 2 wolf; "
-        "the second alone has 1,000 lamb, 3 ewe.")
+        "the second alone has 1,000 lamb, 3 ewe."
+    )
     assert differences(["wolf"], side({"wolf": 2}, [], 9), side({"ewe": 3}, [], 9), None, 9)["text"] == (
-        "At tick 9: the first alone has 2 wolf; the second alone has 3 ewe.")
+        "At tick 9: the first alone has 2 wolf; the second alone has 3 ewe."
+    )

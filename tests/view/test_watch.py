@@ -16,15 +16,26 @@ from ecs_eco.cli import app
 from ecs_eco.testing.browser import entered, served
 from ecs_eco.view.guard import SUBPROTOCOL
 
-SMALL = ["--set", "species.grass.count=300", "--set", "species.deer.count=60", "--set",
-         "species.wolf.count=12"]
+SMALL = [
+    "--set",
+    "species.grass.count=300",
+    "--set",
+    "species.deer.count=60",
+    "--set",
+    "species.wolf.count=12",
+]
 
 
 @contextmanager
 def page(address):
     host, credential = entered(address)
-    with connect(f"ws://{host}/ws", origin=f"http://{host}", subprotocols=[SUBPROTOCOL, credential],
-                 compression=None, max_size=None) as ws:
+    with connect(
+        f"ws://{host}/ws",
+        origin=f"http://{host}",
+        subprotocols=[SUBPROTOCOL, credential],
+        compression=None,
+        max_size=None,
+    ) as ws:
         yield ws
 
 
@@ -42,8 +53,18 @@ def receive(ws, kind):
 @pytest.mark.slow
 def test_a_recorded_run_is_watched_acted_upon_stopped_while_it_stands_still_and_repeated(tmp_path):
     out = tmp_path / "run"
-    words = ["run", "predator-prey", *SMALL, "--ticks", "1000000", "--policies", "random", "--out",
-             str(out), "--watch"]
+    words = [
+        "run",
+        "predator-prey",
+        *SMALL,
+        "--ticks",
+        "1000000",
+        "--policies",
+        "random",
+        "--out",
+        str(out),
+        "--watch",
+    ]
     with served(*words) as run:
         with page(run.address()) as ws:
             assert receive(ws, "hello")["last"] == 1_000_000
@@ -81,17 +102,21 @@ def test_a_living_world_is_watched_until_ctrl_c():
         assert "Traceback" not in output
 
 
-@pytest.mark.parametrize(("words", "message"), [
-    (["predator-pray"], 'did you mean "predator-prey"?'),
-    (["predator-prey", "--port", "70000"], "65535"),
-    (["predator-prey", "--policies", "trainde"], "trained"),
-    (["RUN", "--seed", "3"], "is a recorded run"),
-    (["RUN", "--set", "seed=3"], "resume --from-tick"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["predator-pray"], 'did you mean "predator-prey"?'),
+        (["predator-prey", "--port", "70000"], "65535"),
+        (["predator-prey", "--policies", "trainde"], "trained"),
+        (["RUN", "--seed", "3"], "is a recorded run"),
+        (["RUN", "--set", "seed=3"], "resume --from-tick"),
+    ],
+)
 def test_what_cannot_be_watched_is_refused(words, message, tmp_path):
     (tmp_path / "manifest.json").write_text("{}")
-    result = CliRunner().invoke(app, ["watch", *(str(tmp_path) if w == "RUN" else w for w in words),
-                                      "--no-browser"])
+    result = CliRunner().invoke(
+        app, ["watch", *(str(tmp_path) if w == "RUN" else w for w in words), "--no-browser"]
+    )
     assert result.exit_code == 2
     assert message in result.output
 
@@ -119,8 +144,10 @@ def test_a_taken_port_is_refused_before_anything_is_recorded(tmp_path):
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = str(other.getsockname()[1])
-        for words in (["watch", "predator-prey"],
-                      ["run", "predator-prey", "--watch", "--out", str(tmp_path / "run")]):
+        for words in (
+            ["watch", "predator-prey"],
+            ["run", "predator-prey", "--watch", "--out", str(tmp_path / "run")],
+        ):
             result = CliRunner().invoke(app, [*words, "--port", port, "--no-browser"])
             assert result.exit_code == 2
             assert f"--port: {port}" in result.output
@@ -138,6 +165,8 @@ def test_a_fork_is_not_repeated_from_its_start(tmp_path):
 
 
 def test_help_and_the_package_load_no_server():
-    code = ("import sys, ecs_eco, ecs_eco.cli.app; assert not {'uvicorn', 'starlette', 'websockets', "
-            "'numba'} & set(sys.modules)")
+    code = (
+        "import sys, ecs_eco, ecs_eco.cli.app; assert not {'uvicorn', 'starlette', 'websockets', "
+        "'numba'} & set(sys.modules)"
+    )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -34,7 +34,8 @@ HERD = {
             "defence": {"cost": 0.5},
             "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.01, "spacing": 2.0},
             "genome": {
-                "alphabet": "01", "mutate": {"operator": "mutFlipBit", "indpb": 0.02},
+                "alphabet": "01",
+                "mutate": {"operator": "mutFlipBit", "indpb": 0.02},
                 "genes": [
                     gene_for("vigour", "metabolism.growth", low=0.0, high=0.02),
                     gene_for("runner", "reproduction.spread", low=0.2, high=1.0),
@@ -54,19 +55,31 @@ HERD = {
             "emits": {"musk": 1.0},
             "diet": [{"eats": "grass", "gain": 0.2}],
             "sensors": [
-                {"kind": "own", "property": "energy"}, {"kind": "nearest", "target": "grass", "radius": 5.0},
+                {"kind": "own", "property": "energy"},
+                {"kind": "nearest", "target": "grass", "radius": 5.0},
                 {"kind": "smell", "field": "musk", "at": [1.0, 0.5]},
             ],
-            "actions": {"speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"],
-                        "mate": ["mate"]},
+            "actions": {
+                "speed": ["still", "walk"],
+                "turn": ["left", "none", "right"],
+                "eat": ["eat"],
+                "mate": ["mate"],
+            },
             "neutral": {"speed": "still", "turn": "none"},
-            "reflex": {"connections": [
-                {"name": "green", "sensor": "grass_near", "action": "eat", "weight": 0, "above": 0.8},
-                {"sensor": "energy", "action": "walk", "weight": 1, "below": 0.1},
-            ]},
+            "reflex": {
+                "connections": [
+                    {"name": "green", "sensor": "grass_near", "action": "eat", "weight": 0, "above": 0.8},
+                    {"sensor": "energy", "action": "walk", "weight": 1, "below": 0.1},
+                ]
+            },
             "happiness": {"weights": {"energy": 1.0, "musk": 0.1}, "minimum": -1.0},
-            "policy": {"kind": "individual", "hidden": [6], "learn": True, "inherit": "learned",
-                       "mutation": 0.02},
+            "policy": {
+                "kind": "individual",
+                "hidden": [6],
+                "learn": True,
+                "inherit": "learned",
+                "mutation": 0.02,
+            },
             "ppo": {"horizon": 8, "epochs": 2, "learning_rate": 0.01},
             "components": [Wool],
             "genome": {
@@ -89,14 +102,24 @@ HERD = {
                     gene_for("coat", "heat.insulation", low=0.0, high=0.5),
                 ],
             },
-            "reproduction": {"kind": "sexual", "energy_min": 0.5, "energy_given": 0.15, "age_min": 10.0,
-                             "reach": 1.5, "consent": "one",
-                             "gestation": 4.0, "rest": 3.0, "father_share": 0.25},
-            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"},
-                       {"property": "age", "max": 70.0, "high": "too old"}],
+            "reproduction": {
+                "kind": "sexual",
+                "energy_min": 0.5,
+                "energy_given": 0.15,
+                "age_min": 10.0,
+                "reach": 1.5,
+                "consent": "one",
+                "gestation": 4.0,
+                "rest": 3.0,
+                "father_share": 0.25,
+            },
+            "lethal": [
+                {"property": "energy", "min": 0.0, "low": "starved"},
+                {"property": "age", "max": 70.0, "high": "too old"},
+            ],
         },
     },
-}  # fmt: skip
+}
 
 
 def herd(**goat):

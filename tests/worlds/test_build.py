@@ -29,8 +29,17 @@ def world(menagerie):
 
 def test_tables_are_objects_then_species_by_name_with_the_components_they_need(world):
     # landmarks come last
-    assert list(world.tables) == ["boulder", "cairn", "carcass", "cone", "lynx", "moss", "ram", "rocks",
-                                  "lakes"]
+    assert list(world.tables) == [
+        "boulder",
+        "cairn",
+        "carcass",
+        "cone",
+        "lynx",
+        "moss",
+        "ram",
+        "rocks",
+        "lakes",
+    ]
     assert [t.place for t in world.tables.values()] == list(range(9))
     has = {name: set(t.columns) for name, t in world.tables.items()}
     body = {Position, Body}
@@ -46,8 +55,16 @@ def test_tables_are_objects_then_species_by_name_with_the_components_they_need(w
 
 def test_numbers_places_and_values_at_birth(world):
     assert {name: table.n for name, table in world.tables.items()} == {
-        "boulder": 2, "cairn": 0, "carcass": 0, "cone": 12, "lynx": 8, "moss": 150, "ram": 40, "rocks": 1,
-        "lakes": 1}
+        "boulder": 2,
+        "cairn": 0,
+        "carcass": 0,
+        "cone": 12,
+        "lynx": 8,
+        "moss": 150,
+        "ram": 40,
+        "rocks": 1,
+        "lakes": 1,
+    }
     for name, table in world.tables.items():
         p, rows = table[Position], table.rows()
         x, y = p.x[rows], p.y[rows]
@@ -67,8 +84,9 @@ def test_numbers_places_and_values_at_birth(world):
     assert (energy >= 0.45 - 1e-6).all()
     assert (energy <= 0.75 + 1e-6).all()
     assert energy.std() > 0.03
-    assert (set(world.tables["moss"][Metabolism].energy[world.tables["moss"].rows()].tolist())
-            == {np.float32(0.1)})
+    assert set(world.tables["moss"][Metabolism].energy[world.tables["moss"].rows()].tolist()) == {
+        np.float32(0.1)
+    }
 
 
 def test_surroundings_fields_and_terrain_are_as_declared(world):
@@ -106,13 +124,17 @@ def test_plants_that_find_too_few_free_sites_are_as_many_as_fit(menagerie):
     lake = {"cell": 1.0, "lakes": [{"at": [20.0, 15.0], "radius": 14.0}]}
     sensing = {"count": 200, "sensors": [{"kind": "own", "property": "energy"}]}
     world = World.from_config(
-        menagerie(terrain=lake | {"rocks": [], "hills": None}, objects={"boulder": {"at": [[1.0, 1.0]]}},
-                  species={"moss": sensing}),
+        menagerie(
+            terrain=lake | {"rocks": [], "hills": None},
+            objects={"boulder": {"at": [[1.0, 1.0]]}},
+            species={"moss": sensing},
+        ),
         policies="untrained",
     )
     moss = world.tables["moss"]
     assert moss.n == 300 - sum(
-        not world.terrain.free(np.array([x + 0.0]), np.array([y + 0.0]))[0] for x in range(1, 40, 2)
+        not world.terrain.free(np.array([x + 0.0]), np.array([y + 0.0]))[0]
+        for x in range(1, 40, 2)
         for y in range(1, 30, 2)
     )
     assert moss.n < 200
@@ -121,8 +143,10 @@ def test_plants_that_find_too_few_free_sites_are_as_many_as_fit(menagerie):
 
 @pytest.mark.parametrize(
     ("policies", "message"),
-    [("trane", 'trane(.|\n)*did you mean "trained"'),
-     ("/nowhere/at/all", "/nowhere/at/all(.|\n)*or a folder of <species>.safetensors")],
+    [
+        ("trane", 'trane(.|\n)*did you mean "trained"'),
+        ("/nowhere/at/all", "/nowhere/at/all(.|\n)*or a folder of <species>.safetensors"),
+    ],
 )
 def test_policies_that_are_not_there_are_refused(menagerie, policies, message):
     with pytest.raises(ValueError, match=message):
@@ -149,11 +173,18 @@ def test_lakes_rocks_and_mountains_are_inanimate_objects():
     from ecs_eco.components import Body, Position
 
     moss = {"count": 5, "body": {"radius": 0.2}}
-    terrain = {"cell": 1.0, "lakes": [{"at": [10.0, 12.0], "radius": 3.0},
-                                      {"at": [30.0, 5.0], "radius": 2.0}],
-               "mountains": [{"at": [20.0, 20.0], "radius": 6.0, "height": 9.0}]}
-    fells = {"format": 1, "name": "fells", "space": {"size": [40.0, 40.0]}, "terrain": terrain,
-             "species": {"moss": moss}}
+    terrain = {
+        "cell": 1.0,
+        "lakes": [{"at": [10.0, 12.0], "radius": 3.0}, {"at": [30.0, 5.0], "radius": 2.0}],
+        "mountains": [{"at": [20.0, 20.0], "radius": 6.0, "height": 9.0}],
+    }
+    fells = {
+        "format": 1,
+        "name": "fells",
+        "space": {"size": [40.0, 40.0]},
+        "terrain": terrain,
+        "species": {"moss": moss},
+    }
     world = World.from_config(fells)
     lakes = world.tables["lakes"]
     assert (lakes.n, world.tables["mountains"].n, "rocks" in world.tables) == (2, 1, False)

@@ -16,28 +16,39 @@ FEW = {"species.goat.count": 12, "species.green.count": 50, "species.red.count":
 
 def genome(*genes, **more):
     """A genome of some genes alone."""
-    return {"mate": {"operator": "cxUniform", "indpb": 0.5},
-            "mutate": {"operator": "mutUniformInt", "indpb": 0.01}, "genes": list(genes)} | more
+    return {
+        "mate": {"operator": "cxUniform", "indpb": 0.5},
+        "mutate": {"operator": "mutUniformInt", "indpb": 0.01},
+        "genes": list(genes),
+    } | more
 
 
 def linear(kind, weights, biases):
     """A network without hidden units, of matrix f32[channels, units] and biases f32[units]."""
     matrix = np.asarray(weights, F).reshape(CHANNELS, -1)
-    return Fitted(kind, (CHANNELS, matrix.shape[1]), np.concatenate([matrix.ravel(), np.asarray(biases, F)]),
-                  0.0)
+    return Fitted(
+        kind, (CHANNELS, matrix.shape[1]), np.concatenate([matrix.ravel(), np.asarray(biases, F)]), 0.0
+    )
 
 
 @pytest.mark.definition("3 genome encodes")
 def test_without_a_sensor_its_channels_read_0_and_without_an_action_it_is_never_taken():
-    world = World.from_config(herd(genome=genome(
-        gene_for("gut", "sensors.energy.present", 1, values=[0, 0, 1, 1]),
-        gene_for("eye", "sensors.grass.present", 1, values=[0, 1, 1, 1]),
-        gene_for("mouth", "actions.eat.eat.present", 1, values=[0, 0, 1, 1])))).run(1)
+    world = World.from_config(
+        herd(
+            genome=genome(
+                gene_for("gut", "sensors.energy.present", 1, values=[0, 0, 1, 1]),
+                gene_for("eye", "sensors.grass.present", 1, values=[0, 1, 1, 1]),
+                gene_for("mouth", "actions.eat.eat.present", 1, values=[0, 0, 1, 1]),
+            )
+        )
+    ).run(1)
     table, _ = goats(world)
     nerves = table.species.nerves
     rows, own = nerves.rows, table[Traits].value[nerves.rows]
-    gut, eye, mouth = (own[:, table.species.traits[key]] > 0 for key in (
-        "sensors.energy.present", "sensors.grass.present", "actions.eat.eat.present"))
+    gut, eye, mouth = (
+        own[:, table.species.traits[key]] > 0
+        for key in ("sensors.energy.present", "sensors.grass.present", "actions.eat.eat.present")
+    )
     assert 10 < gut.sum() < 50
     assert (nerves.x[~gut, 0] == 0).all()
     assert (nerves.x[gut, 0] > 0.3).all()
@@ -95,14 +106,17 @@ def test_a_fitted_happiness_is_in_the_letters_of_founders_and_is_what_they_feel(
     rows, x = table.species.nerves.rows, table.species.nerves.x
     assert (table[Instincts].happiness[rows] == wants.weights).all()
     assert table[Nervous].happiness[rows] == pytest.approx(2 * x[:, 0] + 0.5)
-    drawn = World.from_config(herd(happiness={"function": wants, "minimum": -99.0},
-                                   genome=genome(gene))).run(1)  # founders = "random"
+    drawn = World.from_config(herd(happiness={"function": wants, "minimum": -99.0}, genome=genome(gene))).run(
+        1
+    )  # founders = "random"
     table, _ = goats(drawn)
-    rows, x, own = table.species.nerves.rows, table.species.nerves.x, table[Instincts].happiness[
-        table.species.nerves.rows]
+    rows, x, own = (
+        table.species.nerves.rows,
+        table.species.nerves.x,
+        table[Instincts].happiness[table.species.nerves.rows],
+    )
     assert len(np.unique(own, axis=0)) > 50
-    assert table[Nervous].happiness[rows] == pytest.approx((x * own[:, :5]).sum(axis=1) + own[:, 5],
-                                                           abs=1e-5)
+    assert table[Nervous].happiness[rows] == pytest.approx((x * own[:, :5]).sum(axis=1) + own[:, 5], abs=1e-5)
 
 
 @pytest.mark.definition("3 genome encodes", "3 hand-coded")
@@ -129,8 +143,9 @@ def test_a_fitted_reflex_is_in_the_letters_and_what_mutates_reacts_otherwise():
 def test_a_function_that_is_no_network_has_no_weights_for_genes():
     gene = gene_for("wants", "happiness.weights", 2, low=-1.0, high=1.0, form="direct")
     with pytest.raises(ConfigError, match="no network, and a gene codes for its weights"):
-        World.from_config(herd(happiness={"function": lambda x: x[:, 0], "minimum": -1.0},
-                               genome=genome(gene)))
+        World.from_config(
+            herd(happiness={"function": lambda x: x[:, 0], "minimum": -1.0}, genome=genome(gene))
+        )
 
 
 def test_a_trained_policy_becomes_the_letters_of_founders():
@@ -182,10 +197,12 @@ def test_a_gene_that_reaches_a_value_that_would_be_refused_is_refused():
 
 
 def test_worlds_with_values_of_their_own_resume_with_equal_bytes(tmp_path):
-    genes = (gene_for("basal", "metabolism.basal", low=0.002, high=0.008),
-             gene_for("gain", "diet.grass.gain", low=0.1, high=0.3),
-             gene_for("gut", "sensors.energy.present", 1, values=[0, 1, 1, 1]),
-             gene_for("units", "policy.hidden.0", 1, values=[1, 2, 4, 6]))
+    genes = (
+        gene_for("basal", "metabolism.basal", low=0.002, high=0.008),
+        gene_for("gain", "diet.grass.gain", low=0.1, high=0.3),
+        gene_for("gut", "sensors.energy.present", 1, values=[0, 1, 1, 1]),
+        gene_for("units", "policy.hidden.0", 1, values=[1, 2, 4, 6]),
+    )
     world = World.from_config(herd(genome=genome(*genes))).run(25)
     table, _ = goats(world)
     assert table[Traits].value.shape[1] == 4
@@ -195,9 +212,11 @@ def test_worlds_with_values_of_their_own_resume_with_equal_bytes(tmp_path):
     assert other.run(20).digest() == world.run(20).digest()
     assert fork.run(20).digest() != world.digest()
     with pytest.raises(ConfigError, match="the gene basal codes for it"):
-        world.reconfigure(herd(genome=genome(*genes), metabolism=HERD["species"]["goat"]["metabolism"]
-                               | {"basal": 0.005}))
-    world.reconfigure(herd(genome=genome(*genes), metabolism=HERD["species"]["goat"]["metabolism"]
-                           | {"digestion": 2.0}))
+        world.reconfigure(
+            herd(genome=genome(*genes), metabolism=HERD["species"]["goat"]["metabolism"] | {"basal": 0.005})
+        )
+    world.reconfigure(
+        herd(genome=genome(*genes), metabolism=HERD["species"]["goat"]["metabolism"] | {"digestion": 2.0})
+    )
     world.run(5)
     assert (table[Metabolism].digesting[table.rows()] > 0).any()

@@ -38,8 +38,10 @@ def two_kernels(tmp_path, monkeypatch):
     (tmp_path / "two_kernels.py").write_text(KERNEL)
     monkeypatch.syspath_prepend(tmp_path)
     listed = tmp_path / "kernels.txt"
-    listed.write_text("# worlds: meadow, sea\n0,1\ttwo_kernels:triple\tfloat64\n"
-                      "1\ttwo_kernels:quarter\tfloat64\n1\ttwo_kernels:gone\tfloat64\n")
+    listed.write_text(
+        "# worlds: meadow, sea\n0,1\ttwo_kernels:triple\tfloat64\n"
+        "1\ttwo_kernels:quarter\tfloat64\n1\ttwo_kernels:gone\tfloat64\n"
+    )
     monkeypatch.setattr(first_start, "LIST", listed)
     yield tmp_path / "cache" / "kernels-1"
     sys.modules.pop("two_kernels", None)
@@ -71,15 +73,20 @@ def test_what_is_listed_is_compiled_once_and_what_is_gone_stops_nothing(two_kern
 
 
 def test_a_second_process_compiles_what_the_first_has_not_and_takes_no_modules_of_the_folder(
-        two_kernels, tmp_path, monkeypatch):
+    two_kernels, tmp_path, monkeypatch
+):
     monkeypatch.setenv("ECS_ECO_CACHE", str(tmp_path / "others"))
     (tmp_path / "numba.py").write_text("raise SystemExit('hidden')")
     monkeypatch.chdir(tmp_path)
-    code = first_start._HELPER.replace("help_on(", "from ecs_eco.worlds import first_start; "
-                                       f"first_start.LIST = first_start.Path({str(first_start.LIST)!r}); "
-                                       f"sys.path.append({str(tmp_path)!r}); help_on(")
-    done = subprocess.run(python(code, "share", "1", "2", "sea"), capture_output=True, text=True,
-                          env=without_path())
+    code = first_start._HELPER.replace(
+        "help_on(",
+        "from ecs_eco.worlds import first_start; "
+        f"first_start.LIST = first_start.Path({str(first_start.LIST)!r}); "
+        f"sys.path.append({str(tmp_path)!r}); help_on(",
+    )
+    done = subprocess.run(
+        python(code, "share", "1", "2", "sea"), capture_output=True, text=True, env=without_path()
+    )
     assert done.returncode == 0, done.stderr
     (folder,) = (tmp_path / "others").iterdir()
     assert len(list(folder.glob("*.nbc"))) == 2
@@ -112,8 +119,7 @@ def test_the_claim_of_a_process_that_has_ended_stops_nobody(two_kernels):
     kernel = first_start.kernel_of("two_kernels:triple")
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
-    claim = kernel._cache._path(signatures.read("float64"),
-                                kernel.targetctx.codegen()).with_suffix(CLAIM)
+    claim = kernel._cache._path(signatures.read("float64"), kernel.targetctx.codegen()).with_suffix(CLAIM)
     claim.write_text(str(ended.pid))
     assert kernel(2.0) == 6
     assert not claim.exists()

@@ -8,8 +8,12 @@ from ecs_eco.components import Defence, Desires, Genome, Growth, Nervous, Policy
 from ecs_eco.config import load
 from ecs_eco.config.shipped import shipped
 
-SMALL = {"space.size": [60.0, 60.0], "species.vole.count": 150, "species.berry.count": 320,
-         "species.nightshade.count": 30}
+SMALL = {
+    "space.size": [60.0, 60.0],
+    "species.vole.count": 150,
+    "species.berry.count": 320,
+    "species.nightshade.count": 30,
+}
 READINGS = ("energy", "berry_near", "nightshade_near", "vole_near")
 
 
@@ -57,8 +61,11 @@ def test_what_a_vole_learned_dies_with_it():
         if table is vole:
             assert not table[Policy].updates[rows].any()
             parents = [np.flatnonzero(table.uid[: table.high] == uid) for uid in first]
-            alike.extend((table[Policy].weights[int(row)] == table[Policy].weights[int(p[0])]).mean()
-                         for row, p in zip(rows, parents, strict=True) if p.size)  # fmt: skip
+            alike.extend(
+                (table[Policy].weights[int(row)] == table[Policy].weights[int(p[0])]).mean()
+                for row, p in zip(rows, parents, strict=True)
+                if p.size
+            )
 
     world.on_birth.append(born)
     world.run(120)
@@ -71,14 +78,19 @@ def test_what_berries_are_is_what_their_genes_say(world):
     berry = world.tables["berry"]
     rows = berry.rows()
     decoded = berry.species.heredity.layout.decode(berry[Genome].loci[rows])
-    for gene, column in (("tough", berry[Defence].toughness), ("poison", berry[Defence].poison),
-                         ("spread", berry[Growth].spread)):
+    for gene, column in (
+        ("tough", berry[Defence].toughness),
+        ("poison", berry[Defence].poison),
+        ("spread", berry[Growth].spread),
+    ):
         assert np.array_equal(column[rows], decoded[gene])
         assert len(np.unique(decoded[gene])) > 8
 
 
 def test_where_genes_say_nothing_voles_have_the_declared_weights():
-    vole = World.from_config(
-        load("happiness", SMALL), seed=1, controls=("neutral-drift",)
-    ).run(60).tables["vole"]
+    vole = (
+        World.from_config(load("happiness", SMALL), seed=1, controls=("neutral-drift",))
+        .run(60)
+        .tables["vole"]
+    )
     assert np.array_equal(np.unique(vole[Desires].weight[vole.rows()], axis=0), [[0.5, 0, 0, 0]])

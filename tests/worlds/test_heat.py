@@ -15,31 +15,42 @@ from tests.worlds.herd import HERD, gene_for, goats, herd
 
 AREA = 4 * math.pi * 0.25**2
 HOT = [{"property": "temperature", "min": 280.0, "max": 310.0, "low": "frozen", "high": "overheated"}]
-NEWT = {"count": 5, "body": {"radius": 0.25, "mass": 2.0, "opaque": False},
-        "properties": {"temperature": 290.0}, "lethal": HOT,
-        "metabolism": {"energy": 1.0, "energy_max": 1.0}}  # fmt: skip
+NEWT = {
+    "count": 5,
+    "body": {"radius": 0.25, "mass": 2.0, "opaque": False},
+    "properties": {"temperature": 290.0},
+    "lethal": HOT,
+    "metabolism": {"energy": 1.0, "energy_max": 1.0},
+}
 KEEPS_WARM = {"set_point": 290.0, "warming": 500.0, "cost": 1e-5}
 
 
 def pond(ambient=400.0, dt=1.0, seed=1, options=None, world=None, **newt):
-    config = {"format": 1, "name": "pond", "dt": dt, "space": {"size": [20.0, 20.0]},
-              "ambient": {"temperature": ambient}, "species": {"newt": NEWT | newt}}
+    config = {
+        "format": 1,
+        "name": "pond",
+        "dt": dt,
+        "space": {"size": [20.0, 20.0]},
+        "ambient": {"temperature": ambient},
+        "species": {"newt": NEWT | newt},
+    }
     return World.from_config(config | (world or {}), seed=seed, **(options or {}))
 
 
 def deaths(world, ticks):
     """(tick, cause) of everyone who dies within so many ticks."""
     out = []
-    world.on_death.append(lambda table, rows: out.extend((world.tick, world.causes[c - 1])
-                                                         for c in table.cause[rows]))
+    world.on_death.append(
+        lambda table, rows: out.extend((world.tick, world.causes[c - 1]) for c in table.cause[rows])
+    )
     world.run(ticks)
     return out
 
 
 @pytest.mark.definition("3 staying alive")
-@pytest.mark.parametrize(("ambient", "cause", "far", "near"), [
-    (400.0, "overheated", 110.0, 90.0), (200.0, "frozen", 90.0, 80.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("ambient", "cause", "far", "near"), [(400.0, "overheated", 110.0, 90.0), (200.0, "frozen", 90.0, 80.0)]
+)
 @pytest.mark.parametrize("dt", [1.0, 7.0])
 def test_all_die_of_heat_or_cold_in_the_tick_that_the_closed_form_says(ambient, cause, far, near, dt):
     """400 K and a limit of 310 K: 400 − 110 exp(−rate t) = 310 after ln(110/90) / rate seconds."""
@@ -101,8 +112,10 @@ def test_the_dead_leave_remains_that_go_on_cooling():
 
 
 def test_depth_cools_where_the_water_is_stratified():
-    sea = {"space": {"size": [20.0, 20.0, 50.0], "edges": "walls"},
-           "water": {"deep_temperature": 275.0, "thermocline": 25.0, "thermocline_width": 1.0}}
+    sea = {
+        "space": {"size": [20.0, 20.0, 50.0], "edges": "walls"},
+        "water": {"deep_temperature": 275.0, "thermocline": 25.0, "thermocline_width": 1.0},
+    }
     world = pond(295.0, heat={"specific_heat": 35.0}, lethal=[], world=sea)
     arrange(world, "newt", z=[49, 49, 1, 1, 1])
     world.run(100)
@@ -115,16 +128,22 @@ def test_depth_cools_where_the_water_is_stratified():
 
 def bred(**more):
     """Newts whose coat is a gene of one letter: 0 or 0.1 K m^2/W, twice the bare surface's."""
-    genome = {"alphabet": "01", "loci": 4, "genes": [{"name": "coat", "trait": "heat.insulation",
-                                                      "letters": 1, "values": [0.0, 0.1]}]}
+    genome = {
+        "alphabet": "01",
+        "loci": 4,
+        "genes": [{"name": "coat", "trait": "heat.insulation", "letters": 1, "values": [0.0, 0.1]}],
+    }
     return {"count": 40, "heat": {}, "genome": genome} | more
 
 
 @pytest.mark.definition("3 genome encodes")
 def test_a_coat_delays_freezing_by_what_it_insulates():
     world, died = pond(200.0, **bred()), []
-    world.on_death.append(lambda table, rows: died.extend((world.tick, round(float(c), 6))
-                                                          for c in table[Coat].insulation[rows]))
+    world.on_death.append(
+        lambda table, rows: died.extend(
+            (world.tick, round(float(c), 6)) for c in table[Coat].insulation[rows]
+        )
+    )
     world.run(220)
     bare = math.log(90 / 80) / (10.0 * AREA / 7000.0)
     assert set(died) == {(math.ceil(bare) - 1, 0.0), (math.ceil(2 * bare) - 1, 0.1)}
@@ -133,12 +152,21 @@ def test_a_coat_delays_freezing_by_what_it_insulates():
 
 def test_a_coat_is_inherited_and_spreads_where_it_is_cold():
     division = {"kind": "asexual", "rate": 0.05, "energy_min": 0.2, "energy_given": 0.1, "dispersal": 5.0}
-    snap = [{"kind": "set", "at": t, "set": {"ambient.temperature": v}}
-            for t, v in ((40, 230.0), (56, 290.0))]  # bare ones pass 280 K, the others come to 281 K
+    snap = [
+        {"kind": "set", "at": t, "set": {"ambient.temperature": v}} for t, v in ((40, 230.0), (56, 290.0))
+    ]  # bare ones pass 280 K, the others come to 281 K
     share = {}
     for name, plan in (("cold", snap), ("mild", [])):
-        world = pond(290.0, **bred(max_count=100, reproduction=division, heat={"specific_heat": 200.0},
-                                   metabolism={"growth": 0.05}), world={"interventions": plan}).run(120)
+        world = pond(
+            290.0,
+            **bred(
+                max_count=100,
+                reproduction=division,
+                heat={"specific_heat": 200.0},
+                metabolism={"growth": 0.05},
+            ),
+            world={"interventions": plan},
+        ).run(120)
         newt = world.tables["newt"]
         coat = newt[Coat].insulation[newt.rows()]
         assert newt.n == 100
@@ -160,10 +188,12 @@ def test_a_herd_inherits_coats_beside_all_else():
 # --- promises -----------------------------------------------------------------------------------------------
 
 
-LIVELY = bred(max_count=80, reproduction={"kind": "asexual", "rate": 0.05, "energy_min": 0.2,
-                                          "energy_given": 0.1, "dispersal": 5.0},
-              metabolism={"growth": 0.05, "basal": 0.01},
-              heat={"metabolic_heat": 2000.0, "regulate": KEEPS_WARM | {"cooling": 20.0, "warming": 20.0}})
+LIVELY = bred(
+    max_count=80,
+    reproduction={"kind": "asexual", "rate": 0.05, "energy_min": 0.2, "energy_given": 0.1, "dispersal": 5.0},
+    metabolism={"growth": 0.05, "basal": 0.01},
+    heat={"metabolic_heat": 2000.0, "regulate": KEEPS_WARM | {"cooling": 20.0, "warming": 20.0}},
+)
 
 
 def test_a_world_with_heat_keeps_its_promises():
@@ -186,14 +216,21 @@ def test_it_goes_on_from_a_checkpoint_and_on_two_threads_to_the_same_bytes(tmp_p
 def goat(**more):
     """A goat that feels its own temperature, in a valley whose east is warmer: 280 K + 1 K per metre."""
     animal = {
-        "count": 2, "body": {"radius": 0.25, "mass": 2.0, "opaque": False},
-        "properties": {"temperature": 290.0}, "heat": {"specific_heat": 50.0},
+        "count": 2,
+        "body": {"radius": 0.25, "mass": 2.0, "opaque": False},
+        "properties": {"temperature": 290.0},
+        "heat": {"specific_heat": 50.0},
         "locomotion": {"speed": {"still": 0.0, "walk": 1.0}},
         "sensors": [{"kind": "own", "property": "temperature", "scale": 300.0}],
-        "actions": {"speed": ["still", "walk"]}, "neutral": {"speed": "still"},
-    } | more  # fmt: skip
-    world = {"format": 1, "name": "valley", "space": {"size": [60.0, 20.0], "edges": "walls"},
-             "species": {"goat": animal}}
+        "actions": {"speed": ["still", "walk"]},
+        "neutral": {"speed": "still"},
+    } | more
+    world = {
+        "format": 1,
+        "name": "valley",
+        "space": {"size": [60.0, 20.0], "edges": "walls"},
+        "species": {"goat": animal},
+    }
     world = World.from_config(world)
     arrange(world, "goat", x=[1.0, 35.0], heading=0.0)
     world.environment["temperature"] = lambda w, x, y, z: 280 + x
@@ -224,22 +261,40 @@ def test_warming_up_is_a_joy_to_who_likes_it_warm():
 
 
 WRONG = {
-    "no temperature": ({"properties": {}}, "newt.properties.temperature",
-                       "is missing, and heat changes it; allowed: the temperature at the start"),
-    "below 0 K": ({"properties": {"temperature": -5.0}}, "newt.properties.temperature = -5.0",
-                  "below absolute zero; allowed: at least 0 K"),
+    "no temperature": (
+        {"properties": {}},
+        "newt.properties.temperature",
+        "is missing, and heat changes it; allowed: the temperature at the start",
+    ),
+    "below 0 K": (
+        {"properties": {"temperature": -5.0}},
+        "newt.properties.temperature = -5.0",
+        "below absolute zero; allowed: at least 0 K",
+    ),
     "negative": ({"heat": {"insulation": -1.0}}, "newt.heat.insulation = -1.0", "0"),
     "misspelt": ({"heat": {"conductence": 1.0}}, "newt.heat.conductence", 'did you mean "conductance"'),
-    "powerless": ({"heat": {"regulate": {"set_point": 300.0, "cost": 0.1}}},
-                  "newt.heat.regulate.warming = 0.0", "is 0, and cooling too; allowed: a power [W]"),
-    "no set point": ({"heat": {"regulate": {"cost": 0.1, "warming": 1.0}}},
-                     "newt.heat.regulate.set_point", "missing"),
-    "no cost": ({"heat": {"regulate": {"set_point": 300.0, "warming": 1.0}}}, "newt.heat.regulate.cost",
-                "missing"),
-    "too cheap": ({"heat": {"regulate": {"set_point": 300.0, "warming": 10.0, "cost": 1e-9}}},
-                  "newt.heat.regulate.cost = 1e-09", "such steps are rounded away"),
-    "gene of nothing": ({"heat": None} | bred(heat=None), "genome.genes.0.trait = \"heat.insulation\"", ""),
-}  # fmt: skip
+    "powerless": (
+        {"heat": {"regulate": {"set_point": 300.0, "cost": 0.1}}},
+        "newt.heat.regulate.warming = 0.0",
+        "is 0, and cooling too; allowed: a power [W]",
+    ),
+    "no set point": (
+        {"heat": {"regulate": {"cost": 0.1, "warming": 1.0}}},
+        "newt.heat.regulate.set_point",
+        "missing",
+    ),
+    "no cost": (
+        {"heat": {"regulate": {"set_point": 300.0, "warming": 1.0}}},
+        "newt.heat.regulate.cost",
+        "missing",
+    ),
+    "too cheap": (
+        {"heat": {"regulate": {"set_point": 300.0, "warming": 10.0, "cost": 1e-9}}},
+        "newt.heat.regulate.cost = 1e-09",
+        "such steps are rounded away",
+    ),
+    "gene of nothing": ({"heat": None} | bred(heat=None), 'genome.genes.0.trait = "heat.insulation"', ""),
+}
 
 
 @pytest.mark.parametrize("name", WRONG)

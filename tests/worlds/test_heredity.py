@@ -25,17 +25,31 @@ def test_a_herd_with_genes_for_everything_keeps_its_promises():
     check_world(lambda threads: World.from_config(HERD, threads=threads), ticks=60)
 
 
-@pytest.mark.parametrize("goat", [
-    {"policy": {"kind": "individual", "hidden": [4], "learn": True, "inherit": "none"}, "reproduction": {
-        "kind": "asexual", "rate": 0.05, "energy_min": 0.5, "energy_given": 0.2}, "sex": "none", "actions": {
-            "speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"]}, "genome": {
-                "ploidy": 2, "dominance": "mean",
-                "genes": [gene_for("size", "body.radius", low=0.2, high=0.6)]}},
-    {"policy": {"kind": "individual", "hidden": [4], "learn": True, "inherit": "birth"}, "genome": {
-        "mate": {"operator": "cxUniform", "indpb": 0.3},
-        "mutate": {"operator": "mutShuffleIndexes", "indpb": 0.02},
-        "genes": [gene_for("brain", "policy.weights", 3, low=-1.0, high=1.0, form="direct")]}},
-], ids=["diploid and asexual", "a brain in the genome"])  # fmt: skip
+@pytest.mark.parametrize(
+    "goat",
+    [
+        {
+            "policy": {"kind": "individual", "hidden": [4], "learn": True, "inherit": "none"},
+            "reproduction": {"kind": "asexual", "rate": 0.05, "energy_min": 0.5, "energy_given": 0.2},
+            "sex": "none",
+            "actions": {"speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"]},
+            "genome": {
+                "ploidy": 2,
+                "dominance": "mean",
+                "genes": [gene_for("size", "body.radius", low=0.2, high=0.6)],
+            },
+        },
+        {
+            "policy": {"kind": "individual", "hidden": [4], "learn": True, "inherit": "birth"},
+            "genome": {
+                "mate": {"operator": "cxUniform", "indpb": 0.3},
+                "mutate": {"operator": "mutShuffleIndexes", "indpb": 0.02},
+                "genes": [gene_for("brain", "policy.weights", 3, low=-1.0, high=1.0, form="direct")],
+            },
+        },
+    ],
+    ids=["diploid and asexual", "a brain in the genome"],
+)
 def test_other_ways_to_inherit_keep_their_promises(goat):
     check_world(lambda threads: World.from_config(herd(**goat), threads=threads), ticks=40)
 
@@ -61,8 +75,9 @@ def test_a_newborn_is_what_its_genome_says():
         decoded = heredity.layout.decode(table[Genome].loci[rows])
         for gene, (kind, field, index) in heredity.targets.items():
             column = table.field(kind, field)[rows]
-            assert np.array_equal(column if index is None else column[:, index],
-                                  decoded[gene].astype(column.dtype)), gene
+            assert np.array_equal(
+                column if index is None else column[:, index], decoded[gene].astype(column.dtype)
+            ), gene
     goat = world.tables["goat"]
     assert (goat[Reflexes].weight[goat.rows(), 1] == 1).all()  # no gene changes the other connection
     assert (goat[Desires].weight[goat.rows(), 1] == F(0.1)).all()
@@ -72,8 +87,7 @@ def test_a_newborn_is_what_its_genome_says():
 
 @pytest.mark.definition("3 reproduction", "3 genome inherited")
 def test_genes_cross_and_mutate_and_letters_come_from_the_parents():
-    world = World.from_config(herd(reproduction=HERD["species"]["goat"]["reproduction"]
-                                    | {"gestation": 0.0}))
+    world = World.from_config(herd(reproduction=HERD["species"]["goat"]["reproduction"] | {"gestation": 0.0}))
     goat, seen = world.tables["goat"], []
 
     def born(table, rows, first, second):
@@ -140,8 +154,11 @@ def test_an_unknown_control_names_the_nearest():
 
 def test_founders_may_be_alike_and_say_what_the_species_is():
     section = HERD["species"]["goat"]["genome"] | {"founders": "own"}
-    section["genes"] = [g | ({"low": 0.01, "high": 0.64} if g["name"] == "size" else {})
-                        for g in section["genes"] if g["name"] in ("size", "green")]  # fmt: skip
+    section["genes"] = [
+        g | ({"low": 0.01, "high": 0.64} if g["name"] == "size" else {})
+        for g in section["genes"]
+        if g["name"] in ("size", "green")
+    ]
     world = World.from_config(herd(genome=section))
     table, rows = goats(world)
     coded = table.species.heredity.layout.coded()
@@ -165,7 +182,13 @@ def test_a_row_that_is_reused_has_nothing_of_the_dead():
     new = np.flatnonzero(table.alive & (table.born == world.tick))
     assert sorted(new) == sorted(dead)
     assert moment.any()
-    for column in (table[Experience].length, table[Experience].observations, table[Policy].moment_1,
-                   table[Policy].moment_2, table[Policy].steps, table[Nervous].awake):
+    for column in (
+        table[Experience].length,
+        table[Experience].observations,
+        table[Policy].moment_1,
+        table[Policy].moment_2,
+        table[Policy].steps,
+        table[Nervous].awake,
+    ):
         assert not np.asarray(column[new]).any()
     assert np.array_equal(table[Policy].weights[new], values[Policy, "weights"])

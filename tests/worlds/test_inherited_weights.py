@@ -9,15 +9,15 @@ from tests.worlds.herd import HERD, F, herd
 
 
 def test_children_start_from_a_parents_learned_weights():
-    world = World.from_config(herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.0}),
-                              learn=False)
+    world = World.from_config(herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.0}), learn=False)
     goat, seen = world.tables["goat"], []
 
     def born(table, rows, first, second):
         if table is goat:
             for row, *parents in zip(rows, first, second, strict=True):
-                weights = [table[Policy].weights[int(r)] for u in parents
-                           for r in np.flatnonzero(table.uid == u)]
+                weights = [
+                    table[Policy].weights[int(r)] for u in parents for r in np.flatnonzero(table.uid == u)
+                ]
                 seen.append([bool((table[Policy].weights[int(row)] == w).all()) for w in weights])
 
     world.on_birth.append(born)
@@ -29,8 +29,9 @@ def test_children_start_from_a_parents_learned_weights():
 
 
 def test_inherited_weights_get_noise_of_the_declared_size():
-    world = World.from_config(herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.25}),
-                              learn=False)
+    world = World.from_config(
+        herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.25}), learn=False
+    )
     table = world.tables["goat"]
     heredity, rows = table.species.heredity, table.rows()
     first = np.full(200, rows[0])
@@ -42,8 +43,7 @@ def test_inherited_weights_get_noise_of_the_declared_size():
 
 
 def test_a_dead_father_leaves_genes_and_no_brain():
-    world = World.from_config(herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.0}),
-                              learn=False)
+    world = World.from_config(herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.0}), learn=False)
     table = world.tables["goat"]
     heredity, rows = table.species.heredity, table.rows()
     sperm = np.full((50, table[Genome].loci.shape[1]), 3, np.uint8)
@@ -66,6 +66,7 @@ def test_a_brain_trained_by_all_is_where_individuals_start():
         table = world.add_table("one", Policy, dims={"weights": minds.size})
         rows = table.occupy(20, 1, 0, {(Policy, "weights"): np.repeat(minds.flat(brain)[None], 20, 0)})
         x = np.random.default_rng(2).normal(size=(20, 3)).astype(F)
-        for mine, theirs in zip(minds.forward(table[Policy], rows, x, world.split), brain.forward(x),
-                                strict=True):
+        for mine, theirs in zip(
+            minds.forward(table[Policy], rows, x, world.split), brain.forward(x), strict=True
+        ):
             assert mine == pytest.approx(theirs, abs=1e-5)

@@ -40,8 +40,10 @@ def test_a_newborns_policy_is_what_its_own_letters_code_for():
 @pytest.mark.definition("5 evolution alone")
 def test_what_a_goat_learns_is_in_nobodys_letters():
     """Of two equal worlds one learns: its goats' weights leave what their letters say, which are the same."""
-    learns, does_not = (World.from_config(load("innate", FEW), learn={"goat": learn}, record=False).run(60)
-                        for learn in (True, False))
+    learns, does_not = (
+        World.from_config(load("innate", FEW), learn={"goat": learn}, record=False).run(60)
+        for learn in (True, False)
+    )
     rows, weights, decoded = brains(learns)
     old = learns.tables["goat"].born[rows] == 0
     assert (np.abs(weights - decoded).max(axis=1) > 0.01)[old].mean() > 0.9

@@ -18,21 +18,28 @@ def _number(low, high):
 def _plant(draw, name, room):
     spacing = draw(st.sampled_from([1.0, 2.0, 3.0]))
     near = draw(st.booleans())
-    way = {"kind": "spread", "rate": draw(_number(0, 0.25)), "seed_rain": draw(_number(0, 0.125)),
-           "spacing": spacing}
+    way = {
+        "kind": "spread",
+        "rate": draw(_number(0, 0.25)),
+        "seed_rain": draw(_number(0, 0.125)),
+        "spacing": spacing,
+    }
     return {
         "count": draw(st.integers(1, max(1, room // int(spacing**2) // 2))),
         "body": {"radius": draw(_number(0.125, 0.5)), "opaque": draw(st.booleans())},
         "metabolism": {"energy": 0.25, "energy_max": 0.5, "growth": draw(_number(0, 0.25))},
         "emits": draw(st.sampled_from([{}, {"smell": 1.0}])),
-        "reproduction": draw(st.sampled_from([None,
-                                              way | ({"place": "near", "dispersal": 4.0} if near else {})])),
+        "reproduction": draw(
+            st.sampled_from([None, way | ({"place": "near", "dispersal": 4.0} if near else {})])
+        ),
     }
 
 
 def _sensors(draw, kinds):
-    sensors = [{"kind": "own", "property": "energy"},
-               {"kind": "smell", "field": "smell", "at": [1.0, draw(_number(-1, 1))]}]
+    sensors = [
+        {"kind": "own", "property": "energy"},
+        {"kind": "smell", "field": "smell", "at": [1.0, draw(_number(-1, 1))]},
+    ]
     sensors += [
         {
             "kind": "nearest",
@@ -44,8 +51,9 @@ def _sensors(draw, kinds):
         for target in draw(st.lists(st.sampled_from(kinds), max_size=3, unique=True))
     ]
     if draw(st.booleans()):
-        sensors.append({"kind": "rays", "count": 3, "radius": 4.0,
-                        "targets": [draw(st.sampled_from(kinds)), "wall"]})
+        sensors.append(
+            {"kind": "rays", "count": 3, "radius": 4.0, "targets": [draw(st.sampled_from(kinds)), "wall"]}
+        )
     if draw(st.booleans()):
         sensors.append({"kind": "touch", "target": draw(st.sampled_from([*kinds, "any", "wall"]))})
     return sensors
@@ -70,12 +78,18 @@ def _animal(draw, name, kinds, dims, dt):
     return {
         "count": draw(st.integers(1, 30)),
         "max_count": draw(st.sampled_from([None, 60])),
-        "body": {"radius": draw(_number(0.25, 1)), "solid": draw(st.booleans()),
-                 "opaque": draw(st.booleans())},
+        "body": {
+            "radius": draw(_number(0.25, 1)),
+            "solid": draw(st.booleans()),
+            "opaque": draw(st.booleans()),
+        },
         "sex": draw(st.sampled_from(["none", "random"])),
         "substances": {"salt": 0.1},
-        "metabolism": {"energy": draw(_number(0.25, 1)), "basal": draw(_number(0, 0.0625)),
-                       "digestion": draw(st.sampled_from([0.0, 3.0]))},
+        "metabolism": {
+            "energy": draw(_number(0.25, 1)),
+            "basal": draw(_number(0, 0.0625)),
+            "digestion": draw(st.sampled_from([0.0, 3.0])),
+        },
         "locomotion": {
             "speed": {"still": 0.0, "go": draw(_number(0, 3)) / dt},
             "cost": {"go": draw(_number(0, 0.125))},
@@ -84,8 +98,12 @@ def _animal(draw, name, kinds, dims, dt):
         },
         "emits": draw(st.sampled_from([{}, {"smell": 0.5}])),
         "diet": [
-            {"eats": food, "reach": draw(_number(0, 1)), "chance": draw(_number(0, 1)),
-             "gain": draw(_number(0, 0.5))}
+            {
+                "eats": food,
+                "reach": draw(_number(0, 1)),
+                "chance": draw(_number(0, 1)),
+                "gain": draw(_number(0, 0.5)),
+            }
             for food in draw(st.lists(st.sampled_from(kinds), min_size=1, max_size=2, unique=True))
         ],
         "sensors": _sensors(draw, kinds),
@@ -111,8 +129,11 @@ def _worlds(draw):
     plants = ["moss", "fern"][: draw(st.integers(0, 2))]
     animals = ["ant", "bee", "cat"][: draw(st.integers(1, 3))]
     kinds = [*plants, *animals]
-    rocks = {"cell": 1.0, "rocks": [{"at": [5.0, 5.0], "radius": 2.0}],
-             "hills": {"amplitude": 1.0, "scale": 6.0}}
+    rocks = {
+        "cell": 1.0,
+        "rocks": [{"at": [5.0, 5.0], "radius": 2.0}],
+        "hills": {"amplitude": 1.0, "scale": 6.0},
+    }
     species = {name: draw(_plant(name, int(size[0] * size[1]))) for name in plants}
     species |= {name: draw(_animal(name, kinds, len(size), dt)) for name in animals}
     if draw(st.booleans()):
@@ -122,8 +143,11 @@ def _worlds(draw):
         "name": "drawn",
         "dt": dt,
         "seed": draw(st.integers(0, 2**40)),
-        "space": {"size": size, "edges": draw(st.sampled_from(["torus", "walls"])),
-                  "cell": draw(st.sampled_from([None, 1.0, 5.0, 12.0]))},
+        "space": {
+            "size": size,
+            "edges": draw(st.sampled_from(["torus", "walls"])),
+            "cell": draw(st.sampled_from([None, 1.0, 5.0, 12.0])),
+        },
         "terrain": draw(st.sampled_from([None, rocks])),
         "substances": {"salt": ""},
         "fields": {"smell": {"cell": 1.5, "diffusion": 0.5, "decay": draw(_number(0, 1))}},
@@ -143,8 +167,9 @@ def test_every_world_keeps_its_promises(config, policies):
 
 
 def test_the_world_with_everything_keeps_its_promises(menagerie):
-    check_world(lambda threads: World.from_config(menagerie(), policies="untrained", threads=threads),
-                ticks=80)
+    check_world(
+        lambda threads: World.from_config(menagerie(), policies="untrained", threads=threads), ticks=80
+    )
 
 
 def test_rows_in_any_order_change_no_fate(menagerie):

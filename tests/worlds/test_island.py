@@ -26,8 +26,14 @@ def _fed(world, ticks):
 
 
 def test_a_parched_deer_walks_to_the_lake_and_drinks():
-    world = _island(**{"species.deer.count": 1, "species.deer.reproduction.rate": 0.0,
-                       "species.deer.metabolism.basal": 0.0, "species.deer.heat.regulate.cost": 0.0})
+    world = _island(
+        **{
+            "species.deer.count": 1,
+            "species.deer.reproduction.rate": 0.0,
+            "species.deer.metabolism.basal": 0.0,
+            "species.deer.heat.regulate.cost": 0.0,
+        }
+    )
     deer, water = world.tables["deer"], _substance(world, "water")
     _fed(world, 200)  # until the humid air of the lake has spread
     row = deer.rows()[0]
@@ -63,9 +69,16 @@ def test_running_takes_the_breath_away_and_who_has_none_cannot_run():
 
 @pytest.mark.parametrize(("season", "cold"), [(0.33, False), (0.83, True)])
 def test_a_deer_without_a_coat_freezes_in_winter_and_not_in_summer(season, cold):
-    world = _island(**{"species.deer.count": 5, "species.deer.reproduction.rate": 0.0,
-                       "species.deer.heat.insulation": 0.0, "year.start": season,
-                       "species.deer.heat.regulate.warming": 1.0, "species.deer.metabolism.energy": 1.0})
+    world = _island(
+        **{
+            "species.deer.count": 5,
+            "species.deer.reproduction.rate": 0.0,
+            "species.deer.heat.insulation": 0.0,
+            "year.start": season,
+            "species.deer.heat.regulate.warming": 1.0,
+            "species.deer.metabolism.energy": 1.0,
+        }
+    )
     deer = world.tables["deer"]
     _fed(world, 120)
     assert deer.n == (0 if cold else 5)
@@ -73,9 +86,16 @@ def test_a_deer_without_a_coat_freezes_in_winter_and_not_in_summer(season, cold)
 
 
 def test_a_raven_eats_a_carcass_and_gives_its_nitrogen_to_the_soil():
-    world = _island(**{"species.deer.count": 30, "species.raven.count": 30, "space.size": [40.0, 40.0],
-                       "terrain.lakes.0.at": [8.0, 8.0], "terrain.lakes.0.radius": 4.0,
-                       "species.deer.metabolism.energy": 0.01})
+    world = _island(
+        **{
+            "species.deer.count": 30,
+            "species.raven.count": 30,
+            "space.size": [40.0, 40.0],
+            "terrain.lakes.0.at": [8.0, 8.0],
+            "terrain.lakes.0.radius": 4.0,
+            "species.deer.metabolism.energy": 0.01,
+        }
+    )
     soil = world.fields["soil"].held()
     world.run(10)
     assert world.tables["deer"].n == 0  # starved

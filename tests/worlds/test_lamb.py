@@ -64,9 +64,9 @@ def test_who_inhales_with_its_nostrils_in_water_drowns_and_who_turns_away_does_n
     assert blood(world, "oxygen") == pytest.approx([3.0, 3.7, 3.0, 3.7], abs=1e-5)
     first = int(world.table("lamb").uid[world.table("lamb").by_uid()[0]])
     deaths = []
-    world.on_death.append(lambda table, rows: deaths.extend(
-        (int(table.uid[r]), world.causes[table.cause[r] - 1]) for r in rows
-    ))
+    world.on_death.append(
+        lambda table, rows: deaths.extend((int(table.uid[r]), world.causes[table.cause[r] - 1]) for r in rows)
+    )
     act(world, Perish)
     world.flush()
     assert deaths == [(first, "drowned")]
@@ -105,18 +105,27 @@ def test_living_and_walking_burn_glucose_and_oxygen_by_the_second():
 
 
 def test_without_breath_a_lamb_suffocates_in_half_a_minute_and_without_milk_it_starves_in_15_minutes():
-    world = meadow(**{"species.lamb.policy.kind": "none", "species.lamb.policy.learn": False,
-                      "species.lamb.ppo": {}})
+    world = meadow(
+        **{"species.lamb.policy.kind": "none", "species.lamb.policy.learn": False, "species.lamb.ppo": {}}
+    )
     deaths = []
-    world.on_death.append(lambda table, rows: deaths.extend((world.causes[table.cause[r] - 1], world.tick)
-                                                            for r in rows))
+    world.on_death.append(
+        lambda table, rows: deaths.extend((world.causes[table.cause[r] - 1], world.tick) for r in rows)
+    )
     world.run(40)
     assert deaths == [("suffocated", 32)] * 4  # (7 − 0.4) / 0.2 = 33 ticks, of which the first is tick 0
 
-    world = meadow(**{"species.lamb.reflex.formulas": {"inhale": "1"}, "species.lamb.policy.kind": "none",
-                      "species.lamb.policy.learn": False, "species.lamb.ppo": {}})  # fmt: skip
-    world.on_death.append(lambda table, rows: deaths.extend((world.causes[table.cause[r] - 1], world.tick)
-                                                            for r in rows))
+    world = meadow(
+        **{
+            "species.lamb.reflex.formulas": {"inhale": "1"},
+            "species.lamb.policy.kind": "none",
+            "species.lamb.policy.learn": False,
+            "species.lamb.ppo": {},
+        }
+    )
+    world.on_death.append(
+        lambda table, rows: deaths.extend((world.causes[table.cause[r] - 1], world.tick) for r in rows)
+    )
     world.run(1200)
     assert [cause for cause, _ in deaths[4:]] == ["starved"] * 4
     assert all(1140 <= tick <= 1145 for _, tick in deaths[4:])  # (5 − 1) / 0.0035 = 1143
@@ -132,8 +141,9 @@ def test_of_all_reflex_connections_two_are_not_zero():
     assert (network[0, 1], network[1, 0]) == (1, -1)
 
 
-@pytest.mark.parametrize(("at", "suck", "inhale"),
-                         [((4.2, 5.0), [1, 1, 1, 1], None), ((1.5, 2.0), None, [0, 0, 0, 0])])
+@pytest.mark.parametrize(
+    ("at", "suck", "inhale"), [((4.2, 5.0), [1, 1, 1, 1], None), ((1.5, 2.0), None, [0, 0, 0, 0])]
+)
 def test_the_reflexes_force_sucking_at_the_udder_and_forbid_inhaling_in_water(at, suck, inhale):
     world = meadow()
     lambs = arrange(world, "lamb", x=at[0], y=at[1])
@@ -149,8 +159,9 @@ def test_the_reflexes_force_sucking_at_the_udder_and_forbid_inhaling_in_water(at
 
 def test_what_the_systems_touch_is_what_the_sensors_feel():
     """Where inhaling drowns, touch_water is 1 and nowhere else; where sucking counts, touch_udder is."""
-    world = World.from_config(load("lamb", {"species.lamb.count": 400, "objects.water.count": 60}), seed=2,
-                              learn=False)
+    world = World.from_config(
+        load("lamb", {"species.lamb.count": 400, "objects.water.count": 60}), seed=2, learn=False
+    )
     act(world, Sense)
     lambs = world.table("lamb")
     nerves = lambs.species.nerves

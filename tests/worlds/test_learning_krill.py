@@ -9,15 +9,22 @@ from ecs_eco.config import load
 from ecs_eco.experiments.pretraining import pretrain
 from ecs_eco.testing import check_world
 
-SMALL = {"species.phytoplankton.count": 150, "species.copepod.count": 40, "species.krill.count": 12,
-         "species.krill.max_count": 12, "training.set": {}, "space.size": [20.0, 20.0, 20.0]}  # fmt: skip
+SMALL = {
+    "species.phytoplankton.count": 150,
+    "species.copepod.count": 40,
+    "species.krill.count": 12,
+    "species.krill.max_count": 12,
+    "training.set": {},
+    "space.size": [20.0, 20.0, 20.0],
+}
 SOON = {"species.copepod.ppo.horizon": 20, "species.krill.ppo.horizon": 20}
 
 
 def test_it_keeps_its_promises_while_both_learn():
     small = load("learning-krill", SMALL | SOON)
-    check_world(lambda threads: World.from_config(small, policies="untrained", threads=threads, learn=True),
-                ticks=60)
+    check_world(
+        lambda threads: World.from_config(small, policies="untrained", threads=threads, learn=True), ticks=60
+    )
 
 
 def test_copepods_are_those_of_the_other_sea():

@@ -76,8 +76,9 @@ def test_rates_may_change_while_they_live_but_ways_may_not_come_or_go():
     config = drawn(1)
     config["species"]["slug"]["reactions"] = [{"from": {"salt": 1.0}, "to": {}, "rate": 0.01}]
     world = World.from_config(config, policies="random")
-    world.intervene({"kind": "set", "set": {"species.slug.reactions.0.rate": 1e-9,
-                                            "fields.gas_field.renewal": 0.5}})
+    world.intervene(
+        {"kind": "set", "set": {"species.slug.reactions.0.rate": 1e-9, "fields.gas_field.renewal": 0.5}}
+    )
     world.run(2)
     assert world.tables["slug"].species.reactions[0].rate == 1e-9
     assert world.fields["gas_field"].renewal == 0.5

@@ -37,8 +37,9 @@ def test_plants_differ_in_what_their_genes_say():
     grow = next(s for s in world.systems if isinstance(s, Grow))
     grow.update(grass, world)
     left = 1 - 0.5 * (grass[Defence].toughness[rows] + grass[Defence].poison[rows])
-    assert grass[Metabolism].energy[rows] - before == pytest.approx(grass[Growth].growth[rows] * left,
-                                                                    abs=1e-6)
+    assert grass[Metabolism].energy[rows] - before == pytest.approx(
+        grass[Growth].growth[rows] * left, abs=1e-6
+    )
 
 
 def test_who_is_faster_pays_with_the_square():
@@ -57,20 +58,28 @@ def test_large_bodies_burn_more_by_the_three_quarters_power():
     config = herd(policy={"kind": "none"}, ppo={}, genome={"loci": 4, "genes": [gene]})
     world = World.from_config(config).run(1)
     table, rows = goats(world)
-    assert table[Metabolism].burnt[rows] == pytest.approx(0.004 * (table[Body].mass[rows] / 50) ** 0.75,
-                                                          rel=1e-5)
+    assert table[Metabolism].burnt[rows] == pytest.approx(
+        0.004 * (table[Body].mass[rows] / 50) ** 0.75, rel=1e-5
+    )
 
 
 @pytest.mark.definition("3 hyperparameters", "3 staying alive")
 def test_each_dies_at_an_age_of_its_own():
-    config = herd(genome={"loci": 4, "genes": [gene_for("span", "life.age_max", 1, values=[5, 10, 15, 20])]},
-                   reproduction=None, count=40,
-                   actions={"speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"]},
-                   lethal=[{"property": "age", "max": 10.0, "high": "too old"}])  # fmt: skip
+    config = herd(
+        genome={"loci": 4, "genes": [gene_for("span", "life.age_max", 1, values=[5, 10, 15, 20])]},
+        reproduction=None,
+        count=40,
+        actions={"speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"]},
+        lethal=[{"property": "age", "max": 10.0, "high": "too old"}],
+    )
     world, died = World.from_config(config), []
-    world.on_death.append(lambda table, rows: died.extend(zip(table[Biology].age[rows],
-                                                              table[LifeHistory].age_max[rows], strict=True))
-                          if table.name == "goat" else None)  # fmt: skip
+    world.on_death.append(
+        lambda table, rows: (
+            died.extend(zip(table[Biology].age[rows], table[LifeHistory].age_max[rows], strict=True))
+            if table.name == "goat"
+            else None
+        )
+    )
     world.run(25)
     assert len(died) == 40
     assert all(age == span for age, span in died)
@@ -85,8 +94,9 @@ def test_each_learns_with_hyperparameters_of_its_own():
     world.run(12)
     now, still = table.rows(), []
     for row in now[table.born[now] == 0]:
-        unchanged = np.array_equal(table[Policy].weights[int(row)],
-                                   before[np.flatnonzero(uids == table.uid[row])[0]])
+        unchanged = np.array_equal(
+            table[Policy].weights[int(row)], before[np.flatnonzero(uids == table.uid[row])[0]]
+        )
         still.append((table[Plasticity].learning_rate[row] == 0, unchanged))
     assert {s[0] for s in still} == {True, False}
     assert all(frozen == unchanged for frozen, unchanged in still)
@@ -104,14 +114,20 @@ def test_in_life_the_policy_changes_but_neither_reflex_nor_happiness():
     for row in learnt:
         was = before[int(table.uid[row])]
         assert [np.array_equal(a, b) for a, b in zip(_networks(table, row), was, strict=True)] == [
-            False, True, True, True]  # fmt: skip
+            False,
+            True,
+            True,
+            True,
+        ]
 
 
 def _networks(table, row):
     """Copies of what an animal's networks are made of: policy, reflexes and their thresholds, happiness."""
     own = table[Reflexes]
-    return [column[row].copy() for column in (table[Policy].weights, own.weight, own.threshold,
-                                              table[Desires].weight)]
+    return [
+        column[row].copy()
+        for column in (table[Policy].weights, own.weight, own.threshold, table[Desires].weight)
+    ]
 
 
 def test_happiness_is_what_the_own_weights_make_of_the_senses():
@@ -133,8 +149,11 @@ def test_each_sees_as_far_as_its_own_eyes():
     near = nerves.reading("grass_near", nerves.x)
     # as they stood when they sensed, before anyone moved or was eaten
     before = World.from_config(config, policies="random")
-    p, q, plants = (before.tables["goat"][Position], before.tables["grass"][Position],
-                    before.tables["grass"].rows())
+    p, q, plants = (
+        before.tables["goat"][Position],
+        before.tables["grass"][Position],
+        before.tables["grass"].rows(),
+    )
     for i, row in enumerate(nerves.rows):
         dx, dy = (np.abs(getattr(q, a)[plants] - getattr(p, a)[row]) for a in ("x", "y"))
         distance = np.sqrt(np.minimum(dx, 30 - dx) ** 2 + np.minimum(dy, 30 - dy) ** 2).min()
@@ -145,8 +164,7 @@ def test_each_sees_as_far_as_its_own_eyes():
 @pytest.mark.parametrize("options", [{"policies": "random"}, {"training": True, "learn": True}])
 def test_genes_of_a_brain_say_nothing_where_nobody_has_one_of_its_own(options):
     brain = gene_for("brain", "policy.weights", 3, low=-1.0, high=1.0, form="cosine", coefficients=3)
-    config = herd(policy={"kind": "individual", "hidden": [6], "inherit": "birth"},
-                   genome={"genes": [brain]})
+    config = herd(policy={"kind": "individual", "hidden": [6], "inherit": "birth"}, genome={"genes": [brain]})
     world = World.from_config(config, **options).run(20)
     goat = world.tables["goat"]
     assert Policy not in goat

@@ -17,10 +17,17 @@ BREED = {"kind": "asexual", "rate": 0.05, "energy_min": 0.4, "energy_given": 0.2
 
 def herd(meadow, network, kind="shared", learn=True, ppo=None, options=None, **policy):
     """A meadow whose deer have this network, are born and die."""
-    deer = {"count": 30, "policy": {"kind": kind, "network": network, "learn": learn, **policy},
-            "ppo": LEARN | (ppo or {}), "reproduction": BREED}  # fmt: skip
-    return meadow(options={"seed": 4, **(options or {})},
-                  grass={"count": 60, "metabolism": {"energy": 0.5, "growth": 0.05}}, **deer)
+    deer = {
+        "count": 30,
+        "policy": {"kind": kind, "network": network, "learn": learn, **policy},
+        "ppo": LEARN | (ppo or {}),
+        "reproduction": BREED,
+    }
+    return meadow(
+        options={"seed": 4, **(options or {})},
+        grass={"count": 60, "metabolism": {"energy": 0.5, "growth": 0.05}},
+        **deer,
+    )
 
 
 @pytest.mark.parametrize("kind", ["shared", "individual"])
@@ -73,9 +80,9 @@ def test_a_newborn_remembers_nothing_and_a_memory_follows_its_organism(meadow, k
     world.run(5)
     assert (table[Memory].state[table.rows()] != 0).any(axis=1).all()
     born = []
-    world.on_birth.append(lambda t, rows, *_: born.extend(
-        [] if t is not table else np.abs(t[Memory].state[rows]).max(axis=1)
-    ))
+    world.on_birth.append(
+        lambda t, rows, *_: born.extend([] if t is not table else np.abs(t[Memory].state[rows]).max(axis=1))
+    )
     world.run(30)
     assert len(born) > 3
     assert not any(born)
@@ -154,14 +161,17 @@ def test_a_module_that_cannot_be_is_refused_before_the_first_tick_with_its_speci
     assert "gives values f32[3, 1]; it should give logits f32[3, 6] and values f32[3]" in text
 
 
-@pytest.mark.parametrize(("given", "message"), [
-    ({"network": "learning.mlp:Mlp"}, "names code in learning.mlp, which `code` does not list"),
-    ({"network": Plain, "hidden": [8]}, "the network's own class says its layers"),
-    ({"network": Plain, "kind": "none"}, "there is no network to use it"),
-    ({"network": 3}, "policy.network"),
-    ({"device": "gpu"}, "policy.device"),
-    ({"device": 1}, "policy.device"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"network": "learning.mlp:Mlp"}, "names code in learning.mlp, which `code` does not list"),
+        ({"network": Plain, "hidden": [8]}, "the network's own class says its layers"),
+        ({"network": Plain, "kind": "none"}, "there is no network to use it"),
+        ({"network": 3}, "policy.network"),
+        ({"device": "gpu"}, "policy.device"),
+        ({"device": 1}, "policy.device"),
+    ],
+)
 def test_what_a_world_file_says_wrong_of_a_network_is_named(meadow, given, message):
     with pytest.raises(ConfigError) as error:
         meadow(policy={"kind": "shared", **given})

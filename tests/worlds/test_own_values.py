@@ -17,23 +17,48 @@ OWN = {name for name, number in numbers_of_species().items() if number.own is Tr
 TICKS = 24
 MARKER = {"name": "marker", "letters": 1, "values": [0.0, 0.0]}
 VALUES = {  # others are halved
-    "lethal.temperature.min": 309.0, "lethal.temperature.max": 310.125, "lethal.energy.min": 0.5,
-    "growth.store": 8.0, "metabolism.energy_max": 0.75, "heat.regulate.set_point": 300.0,
-}  # fmt: skip
+    "lethal.temperature.min": 309.0,
+    "lethal.temperature.max": 310.125,
+    "lethal.energy.min": 0.5,
+    "growth.store": 8.0,
+    "metabolism.energy_max": 0.75,
+    "heat.regulate.set_point": 300.0,
+}
 ONLY = {  # what each world shows; the meadow shows all others
-    "desert": ("heat.regulate.cooling", "lethal.temperature.max"), "division": ("reproduction.", "growth."),
-    "pond": ("locomotion.climb", "body."), "dive": ("locomotion.pitch",),
-    "shore": ("reactions.", "exchange.", "emits.sweetness", "diet.grass.assimilation", "carries.", "builds.",
-              "care.", "growth.pace", "growth.store", "sensors.", "actions.", "metabolism.energy_max"),
+    "desert": ("heat.regulate.cooling", "lethal.temperature.max"),
+    "division": ("reproduction.", "growth."),
+    "pond": ("locomotion.climb", "body."),
+    "dive": ("locomotion.pitch",),
+    "shore": (
+        "reactions.",
+        "exchange.",
+        "emits.sweetness",
+        "diet.grass.assimilation",
+        "carries.",
+        "builds.",
+        "care.",
+        "growth.pace",
+        "growth.store",
+        "sensors.",
+        "actions.",
+        "metabolism.energy_max",
+    ),
     "drift": ("neutral.", "actions.turn.continuous.0"),
-}  # fmt: skip
+}
 
 
 def pattern_of(trait):
     """The pattern of OWN that a trait's key has."""
     parts = trait.split(".")
-    return next((pattern for pattern in OWN if len(own := pattern.split(".")) == len(parts)
-                 and all(a in ("*", b) for a, b in zip(own, parts, strict=True))), "")
+    return next(
+        (
+            pattern
+            for pattern in OWN
+            if len(own := pattern.split(".")) == len(parts)
+            and all(a in ("*", b) for a, b in zip(own, parts, strict=True))
+        ),
+        "",
+    )
 
 
 def cases():

@@ -15,13 +15,25 @@ SENSORS = [{"kind": "own", "property": "energy"}, {"kind": "own", "property": "a
 
 
 def herd(sensors=SENSORS, speed=("sit", "go"), turn=("left", "none", "right"), gaits=None, **policy):
-    goat = {"count": 5, "body": {"radius": 0.1}, "sensors": list(sensors), "metabolism": {"basal": 0.0},
-            "actions": {"speed": list(speed), "turn": list(turn)},
-            "locomotion": {"speed": gaits or {"sit": 0.0, "go": 0.5}, "turn": 0.5},
-            "happiness": {"formula": "age", "minimum": 0.0},
-            "policy": {"kind": "shared", "hidden": [4], **policy}}
-    return load({"format": 1, "name": "herd", "space": {"size": [20.0, 20.0]}, "training": {"ticks": 2},
-                 "species": {"goat": goat}})  # fmt: skip
+    goat = {
+        "count": 5,
+        "body": {"radius": 0.1},
+        "sensors": list(sensors),
+        "metabolism": {"basal": 0.0},
+        "actions": {"speed": list(speed), "turn": list(turn)},
+        "locomotion": {"speed": gaits or {"sit": 0.0, "go": 0.5}, "turn": 0.5},
+        "happiness": {"formula": "age", "minimum": 0.0},
+        "policy": {"kind": "shared", "hidden": [4], **policy},
+    }
+    return load(
+        {
+            "format": 1,
+            "name": "herd",
+            "space": {"size": [20.0, 20.0]},
+            "training": {"ticks": 2},
+            "species": {"goat": goat},
+        }
+    )
 
 
 @pytest.fixture(scope="module")
@@ -41,16 +53,26 @@ def test_a_policy_is_taken_where_channels_options_and_gaits_are_its_own(folder):
     World.from_config(herd(gaits={"go": 0.9, "sit": 0.1}), policies=str(folder))  # go is the faster one still
 
 
-@pytest.mark.parametrize(("changed", "fault"), [
-    ({"sensors": SENSORS[::-1]},
-     "other channels: in the file energy, age, here the same in another order, age, energy"),
-    ({"sensors": [{"kind": "own", "property": "mass"}, SENSORS[1]]},
-     "other channels: energy only in the file; mass only here"),
-    ({"sensors": [*SENSORS, {"kind": "own", "property": "mass"}]}, "other channels: mass only here"),
-    ({"speed": ("go", "sit")}, "other options: in the file speed.sit, speed.go"),
-    ({"turn": ("right", "none", "left")}, "other options: in the file speed.sit, speed.go, turn.left"),
-    ({"gaits": {"sit": 0.5, "go": 0.0}}, "other gaits: in the file sit, go, here the same in another order"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changed", "fault"),
+    [
+        (
+            {"sensors": SENSORS[::-1]},
+            "other channels: in the file energy, age, here the same in another order, age, energy",
+        ),
+        (
+            {"sensors": [{"kind": "own", "property": "mass"}, SENSORS[1]]},
+            "other channels: energy only in the file; mass only here",
+        ),
+        ({"sensors": [*SENSORS, {"kind": "own", "property": "mass"}]}, "other channels: mass only here"),
+        ({"speed": ("go", "sit")}, "other options: in the file speed.sit, speed.go"),
+        ({"turn": ("right", "none", "left")}, "other options: in the file speed.sit, speed.go, turn.left"),
+        (
+            {"gaits": {"sit": 0.5, "go": 0.0}},
+            "other gaits: in the file sit, go, here the same in another order",
+        ),
+    ],
+)
 def test_other_channels_options_and_gaits_are_refused_by_name(folder, changed, fault):
     with pytest.raises(ConfigError, match=f"was trained with {fault}") as error:
         World.from_config(herd(**changed), policies=str(folder))

@@ -11,16 +11,21 @@ from studies.common.goats import Family, carriers
 
 GENES = ("red", "yellow", "green", "blue")
 FEW = {
-    "species.goat.count": 5, "species.red.count": 1, "species.yellow.count": 1, "species.green.count": 5,
-    "species.green.reproduction.rate": 0.0, **{f"species.{g}.reproduction.seed_rain": 0.0 for g in GENES[:3]},
-}  # fmt: skip
+    "species.goat.count": 5,
+    "species.red.count": 1,
+    "species.yellow.count": 1,
+    "species.green.count": 5,
+    "species.green.reproduction.rate": 0.0,
+    **{f"species.{g}.reproduction.seed_rain": 0.0 for g in GENES[:3]},
+}
 
 
 def at_table(dish: str) -> World:
     """Five goats that always want to eat, each alone on a tuft of the dish: one with each gene,
     and one with none."""
-    world = World.from_config(load("reflexes", FEW | {f"species.{dish}.count": 5}), seed=1, record=False,
-                              learn=False)
+    world = World.from_config(
+        load("reflexes", FEW | {f"species.{dish}.count": 5}), seed=1, record=False, learn=False
+    )
     goats, food = world.tables["goat"], world.tables[dish]
     for name, table in world.tables.items():
         rows, p = table.rows(), table[Position]
@@ -53,8 +58,9 @@ def test_a_gene_keeps_its_goat_from_one_grass_alone_and_lets_it_walk_on(dish):
         if GENES[i : i + 1] == (dish,):
             row = world.locate(uid)[1]
             assert goats[Metabolism].energy[row] == pytest.approx(0.498)
-            assert np.hypot(goats[Position].x[row] - x[i],
-                            goats[Position].y[row] - y[i]) == pytest.approx(0.8, abs=1e-5)
+            assert np.hypot(goats[Position].x[row] - x[i], goats[Position].y[row] - y[i]) == pytest.approx(
+                0.8, abs=1e-5
+            )
         elif dish == "red":
             assert not alive
         else:

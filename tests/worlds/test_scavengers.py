@@ -13,14 +13,21 @@ from ecs_eco.testing import arrange, check_world
 from ecs_eco.testing.stores import Stores
 
 STEPPE = {
-    "format": 1, "name": "steppe", "space": {"size": [20.0, 20.0]},
+    "format": 1,
+    "name": "steppe",
+    "space": {"size": [20.0, 20.0]},
     "objects": {"carcass": {"body": {"radius": 0.2}, "energy": {"decay": 0.02}}},
     "species": {
-        "grass": {"count": 60, "body": {"radius": 0.2, "opaque": False},
-                  "metabolism": {"energy": 0.5, "growth": 0.02},
-                  "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.01, "spacing": 2.0}},
+        "grass": {
+            "count": 60,
+            "body": {"radius": 0.2, "opaque": False},
+            "metabolism": {"energy": 0.5, "growth": 0.02},
+            "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.01, "spacing": 2.0},
+        },
         "gnu": {
-            "count": 40, "body": {"radius": 0.4}, "remains": "carcass",
+            "count": 40,
+            "body": {"radius": 0.4},
+            "remains": "carcass",
             "metabolism": {"energy": 0.75, "basal": 0.0625},
             "locomotion": {"speed": {"walk": 0.5}, "turn": 0.5},
             "diet": [{"eats": "grass", "reach": 0.25, "efficiency": 0.75}],
@@ -30,18 +37,22 @@ STEPPE = {
             "lethal": [{"property": "energy", "min": 0.0}, {"property": "age", "max": 9.0}],
         },
         "vulture": {
-            "count": 10, "body": {"radius": 0.3}, "remains": "carcass",
+            "count": 10,
+            "body": {"radius": 0.3},
+            "remains": "carcass",
             "metabolism": {"energy": 0.5, "basal": 0.03125},
             "locomotion": {"speed": {"fly": 1.0}, "turn": 0.8},
             "diet": [{"eats": "carcass", "reach": 0.5, "efficiency": 0.5}],
-            "sensors": [{"kind": "nearest", "target": "carcass", "radius": 9.0},
-                        {"kind": "property", "property": "energy", "of": "carcass", "radius": 9.0}],
+            "sensors": [
+                {"kind": "nearest", "target": "carcass", "radius": 9.0},
+                {"kind": "property", "property": "energy", "of": "carcass", "radius": 9.0},
+            ],
             "actions": {"speed": ["fly"], "turn": ["left", "none", "right"]},
             "automatic": ["fly"],
             "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
         },
     },
-}  # fmt: skip
+}
 
 
 def _steppe(**objects):
@@ -104,8 +115,9 @@ def test_the_books_close_from_grass_to_scavengers():
     sums = {}
     for name in world.recorder.names:
         mine = [i for i, n in enumerate(series["species"]) if n == name]
-        sums[name] = {k: np.sum([series[k][i] for i in mine])
-                      for k in ("endowed", "taken_in", "burnt", "given", "lost")}
+        sums[name] = {
+            k: np.sum([series[k][i] for i in mine]) for k in ("endowed", "taken_in", "burnt", "given", "lost")
+        }
         flow = sums[name]
         change = flow["endowed"] + flow["taken_in"] - flow["burnt"] - flow["given"] - flow["lost"]
         now = float(_energy(world, name).sum(dtype=float))
@@ -125,8 +137,9 @@ def test_scavengers_live_on_carcasses_and_starve_without():
     bare = _steppe()
     del bare["species"]["gnu"]["remains"]
     # none begins with more than 0.625, and burns 1/32 in a tick: without a meal all are dead by tick 20
-    with_, without = (World.from_config(config, seed=2).run(21).tables["vulture"].n
-                      for config in (_steppe(), bare))
+    with_, without = (
+        World.from_config(config, seed=2).run(21).tables["vulture"].n for config in (_steppe(), bare)
+    )
     assert without == 0
     assert with_ >= 5
 

@@ -10,14 +10,19 @@ from ecs_eco.analysis.runs import load_series
 from ecs_eco.config import load
 from ecs_eco.config.shipped import shipped
 
-EXAMPLES = [path for path in sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
-            if "[space]" in path.read_text()]
+EXAMPLES = [
+    path
+    for path in sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+    if "[space]" in path.read_text()
+]
 
 
 def permuted(config, rng):
     """Return a configuration with its sections, and the entries of its diets, in another order."""
-    species = {name: kind.model_copy(update={"diet": [kind.diet[i] for i in rng.permutation(len(kind.diet))]})
-               for name, kind in config.species.items()}
+    species = {
+        name: kind.model_copy(update={"diet": [kind.diet[i] for i in rng.permutation(len(kind.diet))]})
+        for name, kind in config.species.items()
+    }
     sections = {name: dict(getattr(config, name)) for name in ("objects", "fields", "substances")}
     for name, section in (sections | {"species": species}).items():
         kinds = list(section.items())
@@ -48,28 +53,51 @@ def drawn(rng):
     for name in names:
         eaten = [str(food) for food in rng.permutation(names)[: rng.integers(0, 4)]]
         species[name] = {
-            "count": int(rng.integers(10, 40)), "body": {"radius": float(rng.choice([0.25, 0.5]))},
+            "count": int(rng.integers(10, 40)),
+            "body": {"radius": float(rng.choice([0.25, 0.5]))},
             "metabolism": {"energy": 0.5, "energy_max": 1.0, "digestion": float(rng.choice([0.0, 2.0]))},
             "locomotion": {"speed": {"go": 1.0}, "turn": 0.5},
             "actions": {"speed": ["go"], "turn": ["left", "none", "right"]},
-            "sensors": [{"kind": "property", "property": "salt", "radius": 4.0},
-                        {"kind": "touch", "target": "any"}],
-            "emits": {"smell": 1.0}, "substances": {"salt": 0.1, "air": 0.01},
-            "exchange": [{"kind": "uptake", "field": "pool", "rate": 0.5},
-                         {"kind": "equilibrate", "field": "sky", "rate": 0.5, "partition": 1.0}],
+            "sensors": [
+                {"kind": "property", "property": "salt", "radius": 4.0},
+                {"kind": "touch", "target": "any"},
+            ],
+            "emits": {"smell": 1.0},
+            "substances": {"salt": 0.1, "air": 0.01},
+            "exchange": [
+                {"kind": "uptake", "field": "pool", "rate": 0.5},
+                {"kind": "equilibrate", "field": "sky", "rate": 0.5, "partition": 1.0},
+            ],
             "carries": [{"object": "stone", "reach": 1.0}],
-            "diet": [{"eats": food, "reach": float(rng.choice([0.25, 1.0])), "chance": 0.9, "gain": 0.25,
-                      "efficiency": 0.5} for food in eaten],
+            "diet": [
+                {
+                    "eats": food,
+                    "reach": float(rng.choice([0.25, 1.0])),
+                    "chance": 0.9,
+                    "gain": 0.25,
+                    "efficiency": 0.5,
+                }
+                for food in eaten
+            ],
             "reproduction": {"kind": "asexual", "rate": 0.2, "energy_min": 0.4, "energy_given": 0.2},
-            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}]}
-    return {"format": 1, "name": "drawn", "space": {"size": [20.0, 20.0]},
-            "substances": {"salt": "", "air": ""},
-            "fields": {"smell": {"cell": 2.0, "diffusion": 0.1, "decay": 0.1},
-                       "pool": {"cell": 5.0, "substance": "salt", "initial": 0.001},
-                       "sky": {"cell": 5.0, "substance": "air", "initial": 0.001}},
-            "objects": {"stone": {"count": 20, "body": {"radius": 0.25, "opaque": False}},
-                        "pebble": {"count": 5, "body": {"radius": 0.25, "opaque": False}}},
-            "species": species}
+            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+        }
+    return {
+        "format": 1,
+        "name": "drawn",
+        "space": {"size": [20.0, 20.0]},
+        "substances": {"salt": "", "air": ""},
+        "fields": {
+            "smell": {"cell": 2.0, "diffusion": 0.1, "decay": 0.1},
+            "pool": {"cell": 5.0, "substance": "salt", "initial": 0.001},
+            "sky": {"cell": 5.0, "substance": "air", "initial": 0.001},
+        },
+        "objects": {
+            "stone": {"count": 20, "body": {"radius": 0.25, "opaque": False}},
+            "pebble": {"count": 5, "body": {"radius": 0.25, "opaque": False}},
+        },
+        "species": species,
+    }
 
 
 @pytest.mark.parametrize("seed", range(20))

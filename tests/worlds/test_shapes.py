@@ -6,18 +6,35 @@ from ecs_eco import World
 from ecs_eco.testing import all_threads
 
 YARD = {
-    "format": 1, "name": "yard", "space": {"size": [20.0, 20.0]},
-    "objects": {"fence": {"between": [[4.0, 4.0, 16.0, 4.0], [4.0, 6.0, 8.0, 18.0]],
-                          "body": {"shape": "box", "size": [1.0, 0.3], "solid": True}}},
-    "species": {"eel": {
-        "count": 40, "body": {"shape": "capsule", "radius": 0.2, "length": 1.2, "solid": True},
-        "locomotion": {"speed": {"rest": 0.0, "swim": 1.5}, "turn": 0.7},
-        "sensors": [{"kind": "rays", "count": 5, "radius": 4.0, "targets": ["fence", "eel"]},
-                    {"kind": "nearest", "target": "eel", "radius": 5.0, "occlusion": True}],
-        "actions": {"speed": ["rest", "swim"], "turn": ["left", "none", "right"]},
-        "reproduction": {"kind": "asexual", "rate": 0.05, "energy_min": 0.1, "energy_given": 0.1,
-                         "dispersal": 4.0}}},
-}  # fmt: skip
+    "format": 1,
+    "name": "yard",
+    "space": {"size": [20.0, 20.0]},
+    "objects": {
+        "fence": {
+            "between": [[4.0, 4.0, 16.0, 4.0], [4.0, 6.0, 8.0, 18.0]],
+            "body": {"shape": "box", "size": [1.0, 0.3], "solid": True},
+        }
+    },
+    "species": {
+        "eel": {
+            "count": 40,
+            "body": {"shape": "capsule", "radius": 0.2, "length": 1.2, "solid": True},
+            "locomotion": {"speed": {"rest": 0.0, "swim": 1.5}, "turn": 0.7},
+            "sensors": [
+                {"kind": "rays", "count": 5, "radius": 4.0, "targets": ["fence", "eel"]},
+                {"kind": "nearest", "target": "eel", "radius": 5.0, "occlusion": True},
+            ],
+            "actions": {"speed": ["rest", "swim"], "turn": ["left", "none", "right"]},
+            "reproduction": {
+                "kind": "asexual",
+                "rate": 0.05,
+                "energy_min": 0.1,
+                "energy_given": 0.1,
+                "dispersal": 4.0,
+            },
+        }
+    },
+}
 
 
 @pytest.mark.definition("1 conformation")

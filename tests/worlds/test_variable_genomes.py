@@ -23,14 +23,31 @@ RATES = {"insertion": 0.01, "deletion": 0.01, "duplication": 0.05, "loss": 0.05}
 def goats_with(**genome):
     """A herd whose goats have genomes of variable length and no policy that learns."""
     genes = [
-        {"name": "green", "trait": "reflex.green.weight", "letters": 1, "values": [0, 0, 0, -1],
-         "promoter": "TAT", "copies": 2, "doubled": "sum"},
+        {
+            "name": "green",
+            "trait": "reflex.green.weight",
+            "letters": 1,
+            "values": [0, 0, 0, -1],
+            "promoter": "TAT",
+            "copies": 2,
+            "doubled": "sum",
+        },
         {"name": "size", "trait": "body.radius", "letters": 3, "low": 0.2, "high": 0.6, "promoter": "CGC"},
-        {"name": "legs", "trait": "locomotion.pace", "letters": 3, "low": 0.5, "high": 2.0, "copies": 0,
-         "promoter": "GGA"},
+        {
+            "name": "legs",
+            "trait": "locomotion.pace",
+            "letters": 3,
+            "low": 0.5,
+            "high": 2.0,
+            "copies": 0,
+            "promoter": "GGA",
+        },
     ]
-    return herd(components=[], genome={"longest": 40, "loci": 24, "genes": genes, **RATES, **genome},
-                reproduction=HERD["species"]["goat"]["reproduction"] | {"gestation": 2.0})
+    return herd(
+        components=[],
+        genome={"longest": 40, "loci": 24, "genes": genes, **RATES, **genome},
+        reproduction=HERD["species"]["goat"]["reproduction"] | {"gestation": 2.0},
+    )
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +56,9 @@ def lived():
 
 
 @pytest.mark.definition("3 genome")
-@pytest.mark.parametrize("genome", [{}, {"ploidy": 2, "dominance": "mean"},
-                                    {"mate": {"operator": "cxMessyOnePoint"}}])
+@pytest.mark.parametrize(
+    "genome", [{}, {"ploidy": 2, "dominance": "mean"}, {"mate": {"operator": "cxMessyOnePoint"}}]
+)
 def test_a_herd_with_strings_of_variable_length_keeps_its_promises(genome):
     check_world(lambda threads: World.from_config(goats_with(**genome), threads=threads), ticks=50)
 
@@ -113,8 +131,10 @@ def test_a_record_has_the_strings_and_who_carries_what(tmp_path):
     assert carried.values == ("0", "-1")
     alive = (lineage.born <= 0) & (lineage.species == "goat")
     founders = [copies_found(kept, text) for text in lineage.genome[alive]]
-    says = [any(g["name"] == "green" and f["strings"][g["string"]][g["to"] - 1] == "T" for g in f["genes"])
-            for f in founders]
+    says = [
+        any(g["name"] == "green" and f["strings"][g["string"]][g["to"] - 1] == "T" for g in f["genes"])
+        for f in founders
+    ]
     assert carried.of("-1")[0] == sum(says)
     with pytest.raises(ValueError, match="genes have no fixed place"):
         lineage.frequencies("goat", (0, 2), 20)

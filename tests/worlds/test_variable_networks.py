@@ -19,20 +19,39 @@ def instincts():
     """Networks of weights that letters code for exactly: eat and mate whenever it can, want energy."""
     biases = np.zeros((len(ACTIONS), 3), np.float32)
     biases[[ACTIONS.index("eat"), ACTIONS.index("mate")], 2] = 1.0
-    return (linear("reflex", np.zeros((CHANNELS, 21)), biases.ravel()),
-            linear("happiness", [2.0, 0.0, 0.0, 0.0, 0.0], [0.5]))
+    return (
+        linear("reflex", np.zeros((CHANNELS, 21)), biases.ravel()),
+        linear("happiness", [2.0, 0.0, 0.0, 0.0, 0.0], [0.5]),
+    )
 
 
 def inheriting(**more):
     """A herd whose strings of variable length hold both networks, twice the first."""
     reacts, wants = instincts()
-    genes = [gene_for("reacts", "reflex.weights", 1, low=-1.0, high=2.0, form="direct", promoter="TATA",
-                      copies=2, doubled="mean"),
-             gene_for("wants", "happiness.weights", 2, low=-3.5, high=4.0, form="direct", promoter="CGCG"),
-             gene_for("size", "body.radius", 3, low=0.2, high=0.6, promoter="GGAG")]  # fmt: skip
+    genes = [
+        gene_for(
+            "reacts",
+            "reflex.weights",
+            1,
+            low=-1.0,
+            high=2.0,
+            form="direct",
+            promoter="TATA",
+            copies=2,
+            doubled="mean",
+        ),
+        gene_for("wants", "happiness.weights", 2, low=-3.5, high=4.0, form="direct", promoter="CGCG"),
+        gene_for("size", "body.radius", 3, low=0.2, high=0.6, promoter="GGAG"),
+    ]
     genome = {"longest": 600, "founders": "own", "genes": genes, **RATES, **more}
-    return herd(components=[], reflex={"function": reacts}, happiness={"function": wants, "minimum": -9.0},
-                genome=genome, reproduction=BREED, count=40)
+    return herd(
+        components=[],
+        reflex={"function": reacts},
+        happiness={"function": wants, "minimum": -9.0},
+        genome=genome,
+        reproduction=BREED,
+        count=40,
+    )
 
 
 @pytest.mark.definition("3 genome", "3 genome encodes")
@@ -44,8 +63,13 @@ def test_founders_have_the_fitted_weights_in_their_letters_and_children_what_the
     assert np.array_equal(table[Instincts].reflex[rows], np.repeat(reacts.weights[None], rows.size, 0))
     assert np.array_equal(table[Instincts].happiness[rows], np.repeat(wants.weights[None], rows.size, 0))
     heredity, layout = table.species.heredity, table.species.heredity.layout
-    children = heredity.offspring(world, table, np.repeat(rows, 5), np.repeat(rows[::-1], 5),
-                                  np.arange(1, 5 * rows.size + 1, dtype=np.uint64))
+    children = heredity.offspring(
+        world,
+        table,
+        np.repeat(rows, 5),
+        np.repeat(rows[::-1], 5),
+        np.arange(1, 5 * rows.size + 1, dtype=np.uint64),
+    )
     loci = children[Genome, "loci"]
     values, copies = layout.decode(loci), layout.copy_numbers(loci)
     assert np.array_equal(children[Instincts, "reflex"], values["reacts"])
@@ -64,8 +88,11 @@ def test_a_trained_policy_becomes_letters_of_founders_whose_strings_vary_in_leng
     teacher = World.from_config(load("innate", FEW), seed=2, record=False)
     table = teacher.tables["goat"]
     module = teacher.policy("goat", int(table.uid[table.by_uid()[0]]))
-    longer = {"species.goat.genome.longest": 1200, "species.goat.genome.founders": "own",
-              "species.goat.genome.mate": {"operator": "cxUnequal"}}
+    longer = {
+        "species.goat.genome.longest": 1200,
+        "species.goat.genome.founders": "own",
+        "species.goat.genome.mate": {"operator": "cxUnequal"},
+    }
     world = World.from_config(load("innate", FEW | longer), policies={"goat": module}, record=False)
     pupils, rows = goats(world)
     taught = table[Policy].weights[table.by_uid()[:1]]

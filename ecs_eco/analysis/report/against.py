@@ -26,8 +26,9 @@ def of_run(run: Path, series: Series) -> Outside | None:
     data = (series.manifest.get("config") or {}).get("data")
     if not data or not (run / KEPT).is_file():
         return None
-    return outside_of({**data, "file": KEPT}, run, [*series.species, *series.reporters],
-                      str(run / "manifest.json"))
+    return outside_of(
+        {**data, "file": KEPT}, run, [*series.species, *series.reporters], str(run / "manifest.json")
+    )
 
 
 def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
@@ -35,24 +36,44 @@ def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
     if outside is None:
         return []
     both = compare(series, outside)
-    rows = [[f"{name}{'' if outside.named[name] == name else f' ({outside.named[name]})'}", where,
-             f"{s.samples:,}", f"{number(s.period)} {unit}", number(s.cycles), number(100 * s.share) + " %",
-             number(s.amplitude)]
-            for name in outside.columns
-            for where, s, unit in (("this run", _in_unit(both.run[name], outside),
-                                    outside.unit if outside.ticks else "ticks"),
-                                   ("outside", both.outside[name], outside.unit))]
-    lags = [[f"{b} behind {a}", *(f"{number(share)} of a period" for share in shares)]
-            for (a, b), shares in both.lags.items()]
-    note = ("<p>Both are described by the same rule: the wave that explains most of the variance of log "
-            "numbers without their trend. Nothing here is a test: see Cycles for that of the run.</p>")
+    rows = [
+        [
+            f"{name}{'' if outside.named[name] == name else f' ({outside.named[name]})'}",
+            where,
+            f"{s.samples:,}",
+            f"{number(s.period)} {unit}",
+            number(s.cycles),
+            number(100 * s.share) + " %",
+            number(s.amplitude),
+        ]
+        for name in outside.columns
+        for where, s, unit in (
+            ("this run", _in_unit(both.run[name], outside), outside.unit if outside.ticks else "ticks"),
+            ("outside", both.outside[name], outside.unit),
+        )
+    ]
+    lags = [
+        [f"{b} behind {a}", *(f"{number(share)} of a period" for share in shares)]
+        for (a, b), shares in both.lags.items()
+    ]
+    note = (
+        "<p>Both are described by the same rule: the wave that explains most of the variance of log "
+        "numbers without their trend. Nothing here is a test: see Cycles for that of the run.</p>"
+    )
     drawn = figures.save_svg(figure(series, outside, both), place / "figures" / "against.svg")
     head = ["", "", "samples", "period", "cycles", "variance explained", "amplitude [log10]"]
-    return ["<h2>Beside the outside series</h2>", note, table(head, rows),
-            *([table(["", "this run", "outside"], lags)] if lags else []),
-            picture(drawn, "Above: numbers over time, in periods of each, on the same scale. Below: the "
-                    "share of the variance that a wave of each period explains, in periods of the highest. "
-                    "Left this run, right the outside series.")]
+    return [
+        "<h2>Beside the outside series</h2>",
+        note,
+        table(head, rows),
+        *([table(["", "this run", "outside"], lags)] if lags else []),
+        picture(
+            drawn,
+            "Above: numbers over time, in periods of each, on the same scale. Below: the "
+            "share of the variance that a wave of each period explains, in periods of the highest. "
+            "Left this run, right the outside series.",
+        ),
+    ]
 
 
 def _in_unit(of: Summary, outside: Outside) -> Summary:
@@ -69,8 +90,7 @@ def figure(series: Series, outside: Outside, both: Both) -> Figure:
     first = next(iter(outside.columns))
     end = min(both.run[first].cycles, max(2 * both.outside[first].cycles, 6.0))
     alive = dict(zip(outside.columns, living(series, list(outside.columns)).T, strict=True))
-    for k, held in enumerate(({name: numbers_of(series, name) for name in outside.columns},
-                              outside.columns)):
+    for k, held in enumerate(({name: numbers_of(series, name) for name in outside.columns}, outside.columns)):
         described = (both.run, both.outside)[k]
         period = described[first].period / (outside.step if k else 1.0)
         for name, x in held.items():

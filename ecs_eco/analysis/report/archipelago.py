@@ -21,20 +21,40 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
     islands = archipelago.load_islands(root)
     m = islands.manifest
     title = str(m.get("title") or m.get("world"))
-    drawn = {"map": (archipelago.chart(islands), "The islands at the end. The area of a disc is the number "
-                     "of those that wander; an arrow is as wide as migrants were many."),
-             "islands": (archipelago.numbers(islands), "Numbers on each island, with their mean thick, "
-                         "and how many migrants arrived at each barrier.")}
-    shown = {name: picture(figures.save_svg(f, place / "figures" / f"{name}.svg"), caption)
-             for name, (f, caption) in drawn.items()}
+    drawn = {
+        "map": (
+            archipelago.chart(islands),
+            "The islands at the end. The area of a disc is the number "
+            "of those that wander; an arrow is as wide as migrants were many.",
+        ),
+        "islands": (
+            archipelago.numbers(islands),
+            "Numbers on each island, with their mean thick, and how many migrants arrived at each barrier.",
+        ),
+    }
+    shown = {
+        name: picture(figures.save_svg(f, place / "figures" / f"{name}.svg"), caption)
+        for name, (f, caption) in drawn.items()
+    }
     plan = islands.plan
-    what = (f"World {m['world']}, seed {m['seed']}: {len(plan.names)} islands, graph {plan.graph}, "
-            f"{m['tick']:,} ticks with a barrier every {plan.every:,}. Digest {str(m['digest'])[:16]}.")
-    return write_text(place / "report.html", page(
-        title, f"<h1>{escape(title)}</h1>", f"<p class='under'>{escape(what)}</p>", shown["map"],
-        "<h2>Islands</h2>", table(["island", *islands.species, "came", "left", "own values"],
-                                  _rows(islands, root, place)),
-        shown["islands"], "<h2>Migrants</h2>", *_ways(islands)))
+    what = (
+        f"World {m['world']}, seed {m['seed']}: {len(plan.names)} islands, graph {plan.graph}, "
+        f"{m['tick']:,} ticks with a barrier every {plan.every:,}. Digest {str(m['digest'])[:16]}."
+    )
+    return write_text(
+        place / "report.html",
+        page(
+            title,
+            f"<h1>{escape(title)}</h1>",
+            f"<p class='under'>{escape(what)}</p>",
+            shown["map"],
+            "<h2>Islands</h2>",
+            table(["island", *islands.species, "came", "left", "own values"], _rows(islands, root, place)),
+            shown["islands"],
+            "<h2>Migrants</h2>",
+            *_ways(islands),
+        ),
+    )
 
 
 def _rows(islands: archipelago.Islands, root: Path, place: Path) -> Iterator[list[object]]:
@@ -45,16 +65,27 @@ def _rows(islands: archipelago.Islands, root: Path, place: Path) -> Iterator[lis
         if place == root and (root / ISLANDS / name / "report.html").is_file():
             link = Markup(f'<a href="{ISLANDS}/{escape(name)}/report.html">{escape(name)}</a>')
         own = ", ".join(f"{key} = {value}" for key, value in islands.plan.islands[name].items())
-        yield [link, *(f"{n:,.0f}" for n in series.n[-1]), f"{moved[:, i].sum():,}", f"{moved[i].sum():,}",
-               own or "–"]
+        yield [
+            link,
+            *(f"{n:,.0f}" for n in series.n[-1]),
+            f"{moved[:, i].sum():,}",
+            f"{moved[i].sum():,}",
+            own or "–",
+        ]
 
 
 def _ways(islands: archipelago.Islands) -> Iterator[str]:
     """A table of migrants from each island to each other, by species that wanders."""
     for species, chance in islands.plan.emigration.items():
         moved = islands.moved(species)
-        yield (f"<p>{escape(species)}: {moved.sum():,} arrived; at a barrier each leaves with a chance of "
-               f"{chance:g}. Rows: from; columns: to.</p>")
-        yield table(["", *islands.plan.names],
-                    [[name, *(f"{k:,}" if k else "–" for k in row)]
-                     for name, row in zip(islands.plan.names, moved.tolist(), strict=True)])
+        yield (
+            f"<p>{escape(species)}: {moved.sum():,} arrived; at a barrier each leaves with a chance of "
+            f"{chance:g}. Rows: from; columns: to.</p>"
+        )
+        yield table(
+            ["", *islands.plan.names],
+            [
+                [name, *(f"{k:,}" if k else "–" for k in row)]
+                for name, row in zip(islands.plan.names, moved.tolist(), strict=True)
+            ],
+        )

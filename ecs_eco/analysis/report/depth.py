@@ -45,8 +45,10 @@ def _density(run: Path, place: Path, series: Series) -> Iterator[str]:
     if species and len(edges) > 2:
         height = float(series.manifest["config"]["space"]["size"][2])
         layer = height / len(numbers[species[0]])
-        caption = (f"Where they are over time: the mean number in each {number(layer)} m of depth, "
-                   f"in stretches of {number(int(np.diff(edges)[0]))} ticks, of the snapshots in each.")
+        caption = (
+            f"Where they are over time: the mean number in each {number(layer)} m of depth, "
+            f"in stretches of {number(int(np.diff(edges)[0]))} ticks, of the snapshots in each."
+        )
         yield _drawn(place, "depths", depth_figures.over_time(edges, numbers, height), caption)
 
 
@@ -86,8 +88,16 @@ def _smells(run: Path, series: Series) -> Iterator[str]:
 
 
 def _cycles(series: Series, species: list[str]) -> str:
-    head = ["species", "days", "mean depth [m]", "amplitude [m]", "of the water",
-            "deepest, hours of 24 after noon", "p", "r with light"]
+    head = [
+        "species",
+        "days",
+        "mean depth [m]",
+        "amplitude [m]",
+        "of the water",
+        "deepest, hours of 24 after noon",
+        "p",
+        "r with light",
+    ]
     note = (
         "A cosine of one day is fitted to mean depth, without the first day; the amplitude is half of the "
         "height of the wave. p is how often days that begin at random hours have an amplitude as large; "
@@ -101,8 +111,16 @@ def _cycle(series: Series, species: str) -> list[str]:
     if c is None:
         return [species, "less than two days", *["–"] * 6]
     p = "–" if np.isnan(c.p) else f"{'≤' if c.p <= 0.001 else '='} {c.p:.2g}"
-    return [species, f"{c.days:.0f}", number(c.fit.mesor), number(c.fit.amplitude), f"{c.share:.0%}",
-            f"{24 * c.lag:+.1f}", p, number(c.r)]
+    return [
+        species,
+        f"{c.days:.0f}",
+        number(c.fit.mesor),
+        number(c.fit.amplitude),
+        f"{c.share:.0%}",
+        f"{24 * c.lag:+.1f}",
+        p,
+        number(c.r),
+    ]
 
 
 def _escape(result: Escape, prey: str, predator: str, dt: float) -> str:

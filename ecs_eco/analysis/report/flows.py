@@ -9,9 +9,11 @@ from ecs_eco.analysis.flows import draw, flows
 from ecs_eco.analysis.page import number, table, write_text
 from ecs_eco.analysis.runs import Series
 
-_CAPTION = ("Energy that eaters gained, a tick, as widths, from whom it was to whom it went. Before them what"
-            " came from light, behind them what was burnt (faint) and what died uneaten (full); dashed is "
-            "what harmed its eater.")
+_CAPTION = (
+    "Energy that eaters gained, a tick, as widths, from whom it was to whom it went. Before them what"
+    " came from light, behind them what was burnt (faint) and what died uneaten (full); dashed is "
+    "what harmed its eater."
+)
 _SHARED = " What each food gave was not recorded: what an eater took in is shared among its foods by number."
 
 
@@ -23,9 +25,18 @@ def blocks(series: Series, place: Path) -> list[str]:
     drawn = draw(series, found)
     alone = drawn.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1)
     write_text(place / "figures" / "flows.svg", alone)
-    rows = [[f"{m.food} → {m.eater}", number(m.energy), number(m.number),
-             number(m.energy / m.number) if m.number else "–"] for m in found.meals]
+    rows = [
+        [
+            f"{m.food} → {m.eater}",
+            number(m.energy),
+            number(m.number),
+            number(m.energy / m.number) if m.number else "–",
+        ]
+        for m in found.meals
+    ]
     caption = escape(_CAPTION + _SHARED * found.shared)
-    return ["<h2>Who ate whom</h2>", f"<figure><div class='wide' tabindex='0'>{drawn}</div>"
-            f"<figcaption>{caption}</figcaption></figure>",
-            table(["who → by whom", "energy a tick", "number a tick", "energy of each"], rows)]
+    return [
+        "<h2>Who ate whom</h2>",
+        f"<figure><div class='wide' tabindex='0'>{drawn}</div><figcaption>{caption}</figcaption></figure>",
+        table(["who → by whom", "energy a tick", "number a tick", "energy of each"], rows),
+    ]

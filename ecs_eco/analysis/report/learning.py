@@ -36,23 +36,47 @@ def blocks(run: Path, series: Series, place: Path) -> list[str]:
         out.append("<h2>What they do</h2>")
         for s, of in learning.acts_of(acts).items():
             name = f"actions-{series.index(s)}" if s in series.species else "actions"
-            out.append(drawn(place, name, learning.actions(of, s),
-                              f"Share of {s} that do each action, of each group one."))
+            out.append(
+                drawn(
+                    place,
+                    name,
+                    learning.actions(of, s),
+                    f"Share of {s} that do each action, of each group one.",
+                )
+            )
     return out
 
 
-def learnt(updates: Mapping[str, learning.Updates], happiness: Mapping[str, tuple[object, object]],
-           hue: Mapping[str, str], place: Path) -> list[str]:
+def learnt(
+    updates: Mapping[str, learning.Updates],
+    happiness: Mapping[str, tuple[object, object]],
+    hue: Mapping[str, str],
+    place: Path,
+) -> list[str]:
     """The heading, the figure and the table of what learners said."""
     figure = learning.diagnostics(updates, happiness, hue)  # type: ignore[arg-type]
     words = ("reward", "happiness", "entropy", "approx_kl", "explained_variance")
     rows = []
     for s, of in updates.items():
         told = learning.summary(of, happiness.get(s))  # type: ignore[arg-type]
-        rows.append([s, f"{told['updates']:,}", f"{told['transitions']:,}",
-                     *(" → ".join(number(x) for x in told[w]) if w in told else "–" for w in words)])
-    head = ["species", "updates", "transitions", "reward", "happiness", "entropy [nat]", "KL [nat]",
-            "explained variance"]
+        rows.append(
+            [
+                s,
+                f"{told['updates']:,}",
+                f"{told['transitions']:,}",
+                *(" → ".join(number(x) for x in told[w]) if w in told else "–" for w in words),
+            ]
+        )
+    head = [
+        "species",
+        "updates",
+        "transitions",
+        "reward",
+        "happiness",
+        "entropy [nat]",
+        "KL [nat]",
+        "explained variance",
+    ]
     caption = "What policies say of each update, and mean happiness, by species."
     return ["<h2>Learning</h2>", drawn(place, "learning", figure, caption), table(head, rows), NOTE]
 

@@ -25,14 +25,19 @@ def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dic
     if not len(series.ticks) or not len(series.species):
         return {}
     drawn = [*_numbers(series), *_cycles(series, cycles), *_flows(series), *_places(run, series)]
-    return {name: picture(figures.save_svg(f, place / "figures" / f"{name}.svg"), caption)
-            for name, f, caption in drawn}
+    return {
+        name: picture(figures.save_svg(f, place / "figures" / f"{name}.svg"), caption)
+        for name, f, caption in drawn
+    }
 
 
 def _numbers(series: Series) -> Iterator[Drawn]:
     marked = "; a dashed line marks an intervention" if figures.interventions(series) else ""
-    yield ("populations", figures.populations(series),
-           f"Numbers over time. A cross marks the end of a species{marked}.")
+    yield (
+        "populations",
+        figures.populations(series),
+        f"Numbers over time. A cross marks the end of a species{marked}.",
+    )
     if series.reporters:
         yield "measured", measures.figure(series), "What the world's reporters measured, over time."
 
@@ -44,8 +49,11 @@ def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:
     peaks = {s: peak for s, peak in cycles.peaks.items() if peak is not None}
     if peaks:
         band = "the band is that of a population that drifts without cycling"
-        yield ("spectra", figures.spectra(peaks, hue),
-               f"Spectra. A cycle is a peak above the grey band; {band}.")
+        yield (
+            "spectra",
+            figures.spectra(peaks, hue),
+            f"Spectra. A cycle is a peak above the grey band; {band}.",
+        )
     if cycles.cycling() and cycles.period and pairs and all(f"{a}→{b}" in cycles.lags for a, b in pairs):
         caption = "Correlation of two species, one shifted in time; right of zero the consumer follows."
         yield "lags", figures.lags(series, pairs, cycles.period), caption
@@ -68,9 +76,18 @@ def _places(run: Path, series: Series) -> Iterator[Drawn]:
         hue = figures.colors(series.species, series.manifest.get("colors"))
         land = land_at(series.manifest["config"], series.manifest.get("intervened", ()), snapshot[0], run)
         relief = Relief.kept(run, series.manifest["config"])
-        seen = [word for word, there in (
-            ("hills in the light of the upper left, blue is water", relief is not None),
-            ("strips are roads", land["roads"]), ("dashed lines fences", land["fences"]),
-            ("dotted borders areas of harvest (red) and planting (green)", land["areas"])) if there]
-        yield ("positions", figures.positions(snapshot[1], size, hue, land=land, relief=relief),
-               f"All organisms at tick {snapshot[0]:,}{'; ' * bool(seen)}{', '.join(seen)}.")
+        seen = [
+            word
+            for word, there in (
+                ("hills in the light of the upper left, blue is water", relief is not None),
+                ("strips are roads", land["roads"]),
+                ("dashed lines fences", land["fences"]),
+                ("dotted borders areas of harvest (red) and planting (green)", land["areas"]),
+            )
+            if there
+        ]
+        yield (
+            "positions",
+            figures.positions(snapshot[1], size, hue, land=land, relief=relief),
+            f"All organisms at tick {snapshot[0]:,}{'; ' * bool(seen)}{', '.join(seen)}.",
+        )

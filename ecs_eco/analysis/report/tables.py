@@ -25,8 +25,11 @@ def verdict(series: Series) -> str:
     """The opening of the report: whether all species persisted, or else when and of what they died out."""
     lines = opening(series)
     lost = not series.present.any() or not series.persisted
-    return (f"<div class='verdict{' lost' if lost else ''}'>" + "".join(f"<p>{escape(x)}</p>" for x in lines)
-            + "</div>")
+    return (
+        f"<div class='verdict{' lost' if lost else ''}'>"
+        + "".join(f"<p>{escape(x)}</p>" for x in lines)
+        + "</div>"
+    )
 
 
 def interventions(series: Series) -> str:
@@ -44,18 +47,33 @@ def numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
     `ages` holds deaths and mean age at death."""
     if not len(series.ticks):
         return "<p>The run has no ticks.</p>"
-    head = ["species", "first tick", "mean", "least", "most", "last tick", "births", "refused", "deaths",
-            "mean age at death [s]", "life expectancy [s]"]
-    note = ("Refused are births for which max_count left no room. Life expectancy is the total time lived "
-            "divided by deaths: unlike the age at death, it counts those still alive.")
+    head = [
+        "species",
+        "first tick",
+        "mean",
+        "least",
+        "most",
+        "last tick",
+        "births",
+        "refused",
+        "deaths",
+        "mean age at death [s]",
+        "life expectancy [s]",
+    ]
+    note = (
+        "Refused are births for which max_count left no room. Life expectancy is the total time lived "
+        "divided by deaths: unlike the age at death, it counts those still alive."
+    )
     rows = [_numbers_of(series, i, ages) for i in range(len(series.species))]
     return f"{table(head, rows)}<p class='under'>{note}</p>"
 
 
 def _numbers_of(series: Series, i: int, ages: Mapping[str, tuple[int, float]]) -> list[str]:
     n, species = series.n[:, i], series.species[i]
-    sums = [f"{series.columns[c][:, i].sum():,.0f}" if c in series.columns else "–"
-            for c in ("births", "refused", "deaths")]
+    sums = [
+        f"{series.columns[c][:, i].sum():,.0f}" if c in series.columns else "–"
+        for c in ("births", "refused", "deaths")
+    ]
     died = series.columns["deaths"][:, i].sum() if "deaths" in series.columns else 0
     expected = n.sum() * series.dt / died if died else np.nan
     hue = figures.colors(series.species, series.manifest.get("colors"))[species]
@@ -74,8 +92,9 @@ def cycles(series: Series, statistics: CycleStatistics) -> str:
             "Ten periods or more are needed, in practice thousands of ticks.</p>"
         )
     cycling = statistics.cycling()
-    items = "".join(f"<li>{escape(_cycle(s, statistics.peaks[s], s in cycling))}</li>"
-                    for s in statistics.species)
+    items = "".join(
+        f"<li>{escape(_cycle(s, statistics.peaks[s], s in cycling))}</li>" for s in statistics.species
+    )
     method = (
         "<p class='under'>p is the chance of so high a spectral peak, at any of the periods tested, "
         f"in a population that drifts and relaxes without cycling ({statistics.ticks:,} ticks, "
@@ -83,10 +102,13 @@ def cycles(series: Series, statistics: CycleStatistics) -> str:
     )
     if not cycling or not statistics.period:
         return f"<ul>{items}</ul>{method}"
-    lags = "".join(f"<li>{escape(_lag(pair, x, statistics.period))}</li>"
-                   for pair, x in statistics.lags.items())
-    who = (f"<p>Which species follows which, at the period of {statistics.period:,.0f} ticks (95 % "
-           "intervals):</p>")
+    lags = "".join(
+        f"<li>{escape(_lag(pair, x, statistics.period))}</li>" for pair, x in statistics.lags.items()
+    )
+    who = (
+        f"<p>Which species follows which, at the period of {statistics.period:,.0f} ticks (95 % "
+        "intervals):</p>"
+    )
     return f"<ul>{items}</ul>{who}<ul>{lags}</ul>{method}"
 
 
@@ -94,16 +116,26 @@ def _cycle(species: str, peak: Peak | None, cycles: bool) -> str:
     if peak is None:
         return f"{species}: its number does not change."
     if not cycles and peak.p <= 0.05:
-        why = (f"slower swings have {peak.slower:,.1f} times its variance" if peak.slower > 1
-               else f"the series holds it {peak.held:,.1f} times only")
-        return (f"{species}: no cycle; of the bump of its spectrum at {peak.period:,.0f} ticks "
-                f"(p {_p(peak.p)}), {why}.")
+        why = (
+            f"slower swings have {peak.slower:,.1f} times its variance"
+            if peak.slower > 1
+            else f"the series holds it {peak.held:,.1f} times only"
+        )
+        return (
+            f"{species}: no cycle; of the bump of its spectrum at {peak.period:,.0f} ticks "
+            f"(p {_p(peak.p)}), {why}."
+        )
     if not cycles:
         return f"{species}: no cycle beyond red noise (p {_p(peak.p)})."
-    few = (f" Fewer than {FEW_PERIODS} periods: a longer run is needed to be sure."
-           if peak.n_periods < FEW_PERIODS else "")
-    return (f"{species} cycles: a period of {peak.period:,.0f} ticks, {peak.n_periods:.1f} periods, "
-            f"p {_p(peak.p)}.{few}")
+    few = (
+        f" Fewer than {FEW_PERIODS} periods: a longer run is needed to be sure."
+        if peak.n_periods < FEW_PERIODS
+        else ""
+    )
+    return (
+        f"{species} cycles: a period of {peak.period:,.0f} ticks, {peak.n_periods:.1f} periods, "
+        f"p {_p(peak.p)}.{few}"
+    )
 
 
 def _p(p: float) -> str:
@@ -113,8 +145,10 @@ def _p(p: float) -> str:
 def _lag(pair: str, lag: Lag, period: float) -> str:
     a, b = pair.split("→")
     loose = "; loosely coupled" if lag.coherence < 0.5 else ""
-    share = (f"{lag.share:.2f} of a period ({lag.low:.2f} to {lag.high:.2f}), "
-             f"about {lag.share * period:,.0f} ticks")
+    share = (
+        f"{lag.share:.2f} of a period ({lag.low:.2f} to {lag.high:.2f}), "
+        f"about {lag.share * period:,.0f} ticks"
+    )
     return f"{b} follows {a} by {share}; coherence {lag.coherence:.2f}{loose}."
 
 
@@ -124,8 +158,11 @@ def deaths(series: Series) -> str:
     for i, s in enumerate(series.species):
         counts = {c: series.columns[DIED + c][:, i].sum() for c in series.causes}
         total = sum(counts.values())
-        rows += [[s, c, f"{k:,.0f}", f"{k / total:.1%}"]
-                 for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k]
+        rows += [
+            [s, c, f"{k:,.0f}", f"{k / total:.1%}"]
+            for c, k in sorted(counts.items(), key=lambda x: -x[1])
+            if k
+        ]
     return table(["species", "cause", "deaths", "share"], rows) if rows else "<p>Nobody died.</p>"
 
 

@@ -24,8 +24,12 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.garbage import uncollected
 
 
-def write_report(run_dir: Path | str, out: Path | str | None = None, against: Path | str | None = None,
-                 match: Mapping[str, str] | None = None) -> Path:
+def write_report(
+    run_dir: Path | str,
+    out: Path | str | None = None,
+    against: Path | str | None = None,
+    match: Mapping[str, str] | None = None,
+) -> Path:
     """Write report.html and figures/*.svg into a run folder, or into `out`,
     and return the path of the report; beside an outside series, a CSV file, if `against` names one, whose
     columns `match` tells the species of (`ecs_eco.analysis.against`), else that of the world's [data].
@@ -38,12 +42,16 @@ def write_report(run_dir: Path | str, out: Path | str | None = None, against: Pa
         return _written(Path(run_dir), out, against, match)
 
 
-def _written(run: Path, out: Path | str | None, against: Path | str | None,
-             match: Mapping[str, str] | None) -> Path:
+def _written(
+    run: Path, out: Path | str | None, against: Path | str | None, match: Mapping[str, str] | None
+) -> Path:
     place = run if out is None else Path(out)
     series = load_series(run)
-    outside = (of_run(run, series) if against is None
-               else read_outside(against, [*series.species, *series.reporters], match))
+    outside = (
+        of_run(run, series)
+        if against is None
+        else read_outside(against, [*series.species, *series.reporters], match)
+    )
     cycles = cycle_statistics(series) if len(series.ticks) else CycleStatistics(series.species, 0, False)
     pictures = draw(run, series, cycles, place)
     title = f"{series.manifest.get('title') or series.manifest.get('world', 'A run')}"
@@ -55,8 +63,11 @@ def _written(run: Path, out: Path | str | None, against: Path | str | None,
         *(("<h2>Interventions</h2>", done) if (done := tables.interventions(series)) else ()),
         "<h2>Numbers</h2>",
         tables.numbers(series, ages_at_death(run)),
-        *(("<h2>Measured</h2>", measures.rows(series), pictures.get("measured", ""))
-          if series.reporters and len(series.ticks) else ()),
+        *(
+            ("<h2>Measured</h2>", measures.rows(series), pictures.get("measured", ""))
+            if series.reporters and len(series.ticks)
+            else ()
+        ),
         "<h2>Cycles</h2>",
         tables.cycles(series, cycles),
         *(pictures.get(name, "") for name in ("spectra", "lags", "phase")),
@@ -93,8 +104,9 @@ def _beside(series: Series, outside: Outside | None, place: Path, asked: bool) -
 def _what(series: Series) -> str:
     m = series.manifest
     length = f"{len(series.ticks):,} ticks of {number(series.dt)} s"
-    broken = ("" if m.get("finished", True)
-              else f" of {m.get('ticks', 0):,} asked for: the run was interrupted")
+    broken = (
+        "" if m.get("finished", True) else f" of {m.get('ticks', 0):,} asked for: the run was interrupted"
+    )
     wall = f", {m['wall_seconds']:,.1f} s of computing" if m.get("wall_seconds") else ""
     return f"World {m.get('world', '?')}, seed {m.get('seed', '?')}, {length}{broken}{wall}."
 
@@ -102,8 +114,11 @@ def _what(series: Series) -> str:
 def rerun(m: Mapping[str, Any]) -> str:
     """The command that runs a world like this from its manifest; changes made with --set are not in it."""
     portable = " --portable" if m.get("target", {}).get("mode") == "portable" else ""
-    words = [f"ecs-eco{portable} run", shlex.quote(str(m.get("world", "WORLD"))),
-             f"--seed {m.get('seed', 0)} --ticks {m.get('ticks', 0)}"]
+    words = [
+        f"ecs-eco{portable} run",
+        shlex.quote(str(m.get("world", "WORLD"))),
+        f"--seed {m.get('seed', 0)} --ticks {m.get('ticks', 0)}",
+    ]
     if m.get("policies", "trained") != "trained":
         words.append(f"--policies {shlex.quote(str(m['policies']))}")
     if m.get("config", {}).get("code"):
@@ -123,5 +138,7 @@ def _settings(m: Mapping[str, Any]) -> str:
     ]
     rows.append(["versions", versions or "–"])
     config = escape(json.dumps(m.get("config", {}), indent=2, ensure_ascii=False))
-    return (f"<pre>{escape(command)}</pre>{table(['', ''], rows)}<details><summary>All "
-            f"settings</summary><pre>{config}</pre></details>")
+    return (
+        f"<pre>{escape(command)}</pre>{table(['', ''], rows)}<details><summary>All "
+        f"settings</summary><pre>{config}</pre></details>"
+    )

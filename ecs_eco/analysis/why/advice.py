@@ -12,23 +12,28 @@ Advice = tuple[str, str, str]  # key, "higher" or "lower", what it does
 MOST = 6
 
 
-def advise(case: Case, diagnosis: dict[str, Any],
-           limits: dict[str, str | None] | None = None) -> list[dict[str, Any]]:
+def advise(
+    case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] | None = None
+) -> list[dict[str, Any]]:
     """Values to change for a verdict, the likeliest first: key, value now, direction, effect.
 
     Values at the end of their range are left out.
     """
     chosen: dict[str, dict[str, Any]] = {}
     if diagnosis["species"] is None:
-        of_limits = [(s, line) for s, limit in (limits or {}).items()
-                     for line in list(_of_limit(case, s, limit))[:2]]
+        of_limits = [
+            (s, line) for s, limit in (limits or {}).items() for line in list(_of_limit(case, s, limit))[:2]
+        ]
         lines = [(key, way, f"for more {s}: {effect}") for s, (key, way, effect) in of_limits]
     else:
         lines = list(REMEDIES[diagnosis["verdict"]](case, diagnosis["species"], diagnosis["victim"]))
     for key, way, effect in lines:
         value = look_up(case.config, key)
-        if (isinstance(value, bool | int | float | list) and key not in chosen
-            and not _at_end(key, value, way)):
+        if (
+            isinstance(value, bool | int | float | list)
+            and key not in chosen
+            and not _at_end(key, value, way)
+        ):
             chosen[key] = {"key": key, "value": value, "turn": way, "effect": effect}
     return list(chosen.values()) if diagnosis["species"] is None else list(chosen.values())[:MOST]
 
@@ -72,8 +77,11 @@ def _upkeep(case: Case, s: str) -> Iterator[Advice]:
     yield f"species.{s}.metabolism.basal", "lower", f"{s} live longer without food"
     costs = (case.of(s).get("locomotion") or {}).get("cost") or {}
     if costs:
-        yield (f"species.{s}.locomotion.cost.{max(costs, key=lambda g: costs[g])}", "lower",
-               f"moving costs {s} less")
+        yield (
+            f"species.{s}.locomotion.cost.{max(costs, key=lambda g: costs[g])}",
+            "lower",
+            f"moving costs {s} less",
+        )
 
 
 def _births(case: Case, s: str, way: str) -> Iterator[Advice]:
@@ -207,8 +215,15 @@ def _of_limit(case: Case, s: str, limit: str | None) -> Iterator[Advice]:
 
 
 REMEDIES: dict[str, Callable[[Case, str, str], Iterator[Advice]]] = {
-    "overgrazing": _overgrazing, "predators too good": _too_good, "predators too few": _too_few,
-    "newborns starve": _newborns, "poisoned": _poisoned, "starved amid plenty": _starved,
-    "food failed": _failed, "energy ran out": _ran_out,
-    "too few births": _unborn, "removed": _removed, "surroundings": _surroundings,
-}  # fmt: skip
+    "overgrazing": _overgrazing,
+    "predators too good": _too_good,
+    "predators too few": _too_few,
+    "newborns starve": _newborns,
+    "poisoned": _poisoned,
+    "starved amid plenty": _starved,
+    "food failed": _failed,
+    "energy ran out": _ran_out,
+    "too few births": _unborn,
+    "removed": _removed,
+    "surroundings": _surroundings,
+}

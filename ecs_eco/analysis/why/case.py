@@ -1,5 +1,4 @@
-"""A recorded run as a case to be explained: diets, deaths by kind of cause, rates per head, ages, energies.
-"""
+"""A recorded run as a case to be explained: diets, deaths by kind of cause, rates per head, ages, energies."""
 
 from __future__ import annotations
 
@@ -49,8 +48,7 @@ class Case:
 
     @classmethod
     def read(cls, run: Path | str) -> Case:
-        """Read a run folder; FileNotFoundError where it holds no run, RecordingError where a file is damaged.
-        """
+        """Read a run folder; FileNotFoundError where it holds no run, RecordingError where a file is damaged."""
         folder, series = Path(run), load_series(run)
         config = in_force(series.manifest)
         animals = [s for s, values in config.get("species", {}).items() if values.get("diet")]
@@ -71,10 +69,19 @@ class Case:
         eaten = []
         for s in self.species:
             for i, line in enumerate(self.of(s).get("diet") or ()):
-                poison = ((self.of(line["eats"]).get("defence") or {}).get("poison", 0.0)
-                          + max(0.0, -line["gain"]))
-                eaten.append(Food(s, line["eats"], f"species.{s}.diet.{i}", self._gain(s, line), poison,
-                                  bool(line.get("deadly"))))
+                poison = (self.of(line["eats"]).get("defence") or {}).get("poison", 0.0) + max(
+                    0.0, -line["gain"]
+                )
+                eaten.append(
+                    Food(
+                        s,
+                        line["eats"],
+                        f"species.{s}.diet.{i}",
+                        self._gain(s, line),
+                        poison,
+                        bool(line.get("deadly")),
+                    )
+                )
         return tuple(eaten)
 
     def _gain(self, eater: str, line: Mapping[str, Any]) -> float:
@@ -104,20 +111,34 @@ class Case:
 
     @cached_property
     def _kind(self) -> dict[tuple[str, str], str]:
-        removed = {i.get("cause", "culled")
-                   for _, i in self.series.manifest.get("intervened") or () if i.get("kind") == "cull"}
+        removed = {
+            i.get("cause", "culled")
+            for _, i in self.series.manifest.get("intervened") or ()
+            if i.get("kind") == "cull"
+        }
         kinds = {}
         for s in self.species:
             for cause in self.series.causes:
                 kind = "removed" if cause in removed else "surroundings"
-                kind = ("eaten" if cause.startswith("eaten by ") else "poisoned"
-                        if cause.startswith("poisoned by ") else kind)
+                kind = (
+                    "eaten"
+                    if cause.startswith("eaten by ")
+                    else "poisoned"
+                    if cause.startswith("poisoned by ")
+                    else kind
+                )
                 for limit in self.of(s).get("lethal") or ():
-                    if (limit["property"] == "energy" and cause == limit.get("low")
-                        and limit.get("min") is not None):
+                    if (
+                        limit["property"] == "energy"
+                        and cause == limit.get("low")
+                        and limit.get("min") is not None
+                    ):
                         kind = "starved"
-                    elif (limit["property"] == "age" and cause == limit.get("high")
-                          and limit.get("max") is not None):
+                    elif (
+                        limit["property"] == "age"
+                        and cause == limit.get("high")
+                        and limit.get("max") is not None
+                    ):
                         kind = "old"
                 kinds[s, cause] = kind
         return kinds
@@ -129,25 +150,35 @@ class Case:
     def died(self, species: str, kind: str) -> np.ndarray:
         """Deaths of a kind of cause in each tick, (ticks,)."""
         i = self.series.index(species)
-        columns = [self.series.columns[DIED + c][:, i]
-                   for c in self.series.causes if self._kind[species, c] == kind]
+        columns = [
+            self.series.columns[DIED + c][:, i] for c in self.series.causes if self._kind[species, c] == kind
+        ]
         return np.sum(columns, axis=0) if columns else np.zeros(len(self.series.ticks))
 
     def eaten(self, prey: str, eater: str) -> np.ndarray:
         """How many of `prey` an eater took in each tick, (ticks,); 0 for objects, which are not recorded."""
         column = f"{DIED}eaten by {eater}"
-        return (self.series.of(prey, column) if prey in self.species
-                and column in self.series.columns else np.zeros(len(self.series.ticks)))
+        return (
+            self.series.of(prey, column)
+            if prey in self.species and column in self.series.columns
+            else np.zeros(len(self.series.ticks))
+        )
 
     def flow(self, species: str, column: str) -> np.ndarray:
         """A column of the energy ledger, (ticks,); 0 where the run has none."""
-        return (self.series.of(species, column)
-                if column in self.series.columns else np.zeros(len(self.series.ticks)))
+        return (
+            self.series.of(species, column)
+            if column in self.series.columns
+            else np.zeros(len(self.series.ticks))
+        )
 
     def toll(self, species: str) -> np.ndarray:
         """Energy lost by what is poisonous or bad in its food, (ticks,)."""
-        return np.sum([f.poison * self.eaten(f.eats, species) for f in self.diet(species)]
-                      or [np.zeros(len(self.series.ticks))], axis=0)
+        return np.sum(
+            [f.poison * self.eaten(f.eats, species) for f in self.diet(species)]
+            or [np.zeros(len(self.series.ticks))],
+            axis=0,
+        )
 
     def meals(self, species: str) -> np.ndarray:
         """Items of food that are worth eating taken in each tick, (ticks,)."""
@@ -178,8 +209,9 @@ def put(config: Any, key: str, value: Any) -> None:
     """Set the value at a dotted key, where there is one."""
     node, names = config, [part.strip('"') for part in key.split(".")]
     for i, name in enumerate(names):
-        where: Any = (int(name) if isinstance(node, list) and name.isdigit()
-                      and int(name) < len(node) else name)
+        where: Any = (
+            int(name) if isinstance(node, list) and name.isdigit() and int(name) < len(node) else name
+        )
         if isinstance(node, list) and not isinstance(where, int):
             return
         if i == len(names) - 1:
@@ -214,8 +246,9 @@ def _deaths(folder: Path, animals: list[str]) -> dict[str, dict[str, np.ndarray]
     for s, tables in by_species.items():
         if tables:
             tick, age = (np.concatenate([t[c].to_numpy() for t in tables]) for c in ("tick", "age"))
-            cause = np.concatenate([t["cause"].cast(pa.string()).to_numpy(zero_copy_only=False)
-                                    for t in tables])
+            cause = np.concatenate(
+                [t["cause"].cast(pa.string()).to_numpy(zero_copy_only=False) for t in tables]
+            )
             out[s] = {"tick": tick, "age": age, "cause": cause}
     return out
 

@@ -21,11 +21,14 @@ def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
     if not heads:
         return {}
     per = {name: float(case.flow(species, name)[span].sum() / heads) for name in ("taken_in", "burnt")}
-    return {"meals": float(case.meals(species)[span].sum() / heads), "intake": per["taken_in"],
-            "burnt": per["burnt"], "effort": effort(case, species, per["burnt"]),
-            "enemies": {e: distance(case, species, e, first, last) for e in case.eaters(species)},
-            "food": {f.eats: distance(case, species, f.eats, first, last)
-                     for f in case.diet(species)}}  # fmt: skip
+    return {
+        "meals": float(case.meals(species)[span].sum() / heads),
+        "intake": per["taken_in"],
+        "burnt": per["burnt"],
+        "effort": effort(case, species, per["burnt"]),
+        "enemies": {e: distance(case, species, e, first, last) for e in case.eaters(species)},
+        "food": {f.eats: distance(case, species, f.eats, first, last) for f in case.diet(species)},
+    }
 
 
 def effort(case: Case, species: str, burnt: float) -> float | None:
@@ -54,8 +57,12 @@ def distance(case: Case, species: str, other: str, first: int, last: int) -> dic
     means, ratios = [], []
     for t in common[:: max(1, len(common) // 20)]:
         here, there = (_places(table, t, len(size)) for table in (a, b))
-        nearest = _nearest(here[:: max(1, len(here) // MOST)], there, size,
-                           case.config["space"].get("edges", "torus") == "torus")
+        nearest = _nearest(
+            here[:: max(1, len(here) // MOST)],
+            there,
+            size,
+            case.config["space"].get("edges", "torus") == "torus",
+        )
         means.append(nearest)
         ratios.append(nearest / chance(len(there), size))
     return {"mean": float(np.mean(means)), "to_chance": float(np.mean(ratios))} if means else None
@@ -65,8 +72,11 @@ def chance(n: int, size: list[float]) -> float:
     """Expected distance [m] to the nearest of n at random places: 1 / (2 √density) in a plane,
     Γ(4/3) (3 / 4π density)^⅓ in a volume."""
     density = n / math.prod(size)
-    return (0.5 / math.sqrt(density)
-            if len(size) == 2 else math.gamma(4 / 3) * (3 / (4 * math.pi * density)) ** (1 / 3))
+    return (
+        0.5 / math.sqrt(density)
+        if len(size) == 2
+        else math.gamma(4 / 3) * (3 / (4 * math.pi * density)) ** (1 / 3)
+    )
 
 
 def _places(table: Mapping[str, np.ndarray], tick: int, dims: int) -> np.ndarray:

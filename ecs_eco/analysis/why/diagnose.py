@@ -57,8 +57,15 @@ def diagnose(case: Case) -> dict[str, Any]:
     fallen = falls(case)
     if not fallen:
         verdict = "healthy" if case.series.n.any() else "nobody"
-        return {"verdict": verdict, "species": None, "victim": None, "confidence": _safety(case),
-                "runner_up": None, "evidence": {"weights": {}}, "fell": []}  # fmt: skip
+        return {
+            "verdict": verdict,
+            "species": None,
+            "victim": None,
+            "confidence": _safety(case),
+            "runner_up": None,
+            "evidence": {"weights": {}},
+            "fell": [],
+        }
     by_species = {f.species: f for f in fallen}
     scores = blame(case, fallen[0], by_species, frozenset())
     total = sum(scores.values()) or 1.0
@@ -69,10 +76,15 @@ def diagnose(case: Case) -> dict[str, Any]:
     best, *rest = sorted(by_verdict.items(), key=lambda x: -x[1])
     (_, species, victim), _ = next(r for r in ranked if r[0][0] == best[0])
     weights = dict(sorted(by_verdict.items(), key=lambda x: -x[1]))
-    return {"verdict": best[0], "species": species, "victim": victim, "confidence": best[1],
-            "runner_up": {"verdict": rest[0][0], "confidence": rest[0][1]} if rest else None,
-            "evidence": {"weights": weights} | evidence(case, by_species.get(species, fallen[0])),
-            "fell": [_fall_entry(case, f) for f in fallen]}  # fmt: skip
+    return {
+        "verdict": best[0],
+        "species": species,
+        "victim": victim,
+        "confidence": best[1],
+        "runner_up": {"verdict": rest[0][0], "confidence": rest[0][1]} if rest else None,
+        "evidence": {"weights": weights} | evidence(case, by_species.get(species, fallen[0])),
+        "fell": [_fall_entry(case, f) for f in fallen],
+    }
 
 
 def evidence(case: Case, fall: Fall) -> dict[str, Any]:
@@ -82,10 +94,14 @@ def evidence(case: Case, fall: Fall) -> dict[str, Any]:
     dead = {f"deaths_{kind}": int(case.died(fall.species, kind)[span].sum()) for kind in KINDS}
     food = {f["eats"]: {"left": f["left"], "feeds": f["feeds"]} for f in supply(case, fall)}
     young = {k: v for k, v in newborn(case, fall).items() if k in ("starved_young", "lasts", "meal_every")}
-    return {"of": fall.species, **dead, "births": int(case.flow(fall.species, "births")[span].sum()),
-            "food": food, "newborn": young,
-            "poison_share_of_hunger": poisoned_share(case, fall.species, fall.first,
-                                                     fall.last + 1)}  # fmt: skip
+    return {
+        "of": fall.species,
+        **dead,
+        "births": int(case.flow(fall.species, "births")[span].sum()),
+        "food": food,
+        "newborn": young,
+        "poison_share_of_hunger": poisoned_share(case, fall.species, fall.first, fall.last + 1),
+    }
 
 
 def blame(case: Case, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]) -> Scores:
@@ -140,15 +156,17 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
     out["unreplaced"] = dead["old"] / total * (1 - young["of_births"] * heirs)
     out["removed"], out["surroundings"] = dead["removed"] / total, dead["surroundings"] / total
     barren = 1 - ramp(offspring(case, s), *HEIRS)
-    for cause in [w for w in out
-                  if not w.startswith(("eaten", "poisoned", "removed", "surroundings", "unreplaced"))]:
+    for cause in [
+        w for w in out if not w.startswith(("eaten", "poisoned", "removed", "surroundings", "unreplaced"))
+    ]:
         out["unreplaced"] += out[cause] * barren
         out[cause] *= 1 - barren
     return dict(out)
 
 
-def _taken(case: Case, scores: Scores, eater: str, prey: str, weight: float, fall: Fall,
-           fall_of: dict[str, Fall]) -> None:
+def _taken(
+    case: Case, scores: Scores, eater: str, prey: str, weight: float, fall: Fall, fall_of: dict[str, Fall]
+) -> None:
     """An eater took too many: a grazer, or a predator."""
     if case.is_animal(prey):
         scores["predators too good", eater, prey] += weight
@@ -178,8 +196,15 @@ def decline(case: Case, species: str, until: int) -> Fall:
     return Fall(species, int(high[-1]), low, False)
 
 
-def _scarce(case: Case, scores: Scores, food: str, weight: float, fall: Fall, fall_of: dict[str, Fall],
-            seen: frozenset[str]) -> None:
+def _scarce(
+    case: Case,
+    scores: Scores,
+    food: str,
+    weight: float,
+    fall: Fall,
+    fall_of: dict[str, Fall],
+    seen: frozenset[str],
+) -> None:
     """Blame for food that was gone: its eaters, or whatever else reduced it."""
     if case.is_animal(food) and food not in seen:
         own = fall_of.get(food)
@@ -199,15 +224,27 @@ def _scarce(case: Case, scores: Scores, food: str, weight: float, fall: Fall, fa
 def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
     ticks, n = case.series.ticks, case.series.of(fall.species)
     at = min(fall.last, len(ticks) - 1)
-    return {"species": fall.species, "extinct": fall.extinct, "tick": int(ticks[at]),
-            "since": int(ticks[fall.first]), "from": int(n[fall.first]), "peak": int(n.max()),
-            "causes": dict(sorted(causes(case, fall).items(), key=lambda x: -x[1])),
-            "deaths": int(case.flow(fall.species, "deaths")[fall.first : fall.last + 1].sum()),
-            "births": int(case.flow(fall.species, "births")[fall.first : fall.last + 1].sum()),
-            "food": supply(case, fall), "newborn": newborn(case, fall),
-            "budget": {flow: float(case.flow(fall.species, flow)[fall.first : at + 1].sum()
-                                   / max(n[fall.first : at + 1].sum(), 1)) for flow in ("taken_in", "burnt")},
-            "offspring": heirs if (heirs := offspring(case, fall.species)) < np.inf else None}  # fmt: skip
+    return {
+        "species": fall.species,
+        "extinct": fall.extinct,
+        "tick": int(ticks[at]),
+        "since": int(ticks[fall.first]),
+        "from": int(n[fall.first]),
+        "peak": int(n.max()),
+        "causes": dict(sorted(causes(case, fall).items(), key=lambda x: -x[1])),
+        "deaths": int(case.flow(fall.species, "deaths")[fall.first : fall.last + 1].sum()),
+        "births": int(case.flow(fall.species, "births")[fall.first : fall.last + 1].sum()),
+        "food": supply(case, fall),
+        "newborn": newborn(case, fall),
+        "budget": {
+            flow: float(
+                case.flow(fall.species, flow)[fall.first : at + 1].sum()
+                / max(n[fall.first : at + 1].sum(), 1)
+            )
+            for flow in ("taken_in", "burnt")
+        },
+        "offspring": heirs if (heirs := offspring(case, fall.species)) < np.inf else None,
+    }
 
 
 def _safety(case: Case) -> float:

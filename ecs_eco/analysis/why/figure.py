@@ -17,8 +17,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HATCHES = ("", "////", "\\\\\\\\", "xx", "++", "||", "--", "//\\\\")
-OUT = (("burnt", "burnt", PALETTE[3]), ("given", "given to newborn", PALETTE[5]),
-       ("lost", "lost with the dead", GREY))
+OUT = (
+    ("burnt", "burnt", PALETTE[3]),
+    ("given", "given to newborn", PALETTE[5]),
+    ("lost", "lost with the dead", GREY),
+)
 MOST = 5  # species that have rows of their own
 
 
@@ -34,8 +37,10 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
     _numbers(top, case, findings)
     used = [c for c in case.series.causes if any(case.series.of(s, DIED + c).any() for s in shown)]
     for i, s in enumerate(shown):
-        left, right = (figure.add_subplot(rows[i + 1, 0], sharex=top),
-                       figure.add_subplot(rows[i + 1, 1], sharex=top))
+        left, right = (
+            figure.add_subplot(rows[i + 1, 0], sharex=top),
+            figure.add_subplot(rows[i + 1, 1], sharex=top),
+        )
         _causes(left, case, s, used)
         _energy(right, case, s)
         if i == 0:
@@ -61,13 +66,13 @@ def _span(case: Case) -> tuple[float, float]:
 
 
 def _shown(case: Case, findings: Mapping[str, Any]) -> list[str]:
-    """Animals, those that fell first, then others that died at all; plants only where there is nothing else.
-    """
+    """Animals, those that fell first, then others that died at all; plants only where there is nothing else."""
     fell = [f["species"] for f in findings["fell"]]
     died = [s for s in case.species if case.flow(s, "deaths").any()]
     animals = [s for s in died if case.is_animal(s)]
-    return list(dict.fromkeys([*(s for s in animals if s in fell), *animals,
-                               *(s for s in died if s in fell)]))[:MOST]
+    return list(
+        dict.fromkeys([*(s for s in animals if s in fell), *animals, *(s for s in died if s in fell)])
+    )[:MOST]
 
 
 def _numbers(ax: Any, case: Case, findings: Mapping[str, Any]) -> None:
@@ -103,8 +108,16 @@ def _causes(ax: Any, case: Case, species: str, used: list[str]) -> None:
     width = np.diff(middle, append=2 * middle[-1] - middle[-2] if len(middle) > 1 else middle[-1] + 1)
     base = np.zeros(len(middle))
     for k in range(len(used)):
-        ax.bar(middle, share[:, k], width, bottom=base, color=PALETTE[(k + 1) % len(PALETTE)],
-               hatch=HATCHES[k % len(HATCHES)], edgecolor="white", linewidth=0)  # fmt: skip
+        ax.bar(
+            middle,
+            share[:, k],
+            width,
+            bottom=base,
+            color=PALETTE[(k + 1) % len(PALETTE)],
+            hatch=HATCHES[k % len(HATCHES)],
+            edgecolor="white",
+            linewidth=0,
+        )
         base += share[:, k]
     ax.set(ylim=(0, 1), ylabel="share of deaths", title=species)
     ax.yaxis.set_major_formatter(lambda x, _: f"{x:.0%}")
@@ -120,8 +133,16 @@ def _energy(ax: Any, case: Case, species: str) -> None:
     ax.fill_between(middle, 0, per[:, 0], color=PALETTE[0], alpha=0.25, lw=0)
     base = np.zeros(len(middle))
     for k, (_, _, colour) in enumerate(OUT):
-        ax.fill_between(middle, base, base - per[:, k + 1], color=colour, lw=0, alpha=0.85, hatch=HATCHES[k],
-                        edgecolor="white")
+        ax.fill_between(
+            middle,
+            base,
+            base - per[:, k + 1],
+            color=colour,
+            lw=0,
+            alpha=0.85,
+            hatch=HATCHES[k],
+            edgecolor="white",
+        )
         base = base - per[:, k + 1]
     ax.axhline(0, color=SOFT, lw=0.8)
     span = np.nanquantile(np.abs(np.concatenate([per[:, 0], base])), 0.98) if np.isfinite(base).any() else 1.0
@@ -134,12 +155,25 @@ def _legend(figure: Figure, used: list[str], any_shown: bool) -> None:
     if not any_shown:
         return
     colour = [PALETTE[(k + 1) % len(PALETTE)] for k in range(len(used))]
-    causes = [Patch(facecolor=colour[k], hatch=HATCHES[k % len(HATCHES)], edgecolor="white", label=c)
-              for k, c in enumerate(used)]
-    flows = [Patch(facecolor=PALETTE[0], alpha=0.5, label="taken in"),
-             *(Patch(facecolor=c, hatch=HATCHES[k], edgecolor="white", label=word)
-               for k, (_, word, c) in enumerate(OUT))]  # fmt: skip
-    figure.legend(handles=causes, loc="outside lower left", ncols=3, fontsize=8.5, title="causes of death",
-                  alignment="left")
-    figure.legend(handles=flows, loc="outside lower right", ncols=2, fontsize=8.5, title="energy",
-                  alignment="left")
+    causes = [
+        Patch(facecolor=colour[k], hatch=HATCHES[k % len(HATCHES)], edgecolor="white", label=c)
+        for k, c in enumerate(used)
+    ]
+    flows = [
+        Patch(facecolor=PALETTE[0], alpha=0.5, label="taken in"),
+        *(
+            Patch(facecolor=c, hatch=HATCHES[k], edgecolor="white", label=word)
+            for k, (_, word, c) in enumerate(OUT)
+        ),
+    ]
+    figure.legend(
+        handles=causes,
+        loc="outside lower left",
+        ncols=3,
+        fontsize=8.5,
+        title="causes of death",
+        alignment="left",
+    )
+    figure.legend(
+        handles=flows, loc="outside lower right", ncols=2, fontsize=8.5, title="energy", alignment="left"
+    )

@@ -35,8 +35,9 @@ def offspring(case: Case, species: str) -> float:
     if not way:
         return 0.0
     limits = case.of(species).get("lethal") or ()
-    span = min((x["max"] for x in limits if x["property"] == "age" and x.get("max") is not None),
-               default=np.inf)
+    span = min(
+        (x["max"] for x in limits if x["property"] == "age" and x.get("max") is not None), default=np.inf
+    )
     if "rate" not in way or span == np.inf:
         return float(np.inf)
     return float(way["rate"] * way.get("litter", 1) * max(span - way.get("age_min", 0.0), 0.0))
@@ -64,8 +65,16 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
         left = float(np.average(now, weights=hungry) if hungry.sum() else now.mean()) / max(full, 1.0)
         # by one eater, of one item, in a tick
         caught = float(case.eaten(f.eats, s)[span].sum() / max((n * food[span]).sum(), 1.0))
-        out.append({"eats": f.eats, "left": left, "caught": caught, "intake": caught * full * f.gain,
-                    "gain": f.gain, "full": full})
+        out.append(
+            {
+                "eats": f.eats,
+                "left": left,
+                "caught": caught,
+                "intake": caught * full * f.gain,
+                "gain": f.gain,
+                "full": full,
+            }
+        )
     intake = sum(f["intake"] for f in out)
     feeds = intake / burnt if burnt else np.inf
     for line in out:
@@ -87,8 +96,14 @@ def newborn(case: Case, fall: Fall) -> dict[str, float]:
     births, dead = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)
     given = float((case.of(s).get("reproduction") or {}).get("energy_given", 0.0))
     burnt = float(case.flow(s, "burnt")[span].sum() / max(case.series.of(s)[span].sum(), 1))
-    out = {"births": births, "starved_young": 0.0, "lasts": np.nan, "meal_every": np.nan, "of_births": 0.0,
-           "of_hunger": 0.0}
+    out = {
+        "births": births,
+        "starved_young": 0.0,
+        "lasts": np.nan,
+        "meal_every": np.nan,
+        "of_births": 0.0,
+        "of_hunger": 0.0,
+    }
     if not births or not burnt or not given or dead is None:
         return out
     dt, foods = case.series.dt, supply(case, fall)
@@ -100,8 +115,11 @@ def newborn(case: Case, fall: Fall) -> dict[str, float]:
     doomed = ramp(float(np.exp(-given / burnt * meals)), *HUNGRY) * ramp(
         max((f["feeds"] for f in foods), default=0.0), *GROWN
     )
-    out |= {"starved_young": float(young.sum() / births), "lasts": given / burnt,
-            "meal_every": 1 / meals if meals else np.inf}
+    out |= {
+        "starved_young": float(young.sum() / births),
+        "lasts": given / burnt,
+        "meal_every": 1 / meals if meals else np.inf,
+    }
     out["of_births"] = out["starved_young"] * doomed
     out["of_hunger"] = float((young & late).sum() / max((hungry & late).sum(), 1)) * doomed
     return out

@@ -27,14 +27,19 @@ def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
     dead = {kind: float(case.died(species, kind)[span].sum() / heads) for kind in KINDS}
     hunger, room = unborn(case, species, first, last)
     blamed = poisoned_share(case, species, first, last)
-    return {"food": (dead["starved"] + hunger) * (1 - blamed), "predators": dead["eaten"],
-            "poison": dead["poisoned"] + (dead["starved"] + hunger) * blamed, "age": dead["old"],
-            "room": room, "removal": dead["removed"], "surroundings": dead["surroundings"]}  # fmt: skip
+    return {
+        "food": (dead["starved"] + hunger) * (1 - blamed),
+        "predators": dead["eaten"],
+        "poison": dead["poisoned"] + (dead["starved"] + hunger) * blamed,
+        "age": dead["old"],
+        "room": room,
+        "removal": dead["removed"],
+        "surroundings": dead["surroundings"],
+    }
 
 
 def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, float]:
-    """Births that failed for lack of energy, and of room or mates, per head and tick; 0 if it does not breed.
-    """
+    """Births that failed for lack of energy, and of room or mates, per head and tick; 0 if it does not breed."""
     rate = greatest_rate(case, species)
     span = slice(first, last)
     n = case.series.of(species)[span]
@@ -90,11 +95,18 @@ def phases(case: Case, species: str) -> list[dict[str, Any]]:
         trend = "grew" if factor > 1.25 else "fell" if factor < 0.8 else "held"
         by, limit, share = _limit(lost, out[-1]["losses"] if out and trend == "fell" else None)
         out.append(
-            {"from": int(case.series.ticks[first]), "to": int(case.series.ticks[last - 1]),
-             "n": [int(n[first]), int(n[last - 1])],
-             "trend": trend, "limit": limit, "share": share, "by": by, "losses": lost,
-             "births": float(case.flow(species, "births")[first:last].sum() / max(n[first:last].sum(), 1))}
-        )  # fmt: skip
+            {
+                "from": int(case.series.ticks[first]),
+                "to": int(case.series.ticks[last - 1]),
+                "n": [int(n[first]), int(n[last - 1])],
+                "trend": trend,
+                "limit": limit,
+                "share": share,
+                "by": by,
+                "losses": lost,
+                "births": float(case.flow(species, "births")[first:last].sum() / max(n[first:last].sum(), 1)),
+            }
+        )
     return out
 
 

@@ -29,23 +29,34 @@ NEAR = 0.05  # of a species' mean: at fewer it came near extinction
 def explain(case: Case) -> dict[str, Any]:
     """All findings on a run, as in why.json."""
     findings = diagnose(case)
-    ends = {f["species"]: (int(np.searchsorted(case.series.ticks, f["since"])),
-                           int(np.searchsorted(case.series.ticks, f["tick"])))
-            for f in findings["fell"]}  # fmt: skip
+    ends = {
+        f["species"]: (
+            int(np.searchsorted(case.series.ticks, f["since"])),
+            int(np.searchsorted(case.series.ticks, f["tick"])),
+        )
+        for f in findings["fell"]
+    }
     rows = len(case.series.ticks)
-    findings["phases"] = {s: phases(case, s)
-                          for s in case.species if case.series.present[case.series.index(s)]}
+    findings["phases"] = {
+        s: phases(case, s) for s in case.species if case.series.present[case.series.index(s)]
+    }
     findings["energy"] = {s: _flows(case, s) for s in findings["phases"]}
     findings["lowest"] = {s: _lowest(case, s) for s in findings["phases"]}
     findings["conduct"] = {
         s: (conduct(case, s, 0, max(ends[s][0], 1)), conduct(case, s, *ends[s]))
-        if s in ends else (conduct(case, s, 0, rows), {}) for s in findings["phases"] if case.is_animal(s)
+        if s in ends
+        else (conduct(case, s, 0, rows), {})
+        for s in findings["phases"]
+        if case.is_animal(s)
     }
-    findings["interventions"] = dict(Counter(_what(done)
-                                             for _, done in case.series.manifest.get("intervened") or ()))
-    held = {species: max(listed, key=lambda p: p["to"] - p["from"])["limit"]
-            for species, listed in findings["phases"].items()
-            if listed and case.is_animal(species)}  # fmt: skip
+    findings["interventions"] = dict(
+        Counter(_what(done) for _, done in case.series.manifest.get("intervened") or ())
+    )
+    held = {
+        species: max(listed, key=lambda p: p["to"] - p["from"])["limit"]
+        for species, listed in findings["phases"].items()
+        if listed and case.is_animal(species)
+    }
     findings["parameters"] = advise(case, findings, held)
     return {"format": 1, **findings}
 
@@ -62,16 +73,25 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     if (ledger := matter.read(run)) is not None:
         findings["matter"] = sections["Matter"] = matter.told(ledger)
     findings = clean(findings | {"sentences": sections})
-    write_text(folder / "why.json",
-               json.dumps(findings, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    drawn = (picture(save_svg(draw(case, findings), folder / "figures" / "why.svg"), CAPTION)
-             if len(case.series.ticks) else "")
+    write_text(
+        folder / "why.json", json.dumps(findings, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    )
+    drawn = (
+        picture(save_svg(draw(case, findings), folder / "figures" / "why.svg"), CAPTION)
+        if len(case.series.ticks)
+        else ""
+    )
     title = f"Why: {case.series.manifest.get('title') or case.series.manifest.get('world', 'a run')}"
-    blocks = [f"<h1>{escape(title)}</h1>",
-              _verdict(sections.pop("What happened"), findings["verdict"] == "healthy"), drawn]
+    blocks = [
+        f"<h1>{escape(title)}</h1>",
+        _verdict(sections.pop("What happened"), findings["verdict"] == "healthy"),
+        drawn,
+    ]
     for head, lines in sections.items():
-        blocks += [f"<h2>{head}</h2>",
-                   _turns(findings["parameters"]) if head == "What to turn" else _list(lines)]
+        blocks += [
+            f"<h2>{head}</h2>",
+            _turns(findings["parameters"]) if head == "What to turn" else _list(lines),
+        ]
     write_text(folder / "why.html", page(title, *blocks))
     return findings
 
@@ -92,8 +112,13 @@ def _lowest(case: Case, species: str) -> dict[str, Any]:
     here = np.flatnonzero(n)
     at = int(here[0] + n[here[0] :].argmin()) if here.size else 0  # it was gone within its first tick
     low, mean = int(n[at]), float(n.mean())
-    return {"n": low, "tick": int(case.series.ticks[at]), "mean": mean, "end": int(n[-1]),
-            "near": low < max(3, NEAR * mean)}
+    return {
+        "n": low,
+        "tick": int(case.series.ticks[at]),
+        "mean": mean,
+        "end": int(n[-1]),
+        "near": low < max(3, NEAR * mean),
+    }
 
 
 def _what(done: dict[str, Any]) -> str:
@@ -103,8 +128,11 @@ def _what(done: dict[str, Any]) -> str:
 
 
 def _verdict(lines: list[str], well: bool) -> str:
-    return (f"<div class='verdict{'' if well else ' lost'}'>" + "".join(f"<p>{escape(x)}</p>" for x in lines)
-            + "</div>")
+    return (
+        f"<div class='verdict{'' if well else ' lost'}'>"
+        + "".join(f"<p>{escape(x)}</p>" for x in lines)
+        + "</div>"
+    )
 
 
 def _list(lines: list[str]) -> str:
@@ -114,5 +142,3 @@ def _list(lines: list[str]) -> str:
 def _turns(advice: list[dict[str, Any]]) -> str:
     rows = [[a["key"], a["value"], a["turn"], a["effect"]] for a in advice]
     return table(["value of the world file", "now", "turn", "what it does"], rows)
-
-

@@ -15,21 +15,29 @@ from ecs_eco.analysis.why.diagnose import VERDICTS
 
 Blocks = dict[str, list[str]]
 LIMITED = {
-    "food": "want of food", "predators": "being eaten", "poison": "poison in its food", "age": "old age",
-    "room": "births that failed though it was fed (room, mates)", "removal": "interventions",
+    "food": "want of food",
+    "predators": "being eaten",
+    "poison": "poison in its food",
+    "age": "old age",
+    "room": "births that failed though it was fed (room, mates)",
+    "removal": "interventions",
     "surroundings": "its surroundings",
-}  # fmt: skip
+}
 
 
 def sentences(case: Case, findings: Mapping[str, Any]) -> Blocks:
     """The text on a run: headings and their sentences, in order."""
-    blocks: Blocks = {"What happened": [headline(case, findings), *happened(case, findings)],
-                      "Why": list(chain(case, findings))}
+    blocks: Blocks = {
+        "What happened": [headline(case, findings), *happened(case, findings)],
+        "Why": list(chain(case, findings)),
+    }
     blocks["Energy"] = [line for s in findings["energy"] if (line := energy(s, findings["energy"][s]))]
-    blocks["What limited whom"] = [phase(case, s, p) for s, phases in findings["phases"].items()
-                                   for p in phases]
-    blocks["What the animals did"] = [line for s, both in findings["conduct"].items()
-                                      for line in conduct(s, *both)]
+    blocks["What limited whom"] = [
+        phase(case, s, p) for s, phases in findings["phases"].items() for p in phases
+    ]
+    blocks["What the animals did"] = [
+        line for s, both in findings["conduct"].items() for line in conduct(s, *both)
+    ]
     blocks["What to turn"] = [turn(a) for a in findings["parameters"]]
     return {head: lines for head, lines in blocks.items() if lines}
 
@@ -66,8 +74,11 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
             end = decline(case.series, s)
             yield f"{s} died out in the first tick: {end.shares() if end else 'it was never there'}."
         elif s not in {f["species"] for f in findings["fell"]}:
-            near = (f"{s} came near: {low['n']:,} were left"
-                    if low["near"] else f"{s} never fell below {low['n']:,}")
+            near = (
+                f"{s} came near: {low['n']:,} were left"
+                if low["near"]
+                else f"{s} never fell below {low['n']:,}"
+            )
             yield f"{near} (tick {low['tick']:,}); {low['mean']:,.0f} on average, {low['end']:,} at the end."
     done = findings["interventions"]
     if done:
@@ -77,21 +88,28 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
 
 def _ended(f: Mapping[str, Any]) -> str:
     if f["extinct"]:
-        return (f"{f['species']} died out at tick {f['tick']:,}; "
-                f"at tick {f['since']:,} there had been {f['from']:,}.")
-    return (f"{f['species']} had nearly died out at tick {f['tick']:,}; "
-            f"at tick {f['since']:,} there had been {f['from']:,}.")
+        return (
+            f"{f['species']} died out at tick {f['tick']:,}; "
+            f"at tick {f['since']:,} there had been {f['from']:,}."
+        )
+    return (
+        f"{f['species']} had nearly died out at tick {f['tick']:,}; "
+        f"at tick {f['since']:,} there had been {f['from']:,}."
+    )
 
 
 def _died_of(case: Case, f: Mapping[str, Any]) -> str:
     """The recorded causes of death."""
-    span = slice(int(np.searchsorted(case.series.ticks, f["since"])),
-                 int(np.searchsorted(case.series.ticks, f["tick"])) + 1)
+    span = slice(
+        int(np.searchsorted(case.series.ticks, f["since"])),
+        int(np.searchsorted(case.series.ticks, f["tick"])) + 1,
+    )
     i = case.series.index(f["species"])
     counts = {c: case.series.columns[DIED + c][span, i].sum() for c in case.series.causes}
     total = sum(counts.values()) or 1
-    shares = [f"{k / total:.0%} {c}"
-              for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k / total >= 0.01]
+    shares = [
+        f"{k / total:.0%} {c}" for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k / total >= 0.01
+    ]
     refused = case.flow(f["species"], "refused")[span].sum()
     more = f"; max_count left no room for {refused:,.0f} more" if refused else ""
     return f"Of {f['deaths']:,} deaths since then: {', '.join(shares)}. {f['births']:,} were born{more}."
@@ -115,29 +133,42 @@ def _link(f: Mapping[str, Any], cause: str, share: float) -> str:
     if kind == "scarce":
         x = food[other]
         left = f"While they starved, {x['left']:.0%} of the {x['full']:,.0f} {other} were left"
-        return (f"{part}: hunger for lack of {other}. {left}; "
-                f"all of them would have fed {number(x['feeds'], 2)} times what {s} burn.")
+        return (
+            f"{part}: hunger for lack of {other}. {left}; "
+            f"all of them would have fed {number(x['feeds'], 2)} times what {s} burn."
+        )
     if kind == "amid plenty":
         fed = max((x["feeds"] for x in food.values()), default=0.0)
         rate = "at the rate at which they found and caught it"
         worth = " and ".join(f"{number(x['gain'], 2)} from each {name}" for name, x in food.items())
-        return (f"{part}: hunger though there was food. All of it would have fed {number(fed, 2)} times what "
-                f"{s} burn, {rate}{f', with {worth}' if worth else ''}.")
+        return (
+            f"{part}: hunger though there was food. All of it would have fed {number(fed, 2)} times what "
+            f"{s} burn, {rate}{f', with {worth}' if worth else ''}."
+        )
     if kind == "energy ran out":
         budget = f["budget"]
-        return (f"{part}: they took in {number(budget['taken_in'], 2)} per head and tick and burnt "
-                f"{number(budget['burnt'], 2)}. They eat nobody: they live on light, parents or reactions.")
+        return (
+            f"{part}: they took in {number(budget['taken_in'], 2)} per head and tick and burnt "
+            f"{number(budget['burnt'], 2)}. They eat nobody: they live on light, parents or reactions."
+        )
     if kind == "newborns starve":
-        lasts = (f"Their initial energy lasts {number(young['lasts'], 2)} ticks; "
-                 f"a meal comes every {number(young['meal_every'], 2)}")
+        lasts = (
+            f"Their initial energy lasts {number(young['lasts'], 2)} ticks; "
+            f"a meal comes every {number(young['meal_every'], 2)}"
+        )
         return f"{part}: newborn starved, {young['starved_young']:.0%} of {young['births']:,.0f}. {lasts}."
     if kind == "poisoned":
         return f"{part}: what they ate was deadly, or cost more energy than they could spare."
     if kind == "unreplaced":
-        heirs = ("" if f["offspring"] is None
-                 else f" A well-fed one has {number(f['offspring'], 2)} offspring in its life.")
-        return (f"{part}: the dead were not replaced; "
-                f"{f['births']:,} births against {f['deaths']:,} deaths.{heirs}")
+        heirs = (
+            ""
+            if f["offspring"] is None
+            else f" A well-fed one has {number(f['offspring'], 2)} offspring in its life."
+        )
+        return (
+            f"{part}: the dead were not replaced; "
+            f"{f['births']:,} births against {f['deaths']:,} deaths.{heirs}"
+        )
     return f"{part}: {LIMITED.get({'removed': 'removal'}.get(kind, kind), kind)}."
 
 
@@ -148,8 +179,10 @@ def energy(species: str, flows: Mapping[str, float]) -> str:
         return ""
     words = {"burnt": "burnt", "given": "given to newborn", "lost": "lost with the dead"}
     parts = ", ".join(f"{max(flows[k], 0) / total:.0%} {word}" for k, word in words.items())
-    return (f"{species}: {number(flows['taken_in'])} taken in per head and tick, "
-            f"{number(flows['burnt'])} burnt. Outflows: {parts}.")
+    return (
+        f"{species}: {number(flows['taken_in'])} taken in per head and tick, "
+        f"{number(flows['burnt'])} burnt. Outflows: {parts}."
+    )
 
 
 def phase(case: Case, species: str, p: Mapping[str, Any]) -> str:
@@ -157,8 +190,11 @@ def phase(case: Case, species: str, p: Mapping[str, Any]) -> str:
     named = LIMITED | ({} if case.is_animal(species) else {"room": "want of room"})
     limit = "nothing limited it"
     if p["limit"]:
-        limit = (f"mostly by {named[p['limit']]} ({p['share']:.0%} of what rose)" if p["by"] == "rise"
-                 else f"limited by {named[p['limit']]} ({p['share']:.0%})")
+        limit = (
+            f"mostly by {named[p['limit']]} ({p['share']:.0%} of what rose)"
+            if p["by"] == "rise"
+            else f"limited by {named[p['limit']]} ({p['share']:.0%})"
+        )
     a, b = p["n"]
     return f"{species}, ticks {p['from']:,} to {p['to']:,}: {p['trend']} from {a:,} to {b:,}, {limit}."
 
@@ -168,8 +204,11 @@ def conduct(species: str, before: Mapping[str, Any], during: Mapping[str, Any]) 
     if not before:
         return
     both = (before, during) if during else (before,)
-    parts = ([f"{' then '.join(number(x['meals'] * 100, 2) for x in both)} meals in 100 ticks"]
-             if before["food"] else [])
+    parts = (
+        [f"{' then '.join(number(x['meals'] * 100, 2) for x in both)} meals in 100 ticks"]
+        if before["food"]
+        else []
+    )
     if before.get("effort") is not None:
         share = " then ".join(f"{x['effort']:.0%}" for x in both if x.get("effort") is not None)
         parts.append(f"moving cost {share} of its costliest gait")

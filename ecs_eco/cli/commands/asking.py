@@ -19,13 +19,15 @@ def list_() -> None:
 @exits
 def check(
     world: Annotated[
-        str | None, typer.Argument(metavar="WORLD", show_default=False,
-                                   help="Name of a shipped world (see `list`), or a TOML file.")
+        str | None,
+        typer.Argument(
+            metavar="WORLD", show_default=False, help="Name of a shipped world (see `list`), or a TOML file."
+        ),
     ] = None,
     set_: Set = None,
-    schema: Annotated[bool, typer.Option(
-        "--schema", help="Print the JSON schema of world files instead, for editors."
-    )] = False,
+    schema: Annotated[
+        bool, typer.Option("--schema", help="Print the JSON schema of world files instead, for editors.")
+    ] = False,
     trust: Trust = False,
 ) -> None:
     """Check a world file and print a summary."""
@@ -37,8 +39,9 @@ def check(
 
 @exits
 def doctor(
-    test: Annotated[bool, typer.Option("--test/--no-test",
-                                       help="Run the self-test, which takes up to a minute.")] = True,
+    test: Annotated[
+        bool, typer.Option("--test/--no-test", help="Run the self-test, which takes up to a minute.")
+    ] = True,
     quiet: Quiet = False,
 ) -> None:
     """Print what results depend on here, and whether they agree with the release: exit code 1 if not."""
@@ -49,10 +52,12 @@ def doctor(
 
 @exits
 def docs(
-    page: Annotated[str, typer.Argument(metavar="PAGE",
-                                        help="A page, such as running, or tutorials.")] = "index",
-    browser: Annotated[bool, typer.Option("--browser/--no-browser",
-                                          help="Open a browser, or only print where the page is.")] = True,
+    page: Annotated[
+        str, typer.Argument(metavar="PAGE", help="A page, such as running, or tutorials.")
+    ] = "index",
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open a browser, or only print where the page is.")
+    ] = True,
 ) -> None:
     """Open the documentation, from the copy on this machine."""
     from ecs_eco.cli.docs import open_docs

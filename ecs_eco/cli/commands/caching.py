@@ -8,8 +8,12 @@ from ecs_eco.cli.options import Quiet, Trust
 from ecs_eco.cli.terminal import exits, whole
 from ecs_eco.cli.trust import allow
 
-cache = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
-                    help="Compiled kernels, which are kept between runs: show, warm and clear.")
+cache = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    help="Compiled kernels, which are kept between runs: show, warm and clear.",
+)
 
 
 @cache.command()
@@ -24,11 +28,18 @@ def show() -> None:
 @cache.command()
 @exits
 def warm(
-    worlds: Annotated[list[str] | None, typer.Argument(
-        metavar="WORLD...", show_default=False,
-        help="Names of shipped worlds, or TOML files. Default: all shipped worlds.")] = None,
-    workers: Annotated[int | None, typer.Option(
-        parser=whole(1, 1024), metavar="N", help="Processes. Default: as many as cores.")] = None,
+    worlds: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="WORLD...",
+            show_default=False,
+            help="Names of shipped worlds, or TOML files. Default: all shipped worlds.",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(parser=whole(1, 1024), metavar="N", help="Processes. Default: as many as cores."),
+    ] = None,
     quiet: Quiet = False,
     trust: Trust = False,
 ) -> None:

@@ -44,11 +44,15 @@ def run(
     checkpoint_every: Annotated[
         int | None, typer.Option(parser=whole(1), metavar="N", help="Ticks between checkpoints.")
     ] = None,
-    keep: Annotated[int, typer.Option(parser=whole(1), metavar="K",
-                                      help="Number of checkpoints to keep.")] = 3,
+    keep: Annotated[
+        int, typer.Option(parser=whole(1), metavar="K", help="Number of checkpoints to keep.")
+    ] = 3,
     record: Annotated[
-        str | None, typer.Option(metavar="focal=N|full", help="Record every tick of N organisms of each "
-                                                              "species, or of all organisms.")
+        str | None,
+        typer.Option(
+            metavar="focal=N|full",
+            help="Record every tick of N organisms of each species, or of all organisms.",
+        ),
     ] = None,
     watch: Watch = False,
     port: Port = 0,
@@ -65,20 +69,56 @@ def run(
 
     shown = (port, not no_browser) if watch else None
     if bands or divided:
-        run_in_bands(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report,
-                     checkpoint_every, keep, shown, record, divided)
+        run_in_bands(
+            world,
+            set_ or [],
+            ticks,
+            seed,
+            out,
+            quiet,
+            threads,
+            learn,
+            policies,
+            report,
+            checkpoint_every,
+            keep,
+            shown,
+            record,
+            divided,
+        )
         return
-    run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every,
-              keep, shown, record, workers, on)
+    run_world(
+        world,
+        set_ or [],
+        ticks,
+        seed,
+        out,
+        quiet,
+        threads,
+        learn,
+        policies,
+        report,
+        checkpoint_every,
+        keep,
+        shown,
+        record,
+        workers,
+        on,
+    )
 
 
 @exits
 def watch(
-    world: Annotated[str, typer.Argument(metavar="WORLD|DIR",
-                                         help="A shipped world, a TOML file, or a folder written by `run`: "
-                                              "of an archipelago, its map.")],
-    other: Annotated[str | None, typer.Argument(metavar="[WORLD|DIR]",
-                                                help="Another one, beside it on the same page.")] = None,
+    world: Annotated[
+        str,
+        typer.Argument(
+            metavar="WORLD|DIR",
+            help="A shipped world, a TOML file, or a folder written by `run`: of an archipelago, its map.",
+        ),
+    ],
+    other: Annotated[
+        str | None, typer.Argument(metavar="[WORLD|DIR]", help="Another one, beside it on the same page.")
+    ] = None,
     ticks: Annotated[
         int | None, typer.Option(parser=whole(1), metavar="N", help="Last tick. Default: no end.")
     ] = None,
@@ -103,10 +143,14 @@ def watch(
 @exits
 def repeat(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
-    out: Annotated[Path | None, typer.Option(
-        parser=path_of, metavar="PATH",
-        help="Folder for the repetition: new or empty. Default: none, it is not recorded."
-    )] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            parser=path_of,
+            metavar="PATH",
+            help="Folder for the repetition: new or empty. Default: none, it is not recorded.",
+        ),
+    ] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
     trust: Trust = False,
@@ -122,19 +166,26 @@ def repeat(
 def resume(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
     until: Annotated[
-        int | None, typer.Option(parser=whole(0), metavar="T",
-                                 help="Continue to this tick. Default: the planned end of the run.")
+        int | None,
+        typer.Option(
+            parser=whole(0), metavar="T", help="Continue to this tick. Default: the planned end of the run."
+        ),
     ] = None,
     from_tick: Annotated[
-        int | None, typer.Option(parser=whole(0), metavar="T",
-                                 help="Fork: continue from this tick, in a folder of its own (--out).")
+        int | None,
+        typer.Option(
+            parser=whole(0),
+            metavar="T",
+            help="Fork: continue from this tick, in a folder of its own (--out).",
+        ),
     ] = None,
     set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE",
-                                       help="Fork: a value to change from there on. Repeatable.")
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Fork: a value to change from there on. Repeatable."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(parser=path_of, metavar="PATH",
-                                             help="Folder of the fork: new or empty.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder of the fork: new or empty.")
+    ] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
     report: Report = True,
@@ -161,8 +212,14 @@ def resume(
 
 @exits
 def train(
-    world: World, ticks: Ticks = None, seed: Seed = None, set_: Set = None, out: Out = None,
-    quiet: Quiet = False, on: On = "local", trust: Trust = False,
+    world: World,
+    ticks: Ticks = None,
+    seed: Seed = None,
+    set_: Set = None,
+    out: Out = None,
+    quiet: Quiet = False,
+    on: On = "local",
+    trust: Trust = False,
 ) -> None:
     """Train a world's policies and save them."""
     allow(trust, world, set_)

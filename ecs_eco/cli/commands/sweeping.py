@@ -22,28 +22,39 @@ class PlanOrCommand(TyperGroup):
 
 
 sweep = typer.Typer(
-    cls=PlanOrCommand, no_args_is_help=True, add_completion=False, rich_markup_mode=None,
+    cls=PlanOrCommand,
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
     help="Run a world under many values, seeds and treatments: sweep PLAN [--on local|slurm|ray] "
-         "[--workers N] [--sbatch OPTION] [--out DIR] [--quiet] [--trust]; then status, resume and collect.",
-)  # fmt: skip
+    "[--workers N] [--sbatch OPTION] [--out DIR] [--quiet] [--trust]; then status, resume and collect.",
+)
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a sweep.")]
 On = Annotated[
-    str, typer.Option("--on", metavar="local|slurm|ray",
-                      help="Where: processes here, a SLURM cluster, or a Ray cluster.")
+    str,
+    typer.Option(
+        "--on", metavar="local|slurm|ray", help="Where: processes here, a SLURM cluster, or a Ray cluster."
+    ),
 ]
 Workers = Annotated[
-    int | None, typer.Option(parser=whole(1, 100_000), metavar="N",
-                             help="Jobs at a time, of one thread each. Default: 2; on Ray all its CPUs, "
-                                  "on SLURM 100.")
+    int | None,
+    typer.Option(
+        parser=whole(1, 100_000),
+        metavar="N",
+        help="Jobs at a time, of one thread each. Default: 2; on Ray all its CPUs, on SLURM 100.",
+    ),
 ]
 Sbatch = Annotated[
-    list[str] | None, typer.Option(metavar="OPTION", help="An option for SLURM's sbatch: --time=2:00:00. "
-                                                          "Repeatable.")
+    list[str] | None,
+    typer.Option(metavar="OPTION", help="An option for SLURM's sbatch: --time=2:00:00. Repeatable."),
 ]
 Trust = Annotated[
-    bool, typer.Option("--trust", help="Allow the code that the world brings along to run, until that code "
-                                       "changes; read it first.")
+    bool,
+    typer.Option(
+        "--trust",
+        help="Allow the code that the world brings along to run, until that code changes; read it first.",
+    ),
 ]
 
 
@@ -56,8 +67,11 @@ def run(
     sbatch: Sbatch = None,
     out: Annotated[
         Path | None,
-        typer.Option(parser=path_of, metavar="PATH",
-                     help="Folder for the sweep: new, empty, or begun with this plan. Default: in runs/."),
+        typer.Option(
+            parser=path_of,
+            metavar="PATH",
+            help="Folder for the sweep: new, empty, or begun with this plan. Default: in runs/.",
+        ),
     ] = None,
     quiet: Quiet = False,
     trust: Trust = False,
@@ -80,8 +94,14 @@ def status(folder: Folder) -> None:
 
 @sweep.command()
 @exits
-def resume(folder: Folder, on: On = "local", workers: Workers = None, sbatch: Sbatch = None,
-           quiet: Quiet = False, trust: Trust = False) -> None:
+def resume(
+    folder: Folder,
+    on: On = "local",
+    workers: Workers = None,
+    sbatch: Sbatch = None,
+    quiet: Quiet = False,
+    trust: Trust = False,
+) -> None:
     """Go on with the jobs that are not done, failed ones included."""
     settle(None, folder)
     from ecs_eco.cli.sweep import resume_sweep
@@ -100,8 +120,9 @@ def collect(folder: Folder, quiet: Quiet = False) -> None:
 
 @sweep.command(hidden=True)
 @exits
-def job(folder: Folder, numbers: Annotated[list[int], typer.Argument(metavar="NUMBER…")],
-        trust: Trust = False) -> None:
+def job(
+    folder: Folder, numbers: Annotated[list[int], typer.Argument(metavar="NUMBER…")], trust: Trust = False
+) -> None:
     """Do jobs of a sweep, by their numbers, in this process; exit with 75 where it was told to stop."""
     settle(None, folder)
     from ecs_eco.cli.sweep import do_jobs_here

@@ -14,14 +14,22 @@ from ecs_eco.cli.trust import allow
 def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
     out: Annotated[
-        Path | None, typer.Option(parser=path_of, metavar="PATH",
-                                  help="Folder for report.html and the figures. Default: DIR.")
+        Path | None,
+        typer.Option(
+            parser=path_of, metavar="PATH", help="Folder for report.html and the figures. Default: DIR."
+        ),
     ] = None,
-    against: Annotated[Path | None, typer.Option(
-        metavar="FILE", help="Show measurements beside it: a CSV, time and then numbers.")] = None,
-    match: Annotated[list[str] | None, typer.Option(
-        metavar="COLUMN=SPECIES", help="The species that a column of FILE stands beside. Repeatable. "
-                                       "Default: that of its name.")] = None,
+    against: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Show measurements beside it: a CSV, time and then numbers."),
+    ] = None,
+    match: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMN=SPECIES",
+            help="The species that a column of FILE stands beside. Repeatable. Default: that of its name.",
+        ),
+    ] = None,
 ) -> None:
     """Draw the figures of a run."""
     from ecs_eco.cli.simulate import report_run
@@ -31,11 +39,14 @@ def report(
 
 @exits
 def why(
-    folder: Annotated[Path, typer.Argument(metavar="DIR",
-                                           help="A folder written by `run`, finished or not.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="A folder written by `run`, finished or not.")
+    ],
     out: Annotated[
-        Path | None, typer.Option(parser=path_of, metavar="PATH",
-                                  help="Folder for why.html, why.json and the figure. Default: DIR.")
+        Path | None,
+        typer.Option(
+            parser=path_of, metavar="PATH", help="Folder for why.html, why.json and the figure. Default: DIR."
+        ),
     ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print why.json instead of sentences.")] = False,
 ) -> None:
@@ -48,14 +59,20 @@ def why(
 @exits
 def lineage(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
-    csv: Annotated[Path | None, typer.Option(metavar="FILE",
-                                             help="Write a phylogeny in the ALife standard format.")] = None,
-    newick: Annotated[Path | None, typer.Option(metavar="FILE",
-                                                help="Write the tree along first parents.")] = None,
+    csv: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a phylogeny in the ALife standard format.")
+    ] = None,
+    newick: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the tree along first parents.")
+    ] = None,
     species: Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")] = None,
-    living: Annotated[bool, typer.Option("--living",
-                                         help="Write only the living and their ancestors; in a tree, "
-                                              "those along first parents.")] = False,
+    living: Annotated[
+        bool,
+        typer.Option(
+            "--living",
+            help="Write only the living and their ancestors; in a tree, those along first parents.",
+        ),
+    ] = False,
 ) -> None:
     """Print and write the lineages of a run."""
     from ecs_eco.cli.lineage import tell_lineage
@@ -66,31 +83,41 @@ def lineage(
 @exits
 def tracks(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
-    file: Annotated[Path, typer.Argument(
-        metavar="FILE", parser=path_of,
-        help="Ends in .gpkg (GeoPackage, needs pyogrio), .parquet (GeoParquet) or .csv.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            parser=path_of,
+            help="Ends in .gpkg (GeoPackage, needs pyogrio), .parquet (GeoParquet) or .csv.",
+        ),
+    ],
     species: Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")] = None,
-    lines: Annotated[bool, typer.Option("--lines",
-                                        help="Write the way of each organism, not its places.")] = False,
+    lines: Annotated[
+        bool, typer.Option("--lines", help="Write the way of each organism, not its places.")
+    ] = False,
 ) -> None:
     """Write where organisms were, as geographic data."""
     from ecs_eco.cli.terminal import say
     from ecs_eco.record.geodata import write_tracks
 
     written = write_tracks(folder, file, species, lines)
-    say(f"{written.places:,} places of {written.individuals:,} organisms in {file}, in "
-        f"{written.crs or 'metres from the south-west corner of the world'}")
+    say(
+        f"{written.places:,} places of {written.individuals:,} organisms in {file}, in "
+        f"{written.crs or 'metres from the south-west corner of the world'}"
+    )
 
 
 @exits
 def draw(
     world: World,
-    species: Annotated[str | None, typer.Option(
-        metavar="NAME", help="A species. Default: all that have a nervous system."
-    )] = None,
+    species: Annotated[
+        str | None, typer.Option(metavar="NAME", help="A species. Default: all that have a nervous system.")
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE",
-                                  help="A file ending in .png, .svg or .pdf. Default: WORLD-NAME.png here.")
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="A file ending in .png, .svg or .pdf. Default: WORLD-NAME.png here."
+        ),
     ] = None,
     set_: Set = None,
 ) -> None:
@@ -103,14 +130,19 @@ def draw(
 @exits
 def picture(
     folder: Run,
-    out: Annotated[Path | None, typer.Argument(metavar="FILE",
-                                               help="A PNG. Default: WORLD-TICK.png here.")] = None,
+    out: Annotated[
+        Path | None, typer.Argument(metavar="FILE", help="A PNG. Default: WORLD-TICK.png here.")
+    ] = None,
     tick: Annotated[
         int | None, typer.Option(parser=whole(0), metavar="T", help="The tick. Default: the last one.")
     ] = None,
     organism: Annotated[
-        int | None, typer.Option(parser=whole(1, 2**63 - 1), metavar="UID",
-                                 help="Draw the nervous system of this organism at that tick.")
+        int | None,
+        typer.Option(
+            parser=whole(1, 2**63 - 1),
+            metavar="UID",
+            help="Draw the nervous system of this organism at that tick.",
+        ),
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,
@@ -128,16 +160,23 @@ def video(
     folder: Run,
     out: Annotated[
         Path | None,
-        typer.Argument(metavar="FILE", help="Ends in .mp4, .mkv, .mov or .webm, which need ffmpeg, "
-                                            "or in .gif. Default: WORLD.mp4 here."),
+        typer.Argument(
+            metavar="FILE",
+            help="Ends in .mp4, .mkv, .mov or .webm, which need ffmpeg, or in .gif. Default: WORLD.mp4 here.",
+        ),
     ] = None,
     fps: Annotated[float, typer.Option(metavar="N", help="Frames a second.")] = 30.0,
-    from_: Annotated[int | None, typer.Option("--from", parser=whole(0), metavar="T",
-                                              help="First tick.")] = None,
+    from_: Annotated[
+        int | None, typer.Option("--from", parser=whole(0), metavar="T", help="First tick.")
+    ] = None,
     to: Annotated[int | None, typer.Option(parser=whole(0), metavar="T", help="Last tick.")] = None,
     step: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N",
-                                 help="Ticks between frames. Default: those of a film of at most a minute.")
+        int | None,
+        typer.Option(
+            parser=whole(1),
+            metavar="N",
+            help="Ticks between frames. Default: those of a film of at most a minute.",
+        ),
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,

@@ -36,12 +36,17 @@ def check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[P
     yield from _check_automatic(key, species)
 
 
-def _check_known_group(config: WorldConfig, at: Key, species: Species, group: str,
-                       actions: list[str]) -> Iterator[Problem]:
+def _check_known_group(
+    config: WorldConfig, at: Key, species: Species, group: str, actions: list[str]
+) -> Iterator[Problem]:
     """Check a group that shipped systems carry out."""
     if group == "pitch":
-        yield Problem(at, "has no single actions", actions,
-                      "{ continuous = [least, most] }; or up, none and down in the group climb")
+        yield Problem(
+            at,
+            "has no single actions",
+            actions,
+            "{ continuous = [least, most] }; or up, none and down in the group climb",
+        )
         return
     gaits = species.locomotion.speed if species.locomotion else {}
     made = [way.object for way in species.builds]
@@ -59,8 +64,7 @@ def _check_known_group(config: WorldConfig, at: Key, species: Species, group: st
         fault = f"it cannot {group}: locomotion.{group} is missing or 0"
         yield Problem(at, fault, actions, f"locomotion.{group} > 0, or no such group")
     if group == "climb" and config.dims == 2:
-        yield Problem(at, "no up and down in a plane", actions,
-                      "a space of three sizes, or no such group")
+        yield Problem(at, "no up and down in a plane", actions, "a space of three sizes, or no such group")
     if group == "nurse" and species.care is None:
         yield Problem(at, "it cares for nobody", actions, "care, or no such group")
     if group == "eat" and not species.diet:
@@ -71,20 +75,27 @@ def _check_neutral(key: Key, species: Species) -> Iterator[Problem]:
     ranges = species.ranges()
     for group, rest in species.neutral.items():
         if group not in species.actions:
-            yield unknown((*key, "neutral", group), "group among the species' actions", group,
-                          species.actions)
+            yield unknown(
+                (*key, "neutral", group), "group among the species' actions", group, species.actions
+            )
         elif group in ranges:
             low, high = ranges[group]
             if isinstance(rest, str) or not low <= rest <= high:
-                yield Problem((*key, "neutral", group), "not a number of this continuous action", rest,
-                              f"{low:g} to {high:g}")
+                yield Problem(
+                    (*key, "neutral", group),
+                    "not a number of this continuous action",
+                    rest,
+                    f"{low:g} to {high:g}",
+                )
         elif rest not in species.groups()[group]:
-            yield unknown((*key, "neutral", group), f"action in the group {group}", str(rest),
-                          species.groups()[group])
+            yield unknown(
+                (*key, "neutral", group), f"action in the group {group}", str(rest), species.groups()[group]
+            )
 
 
-def _check_range(config: WorldConfig, key: Key, species: Species, group: str,
-                 free: bool) -> Iterator[Problem]:
+def _check_range(
+    config: WorldConfig, key: Key, species: Species, group: str, free: bool
+) -> Iterator[Problem]:
     """Check a continuous action; one that is `free` is carried out by a system of the world's own."""
     low, high = species.ranges()[group]
     if not low < high:
@@ -93,22 +104,36 @@ def _check_range(config: WorldConfig, key: Key, species: Species, group: str,
     if free:
         return
     if group not in MOTIONS:
-        yield Problem(key[:-1], "cannot be continuous", {"continuous": [low, high]},
-                      f"a list of actions; continuous may be {listed(MOTIONS)}")
+        yield Problem(
+            key[:-1],
+            "cannot be continuous",
+            {"continuous": [low, high]},
+            f"a list of actions; continuous may be {listed(MOTIONS)}",
+        )
         return
     if species.locomotion is None:
-        yield Problem(key[:-1], "it cannot move: locomotion is missing", {"continuous": [low, high]},
-                      "locomotion, or no such group")
+        yield Problem(
+            key[:-1],
+            "it cannot move: locomotion is missing",
+            {"continuous": [low, high]},
+            "locomotion, or no such group",
+        )
         return
     if group in ("climb", "pitch") and config.dims == 2:
-        yield Problem(key[:-1], "no up and down in a plane", {"continuous": [low, high]},
-                      "a space of three sizes, or no such group")
+        yield Problem(
+            key[:-1],
+            "no up and down in a plane",
+            {"continuous": [low, high]},
+            "a space of three sizes, or no such group",
+        )
     if group == "pitch" and "climb" in species.actions:
-        yield Problem(key[:-1], "it goes up and down by climb", {"continuous": [low, high]},
-                      "one of climb and pitch")
+        yield Problem(
+            key[:-1], "it goes up and down by climb", {"continuous": [low, high]}, "one of climb and pitch"
+        )
     gaits = species.locomotion.speed.values()
     least, most = {"speed": (0.0, max(gaits)), "pitch": (-math.pi / 2, math.pi / 2)}.get(
-        group, (-LARGEST, LARGEST))
+        group, (-LARGEST, LARGEST)
+    )
     if low < least or high > most:
         words = "speeds up to that of the fastest gait" if group == "speed" else "angles"
         yield Problem(key, "out of range", [low, high], f"{words}, {least:g} to {most:g}")
@@ -126,14 +151,18 @@ def _groups_of_exchange(species: Species) -> list[str]:
     """The groups of actions by which a species exchanges or converts substances, of any name."""
     ways = [*species.exchange, *species.reactions]
     used = {action for way in ways if (action := getattr(way, "action", None)) is not None}
-    return [group for group, actions in species.groups().items()
-            if group not in GROUPS and not used.isdisjoint(actions)]
+    return [
+        group
+        for group, actions in species.groups().items()
+        if group not in GROUPS and not used.isdisjoint(actions)
+    ]
 
 
 def _may_act(config: WorldConfig) -> bool:
     """Whether the world names systems that are not loaded, which may carry out any group of actions."""
     return not config._code.allowed and any(
-        isinstance(name := getattr(s, "use", s), str) and name not in SHIPPED for s in config.systems)
+        isinstance(name := getattr(s, "use", s), str) and name not in SHIPPED for s in config.systems
+    )
 
 
 def _check_free_group(key: Key, actions: list[str]) -> Iterator[Problem]:

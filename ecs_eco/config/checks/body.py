@@ -31,8 +31,9 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
         yield Problem((*key, "count"), "more than max_count", species.count, f"at most {species.max_count}")
     if species.metabolism.energy > species.metabolism.energy_max:
         allowed = f"at most energy_max, {species.metabolism.energy_max:g}"
-        yield Problem((*key, "metabolism", "energy"), "more than energy_max",
-                      species.metabolism.energy, allowed)
+        yield Problem(
+            (*key, "metabolism", "energy"), "more than energy_max", species.metabolism.energy, allowed
+        )
     for field in species.emits:
         if field not in config.fields:
             yield unknown((*key, "emits", field), "field", field, config.fields)
@@ -70,8 +71,12 @@ def _check_diet(config: WorldConfig, key: Key, species: Species) -> Iterator[Pro
         if "gain" not in diet.model_fields_set and "efficiency" not in diet.model_fields_set:
             yield Problem((*at, "gain"), "is missing, and efficiency too", allowed="gain, efficiency or both")
         if diet.efficiency and diet.eats in config.objects and config.objects[diet.eats].energy is None:
-            yield Problem((*at, "efficiency"), f"{diet.eats} holds no energy", diet.efficiency,
-                          f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}")
+            yield Problem(
+                (*at, "efficiency"),
+                f"{diet.eats} holds no energy",
+                diet.efficiency,
+                f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
+            )
         if diet.reach > widest(config):
             yield Problem((*at, "reach"), too_wide(config), diet.reach, f"at most {widest(config):g} m")
 
@@ -80,13 +85,15 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
     way, at = species.reproduction, (*key, "reproduction")
     if "mate" in species.actions and not isinstance(way, Sexual) and not _own_mating(config):
         allowed = 'reproduction.kind = "sexual", or no such group'
-        yield Problem((*key, "actions", "mate"), "it has no sexual reproduction",
-                      species.actions["mate"], allowed)
+        yield Problem(
+            (*key, "actions", "mate"), "it has no sexual reproduction", species.actions["mate"], allowed
+        )
     if way is None:
         return
     if isinstance(way, Alone | Spread) and way.rate * config.dt > 1:
-        yield Problem((*at, "rate"), "more than one birth a tick", way.rate,
-                      f"at most {1 / config.dt:g} per second")
+        yield Problem(
+            (*at, "rate"), "more than one birth a tick", way.rate, f"at most {1 / config.dt:g} per second"
+        )
     if way.place == "near" and way.dispersal is None and not isinstance(way, Sexual):
         yield Problem((*at, "dispersal"), 'is missing with place = "near"', allowed="a distance [m]")
     if way.dispersal is not None and way.dispersal > widest(config):
@@ -98,11 +105,13 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
             yield Problem((*at, "energy_min"), fault, way.energy_min, f"at most {most:g}")
         if isinstance(way, Alone) and way.energy_given > way.energy_min:
             allowed = f"at most energy_min, {way.energy_min:g}"
-            yield Problem((*at, "energy_given"), "more than the parent needs to have",
-                          way.energy_given, allowed)
+            yield Problem(
+                (*at, "energy_given"), "more than the parent needs to have", way.energy_given, allowed
+            )
         if way.energy_given > most:
-            yield Problem((*at, "energy_given"), "more than energy_max", way.energy_given,
-                          f"at most {most:g}")
+            yield Problem(
+                (*at, "energy_given"), "more than energy_max", way.energy_given, f"at most {most:g}"
+            )
     if isinstance(way, Sexual):
         yield from _check_mating(config, key, species, way)
     room = _room(config, species)
@@ -122,28 +131,42 @@ def _own_mating(config: WorldConfig) -> bool:
 def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) -> Iterator[Problem]:
     at, most = (*key, "reproduction"), species.metabolism.energy_max
     if species.sex in ("female", "male"):
-        yield Problem((*key, "sex"), "nobody to mate with: all have the same sex", species.sex,
-                      "random, or none for hermaphrodites")
+        yield Problem(
+            (*key, "sex"),
+            "nobody to mate with: all have the same sex",
+            species.sex,
+            "random, or none for hermaphrodites",
+        )
     if way.reach > widest(config):
         yield Problem((*at, "reach"), too_wide(config), way.reach, f"at most {widest(config):g} m")
     farthest = (way.dispersal or 4 * species.body.bound) * (1 if config.dims == 2 else math.sqrt(2))
     if way.place == "near" and farthest <= way.spacing:
-        yield Problem((*at, "spacing"), "the mother herself is nearer to every newborn", way.spacing,
-                      f"less than {farthest:g} m")
+        yield Problem(
+            (*at, "spacing"),
+            "the mother herself is nearer to every newborn",
+            way.spacing,
+            f"less than {farthest:g} m",
+        )
     elif way.place == "near" and species.body.opaque and farthest <= 2 * species.body.bound:
         allowed = f"more than {2 * species.body.bound:g} m, or body.opaque = false"
-        yield Problem((*at, "dispersal"), "the mother's own body is in the way of every birth",
-                      way.dispersal, allowed)
+        yield Problem(
+            (*at, "dispersal"), "the mother's own body is in the way of every birth", way.dispersal, allowed
+        )
     if way.energy_given > most:
         return
     if way.father_share and way.father_share * way.energy_given * way.litter >= most:
         allowed = f"less than {most / (way.energy_given * way.litter):g}, or a smaller litter"
-        yield Problem((*at, "father_share"), "for the whole litter as much as energy_max: no father can pay",
-                      way.father_share, allowed)
+        yield Problem(
+            (*at, "father_share"),
+            "for the whole litter as much as energy_max: no father can pay",
+            way.father_share,
+            allowed,
+        )
     if way.father_share < 1 and (1 - way.father_share) * way.energy_given >= most:
         allowed = f"less than {most / (1 - way.father_share):g}"
-        yield Problem((*at, "energy_given"), "as much as energy_max: no mother can pay",
-                      way.energy_given, allowed)
+        yield Problem(
+            (*at, "energy_given"), "as much as energy_max: no mother can pay", way.energy_given, allowed
+        )
 
 
 def _room(config: WorldConfig, species: Species) -> float:
@@ -168,8 +191,12 @@ def _check_lethal(config: WorldConfig, key: Key, species: Species) -> Iterator[P
         if value is None and config.may_have(str(key[1]), lethal.property):
             continue
         if value is None:
-            yield unknown((*at, "property"), "property or substance of the species", lethal.property,
-                          (*species.own(), *own))
+            yield unknown(
+                (*at, "property"),
+                "property or substance of the species",
+                lethal.property,
+                (*species.own(), *own),
+            )
         elif lethal.min is None and lethal.max is None:
             yield Problem((*at, "min"), "is missing, and max too", allowed="min, max or both")
         elif low >= high:

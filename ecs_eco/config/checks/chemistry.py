@@ -17,13 +17,19 @@ Kind = Species | ObjectType
 
 def check_chemistry(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Problem]:
     """All problems of what a species or object type does with its substances."""
-    moves = {"reactions": kind.reactions, "exchange": kind.exchange,
-             "decomposition": getattr(kind, "decomposition", None),
-             "born_with": getattr(kind, "born_with", "declared") != "declared"}
+    moves = {
+        "reactions": kind.reactions,
+        "exchange": kind.exchange,
+        "decomposition": getattr(kind, "decomposition", None),
+        "born_with": getattr(kind, "born_with", "declared") != "declared",
+    }
     used = next((name for name, ways in moves.items() if ways), None)
     if used is not None and not _substances(config, key[1]):
-        yield Problem((*key, "substances"), f"is missing, and {used} changes them",
-                      allowed="concentrations at the start [mol/L], 0 for those that it begins without")
+        yield Problem(
+            (*key, "substances"),
+            f"is missing, and {used} changes them",
+            allowed="concentrations at the start [mol/L], 0 for those that it begins without",
+        )
     yield from _check_reactions(config, key, kind)
     yield from _check_exchange(config, key, kind)
     yield from _check_emissions(config, key, kind)
@@ -38,8 +44,12 @@ def check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Problem
         yield unknown((*key, "substance"), "substance", field.substance, config.substances)
     for part in ("depth", "initial", "renewal", "only"):
         if field.substance is None and getattr(field, part) is not None:
-            yield Problem((*key, part), "given without a substance", getattr(field, part),
-                          "a substance that the field holds, or none of these")
+            yield Problem(
+                (*key, part),
+                "given without a substance",
+                getattr(field, part),
+                "a substance that the field holds, or none of these",
+            )
     if field.depth is not None and config.dims == 3:
         yield Problem((*key, "depth"), "a volume has a depth of its own", field.depth, "no depth")
     ground = config.terrain
@@ -75,8 +85,9 @@ def _check_exchange(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Probl
         if way.field is not None and way.field not in holding:
             yield unknown((*at, "field"), "field of a substance", way.field, holding)
         elif isinstance(way, Release) and way.field is not None and holding[way.field] != way.substance:
-            yield Problem((*at, "field"), f"it holds {holding[way.field]}", way.field,
-                          f"a field of {way.substance}")
+            yield Problem(
+                (*at, "field"), f"it holds {holding[way.field]}", way.field, f"a field of {way.substance}"
+            )
         yield from _check_action((*at, "action"), kind, getattr(way, "action", None))
 
 
@@ -98,12 +109,15 @@ def _check_emissions(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Prob
         if isinstance(way, Emission) and way.substance not in config.substances:
             yield unknown((*at, "substance"), "substance", way.substance, config.substances)
         elif isinstance(way, Emission) and not _substances(config, key[1]):
-            yield Problem((*at, "substance"), "its bodies hold no substances", way.substance,
-                          "substances, or a number")
-        elif holds is not None and not (isinstance(way, Emission) and way.consume
-                                        and way.substance == holds):
-            yield Problem(at, f"the field holds {holds}, which cannot come from nothing",
-                          allowed=f'{{ substance = "{holds}", rate = …, consume = true }}, or `exchange`')
+            yield Problem(
+                (*at, "substance"), "its bodies hold no substances", way.substance, "substances, or a number"
+            )
+        elif holds is not None and not (isinstance(way, Emission) and way.consume and way.substance == holds):
+            yield Problem(
+                at,
+                f"the field holds {holds}, which cannot come from nothing",
+                allowed=f'{{ substance = "{holds}", rate = …, consume = true }}, or `exchange`',
+            )
 
 
 def _check_newborn(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -117,5 +131,9 @@ def _check_newborn(config: WorldConfig, key: Key, species: Species) -> Iterator[
     held = {field.substance for field in config.fields.values()}
     for name, concentration in species.substances.items():
         if concentration > 0 and name not in held:
-            yield Problem((*key, "substances", name), "no field holds it, and newborn take it from the soil",
-                          concentration, "0, or a field with this substance")
+            yield Problem(
+                (*key, "substances", name),
+                "no field holds it, and newborn take it from the soil",
+                concentration,
+                "0, or a field with this substance",
+            )

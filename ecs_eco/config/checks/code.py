@@ -18,13 +18,20 @@ from ecs_eco.engine.parameters import problems_of_parameters
 from ecs_eco.engine.section import Use, function_name
 
 ARGUMENTS = {  # by key, the number of arguments of a function; None: it is checked elsewhere, or not called
-    "systems.*": 0, "species.*.components.*": None, "species.*.sensors.*.function": 5,
+    "systems.*": 0,
+    "species.*.components.*": None,
+    "species.*.sensors.*.function": 5,
     "species.*.reflex.function": 1,
-    "species.*.happiness.function": 1, "water.current_function": 4, "search.objective": 1,
-    "search.objective.*.of": 1, "reporters.*": 1,
-    "species.*.policy.network": None, "species.*.policy.function": 2, "species.*.genome.mate.operator": None,
+    "species.*.happiness.function": 1,
+    "water.current_function": 4,
+    "search.objective": 1,
+    "search.objective.*.of": 1,
+    "reporters.*": 1,
+    "species.*.policy.network": None,
+    "species.*.policy.function": 2,
+    "species.*.genome.mate.operator": None,
     "species.*.genome.mutate.operator": None,
-}  # fmt: skip
+}
 
 
 def check_code(config: WorldConfig) -> Iterator[Problem]:
@@ -36,18 +43,26 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
     for place, entry in used:
         key, value = ((*place, "use"), entry.use) if isinstance(entry, Use) else (place, entry)
         pattern = next((p for p in ARGUMENTS if fnmatchcase(".".join(map(str, place)), p)), "")
-        made = (not isinstance(value, str) and callable(getattr(value, "process", None))
-                and not isinstance(value, type))
+        made = (
+            not isinstance(value, str)
+            and callable(getattr(value, "process", None))
+            and not isinstance(value, type)
+        )
         if not made and (problem := config._code.problem(key, value)) is not None:
             yield problem
         elif (thing := config._code.known(value)) is None:
             continue
         elif pattern == "systems.*" and not callable(getattr(thing, "process", None)):
-            yield Problem(key, "no system: it has no method process", function_name(value),
-                          "a class derived from ecs_eco.System")
+            yield Problem(
+                key,
+                "no system: it has no method process",
+                function_name(value),
+                "a class derived from ecs_eco.System",
+            )
         elif pattern == "species.*.components.*" and not is_component(thing):
-            yield Problem(key, "no component", function_name(value),
-                          "a class declared with @ecs_eco.component")
+            yield Problem(
+                key, "no component", function_name(value), "a class declared with @ecs_eco.component"
+            )
         elif not made and (n := ARGUMENTS.get(pattern)) is not None:
             yield from _check_call(place, entry, thing, n)
 

@@ -49,12 +49,18 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
             function = getattr(species, word).function
             if config.known(function) is not None:
                 fault = "no network, and a gene codes for its weights"
-                yield Problem(("species", name, word, "function"), fault, function_name(function),
-                              "what fit_network gives")
+                yield Problem(
+                    ("species", name, word, "function"),
+                    fault,
+                    function_name(function),
+                    "what fit_network gives",
+                )
             return
     loci = section.loci if section.longest is None else None
-    own_problems = [*problems(section.genes, len(section.alphabet), loci, traits, shapes),
-                    *problems_of_variable(section, traits, shapes)]
+    own_problems = [
+        *problems(section.genes, len(section.alphabet), loci, traits, shapes),
+        *problems_of_variable(section, traits, shapes),
+    ]
     for problem in own_problems:
         shared = why_shared(str(problem.value)) if problem.key[-1] == "trait" else ""
         why = {"what": f"no gene can code for it: {shared}", "nearest": ""} if shared else {}
@@ -84,13 +90,18 @@ def _check_connections(config: WorldConfig, name: str) -> Iterator[Problem]:
     for i, connection in enumerate(reflex.connections if reflex else ()):
         if label_of(connection) in seen:
             key = ("species", name, "reflex", "connections", i, "name")
-            yield Problem(key, "another connection has this name, so genes cannot name it",
-                          label_of(connection), "a name of its own")
+            yield Problem(
+                key,
+                "another connection has this name, so genes cannot name it",
+                label_of(connection),
+                "a name of its own",
+            )
         seen.add(label_of(connection))
 
 
-def _check_ranges(config: WorldConfig, species: Species, key: Key,
-                  section: GenomeSection) -> Iterator[Problem]:
+def _check_ranges(
+    config: WorldConfig, species: Species, key: Key, section: GenomeSection
+) -> Iterator[Problem]:
     """Problems of values of genes for which this world has no room."""
     most = min(config.space.size) / 2
     store = species.metabolism.energy_max
@@ -101,51 +112,75 @@ def _check_ranges(config: WorldConfig, species: Species, key: Key,
         if highest is None or gene.trait is None:
             continue
         if gene.trait == "body.radius" and highest > most:
-            yield Problem((*key, "genes", i, field), "the body would not fit into the world", highest,
-                          f"at most {most:g} m")
+            yield Problem(
+                (*key, "genes", i, field),
+                "the body would not fit into the world",
+                highest,
+                f"at most {most:g} m",
+            )
         if gene.trait == "body.radius" and species.body.density is not None:
             yield from _check_masses(species, (*key, "genes", i), gene)
         if gene.trait.startswith("sensors.") and gene.trait.endswith(".radius") and highest > widest(config):
-            yield Problem((*key, "genes", i, field), too_wide(config), highest,
-                          f"at most {widest(config):g} m")
+            yield Problem(
+                (*key, "genes", i, field), too_wide(config), highest, f"at most {widest(config):g} m"
+            )
         if gene.trait.startswith("sensors.") and gene.trait.endswith((".forward", ".left")):
             yield from _check_nose(config, species, (*key, "genes", i), gene)
         if gene.trait == "locomotion.pace" and highest * fastest > most:
             allowed = f"at most {most / fastest:g}"
-            yield Problem((*key, "genes", i, field), "further than half of the world in one tick",
-                          highest, allowed)
+            yield Problem(
+                (*key, "genes", i, field), "further than half of the world in one tick", highest, allowed
+            )
         if gene.trait in ("reproduction.energy_min", "reproduction.energy_given") and highest > store:
             yield Problem((*key, "genes", i, field), "more than energy_max", highest, f"at most {store:g}")
 
 
 def _check_masses(species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
     """Whether a gene for the radius makes masses, by the density, that no number holds."""
-    ends = ([("values", v) for v in (min(gene.values), max(gene.values))] if gene.values
-            else [("low", gene.low or 0.0), ("high", gene.high or 0.0)])
+    ends = (
+        [("values", v) for v in (min(gene.values), max(gene.values))]
+        if gene.values
+        else [("low", gene.low or 0.0), ("high", gene.high or 0.0)]
+    )
     for field, radius in ends:
         mass = species.body.mass * (radius / species.body.radius) ** 3
         if radius > 0 and not SMALLEST <= mass <= LARGEST:
-            yield Problem((*key, field), f"density × volume would be {mass:g} kg", radius,
-                          f"{SMALLEST:g} to {LARGEST:g} kg")
+            yield Problem(
+                (*key, field),
+                f"density × volume would be {mass:g} kg",
+                radius,
+                f"{SMALLEST:g} to {LARGEST:g} kg",
+            )
 
 
-def _check_extremes(config: WorldConfig, name: str, key: Key, section: GenomeSection,
-                    traits: dict[str, Trait]) -> Iterator[Problem]:
+def _check_extremes(
+    config: WorldConfig, name: str, key: Key, section: GenomeSection, traits: dict[str, Trait]
+) -> Iterator[Problem]:
     """Problems of genes with whose least or greatest value the species itself would be refused."""
     species = config.species[name]
 
     def faults(changed: Any) -> list[Problem]:
         with_it = config.model_copy(update={"species": config.species | {name: changed}})
-        return [*check_body(with_it, name), *check_sensors(with_it, name),
-                *check_actions(with_it, ("species", name), changed)]
+        return [
+            *check_body(with_it, name),
+            *check_sensors(with_it, name),
+            *check_actions(with_it, ("species", name), changed),
+        ]
 
     known = {(problem.key, problem.what) for problem in faults(species)}
     for i, gene in enumerate(section.genes):
-        if (gene.trait is None or gene.trait not in traits or traits[gene.trait].component != "Traits"
-            or gene.trait.endswith(".present")):
+        if (
+            gene.trait is None
+            or gene.trait not in traits
+            or traits[gene.trait].component != "Traits"
+            or gene.trait.endswith(".present")
+        ):
             continue
-        ends = ({"low": gene.low, "high": gene.high} if gene.values is None
-                else {f"values.{gene.values.index(v)}": v for v in (min(gene.values), max(gene.values))})
+        ends = (
+            {"low": gene.low, "high": gene.high}
+            if gene.values is None
+            else {f"values.{gene.values.index(v)}": v for v in (min(gene.values), max(gene.values))}
+        )
         for field, value in ends.items():
             if value is None:
                 continue
@@ -160,8 +195,11 @@ def _check_extremes(config: WorldConfig, name: str, key: Key, section: GenomeSec
 
 def _check_nose(config: WorldConfig, species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
     """Whether a gene puts a sensor further off the body than the world is wide."""
-    ends = ({"values": max(gene.values, key=abs)}
-            if gene.values else {"low": gene.low or 0.0, "high": gene.high or 0.0})
+    ends = (
+        {"values": max(gene.values, key=abs)}
+        if gene.values
+        else {"low": gene.low or 0.0, "high": gene.high or 0.0}
+    )
     most = farthest(config, species)
     for field, value in ends.items():
         if abs(value) > most:
@@ -171,12 +209,18 @@ def _check_nose(config: WorldConfig, species: Species, key: Key, gene: Gene) -> 
 
 def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterator[Problem]:
     """Whether policy.inherit and the genes agree on the origin of a brain's weights."""
-    coded, key = (any(gene.trait == "policy.weights" for gene in section.genes),
-                  ("species", name, "policy", "inherit"))
+    coded, key = (
+        any(gene.trait == "policy.weights" for gene in section.genes),
+        ("species", name, "policy", "inherit"),
+    )
     inherit = species.policy.inherit
     if inherit == "birth" and not coded:
-        yield Problem(key, "no gene codes for policy.weights", inherit,
-                      'a gene with trait = "policy.weights", or another way')
+        yield Problem(
+            key,
+            "no gene codes for policy.weights",
+            inherit,
+            'a gene with trait = "policy.weights", or another way',
+        )
     if inherit == "learned" and coded:
         yield Problem(key, "a gene codes for policy.weights too", inherit, '"birth", or no such gene')
 
@@ -207,6 +251,9 @@ def _check_operators(config: WorldConfig, species: Species, key: Key, layout: La
             elif (own := config._code.known(entry.operator)) is not None:
                 taken_apart(word, partial(own, **entry.arguments))
         except (ValueError, UnknownName) as error:
-            value = (entry.operator if isinstance(entry.operator, str)
-                     else getattr(entry.operator, "__name__", "a function"))
+            value = (
+                entry.operator
+                if isinstance(entry.operator, str)
+                else getattr(entry.operator, "__name__", "a function")
+            )
             yield Problem(at, str(error).removeprefix(f"{word}: "), value)

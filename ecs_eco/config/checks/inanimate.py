@@ -20,21 +20,33 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
     if kind.count and placed:
         fault = "given together with at" if kind.at else "given together with between"
         yield Problem((*key, "count"), fault, kind.count, "one of count and at")
-    if not kind.count and not placed and not any(
-            s.remains == name or any(way.object == name for way in s.builds)
-            for s in config.species.values()):
+    if (
+        not kind.count
+        and not placed
+        and not any(
+            s.remains == name or any(way.object == name for way in s.builds) for s in config.species.values()
+        )
+    ):
         allowed = "at least 1, or a list at, or a species that leaves it as remains or builds it"
         yield Problem((*key, "count"), "none of these would ever exist", kind.count, allowed)
     for i, at in enumerate(kind.at):
         yield from outside((*key, "at", i), at, config.space.size)
     if len(kind.heading) not in (0, 1, len(kind.at)):
-        yield Problem((*key, "heading"), f"{len(kind.heading)} headings for {len(kind.at)} places in at",
-                      kind.heading, f"{len(kind.at)} numbers [rad], or one for all")
+        yield Problem(
+            (*key, "heading"),
+            f"{len(kind.heading)} headings for {len(kind.at)} places in at",
+            kind.heading,
+            f"{len(kind.at)} numbers [rad], or one for all",
+        )
     elif kind.heading and not kind.at:
         yield Problem((*key, "heading"), "given without at", kind.heading, "places in at that have it")
     if kind.renewal and not kind.count:
-        yield Problem((*key, "renewal"), "there is no count for it to come back to", kind.renewal,
-                      "count of at least 1, or no renewal")
+        yield Problem(
+            (*key, "renewal"),
+            "there is no count for it to come back to",
+            kind.renewal,
+            "count of at least 1, or no renewal",
+        )
     yield from _check_ways(config, key, kind)
     yield from check_matter(config, key, kind.properties, kind.substances)
     yield from check_size(config, key, kind.body)
@@ -46,18 +58,26 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
 def _check_ways(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Problem]:
     """Problems of objects that reach from one place to another."""
     if kind.between and kind.body.shape == "sphere":
-        yield Problem((*key, "between"), "a sphere has no length that could reach from place to place",
-                      allowed='body.shape = "capsule" or "box", or places in at')
+        yield Problem(
+            (*key, "between"),
+            "a sphere has no length that could reach from place to place",
+            allowed='body.shape = "capsule" or "box", or places in at',
+        )
         return
     least, most = 0.0 if kind.body.shape == "box" else 2 * kind.body.radius, longest(config)
     for i, way in enumerate(kind.between):
         at = (*key, "between", i)
         if not all(0 <= x <= side for x, side in zip(way, [*config.space.size[:2]] * 2, strict=True)):
-            yield Problem(at, "outside of the world", way,
-                          " and ".join(f"0 to {side:g} m" for side in config.space.size[:2]))
+            yield Problem(
+                at,
+                "outside of the world",
+                way,
+                " and ".join(f"0 to {side:g} m" for side in config.space.size[:2]),
+            )
         elif not least < (length := math.dist(way[:2], way[2:])) <= most:
-            yield Problem(at, f"{length:g} m from end to end", way,
-                          f"more than {least:g} m, at most {most:g} m")
+            yield Problem(
+                at, f"{length:g} m from end to end", way, f"more than {least:g} m, at most {most:g} m"
+            )
 
 
 def outside(key: Key, at: list[float], size: list[float]) -> Iterator[Problem]:

@@ -42,8 +42,9 @@ def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> 
 def _check_time(config: WorldConfig, key: Key, intervention: Any) -> Iterator[Problem]:
     if intervention.at >= config.ticks:
         allowed = f"0 to {config.ticks - 1}, or a larger `ticks` of the world"
-        yield Problem((*key, "at"), f"never happens: a run has {config.ticks} ticks",
-                      intervention.at, allowed)
+        yield Problem(
+            (*key, "at"), f"never happens: a run has {config.ticks} ticks", intervention.at, allowed
+        )
     if intervention.until is not None and intervention.every is None:
         yield Problem((*key, "until"), "given without every", intervention.until, "both, or neither")
     elif intervention.until is not None and intervention.until < intervention.at:
@@ -52,15 +53,23 @@ def _check_time(config: WorldConfig, key: Key, intervention: Any) -> Iterator[Pr
 
 def _check_who(config: WorldConfig, key: Key, intervention: Cull | Add) -> Iterator[Problem]:
     if intervention.species not in (*config.species, *config.objects):
-        yield unknown((*key, "species"), "species or object type", intervention.species,
-                      [*config.species, *config.objects])
+        yield unknown(
+            (*key, "species"),
+            "species or object type",
+            intervention.species,
+            [*config.species, *config.objects],
+        )
     if isinstance(intervention, Cull):
         if (intervention.share, intervention.count, intervention.uids).count(None) != 2:
-            yield Problem((*key, "share"), "give exactly one of share, count and uids",
-                          allowed="share = 0.5, count = 20, or uids = [7]")
+            yield Problem(
+                (*key, "share"),
+                "give exactly one of share, count and uids",
+                allowed="share = 0.5, count = 20, or uids = [7]",
+            )
         if intervention.which in ("richest", "poorest") and intervention.species in config.objects:
-            yield Problem((*key, "which"), "objects have no energy", intervention.which,
-                          "random, oldest, youngest")
+            yield Problem(
+                (*key, "which"), "objects have no energy", intervention.which, "random, oldest, youngest"
+            )
 
 
 def check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator[Problem]:
@@ -72,8 +81,9 @@ def check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator
             if low < 0 or high > length:
                 yield Problem(key, f"outside of the world along {axis}", region, f"{REGION}, within {extent}")
             elif low >= high:
-                yield Problem(key, f"without extent along {axis}: {axis}0 is not less than {axis}1",
-                              region, REGION)
+                yield Problem(
+                    key, f"without extent along {axis}: {axis}0 is not less than {axis}1", region, REGION
+                )
         return
     most = min(size) / 2 if config.space.edges == "torus" else math.hypot(*size)
     if not all(0 <= x <= length for x, length in zip(region, size, strict=False)):
@@ -85,8 +95,9 @@ def check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator
 def _check_add(config: WorldConfig, key: Key, add: Add) -> Iterator[Problem]:
     kind, place, size = config.species.get(add.species), add.at_place, config.space.size
     if kind is not None and kind.max_count is not None and add.count > kind.max_count:
-        yield Problem((*key, "count"), f"more than max_count of {add.species}", add.count,
-                      f"at most {kind.max_count}")
+        yield Problem(
+            (*key, "count"), f"more than max_count of {add.species}", add.count, f"at most {kind.max_count}"
+        )
     if place is None:
         return
     at = (*key, "at_place")
@@ -102,26 +113,35 @@ def _check_add(config: WorldConfig, key: Key, add: Add) -> Iterator[Problem]:
                 if math.dist(mark.at, place[:2]) < mark.radius:
                     yield Problem(at, f"within terrain.{group}.{i}", place, "a place on open ground")
     if kind is not None and isinstance(kind.reproduction, Spread) and add.count > 1:
-        yield Problem((*key, "count"), f"one site holds one {add.species}", add.count,
-                      "count = 1, or a region instead of at_place")
+        yield Problem(
+            (*key, "count"),
+            f"one site holds one {add.species}",
+            add.count,
+            "count = 1, or a region instead of at_place",
+        )
 
 
 def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
     if (dose.field is None) == (dose.species is None):
-        yield Problem((*key, "field"), "give exactly one of field and species",
-                      allowed='field = "soil", or species = "deer" with a substance')
+        yield Problem(
+            (*key, "field"),
+            "give exactly one of field and species",
+            allowed='field = "soil", or species = "deer" with a substance',
+        )
     elif dose.field is not None:
         if dose.field not in config.fields:
             yield unknown((*key, "field"), "field", dose.field, config.fields)
         if dose.substance is not None:
-            yield Problem((*key, "substance"), "given together with field", dose.substance,
-                          "none: a field has its own")
+            yield Problem(
+                (*key, "substance"), "given together with field", dose.substance, "none: a field has its own"
+            )
     else:
         kinds: dict[str, Any] = {**config.objects, **config.species}
         holders = [name for name, kind in kinds.items() if kind.substances]
         if dose.species not in holders:
-            yield unknown((*key, "species"), "species or object type with substances", str(dose.species),
-                          holders)
+            yield unknown(
+                (*key, "species"), "species or object type with substances", str(dose.species), holders
+            )
         if dose.substance is None:
             yield Problem((*key, "substance"), "is missing", allowed=listed(config.substances))
         elif dose.substance not in config.substances:
@@ -132,15 +152,22 @@ def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
 
 def _check_switch(config: WorldConfig, key: Key, switch: Switch) -> Iterator[Problem]:
     if switch.reproduction is None and switch.learning is None:
-        yield Problem((*key, "reproduction"), "is missing, and learning too",
-                      allowed="true or false for one of them, or both")
+        yield Problem(
+            (*key, "reproduction"),
+            "is missing, and learning too",
+            allowed="true or false for one of them, or both",
+        )
     if switch.species is None:
         return
     if switch.species not in config.species:
         yield unknown((*key, "species"), "species", switch.species, config.species)
     elif switch.learning and not learns(config.species[switch.species]):
-        yield Problem((*key, "learning"), f"{switch.species} cannot learn", True,
-                      "a species with a policy network and happiness")
+        yield Problem(
+            (*key, "learning"),
+            f"{switch.species} cannot learn",
+            True,
+            "a species with a policy network and happiness",
+        )
 
 
 def learns(species: Section) -> bool:
@@ -157,8 +184,9 @@ def _check_fences(config: WorldConfig) -> Iterator[Problem]:
         if fence.line is not None and fence.region is not None:
             yield Problem((*key, "region"), "given together with line", fence.region, "one of the two")
         elif fence.line is None and fence.region is None and not fence.remove:
-            yield Problem((*key, "line"), "is missing, and region too",
-                          allowed="corners [[x, y], …], or a region")
+            yield Problem(
+                (*key, "line"), "is missing, and region too", allowed="corners [[x, y], …], or a region"
+            )
         yield from check_line((*key, "line"), fence.line or [], config)
         shape = (fence.line, fence.region)
         if not fence.remove:
@@ -188,8 +216,12 @@ def _check_roads(config: WorldConfig) -> Iterator[Problem]:
         elif road.line in lying:
             lying.remove(road.line)
         else:
-            yield Problem((*key, "remove"), "no such road lies there then", True,
-                          "the line of a road laid before, or none for all roads")
+            yield Problem(
+                (*key, "remove"),
+                "no such road lies there then",
+                True,
+                "the line of a road laid before, or none for all roads",
+            )
 
 
 def check_line(key: Key, line: list[Any], config: WorldConfig) -> Iterator[Problem]:
@@ -201,8 +233,7 @@ def check_line(key: Key, line: list[Any], config: WorldConfig) -> Iterator[Probl
 
 
 def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """Values to be set, in the order of time: each must leave a valid world and be possible in a living one.
-    """
+    """Values to be set, in the order of time: each must leave a valid world and be possible in a living one."""
     now = None
     sets = [(i, s) for i, s in enumerate(config.interventions) if isinstance(s, Set)]
     for i, change in sorted(sets, key=lambda pair: pair[1].at):
@@ -219,6 +250,7 @@ def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator
         for p in problems:
             written = next((k for k in change.set if p.path == k or p.path.endswith(k)), None)
             where = "" if written is not None else f", at {p.path}"
-            yield p.moved(key=key if written is None else (*key, written), what=p.what + where,
-                          source="", line=None)
+            yield p.moved(
+                key=key if written is None else (*key, written), what=p.what + where, source="", line=None
+            )
         now = now if problems else new

@@ -40,30 +40,43 @@ def check_land(config: WorldConfig) -> Iterator[Problem]:
 def _agreement(config: WorldConfig, terrain: Terrain) -> Iterator[Problem]:
     key = ("terrain",)
     if config.space.edges == "torus":
-        yield Problem((*key, "raster"), "its edges do not meet as those of a torus do", terrain.raster,
-                      'space.edges = "walls"')
+        yield Problem(
+            (*key, "raster"),
+            "its edges do not meet as those of a torus do",
+            terrain.raster,
+            'space.edges = "walls"',
+        )
     if config.dims == 3:
         yield Problem((*key, "raster"), "given in a volume", terrain.raster, "space.size of two numbers")
     if terrain.hills is not None:
         yield Problem((*key, "hills"), "given together with a raster", allowed="one of the two")
     if terrain.cover_band is not None and terrain.cover is None:
-        yield Problem((*key, "cover_band"), "given without cover", terrain.cover_band,
-                      "terrain.cover beside it")
+        yield Problem(
+            (*key, "cover_band"), "given without cover", terrain.cover_band, "terrain.cover beside it"
+        )
     if len(terrain.classes) > MOST_CLASSES:
-        yield Problem((*key, "classes"), f"there are {len(terrain.classes)}",
-                      allowed=f"at most {MOST_CLASSES}")
+        yield Problem(
+            (*key, "classes"), f"there are {len(terrain.classes)}", allowed=f"at most {MOST_CLASSES}"
+        )
     named = {layer.land for layer in terrain.layers}
     for name, land in terrain.classes.items():
         at = (*key, "classes", name)
         if land.codes and terrain.cover is None:
             yield Problem((*at, "codes"), "there is no raster of classes", land.codes, "terrain.cover")
         if land.above is not None and land.below is not None and land.above >= land.below:
-            yield Problem((*at, "below"), f"not above `above`, {land.above:g}", land.below,
-                          "a higher elevation")
-        if not land.codes and name not in named and all(
-                v is None for v in (land.above, land.below, land.steeper)):
-            yield Problem(at, "nowhere: it says not where it is",
-                          allowed="codes, above, below, steeper, or a layer with this class as `land`")
+            yield Problem(
+                (*at, "below"), f"not above `above`, {land.above:g}", land.below, "a higher elevation"
+            )
+        if (
+            not land.codes
+            and name not in named
+            and all(v is None for v in (land.above, land.below, land.steeper))
+        ):
+            yield Problem(
+                at,
+                "nowhere: it says not where it is",
+                allowed="codes, above, below, steeper, or a layer with this class as `land`",
+            )
     for i, layer in enumerate(terrain.layers):
         place = (*key, "layers", i, "land")
         if layer.make != "class" and layer.land is not None:

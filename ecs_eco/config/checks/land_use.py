@@ -23,14 +23,18 @@ def check_land_use(config: WorldConfig) -> Iterator[Problem]:
         if use.until is not None and use.until < use.at:
             yield Problem((*key, "until"), "before at", use.until, f"at least {use.at}")
         if use.season is not None and use.period is None:
-            yield Problem((*key, "period"), "is missing: a season is a part of it",
-                          allowed="the length of a year [s]")
+            yield Problem(
+                (*key, "period"), "is missing: a season is a part of it", allowed="the length of a year [s]"
+            )
         if use.period is not None and use.period < config.dt:
-            yield Problem((*key, "period"), "shorter than a tick", use.period,
-                          f"at least dt, {config.dt:g} s")
+            yield Problem(
+                (*key, "period"), "shorter than a tick", use.period, f"at least dt, {config.dt:g} s"
+            )
         if use.season is not None and use.season[0] == use.season[1]:
-            yield Problem((*key, "season"), "ends when it begins", use.season,
-                          "two different shares of a year")
+            yield Problem(
+                (*key, "season"), "ends when it begins", use.season, "two different shares of a year"
+            )
         if isinstance(use, Harvest) and use.most is not None and (use.least or 0.0) > use.most:
-            yield Problem((*key, "most"), "less than least: nothing is taken", use.most,
-                          f"at least {use.least:g} m")
+            yield Problem(
+                (*key, "most"), "less than least: nothing is taken", use.most, f"at least {use.least:g} m"
+            )

@@ -14,20 +14,32 @@ from ecs_eco.engine.errors import Problem
 def check_year(config: WorldConfig) -> Iterator[Problem]:
     """The problem of a year that is given twice."""
     if config.year is not None and config.sun is not None and config.sun.year is not None:
-        yield Problem(("sun", "year"), "given together with the world's own year", config.sun.year,
-                      "one of year.length and sun.year")
+        yield Problem(
+            ("sun", "year"),
+            "given together with the world's own year",
+            config.sun.year,
+            "one of year.length and sun.year",
+        )
 
 
 def check_life(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     """All problems of the course of a species' life."""
     yield from _check_eggs(config, key, species)
     if species.age is not None and species.age[0] > species.age[1]:
-        yield Problem((*key, "age"), "the least is more than the most", species.age,
-                      f"[{species.age[1]:g}, {species.age[0]:g}]")
+        yield Problem(
+            (*key, "age"),
+            "the least is more than the most",
+            species.age,
+            f"[{species.age[1]:g}, {species.age[0]:g}]",
+        )
     grows = species.growth
     if grows is not None and grows.cost and grows.reserve >= species.metabolism.energy_max:
-        yield Problem((*key, "growth", "reserve"), "as much as energy_max: nobody would grow", grows.reserve,
-                      f"less than {species.metabolism.energy_max:g}")
+        yield Problem(
+            (*key, "growth", "reserve"),
+            "as much as energy_max: nobody would grow",
+            grows.reserve,
+            f"less than {species.metabolism.energy_max:g}",
+        )
     way, at = species.breeding, (*key, "breeding")
     if way is None:
         return
@@ -37,8 +49,12 @@ def check_life(config: WorldConfig, key: Key, species: Species) -> Iterator[Prob
         allowed = f"more than {way.maturity:g} s" + (f", less than {way.end:g} s" if way.end else "")
         yield Problem((*at, "prime"), "not between maturity and end", way.prime, allowed)
     if way.season is not None and config.year is None and (config.sun is None or config.sun.year is None):
-        yield Problem((*at, "season"), "there is no year for it", way.season,
-                      "a section year, or sun.year; or no season")
+        yield Problem(
+            (*at, "season"),
+            "there is no year for it",
+            way.season,
+            "a section year, or sun.year; or no season",
+        )
 
 
 def _check_eggs(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -53,21 +69,37 @@ def _check_eggs(config: WorldConfig, key: Key, species: Species) -> Iterator[Pro
             allowed = f'a species with hatch = {{ into = "{name}" }}'
             yield Problem(at, f"no {name} hatches from it", egg, allowed)
         elif (most := config.species[egg].metabolism.energy_max) < lays.energy_given:
-            yield Problem((*key, "reproduction", "energy_given"), f"more than an egg holds, {egg}",
-                          lays.energy_given, f"at most {most:g}, its metabolism.energy_max")
+            yield Problem(
+                (*key, "reproduction", "energy_given"),
+                f"more than an egg holds, {egg}",
+                lays.energy_given,
+                f"at most {most:g}, its metabolism.energy_max",
+            )
         if species.born_with == "mother":
-            yield Problem((*key, "born_with"), "its newborn are eggs, which hold what their own section says",
-                          species.born_with, '"declared"')
+            yield Problem(
+                (*key, "born_with"),
+                "its newborn are eggs, which hold what their own section says",
+                species.born_with,
+                '"declared"',
+            )
     if way is None:
         return
     if way.into not in config.species:
         yield unknown((*key, "hatch", "into"), "species", way.into, config.species)
     elif getattr(config.species[way.into].reproduction, "eggs", None) != name:
-        yield Problem((*key, "hatch", "into"), "it does not lay these eggs", way.into,
-                      f'a species with reproduction.eggs = "{name}"')
+        yield Problem(
+            (*key, "hatch", "into"),
+            "it does not lay these eggs",
+            way.into,
+            f'a species with reproduction.eggs = "{name}"',
+        )
     if way.temperature is not None and way.temperature <= way.threshold:
-        yield Problem((*key, "hatch", "temperature"), "not above the threshold", way.temperature,
-                      f"more than {way.threshold:g} K")
+        yield Problem(
+            (*key, "hatch", "temperature"),
+            "not above the threshold",
+            way.temperature,
+            f"more than {way.threshold:g} K",
+        )
     for part in ("sensors", "actions", "diet", "locomotion", "reproduction", "genome", "growth", "care"):
         if getattr(species, part):
             yield Problem((*key, part), "an egg has none", allowed="this of the species that hatches")

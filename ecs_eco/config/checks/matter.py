@@ -37,15 +37,20 @@ def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:
     if body.shape == "sphere":
         most = min(size) / 2
         if body.radius > most:
-            yield Problem((*at, "radius"), "the body does not fit into the world", body.radius,
-                          f"at most {most:g} m")
+            yield Problem(
+                (*at, "radius"), "the body does not fit into the world", body.radius, f"at most {most:g} m"
+            )
         return
     name, most = "length" if body.shape == "capsule" else "size", longest(config)
     if max(body.extents[:2]) > most:
         yield Problem((*at, name), "the body does not fit into the world", allowed=f"at most {most:g} m")
     if len(size) == 3 and body.extents[2] > size[2]:
-        yield Problem((*at, "radius" if body.shape == "capsule" else name), "higher than the world is deep",
-                      body.extents[2], f"at most {size[2]:g} m")
+        yield Problem(
+            (*at, "radius" if body.shape == "capsule" else name),
+            "higher than the world is deep",
+            body.extents[2],
+            f"at most {size[2]:g} m",
+        )
 
 
 def longest(config: WorldConfig) -> float:

@@ -68,8 +68,9 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
     if isinstance(sensor, Approach) and sensor.target not in config.species:
         yield unknown((*key, "target"), "species", sensor.target, config.species)
     if isinstance(sensor, Touch) and sensor.target not in (*kinds, "wall", "any"):
-        yield unknown((*key, "target"), "species, object type, wall or any", sensor.target,
-                      [*kinds, "wall", "any"])
+        yield unknown(
+            (*key, "target"), "species, object type, wall or any", sensor.target, [*kinds, "wall", "any"]
+        )
     if isinstance(sensor, Rays):
         for j, target in enumerate(sensor.targets):
             if target not in (*kinds, "wall"):
@@ -77,10 +78,12 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
     if isinstance(sensor, Nearest | Rays | Approach | Property) and sensor.radius > widest(config):
         yield Problem((*key, "radius"), too_wide(config), sensor.radius, f"at most {widest(config):g} m")
     at = getattr(sensor, "at", [])
-    if (isinstance(sensor, Smell | Place | Rays | Property)
-        and math.hypot(*at) > (most := farthest(config, species))):
-        yield Problem((*key, "at"), "further off the body than the world is wide, in its radii", at,
-                      f"at most {most:g}")
+    if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > (
+        most := farthest(config, species)
+    ):
+        yield Problem(
+            (*key, "at"), "further off the body than the world is wide, in its radii", at, f"at most {most:g}"
+        )
     if isinstance(sensor, Touch) and at[0] == at[1]:
         yield Problem((*key, "at"), "the sector is empty", at, "two angles that differ [rad]")
     elif not isinstance(sensor, Touch) and len(at) > config.dims:
@@ -97,8 +100,11 @@ def _check_property(config: WorldConfig, key: Key, sensor: Property) -> Iterator
             yield Problem(at, "named twice", kind, "each species or object type once")
         elif not config.may_have(kind, sensor.property):
             yield from _unless_felt((*key, "property"), kind, sensor.property, config.felt(kind))
-    if not named and not config.bearers(sensor.property) and not any(
-        config.may_have(kind, sensor.property) for kind in kinds):
+    if (
+        not named
+        and not config.bearers(sensor.property)
+        and not any(config.may_have(kind, sensor.property) for kind in kinds)
+    ):
         anywhere = dict.fromkeys(name for kind in kinds for name in config.felt(kind))
         yield unknown((*key, "property"), "property or substance of any body", sensor.property, anywhere)
 
@@ -108,8 +114,9 @@ def _unless_felt(key: Key, of: str, property: str, felt: Sequence[str]) -> Itera
         yield unknown(key, f"property or substance of {of}", property, felt)
 
 
-def _check_kin(config: WorldConfig, species: Species, key: Key,
-               sensor: Nearest | Property) -> Iterator[Problem]:
+def _check_kin(
+    config: WorldConfig, species: Species, key: Key, sensor: Nearest | Property
+) -> Iterator[Problem]:
     family = config.family(next(name for name, s in config.species.items() if s is species))
     named = [sensor.target] if isinstance(sensor, Nearest) else sensor.kinds()
     at = (*key, "target" if isinstance(sensor, Nearest) else "of")
@@ -120,8 +127,12 @@ def _check_kin(config: WorldConfig, species: Species, key: Key,
         yield Problem(at, "is missing, and kin needs it", allowed=" or ".join(family))
     if isinstance(sensor, Nearest) and (sensor.occlusion or sensor.sight is not None):
         word = "occlusion" if sensor.occlusion else "sight"
-        yield Problem((*key, word), "kin are known by their voices, not by sight", getattr(sensor, word),
-                      f"kin or {word}, not both")
+        yield Problem(
+            (*key, word),
+            "kin are known by their voices, not by sight",
+            getattr(sensor, word),
+            f"kin or {word}, not both",
+        )
 
 
 def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -175,8 +186,7 @@ def _check_formula(key: Key, formula: str, names: Iterable[str]) -> Iterator[Pro
 
 
 def _no_weights(path: Path) -> str:
-    """Why a path cannot be that of weights, or ""; the content of the file is checked when a world is built.
-    """
+    """Why a path cannot be that of weights, or ""; the content of the file is checked when a world is built."""
     try:
         if not os.path.isfile(path):
             return "no such file"
@@ -196,19 +206,28 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
         for word, given, absent in (("inherit", policy.inherit, "none"), ("mutation", policy.mutation, 0.0)):
             if given != absent:
                 allowed = 'policy.kind = "individual", or nothing here'
-                yield Problem((*key, "policy", word), "only individual networks are inherited",
-                              given, allowed)
+                yield Problem(
+                    (*key, "policy", word), "only individual networks are inherited", given, allowed
+                )
     if policy.network is not None and policy.hidden != type(policy).model_fields["hidden"].default:
         fault = "the network's own class says its layers"
         yield Problem((*key, "policy", "hidden"), fault, policy.hidden, "policy.network or policy.hidden")
     if policy.thinks and policy.network is None and (size := n_weights(species, dims)) > MOST_WEIGHTS:
         fault = f"too large: the network would have {size:,} weights"
-        yield Problem((*key, "policy", "hidden"), fault, policy.hidden,
-                      f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]")
+        yield Problem(
+            (*key, "policy", "hidden"),
+            fault,
+            policy.hidden,
+            f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]",
+        )
     yield from _check_outside((*key, "policy"), policy)
     if not policy.thinks:
-        settings: dict[str, object] = {"ppo": species.ppo, "policy.file": policy.file,
-                                       "policy.network": policy.network, "policy.learn": policy.learn}
+        settings: dict[str, object] = {
+            "ppo": species.ppo,
+            "policy.file": policy.file,
+            "policy.network": policy.network,
+            "policy.learn": policy.learn,
+        }
         for word, value in settings.items():
             if value:
                 allowed = 'policy.kind = "shared" or "individual", or nothing here'
@@ -231,11 +250,18 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
 def _check_outside(key: Key, policy: Policy) -> Iterator[Problem]:
     """Problems of a policy that is a function."""
     if policy.kind == "function" and policy.function is None:
-        yield Problem((*key, "function"), "is missing", allowed='"module:name" of a function of '
-                      "sensors (n, channels) and uids (n)")
+        yield Problem(
+            (*key, "function"),
+            "is missing",
+            allowed='"module:name" of a function of sensors (n, channels) and uids (n)',
+        )
     if policy.kind != "function" and policy.function is not None:
-        yield Problem((*key, "function"), "there is no such policy to use it", function_name(policy.function),
-                      'policy.kind = "function", or nothing here')
+        yield Problem(
+            (*key, "function"),
+            "there is no such policy to use it",
+            function_name(policy.function),
+            'policy.kind = "function", or nothing here',
+        )
 
 
 def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
@@ -245,14 +271,19 @@ def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
     for name, value in species.ppo.items():
         if name not in known:
             if name in WORDS:
-                yield Problem((*key, name), f"another word for {WORDS[name]}, which is given twice", value,
-                              f"{WORDS[name]} alone")
+                yield Problem(
+                    (*key, name),
+                    f"another word for {WORDS[name]}, which is given twice",
+                    value,
+                    f"{WORDS[name]} alone",
+                )
                 continue
             fault = "no hyperparameter of this name"
             yield Problem((*key, name), fault, value, listed(known, 40), nearest(name, known))
             continue
-        if (isinstance(value, int | float)
-            and abs(value) > (most := MOST_WHOLE if isinstance(value, int) else LARGEST)):
+        if isinstance(value, int | float) and abs(value) > (
+            most := MOST_WHOLE if isinstance(value, int) else LARGEST
+        ):
             yield Problem((*key, name), "not possible", value, f"at most {most:g}")
             continue
         try:

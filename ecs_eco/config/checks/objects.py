@@ -19,8 +19,11 @@ def check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Pr
     if motion is None:
         return
     if (motion.velocity is None) == (motion.path is None):
-        yield Problem((*at, "velocity"), "give either a velocity or a path",
-                      allowed="velocity = [1.0, 0.0], or a path and a speed")
+        yield Problem(
+            (*at, "velocity"),
+            "give either a velocity or a path",
+            allowed="velocity = [1.0, 0.0], or a path and a speed",
+        )
     if motion.path is not None and motion.speed is None:
         yield Problem((*at, "speed"), "is missing: it goes along a path", allowed="a speed [m/s]")
     if motion.path is None and motion.speed is not None:
@@ -30,8 +33,9 @@ def check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Pr
         if numbers is not None and len(numbers) != len(size):
             yield Problem((*at, *part), "wrong number of coordinates", numbers, f"{len(size)} numbers")
         elif part != ("velocity",) and not all(0 <= x < s for x, s in zip(numbers or (), size, strict=True)):
-            yield Problem((*at, *part), "outside of the world", numbers,
-                          " and ".join(f"0 to {s:g} m" for s in size))
+            yield Problem(
+                (*at, *part), "outside of the world", numbers, " and ".join(f"0 to {s:g} m" for s in size)
+            )
     fastest, most = max(map(abs, motion.velocity or [motion.speed or 0.0])), min(size) / 2 / config.dt
     if fastest > most:
         yield Problem(at, "further than half of the world in one tick", fastest, f"at most {most:g} m/s")
@@ -50,14 +54,26 @@ def check_handling(config: WorldConfig, name: str, widest: float) -> Iterator[Pr
             elif way.object in named:
                 yield Problem((*at, "object"), "named twice", way.object, "one entry for each object type")
             elif section == "carries" and config.objects[way.object].body.solid:
-                yield Problem((*at, "object"), "is solid: nothing else can be where it is", way.object,
-                              f"objects.{way.object}.body.solid = false")
+                yield Problem(
+                    (*at, "object"),
+                    "is solid: nothing else can be where it is",
+                    way.object,
+                    f"objects.{way.object}.body.solid = false",
+                )
             named.add(way.object)
             distance = "reach" if section == "carries" else "spacing"
             if getattr(way, distance) > widest:
-                yield Problem((*at, distance), "larger than the world allows to look", getattr(way, distance),
-                              f"at most {widest:g} m")
+                yield Problem(
+                    (*at, distance),
+                    "larger than the world allows to look",
+                    getattr(way, distance),
+                    f"at most {widest:g} m",
+                )
         group = {"carries": "carry", "builds": "build"}[section]
         if group in species.actions and not ways:
-            yield Problem((*key, "actions", group), f"it {section} nothing", species.actions[group],
-                          f"{section} = [{{ object = \"stick\", … }}], or no such group")
+            yield Problem(
+                (*key, "actions", group),
+                f"it {section} nothing",
+                species.actions[group],
+                f'{section} = [{{ object = "stick", … }}], or no such group',
+            )

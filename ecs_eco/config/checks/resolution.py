@@ -23,8 +23,7 @@ def resolution(value: float) -> float:
 
 
 def check_resolution(config: WorldConfig) -> Iterator[Problem]:
-    """All problems of what would move, turn, fade, or gain or lose energy in steps that float32 rounds away.
-    """
+    """All problems of what would move, turn, fade, or gain or lose energy in steps that float32 rounds away."""
     size, dt = config.space.size, config.dt
     for name, species in config.species.items():
         yield from _motions(config, species, ("species", name))
@@ -32,8 +31,14 @@ def check_resolution(config: WorldConfig) -> Iterator[Problem]:
     for name, kind in config.objects.items():
         if kind.motion is not None:
             ways = {("velocity",): kind.motion.velocity or [], ("speed",): [kind.motion.speed or 0.0]}
-            yield from _slow([(("objects", name, "motion", *key), speed, max(size[:2]))
-                              for key, speeds in ways.items() for speed in speeds], dt)
+            yield from _slow(
+                [
+                    (("objects", name, "motion", *key), speed, max(size[:2]))
+                    for key, speeds in ways.items()
+                    for speed in speeds
+                ],
+                dt,
+            )
         if kind.energy is not None:
             yield from _fades(("objects", name, "energy", "decay"), kind.energy.decay, dt)
     for i, layer in enumerate(config.water.current if config.water is not None else ()):
@@ -50,8 +55,12 @@ def _motions(config: WorldConfig, species: Species, key: Key) -> Iterator[Proble
     if way is not None:
         moves += [(("locomotion", "speed", gait), speed, ground) for gait, speed in way.speed.items()]
         if 0 < way.turn * config.dt < (step := STEPS * resolution(2 * math.pi)):
-            yield Problem((*key, "locomotion", "turn"), "too slow: headings are float32, and such steps are "
-                          "rounded away", way.turn, f"0, or at least {step / config.dt:.3g} rad/s")
+            yield Problem(
+                (*key, "locomotion", "turn"),
+                "too slow: headings are float32, and such steps are rounded away",
+                way.turn,
+                f"0, or at least {step / config.dt:.3g} rad/s",
+            )
     if config.dims == 3:
         moves += [] if way is None else [(("locomotion", "climb"), way.climb, config.space.size[2])]
         moves += [(("body", "sinking"), species.body.sinking, config.space.size[2])]
@@ -61,22 +70,30 @@ def _motions(config: WorldConfig, species: Species, key: Key) -> Iterator[Proble
 def _slow(moves: list[tuple[Key, float, float]], dt: float) -> Iterator[Problem]:
     for key, speed, extent in moves:
         if 0 < abs(speed) < (least := STEPS * resolution(extent) / dt):
-            fault = (f"too slow for a world of {extent:g} m: positions are float32, "
-                     "and such steps are rounded away")
+            fault = (
+                f"too slow for a world of {extent:g} m: positions are float32, "
+                "and such steps are rounded away"
+            )
             allowed = f"0, or at least {least:.3g} m/s; or a smaller world, or a longer tick"
             yield Problem(key, fault, speed, allowed)
 
 
 def _fades(key: Key, decay: float, dt: float) -> Iterator[Problem]:
     if 0 < decay * dt < (step := STEPS * resolution(1.0)):
-        yield Problem(key, "too slow: amounts are float32, and such steps are rounded away", decay,
-                      f"0, or at least {step / dt:.3g} per second; or a longer tick")
+        yield Problem(
+            key,
+            "too slow: amounts are float32, and such steps are rounded away",
+            decay,
+            f"0, or at least {step / dt:.3g} per second; or a longer tick",
+        )
 
 
 def _energies(species: Species, key: Key, dt: float) -> Iterator[Problem]:
     budget, step = species.metabolism, STEPS * resolution(species.metabolism.energy_max)
-    fault = (f"too little for energies up to energy_max, {budget.energy_max:g}: they are float32, "
-             "and such steps are rounded away")
+    fault = (
+        f"too little for energies up to energy_max, {budget.energy_max:g}: they are float32, "
+        "and such steps are rounded away"
+    )
     rates: dict[Key, float] = {("metabolism", "basal"): budget.basal, ("metabolism", "growth"): budget.growth}
     if species.locomotion is not None:
         rates |= {("locomotion", "cost", gait): cost for gait, cost in species.locomotion.cost.items()}

@@ -18,8 +18,9 @@ def check_water(config: WorldConfig) -> Iterator[Problem]:
     if water is None:
         return
     if config.dims == 2:
-        yield Problem(("water",), "there is no depth in a plane",
-                      allowed="a space of three sizes, or no water")
+        yield Problem(
+            ("water",), "there is no depth in a plane", allowed="a space of three sizes, or no water"
+        )
         return
     for name in water.shading:
         if name not in config.species:
@@ -31,8 +32,9 @@ def check_water(config: WorldConfig) -> Iterator[Problem]:
         for axis, speed in enumerate(current.velocity):
             if abs(speed) * config.dt > (most := size[axis] / 2):
                 fault = "further than half of the world in one tick"
-                yield Problem(("water", "current", i, "velocity"), fault, speed,
-                              f"at most {most / config.dt:g} m/s")
+                yield Problem(
+                    ("water", "current", i, "velocity"), fault, speed, f"at most {most / config.dt:g} m/s"
+                )
     if water.current and water.current_function is not None:
         fault = "given together with a current by depth"
         yield Problem(("water", "current_function"), fault, allowed="one of current and current_function")
@@ -44,14 +46,19 @@ def _check_volume(config: WorldConfig) -> Iterator[Problem]:
     ]
     for section, name, body in bodies:
         if body.sinking and config.dims == 2:
-            yield Problem((section, name, "body", "sinking"), "no up and down in a plane", body.sinking,
-                          "0, or a space of three sizes")
+            yield Problem(
+                (section, name, "body", "sinking"),
+                "no up and down in a plane",
+                body.sinking,
+                "0, or a space of three sizes",
+            )
     for name, species in config.species.items():
         way = species.locomotion
         if way is not None and way.pitch and way.climb:
             allowed = "one of climb and pitch"
-            yield Problem(("species", name, "locomotion", "pitch"), "given together with climb",
-                          way.pitch, allowed)
+            yield Problem(
+                ("species", name, "locomotion", "pitch"), "given together with climb", way.pitch, allowed
+            )
     for name, kind in config.objects.items():
         for field in kind.emits:
             if field not in config.fields:

@@ -47,8 +47,16 @@ def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
 
 def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
     yield from _check_causes(config)
-    for part in (_check_names, _check_space, _check_fields, _check_terrain, check_land, check_code,
-                 check_water, check_year):
+    for part in (
+        _check_names,
+        _check_space,
+        _check_fields,
+        _check_terrain,
+        check_land,
+        check_code,
+        check_water,
+        check_year,
+    ):
         yield from part(config)
     for name, kind in config.objects.items():
         yield from check_object(config, name, kind)
@@ -115,10 +123,13 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
 def _check_space(config: WorldConfig) -> Iterator[Problem]:
     space = config.space
     if space.cell is not None and space.cell > min(space.size):
-        yield Problem(("space", "cell"), "larger than the world", space.cell,
-                      f"at most {min(space.size):g} m")
-    elif (space.cell is not None
-          and (cells := math.prod(max(1.0, s / space.cell) for s in space.size)) > MOST_INDEX_CELLS):
+        yield Problem(
+            ("space", "cell"), "larger than the world", space.cell, f"at most {min(space.size):g} m"
+        )
+    elif (
+        space.cell is not None
+        and (cells := math.prod(max(1.0, s / space.cell) for s in space.size)) > MOST_INDEX_CELLS
+    ):
         least = (math.prod(space.size) / MOST_INDEX_CELLS) ** (1 / len(space.size))
         fault = f"too small: neighbours would be looked up in {cells:.3g} cells"
         allowed = f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or absent: it is chosen"
@@ -152,8 +163,9 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
         return
     most = min(size[:2]) / 2
     if terrain.cell > most:
-        yield Problem(("terrain", "cell"), "larger than half of the world", terrain.cell,
-                      f"at most {most:g} m")
+        yield Problem(
+            ("terrain", "cell"), "larger than half of the world", terrain.cell, f"at most {most:g} m"
+        )
     if (cells := (size[0] / terrain.cell) * (size[1] / terrain.cell)) > MOST_CELLS:
         fault = f"too small: {cells:.3g} cells"
         yield Problem(("terrain", "cell"), fault, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
@@ -164,7 +176,8 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
             key = ("terrain", group, i)
             yield from outside((*key, "at"), mark.at, size[:2])
             if mark.radius > most:
-                yield Problem((*key, "radius"), "larger than half of the world", mark.radius,
-                              f"at most {most:g} m")
+                yield Problem(
+                    (*key, "radius"), "larger than half of the world", mark.radius, f"at most {most:g} m"
+                )
             if group == "mountains" and mark.height == 0:
                 yield Problem((*key, "height"), "a mountain without height", mark.height, "more than 0 m")

@@ -57,8 +57,12 @@ class Land:
     def arrays(self) -> dict[str, np.ndarray]:
         """It as arrays without objects."""
         text = json.dumps({"lines": self.lines, "place": self.place, "crs": self.crs, "sha256": self.sha256})
-        return {"elevation": self.elevation, "kinds": self.kinds, "lakes": self.lakes,
-                "about": np.array(text)}
+        return {
+            "elevation": self.elevation,
+            "kinds": self.kinds,
+            "lakes": self.lakes,
+            "about": np.array(text),
+        }
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray]) -> Land:
@@ -72,8 +76,14 @@ class Land:
         if (ny, nx) == self.elevation.shape:
             return self
         _require_cells(self.elevation.shape, nx, ny)
-        return Land(self.elevation[:ny, :nx], self.kinds[:ny, :nx], self.lakes[:ny, :nx], self.lines,
-                    self.place, self.crs)
+        return Land(
+            self.elevation[:ny, :nx],
+            self.kinds[:ny, :nx],
+            self.lakes[:ny, :nx],
+            self.lines,
+            self.place,
+            self.crs,
+        )
 
     def coordinates(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Places of the world [m] in units of `crs`; as they are where the land does not say where it
@@ -105,8 +115,9 @@ def kept_land(folder: Path) -> Land:
                 return land
     except DAMAGED as error:
         raise refused("raster", f"the land of this run cannot be read: {error}", str(folder / KEPT)) from None
-    raise refused("raster", "the land of this run was changed", str(folder / KEPT),
-                  "the file as it was written")
+    raise refused(
+        "raster", "the land of this run was changed", str(folder / KEPT), "the file as it was written"
+    )
 
 
 def cells(terrain: Terrain, size: Sequence[float]) -> tuple[int, int]:
@@ -153,8 +164,9 @@ def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tupl
         from ecs_eco.config.land.layers import lay
 
         lines = lay(terrain, folder, frame, kinds, lakes)
-    return Land((raw * (terrain.vertical or 1.0)).astype(np.float32), kinds, lakes, lines, frame.place,
-                raster.crs)
+    return Land(
+        (raw * (terrain.vertical or 1.0)).astype(np.float32), kinds, lakes, lines, frame.place, raster.crs
+    )
 
 
 class Frame:
@@ -166,8 +178,11 @@ class Frame:
         self.size, self.side = (float(size[0]), float(size[1])), terrain.cell / scale  # [m] of the land
         corner = terrain.corner or [0.0, 0.0]
         per_x, per_y = metres(raster)
-        dx, dy = ((self.side, self.side) if raster.dx is None or raster.dy is None
-                  else (raster.dx * per_x, raster.dy * per_y))
+        dx, dy = (
+            (self.side, self.side)
+            if raster.dx is None or raster.dy is None
+            else (raster.dx * per_x, raster.dy * per_y)
+        )
         rows, columns = raster.values.shape
         wide, high = columns * dx, rows * dy
         need = [size[0] / scale + corner[0], size[1] / scale + corner[1]]
@@ -179,8 +194,12 @@ class Frame:
         self.place: Place | None = None
         if raster.west is not None and raster.north is not None and raster.dx and raster.dy:
             south = raster.north - rows * raster.dy
-            self.place = (raster.west + corner[0] / per_x, south + corner[1] / per_y, 1 / scale / per_x,
-                          1 / scale / per_y)
+            self.place = (
+                raster.west + corner[0] / per_x,
+                south + corner[1] / per_y,
+                1 / scale / per_x,
+                1 / scale / per_y,
+            )
 
     def elevations(self, missing: float | None) -> np.ndarray:
         """Elevations f64[ny, nx] [m] at the centres of cells, linear between those of the raster."""
@@ -191,9 +210,13 @@ class Frame:
         if (gaps := np.argwhere(np.isnan(out))).size:
             j, i = gaps[0]
             column, row = int(self.x[i]), len(values) - 1 - int(self.y[j])
-            raise refused("raster", f"{len(gaps):,} cells of the world have no elevation, the first at "
-                          f"column {column + 1}, row {row + 1} of the raster", float("nan"),
-                          "a part without gaps (`corner`, space.size), or `missing`: their elevation [m]")
+            raise refused(
+                "raster",
+                f"{len(gaps):,} cells of the world have no elevation, the first at "
+                f"column {column + 1}, row {row + 1} of the raster",
+                float("nan"),
+                "a part without gaps (`corner`, space.size), or `missing`: their elevation [m]",
+            )
         return out
 
     def nearest(self, other: Raster, part: str) -> np.ndarray:
@@ -202,21 +225,36 @@ class Frame:
         own, values = self.raster, other.values[::-1]
         if other.west is None or own.west is None or self.place is None:
             if values.shape != own.values.shape:
-                raise refused(part, f"has {values.shape[1]} × {values.shape[0]} cells, and says not where",
-                              "", f"as many as `raster`: {own.values.shape[1]} × {own.values.shape[0]}")
-            return values[np.ix_(self.y.astype(np.int64).clip(0, len(values) - 1),
-                                 self.x.astype(np.int64).clip(0, values.shape[1] - 1))]
+                raise refused(
+                    part,
+                    f"has {values.shape[1]} × {values.shape[0]} cells, and says not where",
+                    "",
+                    f"as many as `raster`: {own.values.shape[1]} × {own.values.shape[0]}",
+                )
+            return values[
+                np.ix_(
+                    self.y.astype(np.int64).clip(0, len(values) - 1),
+                    self.x.astype(np.int64).clip(0, values.shape[1] - 1),
+                )
+            ]
         if other.crs and own.crs and other.crs != own.crs:
-            raise refused(part, "has another coordinate system", other.crs,
-                          f"{own.crs}, as `raster` has; gdalwarp -t_srs brings it there")
+            raise refused(
+                part,
+                "has another coordinate system",
+                other.crs,
+                f"{own.crs}, as `raster` has; gdalwarp -t_srs brings it there",
+            )
         dx, dy = _whole(other.dx), _whole(other.dy)
         x = (own.west + self.x * _whole(own.dx) - other.west) / dx
         south = _whole(own.north) - len(own.values) * _whole(own.dy)
         y = (south + self.y * _whole(own.dy) - (_whole(other.north) - len(values) * dy)) / dy
         if min(x[0], y[0]) < -1e-6 or x[-1] > values.shape[1] + 1e-6 or y[-1] > len(values) + 1e-6:
             raise refused(part, "does not cover the world", "", "a raster of the same land")
-        return values[np.ix_(y.astype(np.int64).clip(0, len(values) - 1),
-                             x.astype(np.int64).clip(0, values.shape[1] - 1))]
+        return values[
+            np.ix_(
+                y.astype(np.int64).clip(0, len(values) - 1), x.astype(np.int64).clip(0, values.shape[1] - 1)
+            )
+        ]
 
 
 def metres(raster: Raster) -> tuple[float, float]:
@@ -228,13 +266,21 @@ def metres(raster: Raster) -> tuple[float, float]:
         _require_metres(raster)
         return 1.0, 1.0
     if raster.north is None:
-        raise refused("raster", f"counts in {raster.crs[:40]}, and does not say at which latitude", "",
-                      "a raster with coordinates, or one in metres")
+        raise refused(
+            "raster",
+            f"counts in {raster.crs[:40]}, and does not say at which latitude",
+            "",
+            "a raster with coordinates, or one in metres",
+        )
     middle = raster.north - len(raster.values) * _whole(raster.dy) / 2
     most = math.pi * RADIUS if mercator else 90.0
     if not abs(middle) < most:
-        raise refused("raster", f"lies {middle:g} {'metres' if mercator else 'degrees'} north of the equator",
-                      raster.crs, f"-{most:.10g} to {most:.10g}")
+        raise refused(
+            "raster",
+            f"lies {middle:g} {'metres' if mercator else 'degrees'} north of the equator",
+            raster.crs,
+            f"-{most:.10g} to {most:.10g}",
+        )
     if mercator:
         north = middle / RADIUS
         cosine = 1 / _cosine(-north * north)
@@ -277,8 +323,12 @@ def _require_metres(raster: Raster) -> None:
     for k, side in ((0, dx), (2, dy)):
         metre = math.hypot((east[k + 1] - east[k]) * per_x, (north[k + 1] - north[k]) * per_y) / (2 * side)
         if math.isfinite(metre) and abs(metre - 1) > 0.05:
-            raise refused("raster", f"a metre of {raster.crs[:40]} is {metre:.3g} m of this land", "",
-                          "a coordinate system in metres of the land, such as UTM, as gdalwarp makes it")
+            raise refused(
+                "raster",
+                f"a metre of {raster.crs[:40]} is {metre:.3g} m of this land",
+                "",
+                "a coordinate system in metres of the land, such as UTM, as gdalwarp makes it",
+            )
 
 
 def _cosine(square: float) -> float:
@@ -302,9 +352,10 @@ def _codes(terrain: Terrain, folder: Path, frame: Frame) -> np.ndarray:
         other = read_raster(terrain.cover, folder, terrain.cover_band)
     except RasterError as error:
         at = {"raster": "cover", "band": "cover_band"}
-        raise RasterError([p.moved(key=tuple(at.get(str(k), k) for k in p.key))
-                           for p in error.problems]) from None
-    return np.nan_to_num(frame.nearest(other, "cover"), nan=-2.0**40).astype(np.int64)
+        raise RasterError(
+            [p.moved(key=tuple(at.get(str(k), k) for k in p.key)) for p in error.problems]
+        ) from None
+    return np.nan_to_num(frame.nearest(other, "cover"), nan=-(2.0**40)).astype(np.int64)
 
 
 def _between(values: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -321,17 +372,27 @@ def _between(values: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 def _require_cells(shape: tuple[int, ...], nx: int, ny: int) -> None:
     if nx > shape[1] or ny > shape[0]:
-        raise refused("raster", f"smaller than the world: this run kept {shape[1]} × {shape[0]} cells of it, "
-                      f"and the world has {nx} × {ny}", "", "space.size as it was, or less")
+        raise refused(
+            "raster",
+            f"smaller than the world: this run kept {shape[1]} × {shape[0]} cells of it, "
+            f"and the world has {nx} × {ny}",
+            "",
+            "space.size as it was, or less",
+        )
 
 
-def _smaller(terrain: Terrain, raster: Raster, has: tuple[float, float], need: list[float],
-             scale: float) -> RasterError:
+def _smaller(
+    terrain: Terrain, raster: Raster, has: tuple[float, float], need: list[float], scale: float
+) -> RasterError:
     corner = terrain.corner or [0.0, 0.0]
     most = [max(0.0, (has[k] - corner[k]) * scale) for k in range(2)]
     hint = ""
     if raster.placed and not raster.crs and max(_whole(raster.dx), _whole(raster.dy)) < 0.1:
         hint = ', or crs = "EPSG:4326" if it counts in degrees'
-    return refused("raster", f"smaller than the world: it covers {has[0]:,.6g} × {has[1]:,.6g} m, and the "
-                   f"world needs {need[0]:,.6g} × {need[1]:,.6g} m of it", terrain.raster,
-                   f"space.size up to [{most[0]:.6g}, {most[1]:.6g}]{hint}")
+    return refused(
+        "raster",
+        f"smaller than the world: it covers {has[0]:,.6g} × {has[1]:,.6g} m, and the "
+        f"world needs {need[0]:,.6g} × {need[1]:,.6g} m of it",
+        terrain.raster,
+        f"space.size up to [{most[0]:.6g}, {most[1]:.6g}]{hint}",
+    )

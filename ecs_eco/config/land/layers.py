@@ -25,36 +25,61 @@ from ecs_eco.engine.errors import Problem, listed, nearest
 Line = np.ndarray  # f64[k, 2]
 Content = tuple[str, list[str], list[tuple[int, Line]]]
 POINT, LINE, AREA = 1, 2, 3  # of WKB; + 3 for several of them; 7 is a collection
-BEGINNINGS = {".gpkg": b"SQLite format 3\0", ".shp": b"\0\0\x27\n", ".fgb": b"fgb\x03fgb", ".geojson": b"{",
-              ".json": b"{"}
-SHAPES = {"Point": (POINT, 0), "MultiPoint": (POINT, 1), "LineString": (LINE, 0),
-          "MultiLineString": (LINE, 1), "Polygon": (AREA, 1), "MultiPolygon": (AREA, 2)}
+BEGINNINGS = {
+    ".gpkg": b"SQLite format 3\0",
+    ".shp": b"\0\0\x27\n",
+    ".fgb": b"fgb\x03fgb",
+    ".geojson": b"{",
+    ".json": b"{",
+}
+SHAPES = {
+    "Point": (POINT, 0),
+    "MultiPoint": (POINT, 1),
+    "LineString": (LINE, 0),
+    "MultiLineString": (LINE, 1),
+    "Polygon": (AREA, 1),
+    "MultiPolygon": (AREA, 2),
+}
 """Shapes of GeoJSON, and how deep in lists their lines are."""
 NAMES = {POINT: "points", LINE: "lines", AREA: "areas"}
 
 
-def lay(terrain: Terrain, folder: Path, frame: Any, kinds: np.ndarray,
-        lakes: np.ndarray) -> list[dict[str, Any]]:
+def lay(
+    terrain: Terrain, folder: Path, frame: Any, kinds: np.ndarray, lakes: np.ndarray
+) -> list[dict[str, Any]]:
     """Mark the lakes and classes of all layers on maps [ny, nx], in their order; return the lines of roads
     and fences in the world [m]. Raises RasterError."""
     lines: list[dict[str, Any]] = []
     for i, layer in enumerate(terrain.layers):
         if frame.place is None:
-            raise _refused(i, "file", "given with a raster that does not say where it lies", layer.file,
-                           "a raster with coordinates")
+            raise _refused(
+                i,
+                "file",
+                "given with a raster that does not say where it lies",
+                layer.file,
+                "a raster with coordinates",
+            )
         wanted = LINE if layer.make in ("roads", "fences") else AREA
         shapes = shapes_of(layer, folder, frame.raster.crs, i)
         found = [(kind, _to_world(part, frame)) for kind, part in shapes]
         if found and not any(kind == wanted for kind, _ in found):
-            raise _refused(i, "file", f"holds {listed(sorted({NAMES[kind] for kind, _ in found}))} alone",
-                           layer.file, f"{NAMES[wanted]}, for {layer.make}")
+            raise _refused(
+                i,
+                "file",
+                f"holds {listed(sorted({NAMES[kind] for kind, _ in found}))} alone",
+                layer.file,
+                f"{NAMES[wanted]}, for {layer.make}",
+            )
         parts = [part for kind, part in found if kind == wanted]
         if wanted == LINE:
             made: dict[str, Any] = {"make": layer.make}
             if layer.make == "roads":
                 made |= {"width": layer.width, "pace": layer.pace, "cost": layer.cost}
-            lines += [{**made, "line": piece.round(6).tolist()} for part in parts
-                      for piece in within(part, frame.size)]
+            lines += [
+                {**made, "line": piece.round(6).tolist()}
+                for part in parts
+                for piece in within(part, frame.size)
+            ]
             continue
         inside = covered(parts, frame)
         if layer.make == "lakes":
@@ -70,23 +95,40 @@ def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tup
     try:
         own, names, shapes = _content(path_of(layer.file, folder), layer.layer)
         if layer.layer is not None and layer.layer not in names:
-            raise _refused(number, "layer", "no layer of this name", layer.layer, listed(names),
-                           nearest(layer.layer, names))
+            raise _refused(
+                number,
+                "layer",
+                "no layer of this name",
+                layer.layer,
+                listed(names),
+                nearest(layer.layer, names),
+            )
         if crs and own and own != crs:
             degrees(own)  # refuses what is none
             shapes = [(kind, _brought(part, own, crs, layer, number)) for kind, part in shapes]
     except ImportError:
         raise _refused(number, "file", "needs pyogrio, which is not installed", layer.file, INSTALL) from None
     except RasterError as error:
-        raise RasterError([p if p.key[0] == "layers" else p.moved(key=("layers", number, "file"))
-                           for p in error.problems]) from None
+        raise RasterError(
+            [p if p.key[0] == "layers" else p.moved(key=("layers", number, "file")) for p in error.problems]
+        ) from None
     except Exception as error:  # GDAL has many kinds
-        raise _refused(number, "file", f"cannot be read: {getattr(error, 'strerror', None) or error}",
-                       layer.file, f"a file that ends in {listed(BEGINNINGS)}") from None
+        raise _refused(
+            number,
+            "file",
+            f"cannot be read: {getattr(error, 'strerror', None) or error}",
+            layer.file,
+            f"a file that ends in {listed(BEGINNINGS)}",
+        ) from None
     for kind, part in shapes:
         if not (np.abs(part) <= FARTHEST).all():  # NaN, too
-            raise _refused(number, "file", "has coordinates that are nowhere on the earth", layer.file,
-                           f"coordinates in metres or degrees, up to {FARTHEST:g}")
+            raise _refused(
+                number,
+                "file",
+                "has coordinates that are nowhere on the earth",
+                layer.file,
+                f"coordinates in metres or degrees, up to {FARTHEST:g}",
+            )
         if len(part):  # "POLYGON EMPTY" has none
             yield kind, part
 
@@ -149,8 +191,13 @@ def _brought(part: Line, own: str, crs: str, layer: Layer, number: int) -> Line:
     try:
         from rasterio.warp import transform
     except ImportError:
-        raise _refused(number, "file", f"is in {own}, and the raster in {crs}", layer.file,
-                       f"the same coordinate system, or rasterio to change it: {INSTALL}") from None
+        raise _refused(
+            number,
+            "file",
+            f"is in {own}, and the raster in {crs}",
+            layer.file,
+            f"the same coordinate system, or rasterio to change it: {INSTALL}",
+        ) from None
     return np.array(transform(own, crs, *part.T.tolist())[:2]).T
 
 
@@ -230,6 +277,7 @@ def _to_world(part: Line, frame: Any) -> Line:
     return np.stack([(part[:, 0] - west) / per_x, (part[:, 1] - south) / per_y], 1)
 
 
-def _refused(number: int, part: str, what: str, value: object, allowed: str = "",
-             near: str = "") -> RasterError:
+def _refused(
+    number: int, part: str, what: str, value: object, allowed: str = "", near: str = ""
+) -> RasterError:
     return RasterError([Problem(("layers", number, part), what, value, allowed, near)])

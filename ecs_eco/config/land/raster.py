@@ -29,11 +29,31 @@ MOST_OF_CRS = 100_000  # [bytes]
 INSTALL = 'pip install "ecs-eco[geo]"'
 OWN = (".npz", ".asc", ".grd")
 DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")  # the usual ones
-DAMAGED = (OSError, ValueError, KeyError, TypeError, EOFError, NotImplementedError, RuntimeError,
-           SyntaxError, MemoryError, OverflowError, tokenize.TokenError, zlib.error, zipfile.BadZipFile)
+DAMAGED = (
+    OSError,
+    ValueError,
+    KeyError,
+    TypeError,
+    EOFError,
+    NotImplementedError,
+    RuntimeError,
+    SyntaxError,
+    MemoryError,
+    OverflowError,
+    tokenize.TokenError,
+    zlib.error,
+    zipfile.BadZipFile,
+)
 """What numpy raises for an .npz that is none."""
-GDAL = {".tif": "GTiff", ".tiff": "GTiff", ".hgt": "SRTMHGT", ".dem": "USGSDEM", ".dt0": "DTED",
-        ".dt1": "DTED", ".dt2": "DTED"}  # drivers that read one file and follow no name in it
+GDAL = {
+    ".tif": "GTiff",
+    ".tiff": "GTiff",
+    ".hgt": "SRTMHGT",
+    ".dem": "USGSDEM",
+    ".dt0": "DTED",
+    ".dt1": "DTED",
+    ".dt2": "DTED",
+}  # drivers that read one file and follow no name in it
 FARTHEST = 1e9  # of a coordinate, in metres or degrees: the earth has 4e7 m
 LATITUDES, LONGITUDES = ("latitude", "lat", "y"), ("longitude", "lon", "x")
 
@@ -106,8 +126,12 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
         raise refused("raster", f"cannot be read: {error.strerror or error}", name, _kinds()) from None
     raster.values.flags.writeable = False
     if raster.values.size == 0 or min(raster.values.shape) < 2:
-        raise refused("raster", f"has {raster.values.shape[1]} × {raster.values.shape[0]} cells", name,
-                      "2 cells at least along each side")
+        raise refused(
+            "raster",
+            f"has {raster.values.shape[1]} × {raster.values.shape[0]} cells",
+            name,
+            "2 cells at least along each side",
+        )
     raster = raster if crs is None or raster.crs else raster._replace(crs=crs)
     _check_place(raster, name)
     return raster
@@ -117,8 +141,12 @@ def _check_place(raster: Raster, name: str) -> None:
     """Raise RasterError for a raster whose coordinates are none of the earth."""
     for word, value in (("west", raster.west), ("north", raster.north)):
         if value is not None and not abs(value) <= FARTHEST:
-            raise refused("raster", f"has its edge in the {word} at {value:g}", name,
-                          f"coordinates in metres or degrees, up to {FARTHEST:g}")
+            raise refused(
+                "raster",
+                f"has its edge in the {word} at {value:g}",
+                name,
+                f"coordinates in metres or degrees, up to {FARTHEST:g}",
+            )
     for value in (raster.dx, raster.dy):
         if value is not None and not 1 / FARTHEST < value < FARTHEST:
             raise refused("raster", f"has cells of {value:g}", name, "sides above 0, in metres or degrees")
@@ -126,8 +154,15 @@ def _check_place(raster: Raster, name: str) -> None:
 
 def web_mercator(crs: str) -> bool:
     """Whether a coordinate system is that of maps in browsers, whose metres are those of the equator."""
-    return re.search(r"^\s*(EPSG|ESRI):(3857|3785|900913|102100|102113)\s*$|Pseudo.Mercator|Auxiliary_Sphere"
-                     "|Popular Visualisation", crs, re.IGNORECASE) is not None
+    return (
+        re.search(
+            r"^\s*(EPSG|ESRI):(3857|3785|900913|102100|102113)\s*$|Pseudo.Mercator|Auxiliary_Sphere"
+            "|Popular Visualisation",
+            crs,
+            re.IGNORECASE,
+        )
+        is not None
+    )
 
 
 def degrees(crs: str) -> bool:
@@ -145,8 +180,12 @@ def degrees(crs: str) -> bool:
     try:
         return bool(CRS.from_user_input(crs).is_geographic)
     except CRSError as error:
-        raise refused("crs", f"no coordinate system that PROJ knows: {error}", crs,
-                      'such as "EPSG:4326" or "EPSG:32616"') from None
+        raise refused(
+            "crs",
+            f"no coordinate system that PROJ knows: {error}",
+            crs,
+            'such as "EPSG:4326" or "EPSG:32616"',
+        ) from None
 
 
 @lru_cache(maxsize=4)
@@ -261,15 +300,23 @@ def _of_ascii(path: Path, band: int | str | None) -> Raster:
     dx, dy = (head.get(name, head.get("cellsize", 0.0)) for name in ("dx", "dy"))
     if nx < 1 or ny < 1 or not dx > 0 or not dy > 0:
         missing = [n for n in ("ncols", "nrows", "cellsize") if n not in head]
-        raise refused("raster", f"is no ESRI ASCII grid: it lacks {listed(missing) or 'sizes above 0'}",
-                      str(path), "ncols, nrows, xllcorner, yllcorner, cellsize, then the rows")
+        raise refused(
+            "raster",
+            f"is no ESRI ASCII grid: it lacks {listed(missing) or 'sizes above 0'}",
+            str(path),
+            "ncols, nrows, xllcorner, yllcorner, cellsize, then the rows",
+        )
     try:
         values = np.array(text[at:].split(), np.float64)
     except ValueError as error:
         raise refused("raster", f"is no ESRI ASCII grid: {error}", str(path), "numbers in rows") from None
     if values.size != nx * ny:
-        raise refused("raster", f"has {values.size:,} numbers, and ncols × nrows are {nx * ny:,}", str(path),
-                      "as many as its head says")
+        raise refused(
+            "raster",
+            f"has {values.size:,} numbers, and ncols × nrows are {nx * ny:,}",
+            str(path),
+            "as many as its head says",
+        )
     with np.errstate(over="ignore"):  # the most negative number of float32, in more digits or fewer
         none = np.float32(head.get("nodata_value", -9999.0))
         values[(values.astype(np.float32) == none) | (abs(values) > 1e38)] = np.nan
@@ -286,22 +333,33 @@ def _of_ascii(path: Path, band: int | str | None) -> Raster:
 def _of_gdal(path: Path, band: int | str | None) -> Raster:
     driver = GDAL.get(path.suffix.lower())
     if driver is None:
-        raise refused("raster", "is of a kind that is not read", str(path),
-                      f"{_kinds()}; gdal_translate makes one")
+        raise refused(
+            "raster", "is of a kind that is not read", str(path), f"{_kinds()}; gdal_translate makes one"
+        )
     try:
         import rasterio
     except ImportError:
-        raise refused("raster", "needs rasterio, which is not installed", str(path),
-                      f"{INSTALL}; or an .npz or .asc, which need nothing") from None
+        raise refused(
+            "raster",
+            "needs rasterio, which is not installed",
+            str(path),
+            f"{INSTALL}; or an .npz or .asc, which need nothing",
+        ) from None
     try:
-        with (warnings.catch_warnings(action="ignore", category=rasterio.errors.NotGeoreferencedWarning),
-              rasterio.MemoryFile(read_bytes(path, MOST_BYTES), filename=path.name) as held,
-              held.open(driver=driver) as source):
+        with (
+            warnings.catch_warnings(action="ignore", category=rasterio.errors.NotGeoreferencedWarning),
+            rasterio.MemoryFile(read_bytes(path, MOST_BYTES), filename=path.name) as held,
+            held.open(driver=driver) as source,
+        ):
             names = [name or f"band {i + 1}" for i, name in enumerate(source.descriptions)]
             number = names.index(_chosen(band, names)) + 1 if isinstance(band, str) else _number(band, names)
             if source.width * source.height > MOST_CELLS:
-                raise refused("raster", f"has {source.width * source.height:.3g} cells", str(path),
-                              f"at most {MOST_CELLS:.0e}: cut out a part, as with gdal_translate -srcwin")
+                raise refused(
+                    "raster",
+                    f"has {source.width * source.height:.3g} cells",
+                    str(path),
+                    f"at most {MOST_CELLS:.0e}: cut out a part, as with gdal_translate -srcwin",
+                )
             values = source.read(number, masked=True).astype(np.float64).filled(np.nan)
             values = values * source.scales[number - 1] + source.offsets[number - 1]
             return _placed_by_gdal(source, _checked(values), path)
@@ -322,14 +380,22 @@ def _placed_by_gdal(source: Any, values: np.ndarray, path: Path) -> Raster:
     if t.is_identity:
         return Raster(values, crs=crs)
     if t.b or t.d:
-        raise refused("raster", "is turned: its rows do not run from west to east", str(path),
-                      "a raster with north up, as gdalwarp makes it")
+        raise refused(
+            "raster",
+            "is turned: its rows do not run from west to east",
+            str(path),
+            "a raster with north up, as gdalwarp makes it",
+        )
     unit = 1.0
     if source.crs is not None and source.crs.is_projected:
         unit = float(source.crs.linear_units_factor[1])
     if unit != 1.0:
-        raise refused("raster", f"counts in units of {unit:g} m", str(path),
-                      "a coordinate system in metres or degrees, as gdalwarp makes it")
+        raise refused(
+            "raster",
+            f"counts in units of {unit:g} m",
+            str(path),
+            "a coordinate system in metres or degrees, as gdalwarp makes it",
+        )
     values = values[::-1] if t.e > 0 else values
     values = values[:, ::-1] if t.a < 0 else values
     north = t.f + (t.e * values.shape[0] if t.e > 0 else 0.0)

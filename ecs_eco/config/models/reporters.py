@@ -9,10 +9,26 @@ from pydantic import Discriminator, PlainSerializer, Tag, WrapValidator
 
 from ecs_eco.engine.section import NamesCode, Use, as_written
 
-COLUMNS = frozenset({
-    "tick", "species", "n", "births", "deaths", "refused", "energy_mean", "happiness_mean", "depth_mean",
-    "stock_before", "endowed", "taken_in", "burnt", "given", "lost", "stock_after",
-})  # fmt: skip
+COLUMNS = frozenset(
+    {
+        "tick",
+        "species",
+        "n",
+        "births",
+        "deaths",
+        "refused",
+        "energy_mean",
+        "happiness_mean",
+        "depth_mean",
+        "stock_before",
+        "endowed",
+        "taken_in",
+        "burnt",
+        "given",
+        "lost",
+        "stock_after",
+    }
+)
 """The columns that every series has, or may have: no reporter may be called so."""
 DIED = "died: "
 """Prefix of the series columns that count deaths by cause."""

@@ -20,15 +20,23 @@ from ecs_eco.nervous.sensors.surroundings import ambient
 from ecs_eco.nervous.sensors.touch import touch
 
 
-def senses_of(species: Any, dims: int, substances: list[str],
-              find: Callable[[Any], Any] = handed_over,
-              bearers: Callable[[str], list[str]] = lambda _: []) -> list[tuple[Sense, int]]:
+def senses_of(
+    species: Any,
+    dims: int,
+    substances: list[str],
+    find: Callable[[Any], Any] = handed_over,
+    bearers: Callable[[str], list[str]] = lambda _: [],
+) -> list[tuple[Sense, int]]:
     """Return (sense, number of channels) for each sensor of a species' configuration; `bearers(property)`
     are the kinds of bodies that have a property."""
-    made = [find(s.function) if s.kind == "custom"
-            else _property_of(s, bearers(s.property), substances, i) if s.kind == "property"
-            else _sense_of(s, substances, i)
-            for i, s in enumerate(species.sensors)]
+    made = [
+        find(s.function)
+        if s.kind == "custom"
+        else _property_of(s, bearers(s.property), substances, i)
+        if s.kind == "property"
+        else _sense_of(s, substances, i)
+        for i, s in enumerate(species.sensors)
+    ]
     return [(sense, len(s.channels(dims))) for sense, s in zip(made, species.sensors, strict=True)]
 
 
@@ -36,11 +44,11 @@ def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
     if s.kind == "own":
         return own(s.property, s.scale, substances, number, s.at)
     if s.kind == "nearest":
-        return see_nearest(s.target, s.radius, s.fov, s.occlusion, number, s.sight, s.blind, s.kin,
-                           s.at)
+        return see_nearest(s.target, s.radius, s.fov, s.occlusion, number, s.sight, s.blind, s.kin, s.at)
     if s.kind == "rays":
-        return cast_rays(s.targets, s.count, s.fov, s.radius, s.report, number, s.at, s.angle,
-                         s.sight, s.blind)
+        return cast_rays(
+            s.targets, s.count, s.fov, s.radius, s.report, number, s.at, s.angle, s.sight, s.blind
+        )
     if s.kind == "smell":
         return smell(s.field, s.at, s.scale, number)
     if s.kind == "touch":
@@ -54,5 +62,16 @@ def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
 
 
 def _property_of(s: Any, bearers: list[str], substances: list[str], number: int) -> Sense:
-    return feel_property(s.property, s.kinds() or bearers, s.radius, s.decay, s.report, s.zero, s.scale, s.at,
-                         substances, number, s.kin)
+    return feel_property(
+        s.property,
+        s.kinds() or bearers,
+        s.radius,
+        s.decay,
+        s.report,
+        s.zero,
+        s.scale,
+        s.at,
+        substances,
+        number,
+        s.kin,
+    )

@@ -36,18 +36,60 @@ def feel_approach(target: str, radius: float, scale: float, number: int = 0) -> 
         if Velocity not in other:
             entries[:] = -1
         rows, heading = targets.rows, other[Position].heading
-        speed, climb = ((other[Velocity].speed, other[Velocity].climb)
-                        if Velocity in other else (heading, heading))
-        world.split(close_in, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x,
-                    targets.y, targets.z, rows, heading, speed, climb, entries, speed_felt,
-                    space.lengths, space.torus, space.volume, out.T, column)
+        speed, climb = (
+            (other[Velocity].speed, other[Velocity].climb) if Velocity in other else (heading, heading)
+        )
+        world.split(
+            close_in,
+            seekers.n,
+            mine.x,
+            mine.y,
+            mine.z,
+            seekers.cos,
+            seekers.sin,
+            targets.x,
+            targets.y,
+            targets.z,
+            rows,
+            heading,
+            speed,
+            climb,
+            entries,
+            speed_felt,
+            space.lengths,
+            space.torus,
+            space.volume,
+            out.T,
+            column,
+        )
 
     return sense
 
 
 @njit
-def close_in(first, last, ox, oy, oz, cos, sin, tx, ty, tz, rows, heading, speed, climb, entries, scale,
-             lengths, torus, volume, out, column):
+def close_in(
+    first,
+    last,
+    ox,
+    oy,
+    oz,
+    cos,
+    sin,
+    tx,
+    ty,
+    tz,
+    rows,
+    heading,
+    speed,
+    climb,
+    entries,
+    scale,
+    lengths,
+    torus,
+    volume,
+    out,
+    column,
+):
     """Write the direction to the found target, and the speed at which its own motion brings it nearer."""
     n = 4 if volume else 3
     for i in range(first, last):
@@ -59,8 +101,10 @@ def close_in(first, last, ox, oy, oz, cos, sin, tx, ty, tz, rows, heading, speed
         dx, dy, dz = offset(ox[i], oy[i], oz[i], tx[j], ty[j], tz[j], lengths, torus)
         inverse = np.float32(1.0) / max(np.sqrt(dx * dx + dy * dy + dz * dz), np.float32(1e-6))
         row = rows[j]
-        closing = -(speed[row] * (np.cos(heading[row]) * dx + np.sin(heading[row]) * dy)
-                    + climb[row] * dz) * inverse
+        closing = (
+            -(speed[row] * (np.cos(heading[row]) * dx + np.sin(heading[row]) * dy) + climb[row] * dz)
+            * inverse
+        )
         if closing > 0:
             out[column, i] = (dx * cos[i] + dy * sin[i]) * inverse
             out[column + 1, i] = (dy * cos[i] - dx * sin[i]) * inverse

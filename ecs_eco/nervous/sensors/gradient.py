@@ -21,15 +21,32 @@ def smell_gradient(field: str, span: float, scale: float, number: int = 0) -> Se
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         width, least = of_sensor(table, seekers, number, span=np.float32(span), scale=np.float32(scale))
         f, mine, space = world.fields[field], seekers.index, world.space
-        world.split(compare, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, seekers.cos, seekers.sin,
-                    width * np.float32(0.5), least, space.lengths, space.torus, space.volume, out.T, column)
+        world.split(
+            compare,
+            seekers.n,
+            f.value,
+            f.inverse,
+            mine.x,
+            mine.y,
+            mine.z,
+            seekers.cos,
+            seekers.sin,
+            width * np.float32(0.5),
+            least,
+            space.lengths,
+            space.torus,
+            space.volume,
+            out.T,
+            column,
+        )
 
     return sense
 
 
 @njit
-def compare(first, last, value, inverse, ox, oy, oz, cos, sin, half, scale, lengths, torus, volume,
-            out, column):
+def compare(
+    first, last, value, inverse, ox, oy, oz, cos, sin, half, scale, lengths, torus, volume, out, column
+):
     """Write the normalised difference along forward, left and, in a volume, up."""
     for i in range(first, last):
         for axis in range(3 if volume else 2):
@@ -39,8 +56,20 @@ def compare(first, last, value, inverse, ox, oy, oz, cos, sin, half, scale, leng
                 dx, dy = -side * sin[i], side * cos[i]
             if axis == 2:
                 dx, dy, dz = np.float32(0.0), np.float32(0.0), side
-            a = field_at(value, into(ox[i] + dx, lengths[0], torus), into(oy[i] + dy, lengths[1], torus),
-                         into(oz[i] + dz, lengths[2], False), inverse, torus)
-            b = field_at(value, into(ox[i] - dx, lengths[0], torus), into(oy[i] - dy, lengths[1], torus),
-                         into(oz[i] - dz, lengths[2], False), inverse, torus)
+            a = field_at(
+                value,
+                into(ox[i] + dx, lengths[0], torus),
+                into(oy[i] + dy, lengths[1], torus),
+                into(oz[i] + dz, lengths[2], False),
+                inverse,
+                torus,
+            )
+            b = field_at(
+                value,
+                into(ox[i] - dx, lengths[0], torus),
+                into(oy[i] - dy, lengths[1], torus),
+                into(oz[i] - dz, lengths[2], False),
+                inverse,
+                torus,
+            )
             out[column + axis, i] = (a - b) / (a + b + of_row(scale, i))

@@ -29,9 +29,17 @@ def parents(table: "Table", rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return p.mother[rows], p.father[rows]
 
 
-def nearest_kin(seekers: Seekers, table: "Table", other: "Table", targets: Index, relation: str | None,
-                places: tuple[np.ndarray, ...], own: np.ndarray, cos_half_fov: Any,
-                split: Any) -> tuple[np.ndarray, np.ndarray]:
+def nearest_kin(
+    seekers: Seekers,
+    table: "Table",
+    other: "Table",
+    targets: Index,
+    relation: str | None,
+    places: tuple[np.ndarray, ...],
+    own: np.ndarray,
+    cos_half_fov: Any,
+    split: Any,
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the entry of the relative of each seeker, without a relation of anybody else, that is nearest
     to its place x, y, z f32[n] [m], −1 for none, and its squared distance: i32[n], f32[n] [m²].
 
@@ -40,24 +48,77 @@ def nearest_kin(seekers: Seekers, table: "Table", other: "Table", targets: Index
     entries, distance2 = np.full(seekers.n, -1, np.int32), np.full(seekers.n, np.inf, np.float32)
     if seekers.n and targets.n:
         space = targets.space
-        split(_nearest, seekers.n, *places, seekers.index.uid, seekers.cos, seekers.sin, own,
-              *parents(table, seekers.rows), targets.x, targets.y, targets.z, targets.uid,
-              *parents(other, targets.rows), targets.start, RELATIONS[relation],
-              space.reach(float(own.max())), *space.shape, space.inverse, space.lengths, space.torus,
-              cos_half_fov, entries, distance2)
+        split(
+            _nearest,
+            seekers.n,
+            *places,
+            seekers.index.uid,
+            seekers.cos,
+            seekers.sin,
+            own,
+            *parents(table, seekers.rows),
+            targets.x,
+            targets.y,
+            targets.z,
+            targets.uid,
+            *parents(other, targets.rows),
+            targets.start,
+            RELATIONS[relation],
+            space.reach(float(own.max())),
+            *space.shape,
+            space.inverse,
+            space.lengths,
+            space.torus,
+            cos_half_fov,
+            entries,
+            distance2,
+        )
     return entries, distance2
 
 
-def add_kin(seekers: Seekers, table: "Table", other: "Table", targets: Index, relation: str,
-            places: tuple[np.ndarray, ...], own: np.ndarray, value: np.ndarray, size: np.ndarray,
-            decay: int, total: np.ndarray, weight: np.ndarray, split: Any) -> None:
+def add_kin(
+    seekers: Seekers,
+    table: "Table",
+    other: "Table",
+    targets: Index,
+    relation: str,
+    places: tuple[np.ndarray, ...],
+    own: np.ndarray,
+    value: np.ndarray,
+    size: np.ndarray,
+    decay: int,
+    total: np.ndarray,
+    weight: np.ndarray,
+    split: Any,
+) -> None:
     """`add_near` of ecs_eco.space.sums, of relatives alone."""
     if seekers.n and targets.n:
         space = targets.space
-        split(_add, seekers.n, *places, seekers.index.uid, own, *parents(table, seekers.rows), targets.x,
-              targets.y, targets.z, targets.uid, *parents(other, targets.rows), targets.start,
-              RELATIONS[relation], space.reach(float(own.max())), *space.shape, space.inverse, space.lengths,
-              space.torus, value, size, decay, total, weight)
+        split(
+            _add,
+            seekers.n,
+            *places,
+            seekers.index.uid,
+            own,
+            *parents(table, seekers.rows),
+            targets.x,
+            targets.y,
+            targets.z,
+            targets.uid,
+            *parents(other, targets.rows),
+            targets.start,
+            RELATIONS[relation],
+            space.reach(float(own.max())),
+            *space.shape,
+            space.inverse,
+            space.lengths,
+            space.torus,
+            value,
+            size,
+            decay,
+            total,
+            weight,
+        )
 
 
 @njit
@@ -76,14 +137,43 @@ def related(relation, uid, mother, father, i, its_uid, its_mother, its_father, j
         return False
     if relation == OFFSPRING:
         return its_mother[j] == uid[i] or its_father[j] == uid[i]
-    return mother.size > 0 and ((mother[i] != 0 and mother[i] == its_mother[j])
-                                or (father[i] != 0 and father[i] == its_father[j]))
+    return mother.size > 0 and (
+        (mother[i] != 0 and mother[i] == its_mother[j]) or (father[i] != 0 and father[i] == its_father[j])
+    )
 
 
 @njit
-def _nearest(first, last, x, y, z, uid, cos, sin, radius, mother, father, tx, ty, tz, its_uid, its_mother,
-             its_father, start, relation, reach, nx, ny, nz, inverse, lengths, torus, cos_half_fov, entries,
-             distance2):
+def _nearest(
+    first,
+    last,
+    x,
+    y,
+    z,
+    uid,
+    cos,
+    sin,
+    radius,
+    mother,
+    father,
+    tx,
+    ty,
+    tz,
+    its_uid,
+    its_mother,
+    its_father,
+    start,
+    relation,
+    reach,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    cos_half_fov,
+    entries,
+    distance2,
+):
     near = np.empty(tx.size, np.int64)
     for i in range(first, last):
         n = gather(x[i], y[i], z[i], reach, start, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, near)
@@ -94,16 +184,44 @@ def _nearest(first, last, x, y, z, uid, cos, sin, radius, mother, father, tx, ty
                 continue
             dx, dy, dz = offset(x[i], y[i], z[i], tx[j], ty[j], tz[j], lengths, torus)
             d2, best = dx * dx + dy * dy + dz * dz, entries[i]
-            if (d2 > radius[i] * radius[i]
-                or (view > -1 and dx * cos[i] + dy * sin[i] < view * np.sqrt(d2))):
+            if d2 > radius[i] * radius[i] or (view > -1 and dx * cos[i] + dy * sin[i] < view * np.sqrt(d2)):
                 continue
             if best < 0 or d2 < distance2[i] or (d2 == distance2[i] and its_uid[j] < its_uid[best]):
                 entries[i], distance2[i] = j, d2
 
 
 @njit
-def _add(first, last, x, y, z, uid, radius, mother, father, tx, ty, tz, its_uid, its_mother, its_father,
-         start, relation, reach, nx, ny, nz, inverse, lengths, torus, value, size, decay, total, weight):
+def _add(
+    first,
+    last,
+    x,
+    y,
+    z,
+    uid,
+    radius,
+    mother,
+    father,
+    tx,
+    ty,
+    tz,
+    its_uid,
+    its_mother,
+    its_father,
+    start,
+    relation,
+    reach,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    value,
+    size,
+    decay,
+    total,
+    weight,
+):
     near = np.empty(tx.size, np.int64)
     for i in range(first, last):
         n = gather(x[i], y[i], z[i], reach, start, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, near)

@@ -25,9 +25,17 @@ if TYPE_CHECKING:
 NO_HEIGHTS = np.float32(0.0), np.float32(0.0)  # of eyes and tops, where no hill hides anything
 
 
-def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: int = 0,
-                by_light: float | None = None, blind: float = 0.0, kin: str | None = None,
-                at: Sequence[float] = ()) -> Sense:
+def see_nearest(
+    target: str,
+    reach: float,
+    fov: float,
+    occlusion: bool,
+    number: int = 0,
+    by_light: float | None = None,
+    blind: float = 0.0,
+    kin: str | None = None,
+    at: Sequence[float] = (),
+) -> Sense:
     """See the nearest of a kind: its direction in the body's frame, as a unit vector, and 1 − distance/reach.
 
     They are those from a place on the body, `at`, to the centre of a sphere, or to the nearest place of a box
@@ -46,8 +54,11 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
         if species.traits:
             cos_half_fov = half_view(of_sensor(table, seekers, number, fov=fov)[0])
             looks_again = occlusion or narrow(cos_half_fov)
-        eye = ((mine.x, mine.y, mine.z) if centred and number not in species.own_places
-               else place_of(table, seekers, number, at, space))
+        eye = (
+            (mine.x, mine.y, mine.z)
+            if centred and number not in species.own_places
+            else place_of(table, seekers, number, at, space)
+        )
         if by_light is not None:
             own = in_light(world, table, seekers, number, eye, own, by_light, blind)
             radius = max(float(own.max(initial=0.0)), 1e-6)
@@ -55,21 +66,62 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
         entries, distance2, found = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32), False
         hiding, seen = opaque_kinds(world) if occlusion else ((), ()), (space.volume, own, out.T, column)
         if kin is None and (Shape in other or (hiding[1] and solids(world, hiding[1]).uid.size > 0)):
-            places, looks_again = look(world, table, seekers, eye, target, radius, cos_half_fov, occlusion,
-                                       hiding, entries, distance2), False
+            places, looks_again = (
+                look(
+                    world,
+                    table,
+                    seekers,
+                    eye,
+                    target,
+                    radius,
+                    cos_half_fov,
+                    occlusion,
+                    hiding,
+                    entries,
+                    distance2,
+                ),
+                False,
+            )
         elif kin is not None or eye[0] is not mine.x:
-            entries, distance2 = nearest_kin(seekers, table, other, targets, kin, eye, own, cos_half_fov,
-                                             world.split)
+            entries, distance2 = nearest_kin(
+                seekers, table, other, targets, kin, eye, own, cos_half_fov, world.split
+            )
             looks_again, found = occlusion and kin is None, True
         elif not looks_again:
-            return nearest(mine, targets, radius, entries, distance2, world.split, see,
-                           (seekers.cos, seekers.sin, *seen))
+            return nearest(
+                mine, targets, radius, entries, distance2, world.split, see, (seekers.cos, seekers.sin, *seen)
+            )
         if looks_again:
-            look_again(world, table, seekers, eye, other, targets, radius, cos_half_fov, occlusion, hiding[0],
-                       entries, distance2, found, seen)
+            look_again(
+                world,
+                table,
+                seekers,
+                eye,
+                other,
+                targets,
+                radius,
+                cos_half_fov,
+                occlusion,
+                hiding[0],
+                entries,
+                distance2,
+                found,
+                seen,
+            )
         else:
-            world.split(_bearings, seekers.n, *eye, seekers.cos, seekers.sin, *places, entries, distance2,
-                        space.lengths, space.torus, *seen)
+            world.split(
+                _bearings,
+                seekers.n,
+                *eye,
+                seekers.cos,
+                seekers.sin,
+                *places,
+                entries,
+                distance2,
+                space.lengths,
+                space.torus,
+                *seen,
+            )
 
     sense.by_light = by_light is not None  # type: ignore[attr-defined]
     return sense
@@ -87,9 +139,19 @@ def narrow(cos_half_fov: Any) -> bool:
     return bool((cos_half_fov.max(initial=-2) if isinstance(cos_half_fov, np.ndarray) else cos_half_fov) > -1)
 
 
-def look(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.ndarray, ...], target: str,
-         radius: float, cos_half_fov: Any, occlusion: bool, hiding: tuple[tuple[str, ...], tuple[str, ...]],
-         entries: np.ndarray, distance2: np.ndarray) -> tuple[np.ndarray, ...]:
+def look(
+    world: "SpatialWorld",
+    table: "Table",
+    seekers: Seekers,
+    eye: tuple[np.ndarray, ...],
+    target: str,
+    radius: float,
+    cos_half_fov: Any,
+    occlusion: bool,
+    hiding: tuple[tuple[str, ...], tuple[str, ...]],
+    entries: np.ndarray,
+    distance2: np.ndarray,
+) -> tuple[np.ndarray, ...]:
     """Return the place of the nearest of a kind that is nearest to each seeker's eye: x, y, z f32[n] [m], if
     some bodies are capsules or boxes; write its entry i32[n], that of seeker i is i, −1 where it sees none;
     and the square of its distance f32[n] [m^2]. `hiding` are the kinds of bodies that hide what is behind
@@ -97,19 +159,61 @@ def look(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.
     mine, space, (ground, inverse) = seekers.index, world.space, opaque_ground(world)
     targets, spheres, others = solids(world, [target]), merged(world, hiding[0]), solids(world, hiding[1])
     places = tuple(np.zeros(seekers.n, np.float32) for _ in range(3))
-    world.split(nearest_in_sight, seekers.n, *eye, mine.uid, seekers.cos, seekers.sin,
-                targets.form, targets.uid, *targets.cells, occlusion, spheres.x, spheres.y, spheres.z,
-                spheres.radius, spheres.uid, spheres.start, np.float32(spheres.largest), others.form,
-                others.uid, *others.cells, *space.shape, space.inverse, space.lengths, space.torus,
-                space.volume, np.float32(radius), cos_half_fov, ground, inverse, relief(world),
-                tops(table, seekers.rows), *places, entries, distance2)
+    world.split(
+        nearest_in_sight,
+        seekers.n,
+        *eye,
+        mine.uid,
+        seekers.cos,
+        seekers.sin,
+        targets.form,
+        targets.uid,
+        *targets.cells,
+        occlusion,
+        spheres.x,
+        spheres.y,
+        spheres.z,
+        spheres.radius,
+        spheres.uid,
+        spheres.start,
+        np.float32(spheres.largest),
+        others.form,
+        others.uid,
+        *others.cells,
+        *space.shape,
+        space.inverse,
+        space.lengths,
+        space.torus,
+        space.volume,
+        np.float32(radius),
+        cos_half_fov,
+        ground,
+        inverse,
+        relief(world),
+        tops(table, seekers.rows),
+        *places,
+        entries,
+        distance2,
+    )
     return places
 
 
-def look_again(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.ndarray, ...],
-               other: "Table", targets: Index, radius: float, cos_half_fov: Any, occlusion: bool,
-               hiding: tuple[str, ...], entries: np.ndarray, distance2: np.ndarray, found: bool,
-               seen: tuple[Any, ...]) -> None:
+def look_again(
+    world: "SpatialWorld",
+    table: "Table",
+    seekers: Seekers,
+    eye: tuple[np.ndarray, ...],
+    other: "Table",
+    targets: Index,
+    radius: float,
+    cos_half_fov: Any,
+    occlusion: bool,
+    hiding: tuple[str, ...],
+    entries: np.ndarray,
+    distance2: np.ndarray,
+    found: bool,
+    seen: tuple[Any, ...],
+) -> None:
     """Replace the nearest spheres of a kind, `found` or not yet, that are out of view or hidden by those that
     are seen; write direction and nearness as `_bearings` does with `seen`."""
     mine, space, height = seekers.index, world.space, relief(world)
@@ -121,46 +225,286 @@ def look_again(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tup
     if height.size > 1:
         heights = tops(table, seekers.rows), tops(other, targets.rows)
     nx, ny, nz = space.shape
-    world.split(see_clearly, seekers.n if found else ny * nz, *eye, mine.start, mine.uid, seekers.cos,
-                seekers.sin, targets.x, targets.y, targets.z, targets.start, targets.uid, mine is targets,
-                space.reach(radius), nx, ny, nz, space.lengths, space.torus, mine.flat and targets.flat,
-                np.float32(radius * radius), found, bodies.x, bodies.y, bodies.z, radii, bodies.uid,
-                bodies.start, occlusion, largest, space.inverse, np.float32(radius), cos_half_fov, ground,
-                inverse, height, *heights, entries, distance2, *seen, work=(1 if found else 3) * seekers.n)
+    world.split(
+        see_clearly,
+        seekers.n if found else ny * nz,
+        *eye,
+        mine.start,
+        mine.uid,
+        seekers.cos,
+        seekers.sin,
+        targets.x,
+        targets.y,
+        targets.z,
+        targets.start,
+        targets.uid,
+        mine is targets,
+        space.reach(radius),
+        nx,
+        ny,
+        nz,
+        space.lengths,
+        space.torus,
+        mine.flat and targets.flat,
+        np.float32(radius * radius),
+        found,
+        bodies.x,
+        bodies.y,
+        bodies.z,
+        radii,
+        bodies.uid,
+        bodies.start,
+        occlusion,
+        largest,
+        space.inverse,
+        np.float32(radius),
+        cos_half_fov,
+        ground,
+        inverse,
+        height,
+        *heights,
+        entries,
+        distance2,
+        *seen,
+        work=(1 if found else 3) * seekers.n,
+    )
 
 
 @lone_njit
-def see_clearly(first, last, ox, oy, oz, ostart, ou, cos, sin, tx, ty, tz, tstart, tu, same, k, nx, ny, nz,
-                lengths, torus, flat, radius2, found, bx, by, bz, br, bu, bstart, occlusion, largest, inverse,
-                radius, cos_half_fov, ground, ground_inverse, height, eye, top, entries, distance2, volume,
-                own, out, column):
+def see_clearly(
+    first,
+    last,
+    ox,
+    oy,
+    oz,
+    ostart,
+    ou,
+    cos,
+    sin,
+    tx,
+    ty,
+    tz,
+    tstart,
+    tu,
+    same,
+    k,
+    nx,
+    ny,
+    nz,
+    lengths,
+    torus,
+    flat,
+    radius2,
+    found,
+    bx,
+    by,
+    bz,
+    br,
+    bu,
+    bstart,
+    occlusion,
+    largest,
+    inverse,
+    radius,
+    cos_half_fov,
+    ground,
+    ground_inverse,
+    height,
+    eye,
+    top,
+    entries,
+    distance2,
+    volume,
+    own,
+    out,
+    column,
+):
     """`seek` for the seekers in the rows of cells first … last − 1, or for those seekers what is `found`;
     then `nearest_visible`, direction and nearness of what was found."""
     if not found:
-        seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, flat,
-             radius2, entries, distance2)
+        seek(
+            first,
+            last,
+            ox,
+            oy,
+            oz,
+            ostart,
+            tx,
+            ty,
+            tz,
+            tstart,
+            same,
+            k,
+            nx,
+            ny,
+            nz,
+            lengths,
+            torus,
+            flat,
+            radius2,
+            entries,
+            distance2,
+        )
         first, last = ostart[first * nx], ostart[last * nx]
-    sight.nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu,
-                          bstart, occlusion, largest, nx, ny, nz, inverse, lengths, torus, k, radius,
-                          cos_half_fov, ground, ground_inverse, height, eye, top, entries, distance2)
-    _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, entries, distance2, lengths, torus, volume, own,
-              out, column)
+    sight.nearest_visible(
+        first,
+        last,
+        ox,
+        oy,
+        oz,
+        ou,
+        cos,
+        sin,
+        tx,
+        ty,
+        tz,
+        tu,
+        tstart,
+        bx,
+        by,
+        bz,
+        br,
+        bu,
+        bstart,
+        occlusion,
+        largest,
+        nx,
+        ny,
+        nz,
+        inverse,
+        lengths,
+        torus,
+        k,
+        radius,
+        cos_half_fov,
+        ground,
+        ground_inverse,
+        height,
+        eye,
+        top,
+        entries,
+        distance2,
+    )
+    _bearings(
+        first,
+        last,
+        ox,
+        oy,
+        oz,
+        cos,
+        sin,
+        tx,
+        ty,
+        tz,
+        entries,
+        distance2,
+        lengths,
+        torus,
+        volume,
+        own,
+        out,
+        column,
+    )
 
 
 @lone_njit
-def see(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, flat,
-        radius2, target, distance2, cos, sin, volume, radius, out, column):
+def see(
+    first,
+    last,
+    ox,
+    oy,
+    oz,
+    ostart,
+    tx,
+    ty,
+    tz,
+    tstart,
+    same,
+    k,
+    nx,
+    ny,
+    nz,
+    lengths,
+    torus,
+    flat,
+    radius2,
+    target,
+    distance2,
+    cos,
+    sin,
+    volume,
+    radius,
+    out,
+    column,
+):
     """`seek` for the seekers in the rows of cells first … last − 1, then direction and nearness of what was
     found."""
-    seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, flat,
-         radius2, target, distance2)
-    _bearings(ostart[first * nx], ostart[last * nx], ox, oy, oz, cos, sin, tx, ty, tz, target, distance2,
-              lengths, torus, volume, radius, out, column)
+    seek(
+        first,
+        last,
+        ox,
+        oy,
+        oz,
+        ostart,
+        tx,
+        ty,
+        tz,
+        tstart,
+        same,
+        k,
+        nx,
+        ny,
+        nz,
+        lengths,
+        torus,
+        flat,
+        radius2,
+        target,
+        distance2,
+    )
+    _bearings(
+        ostart[first * nx],
+        ostart[last * nx],
+        ox,
+        oy,
+        oz,
+        cos,
+        sin,
+        tx,
+        ty,
+        tz,
+        target,
+        distance2,
+        lengths,
+        torus,
+        volume,
+        radius,
+        out,
+        column,
+    )
 
 
 @lone_njit
-def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, entries, distance2, lengths, torus, volume,
-              radius, out, column):
+def _bearings(
+    first,
+    last,
+    ox,
+    oy,
+    oz,
+    cos,
+    sin,
+    tx,
+    ty,
+    tz,
+    entries,
+    distance2,
+    lengths,
+    torus,
+    volume,
+    radius,
+    out,
+    column,
+):
     """Write direction and nearness, 0 where nobody is in range; `radius` f32[n], or one for all; without
     branches and with unsigned indices, so that it becomes vector code."""
     zero, one, near = np.float32(0.0), np.float32(1.0), column + (3 if volume else 2)

@@ -47,8 +47,9 @@ def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
     return getattr(table[Physical], name)
 
 
-def own(property: str, scale: float, substances: list[str], number: int = 0,
-        at: Sequence[float] = ()) -> Sense:
+def own(
+    property: str, scale: float, substances: list[str], number: int = 0, at: Sequence[float] = ()
+) -> Sense:
     """Feel a property of the own body at a place of it, as a share of `scale`.
 
     A body is the same throughout, but for the pressure in a compressible one, which is that of the depth.
@@ -65,7 +66,8 @@ def own(property: str, scale: float, substances: list[str], number: int = 0,
         if property == "pressure" and table.species.compressible and any(at):
             value = value.copy()
             value[seekers.rows] = world.surroundings(
-                "pressure", *place_of(table, seekers, number, at, world.space))
+                "pressure", *place_of(table, seekers, number, at, world.space)
+            )
         world.split(_own, seekers.n, value, seekers.rows, factor, out.T, column, work=seekers.n // 30)
 
     def plain(table: "Table") -> np.ndarray | None:
@@ -97,19 +99,25 @@ class Plain(NamedTuple):
         """Make them of the senses of a table, each with its first column."""
         compiled = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # else there are no addresses
         arrays = [sense.plain(table) if compiled else None for sense, _ in senses]
-        read = [(a, sense.factor, column) for a, (sense, column) in zip(arrays, senses, strict=True)
-                if a is not None]
-        return cls(made_from, tuple(it for a, it in zip(arrays, senses, strict=True) if a is None),
-                   tuple(a for a, _, _ in read), np.array([address_of(a) for a, _, _ in read], np.uint64),
-                   np.array([a.strides[0] // a.itemsize for a, _, _ in read], np.int64),
-                   np.array([(a.size - 1) * (a.strides[0] // a.itemsize) + 1 for a, _, _ in read], np.int64),
-                   np.array([factor for _, factor, _ in read], np.float32),
-                   np.array([column for _, _, column in read], np.int64))
+        read = [
+            (a, sense.factor, column)
+            for a, (sense, column) in zip(arrays, senses, strict=True)
+            if a is not None
+        ]
+        return cls(
+            made_from,
+            tuple(it for a, it in zip(arrays, senses, strict=True) if a is None),
+            tuple(a for a, _, _ in read),
+            np.array([address_of(a) for a, _, _ in read], np.uint64),
+            np.array([a.strides[0] // a.itemsize for a, _, _ in read], np.int64),
+            np.array([(a.size - 1) * (a.strides[0] // a.itemsize) + 1 for a, _, _ in read], np.int64),
+            np.array([factor for _, factor, _ in read], np.float32),
+            np.array([column for _, _, column in read], np.int64),
+        )
 
 
 def feel_together(senses: list[tuple[Any, int]]) -> Sense:
-    """Return what feels properties of the own body for several senses, each with its first column, in one go.
-    """
+    """Return what feels properties of the own body for several senses, each with its first column, in one go."""
     kept = Plain()
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
@@ -118,8 +126,14 @@ def feel_together(senses: list[tuple[Any, int]]) -> Sense:
         if plain.made_from != now:
             plain = kept = Plain.of(now, table, senses)
         if plain.arrays:
-            world.split(_own_columns, seekers.n, *plain[3:], seekers.rows, out.T,
-                        work=seekers.n * len(plain.arrays) // 30)
+            world.split(
+                _own_columns,
+                seekers.n,
+                *plain[3:],
+                seekers.rows,
+                out.T,
+                work=seekers.n * len(plain.arrays) // 30,
+            )
         for one, first in plain.others:
             one(world, table, seekers, out, first)
 

@@ -17,9 +17,19 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def feel_property(property: str, of: list[str], radius: float, decay: str, report: str, zero: float,
-                  scale: float, at: list[float], substances: list[str], number: int = 0,
-                  kin: str | None = None) -> Sense:
+def feel_property(
+    property: str,
+    of: list[str],
+    radius: float,
+    decay: str,
+    report: str,
+    zero: float,
+    scale: float,
+    at: list[float],
+    substances: list[str],
+    number: int = 0,
+    kin: str | None = None,
+) -> Sense:
     """Feel a property of the bodies of some kinds around a place on the own body, which itself is left out:
     Σ weight × (value − zero)/scale, or, as a mean, that over Σ weight; 0 where there is nobody.
 
@@ -41,11 +51,25 @@ def feel_property(property: str, of: list[str], radius: float, decay: str, repor
             value = value.astype(np.float32, copy=False) - least
             size = other[Body].radius[targets.rows]
             if kin is not None:
-                add_kin(seekers, table, other, targets, kin, place, own, value.astype(np.float32), size,
-                        DECAYS[decay], total, weight, world.split)
+                add_kin(
+                    seekers,
+                    table,
+                    other,
+                    targets,
+                    kin,
+                    place,
+                    own,
+                    value.astype(np.float32),
+                    size,
+                    DECAYS[decay],
+                    total,
+                    weight,
+                    world.split,
+                )
             else:
-                add_near(seekers.index, place, own, targets, value, size, DECAYS[decay], total, weight,
-                         world.split)
+                add_near(
+                    seekers.index, place, own, targets, value, size, DECAYS[decay], total, weight, world.split
+                )
         if differs:
             total -= weight * base
         world.split(_write, seekers.n, total, weight, report == "mean", 1.0 / unit, out.T, column)

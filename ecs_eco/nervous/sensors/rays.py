@@ -18,9 +18,18 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: str,
-              number: int = 0, at: Sequence[float] = (), angle: float = 0.0, by_light: float | None = None,
-              blind: float = 0.0) -> Sense:
+def cast_rays(
+    targets: list[str],
+    count: int,
+    fov: float,
+    reach: float,
+    report: str,
+    number: int = 0,
+    at: Sequence[float] = (),
+    angle: float = 0.0,
+    by_light: float | None = None,
+    blind: float = 0.0,
+) -> Sense:
     """Cast rays that stop at the first body, rock or wall; report closeness per ray,
     or the closest hit of each type.
 
@@ -36,11 +45,15 @@ def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: 
         ray_cos, ray_sin = fan(count, *each) if isinstance(each[0], np.ndarray) else alike
         place = place_of(table, seekers, number, at, world.space)
         if by_light is not None:
-            own = np.maximum(in_light(world, table, seekers, number, place, own, by_light, blind),
-                             np.float32(1e-6))
+            own = np.maximum(
+                in_light(world, table, seekers, number, place, own, by_light, blind), np.float32(1e-6)
+            )
             radius = float(own.max(initial=1e-6))
-        names = [n for n, t in world.tables.items()
-                 if Body in t and (n in targets or t.species.opaque is not False)]
+        names = [
+            n
+            for n, t in world.tables.items()
+            if Body in t and (n in targets or t.species.opaque is not False)
+        ]
         names, hit, distance = trace(world, table, seekers, place, names, radius, ray_cos, ray_sin)
         near = np.maximum(np.float32(1) - distance / own[:, None], np.float32(0))
         width = count if report == "per_ray" else (4 if world.space.volume else 3)
@@ -73,9 +86,16 @@ def fan(count: int, fov: Any, angle: Any) -> tuple[np.ndarray, np.ndarray]:
     return arrays.cos(angles).astype(np.float32), arrays.sin(angles).astype(np.float32)
 
 
-def trace(world: "SpatialWorld", table: "Table", seekers: Seekers, place: tuple[np.ndarray, ...],
-          kinds: list[str], radius: float, ray_cos: np.ndarray,
-          ray_sin: np.ndarray) -> tuple[list[str], np.ndarray, np.ndarray]:
+def trace(
+    world: "SpatialWorld",
+    table: "Table",
+    seekers: Seekers,
+    place: tuple[np.ndarray, ...],
+    kinds: list[str],
+    radius: float,
+    ray_cos: np.ndarray,
+    ray_sin: np.ndarray,
+) -> tuple[list[str], np.ndarray, np.ndarray]:
     """Return the kinds of bodies in the order of their numbers; and for each seeker and ray the number of
     what is hit first, i32[n, rays], −1 none, −2 rock or wall, and how far it is, f32[n, rays] [m]."""
     space, mine, (ground, inverse) = world.space, seekers.index, opaque_ground(world)
@@ -84,15 +104,59 @@ def trace(world: "SpatialWorld", table: "Table", seekers: Seekers, place: tuple[
     bodies, height, eye = merged(world, spheres), relief(world), tops(table, seekers.rows)
     hit = np.empty((seekers.n, ray_cos.shape[-1]), np.int32)
     distance = np.zeros((seekers.n, ray_cos.shape[-1]), np.float32)
-    world.split(sight.cast, seekers.n, *place, mine.uid, seekers.cos, seekers.sin, eye,
-                bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.kind, bodies.start,
-                *space.shape, space.inverse, space.lengths,
-                space.torus, space.reach(radius + bodies.largest), np.float32(radius), ray_cos, ray_sin,
-                ground, inverse, height, hit, distance)
+    world.split(
+        sight.cast,
+        seekers.n,
+        *place,
+        mine.uid,
+        seekers.cos,
+        seekers.sin,
+        eye,
+        bodies.x,
+        bodies.y,
+        bodies.z,
+        bodies.radius,
+        bodies.uid,
+        bodies.kind,
+        bodies.start,
+        *space.shape,
+        space.inverse,
+        space.lengths,
+        space.torus,
+        space.reach(radius + bodies.largest),
+        np.float32(radius),
+        ray_cos,
+        ray_sin,
+        ground,
+        inverse,
+        height,
+        hit,
+        distance,
+    )
     if shaped:
         others = solids(world, shaped)
-        world.split(cast_on_solids, seekers.n, *place, mine.uid, seekers.cos, seekers.sin, eye,
-                    others.form, others.uid, others.kind + np.int32(len(spheres)), *space.shape,
-                    space.inverse, space.lengths, space.torus, *others.cells, np.float32(radius), ray_cos,
-                    ray_sin, inverse, height, hit, distance)
+        world.split(
+            cast_on_solids,
+            seekers.n,
+            *place,
+            mine.uid,
+            seekers.cos,
+            seekers.sin,
+            eye,
+            others.form,
+            others.uid,
+            others.kind + np.int32(len(spheres)),
+            *space.shape,
+            space.inverse,
+            space.lengths,
+            space.torus,
+            *others.cells,
+            np.float32(radius),
+            ray_cos,
+            ray_sin,
+            inverse,
+            height,
+            hit,
+            distance,
+        )
     return [*spheres, *shaped], hit, distance

@@ -68,8 +68,16 @@ def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> t
     return float(own.max()), own
 
 
-def in_light(world: "SpatialWorld", table: "Table", seekers: Seekers, number: int,
-             eye: tuple[np.ndarray, ...], own: np.ndarray, by_light: float, blind: float) -> np.ndarray:
+def in_light(
+    world: "SpatialWorld",
+    table: "Table",
+    seekers: Seekers,
+    number: int,
+    eye: tuple[np.ndarray, ...],
+    own: np.ndarray,
+    by_light: float,
+    blind: float,
+) -> np.ndarray:
     """Return how far each sees, f32[n] [m]: blind + by_light × light at its eye, at most `own`."""
     light = world.surroundings("light", *eye)
     near, far = of_sensor(table, seekers, number, blind=np.float32(blind), sight=np.float32(by_light))
@@ -77,8 +85,9 @@ def in_light(world: "SpatialWorld", table: "Table", seekers: Seekers, number: in
     return out
 
 
-def place_of(table: "Table", seekers: Seekers, number: int, at: Sequence[Any],
-             space: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def place_of(
+    table: "Table", seekers: Seekers, number: int, at: Sequence[Any], space: Any
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return where a sensor is on each body: x, y, z f32[n] [m].
 
     `at` is ahead, to the left (, up), in radii of the body, where that is not an organism's own; of a capsule
@@ -89,8 +98,11 @@ def place_of(table: "Table", seekers: Seekers, number: int, at: Sequence[Any],
     if not (own or any(map(np.float32, at[:3]))):
         return x, y, z
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
-    ahead, aside = ((table[Senses].forward[seekers.rows, number], table[Senses].left[seekers.rows, number])
-                    if own else (forward, left))
+    ahead, aside = (
+        (table[Senses].forward[seekers.rows, number], table[Senses].left[seekers.rows, number])
+        if own
+        else (forward, left)
+    )
     x, y = nose(seekers, ahead, aside, space)
     if space.volume:
         high = seekers.radius if seekers.half is None else seekers.half[2]

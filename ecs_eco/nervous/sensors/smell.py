@@ -38,11 +38,40 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
             ahead = AT_CENTRE
         half = of_sensor(table, seekers, number, scale=shared)[0] if table.species.traits else shared
         if space.volume:
-            world.split(_sniff_volume, seekers.n, f.value, f.inverse, x, y, z, *body, *ahead[0], high,
-                        half, space.lengths, space.torus, out.T, column, work=seekers.n // 5)
+            world.split(
+                _sniff_volume,
+                seekers.n,
+                f.value,
+                f.inverse,
+                x,
+                y,
+                z,
+                *body,
+                *ahead[0],
+                high,
+                half,
+                space.lengths,
+                space.torus,
+                out.T,
+                column,
+                work=seekers.n // 5,
+            )
         else:
-            world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, x, y, *body, ahead,
-                        np.asarray(half)[None], space.torus, out.T, np.array([column]), work=seekers.n // 10)
+            world.split(
+                _sniff_plane,
+                seekers.n,
+                f.value[0],
+                f.inverse,
+                x,
+                y,
+                *body,
+                ahead,
+                np.asarray(half)[None],
+                space.torus,
+                out.T,
+                np.array([column]),
+                work=seekers.n // 10,
+            )
 
     sense.nose = forward, left, shared  # type: ignore[attr-defined]
     sense.joint = smell_together, field  # type: ignore[attr-defined]
@@ -61,22 +90,40 @@ def smell_together(senses: list[tuple[Any, int]]) -> Sense:
             for one, first in senses:
                 one(world, table, seekers, out, first)
             return
-        world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, seekers.index.x, seekers.index.y,
-                    seekers.radius, seekers.cos, seekers.sin, places, scales, space.torus, out.T, columns,
-                    work=seekers.n * len(columns) // 10)
+        world.split(
+            _sniff_plane,
+            seekers.n,
+            f.value[0],
+            f.inverse,
+            seekers.index.x,
+            seekers.index.y,
+            seekers.radius,
+            seekers.cos,
+            seekers.sin,
+            places,
+            scales,
+            space.torus,
+            out.T,
+            columns,
+            work=seekers.n * len(columns) // 10,
+        )
 
     return sense
 
 
 @lone_njit
-def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, places, scales, torus, out,
-                 columns):
+def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, places, scales, torus, out, columns):
     """Read the field f32[ny, nx] at the noses, which are at places f32[k, 2] of each body, with scales f32[k]
     or f32[k, n]; without branches and with unsigned indices, so that it becomes vector code."""
     ny, nx = value.shape
     flat = value.reshape(-1)
-    half, zero, one, fnx, fny = (np.float32(0.5), np.float32(0.0), np.float32(1.0), np.float32(nx),
-                                 np.float32(ny))
+    half, zero, one, fnx, fny = (
+        np.float32(0.5),
+        np.float32(0.0),
+        np.float32(1.0),
+        np.float32(nx),
+        np.float32(ny),
+    )
     last_x, last_y = fnx - one, fny - one
     for number in range(columns.size):
         forward, left, scale = places[number, 0], places[number, 1], scales[number]
@@ -98,17 +145,41 @@ def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, places, 
                 x0, y0, x1, y1 = bx if bx > zero else zero, by if by > zero else zero, bx + one, by + one
                 x1, y1 = x1 if x1 > zero else zero, y1 if y1 > zero else zero
                 x0, y0, x1, y1 = min(x0, last_x), min(y0, last_y), min(x1, last_x), min(y1, last_y)
-            i0, i1, j0, j1 = (np.uint32(x0), np.uint32(x1), np.uint32(y0) * np.uint32(nx),
-                              np.uint32(y1) * np.uint32(nx))
-            south, north = ((one - fx) * flat[j0 + i0] + fx * flat[j0 + i1],
-                            (one - fx) * flat[j1 + i0] + fx * flat[j1 + i1])
+            i0, i1, j0, j1 = (
+                np.uint32(x0),
+                np.uint32(x1),
+                np.uint32(y0) * np.uint32(nx),
+                np.uint32(y1) * np.uint32(nx),
+            )
+            south, north = (
+                (one - fx) * flat[j0 + i0] + fx * flat[j0 + i1],
+                (one - fx) * flat[j1 + i0] + fx * flat[j1 + i1],
+            )
             c = (one - fy) * south + fy * north
             out[columns[number], i] = c / (c + of_row(scale, i))
 
 
 @njit
-def _sniff_volume(first, last, value, inverse, ox, oy, oz, radius, cos, sin, forward, left, up, scale,
-                  lengths, torus, out, column):
+def _sniff_volume(
+    first,
+    last,
+    value,
+    inverse,
+    ox,
+    oy,
+    oz,
+    radius,
+    cos,
+    sin,
+    forward,
+    left,
+    up,
+    scale,
+    lengths,
+    torus,
+    out,
+    column,
+):
     """Read the field f32[nz, ny, nx] at the noses."""
     for i in range(first, last):
         r = radius[i]

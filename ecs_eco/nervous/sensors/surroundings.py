@@ -13,8 +13,14 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), number: int = 0,
-            dark: float | None = None) -> Sense:
+def ambient(
+    quantity: str,
+    zero: float,
+    scale: float,
+    at: Sequence[float] = (),
+    number: int = 0,
+    dark: float | None = None,
+) -> Sense:
     """Read light, temperature or pressure of the surroundings at a place of the body,
     as (value − zero)/scale.
 

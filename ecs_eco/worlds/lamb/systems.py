@@ -52,9 +52,17 @@ class Breathe(System):
             rows, wet = touching(table, world, "water", NOSTRILS)
             oxygen, water = world.substances.index("oxygen"), world.substances.index("water")
             with booked(world, table, "brought_in"):
-                inhale(rows, wet, nerves.doing(table, "inhale"), np.float32(self.breath * world.dt),
-                       np.float32(self.saturation),
-                       np.float32(self.water * world.dt), oxygen, water, table[Chemistry].molarity)
+                inhale(
+                    rows,
+                    wet,
+                    nerves.doing(table, "inhale"),
+                    np.float32(self.breath * world.dt),
+                    np.float32(self.saturation),
+                    np.float32(self.water * world.dt),
+                    oxygen,
+                    water,
+                    table[Chemistry].molarity,
+                )
 
 
 class Suckle(System):
@@ -82,9 +90,18 @@ class Suckle(System):
         if Sucking in table:
             rows, at_udder = touching(table, world, "ewe", MOUTH)
             with booked(world, table, "brought_in"):
-                suck(rows, at_udder, table.species.nerves.doing(table, "suck"), np.float32(self.let_down),
-                     np.float32(self.milk * world.dt), np.float32(self.full), np.float32(world.dt),
-                     world.substances.index("glucose"), table[Sucking].since, table[Chemistry].molarity)
+                suck(
+                    rows,
+                    at_udder,
+                    table.species.nerves.doing(table, "suck"),
+                    np.float32(self.let_down),
+                    np.float32(self.milk * world.dt),
+                    np.float32(self.full),
+                    np.float32(world.dt),
+                    world.substances.index("glucose"),
+                    table[Sucking].since,
+                    table[Chemistry].molarity,
+                )
 
 
 class Burn(System):
@@ -100,13 +117,19 @@ class Burn(System):
         """Burn glucose and oxygen of one species."""
         with booked(world, table, "reacted"):
             for substance, (rest, walk) in (("glucose", self.glucose), ("oxygen", self.oxygen)):
-                burn(table.alive[: table.high], table[Velocity].speed, np.float32(rest * world.dt),
-                     np.float32(walk * world.dt), world.substances.index(substance),
-                     table[Chemistry].molarity)
+                burn(
+                    table.alive[: table.high],
+                    table[Velocity].speed,
+                    np.float32(rest * world.dt),
+                    np.float32(walk * world.dt),
+                    world.substances.index(substance),
+                    table[Chemistry].molarity,
+                )
 
 
-def touching(table: Table, world: SpatialWorld, kind: str,
-             sector: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+def touching(
+    table: Table, world: SpatialWorld, kind: str, sector: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the living rows i64[n] and whether something of a kind touches a sector of their bodies:
     f32[n], 1 or 0."""
     seekers = Seekers(world, table)
@@ -123,8 +146,9 @@ def inhale(rows, wet, inhales, breath, saturation, gulp, oxygen, water, molarity
         if inhales[row] and wet[i]:
             molarity[row, water] += gulp
         elif inhales[row]:
-            molarity[row, oxygen] = max(molarity[row, oxygen],
-                                        min(molarity[row, oxygen] + breath, saturation))
+            molarity[row, oxygen] = max(
+                molarity[row, oxygen], min(molarity[row, oxygen] + breath, saturation)
+            )
 
 
 @njit
@@ -145,5 +169,6 @@ def burn(alive, speed, rest, walk, substance, molarity):
     """Take rest + walk × speed of a substance from the living, as far as they have it."""
     for row in range(alive.size):
         if alive[row]:
-            molarity[row, substance] = max(molarity[row, substance] - rest - walk * speed[row],
-                                           np.float32(0.0))
+            molarity[row, substance] = max(
+                molarity[row, substance] - rest - walk * speed[row], np.float32(0.0)
+            )

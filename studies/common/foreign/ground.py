@@ -6,8 +6,12 @@ from pathlib import Path
 from typing import Any
 
 TICKS = 30
-LIVES = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 3,
-         "space.size": [60.0, 60.0]}
+LIVES = {
+    "species.grass.count": 60,
+    "species.deer.count": 12,
+    "species.wolf.count": 3,
+    "space.size": [60.0, 60.0],
+}
 POLICIES = ("deer", "wolf")
 
 
@@ -21,8 +25,9 @@ def make(place: Path) -> None:
     config = load("predator-prey", LIVES)
 
     def run(name: str, seed: int, **more: Any) -> None:
-        run_to_folder(config, seed, TICKS, place / name, report=False, checkpoint_every=10,
-                      snapshot_every=5, **more)
+        run_to_folder(
+            config, seed, TICKS, place / name, report=False, checkpoint_every=10, snapshot_every=5, **more
+        )
 
     run("a", 1, record="focal=2")
     run("b", 2, record="focal=2")
@@ -34,8 +39,16 @@ def make(place: Path) -> None:
         pretrain(short, seed, out=place / "trained" / f"seed-{seed}")
         journal = Journal(place / f"search-{seed}", {"world": "fell", "format": 1})
         for number in range(4):
-            journal.add("candidate", candidate=number, score=seed / (number + 1), stage=0, stages=[],
-                        values={}, at=1.0, seconds=1.0)
+            journal.add(
+                "candidate",
+                candidate=number,
+                score=seed / (number + 1),
+                stage=0,
+                stages=[],
+                values={},
+                at=1.0,
+                seconds=1.0,
+            )
 
 
 def _ask(world: Any) -> None:

@@ -92,22 +92,25 @@ def _all_parts(kind_: str) -> Callable[[Path], Read]:
 
 for _kind in ("series", "births", "deaths", "snapshots"):
     kind(f"a part of {_kind} of another seed")(_part("b", part(_kind), read=_all_parts(_kind)))
-kind("a part of the details of another seed")(_part("b", part("details-deer"),
-                                                    read=_all_parts("details-deer")))
+kind("a part of the details of another seed")(
+    _part("b", part("details-deer"), read=_all_parts("details-deer"))
+)
 kind("a part of the details of another species")(
     _part("a", part("details-wolf"), part("details-deer"), _all_parts("details-deer"))
 )
 kind("a part of another seed, where a run goes on")(_part("b", part("series", 1), read=resuming))
 kind("a part of a fork")(_part("fork", part("series")))
 kind("a part of the same run, of which something else was asked by hand")(_part("asked", part("series", 1)))
-kind("the last part of the same run, "
-     "of which something else was asked by hand")(_part("asked", part("series", 2)))
+kind("the last part of the same run, of which something else was asked by hand")(
+    _part("asked", part("series", 2))
+)
 kind("a part of another kind")(_part("a", part("births"), part("deaths"), _all_parts("deaths")))
 kind("an earlier part in place of a later one")(_part("a", part("series", 0), part("series", 2)))
 kind("one part too many, of another seed")(_part("b", part("series", 2), part("series", 3)))
 kind("one part too many, of the same run")(_part("a", part("series", 2), part("series", 3)))
-kind("one part too many, of another seed, where a run goes on")(_part("b", part("series", 2),
-                                                                      part("series", 3), resuming))
+kind("one part too many, of another seed, where a run goes on")(
+    _part("b", part("series", 2), part("series", 3), resuming)
+)
 
 
 @kind("a file of one's own that is named like a part, where a run goes on")
@@ -172,8 +175,9 @@ def _policy(place: Path) -> tuple[str, Read]:
 
 @kind("the policy of another training in a run's folder")
 def _policy_trained(place: Path) -> tuple[str, Read]:
-    shutil.copy(place / "trained" / "seed-2" / "deer.safetensors",
-                place / "a" / "policies" / "deer.safetensors")
+    shutil.copy(
+        place / "trained" / "seed-2" / "deer.safetensors", place / "a" / "policies" / "deer.safetensors"
+    )
     return "deer.safetensors", repeating(place / "a")
 
 
@@ -218,8 +222,9 @@ def _trained(place: Path) -> tuple[str, Read]:
 
 @kind("a policy of another training in a comparison's training")
 def _trained_policy(place: Path) -> tuple[str, Read]:
-    shutil.copy(place / "trained" / "seed-2" / "deer.safetensors",
-                place / "trained" / "seed-1" / "deer.safetensors")
+    shutil.copy(
+        place / "trained" / "seed-2" / "deer.safetensors", place / "trained" / "seed-1" / "deer.safetensors"
+    )
     return "deer.safetensors", lambda: _trained_already(place / "trained" / "seed-1", 1)
 
 
@@ -248,8 +253,10 @@ def _journal(change: Callable[[list[str], list[str]], list[str]]) -> Kind:
 kind("a journal with a line that was edited")(
     _journal(lambda mine, other: [*mine[:2], json.dumps(json.loads(mine[2]) | {"score": 9.0}), *mine[3:]])
 )
-kind("a journal with a line of "
-     "another search")(_journal(lambda mine, other: [*mine[:2], other[2], *mine[3:]]))
+kind("a journal with a line of another search")(
+    _journal(lambda mine, other: [*mine[:2], other[2], *mine[3:]])
+)
 kind("a journal without one of its lines")(_journal(lambda mine, other: [*mine[:2], *mine[3:]]))
-kind("a journal with lines that "
-     "changed places")(_journal(lambda mine, other: [*mine[:2], mine[3], mine[2], *mine[4:]]))
+kind("a journal with lines that changed places")(
+    _journal(lambda mine, other: [*mine[:2], mine[3], mine[2], *mine[4:]])
+)

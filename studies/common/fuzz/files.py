@@ -27,8 +27,9 @@ def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="ecs-eco-fuzz-") as folder:
         whole = Path(folder) / "whole"
         recorded(chunk["source"], whole)
-        judge = {"checkpoint": _Checkpoints,
-                 "recording": _Recordings}[chunk["what"]](whole, Path(folder) / "damaged")
+        judge = {"checkpoint": _Checkpoints, "recording": _Recordings}[chunk["what"]](
+            whole, Path(folder) / "damaged"
+        )
         return counted(list(guarded(judge, items, seconds=30.0)), items)
 
 
@@ -64,7 +65,7 @@ def _place(raw: bytes, chance: random.Random) -> int:
     n, near = len(raw), min(len(raw), chance.choice((16, 256, 4096)))
     return min(
         max(chance.choice((chance.randrange(n), chance.randrange(near), n - 1 - chance.randrange(near))), 0),
-        n - 1
+        n - 1,
     )
 
 
@@ -143,10 +144,16 @@ class _Checkpoints(_Judge):
             if str(damaged) not in str(error):
                 return {"kind": "no place", "said": str(error)}
             return self._without(damaged, str(error), seed)
-        same = (loaded[0] == meta and loaded[1].keys() == arrays.keys()
-                and all(_equal(loaded[1][k], arrays[k]) for k in arrays))
-        return {"kind": "the same content"} if same else {"kind": "wrong load",
-                                                          "said": "read() gives something else"}
+        same = (
+            loaded[0] == meta
+            and loaded[1].keys() == arrays.keys()
+            and all(_equal(loaded[1][k], arrays[k]) for k in arrays)
+        )
+        return (
+            {"kind": "the same content"}
+            if same
+            else {"kind": "wrong load", "said": "read() gives something else"}
+        )
 
     def _without(self, damaged: Path, message: str, seed: int) -> dict[str, Any]:
         """Whether the one before is used; and, now and then, whether the run goes on to the same end."""
@@ -169,16 +176,21 @@ class _Checkpoints(_Judge):
             _copied(self.whole, self.folder)
             if wrong or end != json.loads((self.whole / "manifest.json").read_text())["digest"]:
                 return {"kind": "wrong load", "said": wrong or "resumed, it comes to another end"}
-        words = {"its head is damaged": "head", "the part": "part", "is no whole checkpoint": "not whole",
-                 "is no checkpoint": "not whole"}
+        words = {
+            "its head is damaged": "head",
+            "the part": "part",
+            "is no whole checkpoint": "not whole",
+            "is no checkpoint": "not whole",
+        }
         word = next((words[w] for w in words if w in message), "other")
         return {"kind": "refused", "problems": {f"checkpoint: {word}": 1}}
 
 
 class _Recordings(_Judge):
     def files(self) -> list[Path]:
-        parts = [p.relative_to(self.whole) for kind in KINDS
-                 for p in sorted((self.whole / kind).glob("*.parquet"))]
+        parts = [
+            p.relative_to(self.whole) for kind in KINDS for p in sorted((self.whole / kind).glob("*.parquet"))
+        ]
         return [Path("manifest.json"), *parts]
 
     def asked(self, path: Path, seed: int) -> dict[str, Any]:
@@ -193,8 +205,10 @@ class _Recordings(_Judge):
                 if str(self.folder / path) not in str(error):
                     return {"kind": "no place", "said": f"{name}: {error}"}
                 refused.append(name)
-        for words in [("lineage", str(self.folder)),
-                      *([("report", str(self.folder))] if seed % 125 == 0 else [])]:
+        for words in [
+            ("lineage", str(self.folder)),
+            *([("report", str(self.folder))] if seed % 125 == 0 else []),
+        ]:
             if wrong := _command(*words):
                 return {"kind": "traceback", "said": wrong}
         if not refused:
@@ -245,8 +259,12 @@ def _readers(path: Path) -> dict[str, Any]:
 def _equal(a: Any, b: Any) -> bool:
     """Whether two readings are the same to the bit; NaN equals itself."""
     if isinstance(a, np.ndarray) and a.dtype != object:
-        return (isinstance(b, np.ndarray) and a.dtype == b.dtype and a.shape == b.shape
-                and a.tobytes() == b.tobytes())
+        return (
+            isinstance(b, np.ndarray)
+            and a.dtype == b.dtype
+            and a.shape == b.shape
+            and a.tobytes() == b.tobytes()
+        )
     if isinstance(a, dict):
         return isinstance(b, dict) and list(a) == list(b) and all(_equal(a[k], b[k]) for k in a)
     if isinstance(a, list | tuple | np.ndarray):
@@ -265,5 +283,8 @@ def _command(*words: str) -> str:
         return f"{words[0]}: {type(done.exception).__name__}: {done.exception}"
     if "Traceback" in done.output or done.exit_code not in (0, 1, 2):
         return f"{words[0]}: ends with {done.exit_code}: {done.output[-500:]}"
-    return ("" if done.exit_code == 0
-            or done.stderr.strip() else f"{words[0]}: ends with {done.exit_code} and says nothing")
+    return (
+        ""
+        if done.exit_code == 0 or done.stderr.strip()
+        else f"{words[0]}: ends with {done.exit_code} and says nothing"
+    )

@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 
-def guarded(judge: Callable[[Any], dict[str, Any]], items: Sequence[Any], seconds: float,
-            memory: int = 4 << 30) -> Iterator[dict[str, Any]]:
+def guarded(
+    judge: Callable[[Any], dict[str, Any]], items: Sequence[Any], seconds: float, memory: int = 4 << 30
+) -> Iterator[dict[str, Any]]:
     """What judge(item) says of each item, tried in a child process; "hang" after so many seconds,
     "crash" where the child died."""
     context, at = multiprocessing.get_context("fork"), 0

@@ -18,9 +18,9 @@ def mutate_text(text: str, chance: random.Random) -> bytes:
     """The text with one to three things done to its bytes or lines."""
     raw = text.encode()
     for _ in range(chance.choice((1, 1, 1, 2, 3))):
-        raw = chance.choice((_flip, _flip, _digit, _byte, _cut, _cut, _double, _swap,
-                             _truncate, _splice))(raw,
-                                                  chance)
+        raw = chance.choice((_flip, _flip, _digit, _byte, _cut, _cut, _double, _swap, _truncate, _splice))(
+            raw, chance
+        )
     return raw
 
 
@@ -33,14 +33,37 @@ def _flip(raw: bytes, chance: random.Random) -> bytes:
 def _digit(raw: bytes, chance: random.Random) -> bytes:
     places = [i for i, byte in enumerate(raw) if 48 <= byte <= 57] or [0]
     at = chance.choice(places)
-    return (raw[:at] + chance.choice((b"9", b"0", b"-1", b"1e9", b".", b"", b"00", b"9" * 5000))
-            + raw[at + 1 :])
+    return (
+        raw[:at] + chance.choice((b"9", b"0", b"-1", b"1e9", b".", b"", b"00", b"9" * 5000)) + raw[at + 1 :]
+    )
 
 
 def _byte(raw: bytes, chance: random.Random) -> bytes:
     at = chance.randrange(len(raw) + 1)
-    return raw[:at] + chance.choice((b"\0", b"\xff", b"\"", b"'", b"[", b"]", b"{", b"}", b"=", b"#", b"\r",
-                                     b"\n", b"\xc3\xa4", b".", b"[" * 300, b"{a=" * 300)) + raw[at:]
+    return (
+        raw[:at]
+        + chance.choice(
+            (
+                b"\0",
+                b"\xff",
+                b'"',
+                b"'",
+                b"[",
+                b"]",
+                b"{",
+                b"}",
+                b"=",
+                b"#",
+                b"\r",
+                b"\n",
+                b"\xc3\xa4",
+                b".",
+                b"[" * 300,
+                b"{a=" * 300,
+            )
+        )
+        + raw[at:]
+    )
 
 
 def _lines(raw: bytes, chance: random.Random) -> tuple[list[bytes], int]:
@@ -78,15 +101,82 @@ def _splice(raw: bytes, chance: random.Random) -> bytes:
 
 # --- mutations of values ------------------------------------------------------------------------------------
 ODD: list[Any] = [
-    0, 1, 2, -1, -7, 3, 10**6, 10**9, 2**31, 2**63 - 1, 2**63, 2**64, 10**40, 0.0, -0.0, 0.5, 1.0, -1.0,
-    1e-30, 5e-324, 1e-9, 1e9, 1e30, 1.1e30, 1e39, 1.7e308, math.nan, math.inf, -math.inf, True, False, "",
-    "x", "any", "wall", "none", "energy", "müde Rehe 🦌", "a b", "x" * 5000, "\0", "\n", "nosuch:thing",
-    "a:b:c", "../../etc", [], {}, [[]], [{}], [0.5] * 3000, ["x"] * 500, [1, "x", {}], {"x": 1}, {"": 0},
-    {"kind": "own"}, {"kind": "sexual"}, datetime.date(2020, 2, 29), "((((", "1/0", "energy**energy**energy",
-    "not energy", "1 if energy else",
-    10**12, "$\\foo$", "x" * 100_000, "\u202e", "CON", "../x", "/proc/self/mem", "/dev/zero", [4096] * 8,
-    [[1.0]] * 5000, "(" * 900, "9**9**9**9", {f"k{i}": 1 for i in range(2000)},
-]  # fmt: skip
+    0,
+    1,
+    2,
+    -1,
+    -7,
+    3,
+    10**6,
+    10**9,
+    2**31,
+    2**63 - 1,
+    2**63,
+    2**64,
+    10**40,
+    0.0,
+    -0.0,
+    0.5,
+    1.0,
+    -1.0,
+    1e-30,
+    5e-324,
+    1e-9,
+    1e9,
+    1e30,
+    1.1e30,
+    1e39,
+    1.7e308,
+    math.nan,
+    math.inf,
+    -math.inf,
+    True,
+    False,
+    "",
+    "x",
+    "any",
+    "wall",
+    "none",
+    "energy",
+    "müde Rehe 🦌",
+    "a b",
+    "x" * 5000,
+    "\0",
+    "\n",
+    "nosuch:thing",
+    "a:b:c",
+    "../../etc",
+    [],
+    {},
+    [[]],
+    [{}],
+    [0.5] * 3000,
+    ["x"] * 500,
+    [1, "x", {}],
+    {"x": 1},
+    {"": 0},
+    {"kind": "own"},
+    {"kind": "sexual"},
+    datetime.date(2020, 2, 29),
+    "((((",
+    "1/0",
+    "energy**energy**energy",
+    "not energy",
+    "1 if energy else",
+    10**12,
+    "$\\foo$",
+    "x" * 100_000,
+    "\u202e",
+    "CON",
+    "../x",
+    "/proc/self/mem",
+    "/dev/zero",
+    [4096] * 8,
+    [[1.0]] * 5000,
+    "(" * 900,
+    "9**9**9**9",
+    {f"k{i}": 1 for i in range(2000)},
+]
 
 
 def places(data: Any, at: Path_ = ()) -> list[Path_]:
@@ -107,8 +197,24 @@ def _at(data: Any, path: Path_) -> Any:
 def mutate_values(data: dict[str, Any], chance: random.Random) -> dict[str, Any]:
     """A copy with one to three values, keys or genes changed."""
     data = copy.deepcopy(data)
-    ways = (_odd, _odd, _odd, _scaled, _scaled, _scaled, _scaled, _other_value, _other_value, _renamed,
-            _removed, _doubled, _moved, _typo, _genes, _genes)
+    ways = (
+        _odd,
+        _odd,
+        _odd,
+        _scaled,
+        _scaled,
+        _scaled,
+        _scaled,
+        _other_value,
+        _other_value,
+        _renamed,
+        _removed,
+        _doubled,
+        _moved,
+        _typo,
+        _genes,
+        _genes,
+    )
     for _ in range(chance.choice((1, 1, 1, 2, 3))):
         paths = places(data)
         if not paths:
@@ -127,8 +233,9 @@ def _scaled(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> 
     if numbers:
         path = chance.choice(numbers)
         x = _at(data, path) * chance.choice((0.1, 0.5, 2, 3, 10, 100, -1, 1e6, 1e-6))
-        _at(data, path[:-1])[path[-1]] = (int(x) if isinstance(_at(data, path), int)
-                                          and math.isfinite(x) else x)
+        _at(data, path[:-1])[path[-1]] = (
+            int(x) if isinstance(_at(data, path), int) and math.isfinite(x) else x
+        )
 
 
 def _other_value(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> None:
@@ -142,8 +249,9 @@ def _renamed(data: dict[str, Any], paths: list[Path_], chance: random.Random) ->
     keys = [p for p in paths if isinstance(p[-1], str)]
     path, other = chance.choice(keys), chance.choice(keys)[-1]
     table = _at(data, path[:-1])
-    table[chance.choice((other, f"{path[-1]}s", str(path[-1])[::-1], str(path[-1]).upper(),
-                         "ü", "a.b", ""))] = table.pop(path[-1])
+    table[
+        chance.choice((other, f"{path[-1]}s", str(path[-1])[::-1], str(path[-1]).upper(), "ü", "a.b", ""))
+    ] = table.pop(path[-1])
 
 
 def _removed(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> None:
@@ -173,26 +281,58 @@ def _typo(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> No
     if texts:
         path = chance.choice(texts)
         text, at = _at(data, path), chance.randrange(len(_at(data, path)) + 1)
-        _at(data, path[:-1])[path[-1]] = (text[:at] + chance.choice(("", "x", "é", "(", " + ", ".", " "))
-                                          + text[at + 1 :])
+        _at(data, path[:-1])[path[-1]] = (
+            text[:at] + chance.choice(("", "x", "é", "(", " + ", ".", " ")) + text[at + 1 :]
+        )
 
 
 TRAITS = (
-    "body.radius", "body.mass", "locomotion.pace", "metabolism.growth", "defence.toughness", "defence.poison",
-    "reproduction.spread", "policy.weights", "ppo.learning_rate", "ppo.discount", "ppo.entropy",
-    "life.age_max", "reproduction.age_min", "reproduction.energy_min",
-    "reproduction.energy_given", "reproduction.litter", "reproduction.choice", "happiness.energy",
-    "body.count", None, None,
-)  # fmt: skip
-OPERATORS = ("cxOnePoint", "cxTwoPoint", "cxUniform", "cxOrdered", "cxBlend", "mutFlipBit", "mutUniformInt",
-             "mutShuffleIndexes", "mutGaussian",
-             "cxMessyOnePoint", "mut", "nosuch:operator", "math:floor")  # fmt: skip
+    "body.radius",
+    "body.mass",
+    "locomotion.pace",
+    "metabolism.growth",
+    "defence.toughness",
+    "defence.poison",
+    "reproduction.spread",
+    "policy.weights",
+    "ppo.learning_rate",
+    "ppo.discount",
+    "ppo.entropy",
+    "life.age_max",
+    "reproduction.age_min",
+    "reproduction.energy_min",
+    "reproduction.energy_given",
+    "reproduction.litter",
+    "reproduction.choice",
+    "happiness.energy",
+    "body.count",
+    None,
+    None,
+)
+OPERATORS = (
+    "cxOnePoint",
+    "cxTwoPoint",
+    "cxUniform",
+    "cxOrdered",
+    "cxBlend",
+    "mutFlipBit",
+    "mutUniformInt",
+    "mutShuffleIndexes",
+    "mutGaussian",
+    "cxMessyOnePoint",
+    "mut",
+    "nosuch:operator",
+    "math:floor",
+)
 
 
 def _genes(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> None:
     """A genome with a layout of chance, or a change of one that is there."""
-    species = ([v for v in data["species"].values() if isinstance(v, dict)]
-               if isinstance(data.get("species"), dict) else [])
+    species = (
+        [v for v in data["species"].values() if isinstance(v, dict)]
+        if isinstance(data.get("species"), dict)
+        else []
+    )
     if not species:
         return
     one = chance.choice(species)
@@ -204,24 +344,46 @@ def _genes(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> N
     if way == 0 and isinstance(genes, list):
         genes.append(_gene(chance, chance.randrange(100)))
     elif way == 1 and isinstance(genes, list) and genes and isinstance(genes[-1], dict):
-        chance.choice(genes) and genes[-1].update(chance.choice((
-            {"at": chance.choice((0, 3, 10**6, 5 * 10**7))},
-            {"letters": chance.choice((0, 1, 5, 30, 64, 65))},
-            {"code": "additive", "codons": chance.choice((1, 4, 9999))}, {"scale": "log"}, {"whole": True},
-            {"form": "direct"}, {"form": "cosine", "coefficients": chance.choice((1, 5, 10**7))},
-            {"mutation": chance.random()}, {"values": [0.0] * chance.choice((0, 1, 4, 16, 1000))},
-        )))  # fmt: skip
+        chance.choice(genes) and genes[-1].update(
+            chance.choice(
+                (
+                    {"at": chance.choice((0, 3, 10**6, 5 * 10**7))},
+                    {"letters": chance.choice((0, 1, 5, 30, 64, 65))},
+                    {"code": "additive", "codons": chance.choice((1, 4, 9999))},
+                    {"scale": "log"},
+                    {"whole": True},
+                    {"form": "direct"},
+                    {"form": "cosine", "coefficients": chance.choice((1, 5, 10**7))},
+                    {"mutation": chance.random()},
+                    {"values": [0.0] * chance.choice((0, 1, 4, 16, 1000))},
+                )
+            )
+        )
     elif way == 2:
-        genome["alphabet"] = chance.choice(("01", "ACGT", "A", "", "AA", "äöü",
-                                            "".join(map(chr, range(300, 556))), " \n"))
+        genome["alphabet"] = chance.choice(
+            ("01", "ACGT", "A", "", "AA", "äöü", "".join(map(chr, range(300, 556))), " \n")
+        )
     elif way == 3:
-        genome |= chance.choice(({"ploidy": 2}, {"ploidy": 2, "dominance": "mean"}, {"ploidy": 3},
-                                 {"dominance": "greater"}, {"founders": "own"},
-                                 {"loci": chance.choice((1, 10, 5000, 10**7, 5 * 10**7))}))  # fmt: skip
+        genome |= chance.choice(
+            (
+                {"ploidy": 2},
+                {"ploidy": 2, "dominance": "mean"},
+                {"ploidy": 3},
+                {"dominance": "greater"},
+                {"founders": "own"},
+                {"loci": chance.choice((1, 10, 5000, 10**7, 5 * 10**7))},
+            )
+        )
     else:
-        arguments = chance.choice(({}, {"indpb": chance.choice((0, 0.5, 1, 2, "x", -1))},
-                                   {"low": 0, "up": 1, "indpb": 0.5}, {"alpha": 0.5},
-                                   {"up": [1, 2], "indpb": 1.0}))
+        arguments = chance.choice(
+            (
+                {},
+                {"indpb": chance.choice((0, 0.5, 1, 2, "x", -1))},
+                {"low": 0, "up": 1, "indpb": 0.5},
+                {"alpha": 0.5},
+                {"up": [1, 2], "indpb": 1.0},
+            )
+        )
         genome[chance.choice(("mate", "mutate"))] = {"operator": chance.choice(OPERATORS), **arguments}
 
 

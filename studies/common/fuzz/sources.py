@@ -20,22 +20,38 @@ def sources() -> dict[str, tuple[str, Path | None]]:
     with the folder that files are named from."""
     from ecs_eco.config.shipped import shipped
 
-    worlds: dict[str, tuple[str, Path | None]] = {name: (path.read_text(encoding="utf-8"), path.parent)
-                                                  for name, path in shipped().items()}
+    worlds: dict[str, tuple[str, Path | None]] = {
+        name: (path.read_text(encoding="utf-8"), path.parent) for name, path in shipped().items()
+    }
     menagerie = _module("tests/conftest.py").MENAGERIE
     herd = copy.deepcopy(_module("tests/worlds/herd.py").HERD)
     goat = herd["species"]["goat"]
     del goat["components"]  # of the test's own
     goat["genome"]["genes"] = [g for g in goat["genome"]["genes"] if g["name"] != "wool"]
-    return worlds | {"menagerie": (toml(menagerie), None),
-                     "herd": (toml(_without_none(herd) | {"interventions": DONE}), None)}
+    return worlds | {
+        "menagerie": (toml(menagerie), None),
+        "herd": (toml(_without_none(herd) | {"interventions": DONE}), None),
+    }
 
 
 DONE = [  # to the herd
-    {"kind": "cull", "at": 1, "species": "goat", "share": 0.2, "which": "oldest",
-     "region": [15.0, 15.0, 8.0]},
-    {"kind": "add", "at": 1, "every": 2, "until": 4, "species": "grass", "count": 3,
-     "region": [2.0, 2.0, 9.0, 9.0]},
+    {
+        "kind": "cull",
+        "at": 1,
+        "species": "goat",
+        "share": 0.2,
+        "which": "oldest",
+        "region": [15.0, 15.0, 8.0],
+    },
+    {
+        "kind": "add",
+        "at": 1,
+        "every": 2,
+        "until": 4,
+        "species": "grass",
+        "count": 3,
+        "region": [2.0, 2.0, 9.0, 9.0],
+    },
     {"kind": "fence", "at": 2, "line": [[5.0, 5.0], [5.0, 20.0]]},
     {"kind": "set", "at": 3, "set": {"species.goat.metabolism.basal": 0.005}},
     {"kind": "switch", "at": 3, "species": "goat", "learning": False},
@@ -66,16 +82,22 @@ def toml(data: dict[str, Any]) -> str:
             continue
         if section and all(isinstance(v, dict) for v in section.values()):
             for word, part in section.items():
-                lines += ["", f"[{_key(name)}.{_key(word)}]",
-                          *(f"{_key(k)} = {_value(v)}" for k, v in part.items())]
+                lines += [
+                    "",
+                    f"[{_key(name)}.{_key(word)}]",
+                    *(f"{_key(k)} = {_value(v)}" for k, v in part.items()),
+                ]
         else:
             lines += ["", f"[{_key(name)}]", *(f"{_key(k)} = {_value(v)}" for k, v in section.items())]
     return "\n".join(lines) + "\n"
 
 
 def _key(key: Any) -> str:
-    return (key if isinstance(key, str)
-            and re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(str(key), ensure_ascii=False))
+    return (
+        key
+        if isinstance(key, str) and re.fullmatch(r"[A-Za-z0-9_-]+", key)
+        else json.dumps(str(key), ensure_ascii=False)
+    )
 
 
 def _value(x: Any) -> str:

@@ -19,20 +19,29 @@ from studies.common.fuzz.sources import FEW, parsed, sources, toml
 TICKS = 5
 SMALL = {"cells": 2_000, "hidden": 32}  # what accepted worlds are cut down to before they run
 WORDS = (  # kinds of problems, by what they say; the first that fits
-    ("not TOML", "not TOML"), ("not text", "cannot be read"), ("missing", "is missing|is empty"),
-    ("unknown key", "unknown key"), ("wrong type", "wrong type"), ("not finite", "not a finite number"),
+    ("not TOML", "not TOML"),
+    ("not text", "cannot be read"),
+    ("missing", "is missing|is empty"),
+    ("unknown key", "unknown key"),
+    ("wrong type", "wrong type"),
+    ("not finite", "not a finite number"),
     ("out of range", "out of range|not of this form"),
-    ("unknown name", "no .* of this name|has no such|no such|unknown|cannot be imported|has no function|no "
-                     "component|no system"),
-    ("formula", "at character"), ("not a name", "not a name|reserved word"),
-)  # fmt: skip
+    (
+        "unknown name",
+        "no .* of this name|has no such|no such|unknown|cannot be imported|has no function|no "
+        "component|no system",
+    ),
+    ("formula", "at character"),
+    ("not a name", "not a name|reserved word"),
+)
 
 
 def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
     """Counts by kind of one chunk's mutated world files, and the failures in full."""
     folder = Path(tempfile.mkdtemp(prefix="ecs-eco-fuzz-"))
-    items = [(chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i, str(folder))
-             for i in range(files)]
+    items = [
+        (chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i, str(folder)) for i in range(files)
+    ]
     try:
         _warm(chunk["source"])
         outcomes = list(guarded(judge, items, seconds=10.0))
@@ -113,8 +122,12 @@ def judge(item: tuple[str, str, int, str]) -> dict[str, Any]:
         stage = "build"
         return _run(config)
     except Warning as warning:
-        return {"kind": "warning", "stage": stage, "said": traceback.format_exc()[-1500:],
-                "name": str(warning)[:100]}
+        return {
+            "kind": "warning",
+            "stage": stage,
+            "said": traceback.format_exc()[-1500:],
+            "name": str(warning)[:100],
+        }
     except MemoryError as error:
         return {"kind": "too large for the memory", "said": str(error)[:200]}
     except FloatingPointError as error:
@@ -153,16 +166,22 @@ def _less(config: Any) -> dict[str, Any]:
     none of them may be why it would be wrong."""
     less: dict[str, Any] = {}
     for group in ("species", "objects"):
-        less |= {f"{group}.{name}.count": FEW
-                 for name, kind in getattr(config, group).items() if kind.count > FEW}
-    less |= {f"interventions.{i}.count": FEW
-             for i, w in enumerate(config.interventions) if w.kind == "add" and w.count > FEW}
+        less |= {
+            f"{group}.{name}.count": FEW for name, kind in getattr(config, group).items() if kind.count > FEW
+        }
+    less |= {
+        f"interventions.{i}.count": FEW
+        for i, w in enumerate(config.interventions)
+        if w.kind == "add" and w.count > FEW
+    }
     side = min(config.space.size[:2]) / 10
     for name, field in config.fields.items():
         if np.prod([s / field.cell for s in config.space.size]) > SMALL["cells"]:
             less[f"fields.{name}.cell"] = side
-    if (config.terrain is not None
-        and np.prod([s / config.terrain.cell for s in config.space.size[:2]]) > SMALL["cells"]):
+    if (
+        config.terrain is not None
+        and np.prod([s / config.terrain.cell for s in config.space.size[:2]]) > SMALL["cells"]
+    ):
         less["terrain.cell"] = side
     for name, species in config.species.items():
         if any(n > SMALL["hidden"] for n in species.policy.hidden) and not species.policy.file:

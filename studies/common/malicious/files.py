@@ -16,8 +16,19 @@ from studies.common.malicious.ground import EVERY, TICKS, Attack, Ground, cli
 from studies.common.malicious.templates import KEYS, NAMES, put, renamed
 from studies.common.malicious.worlds import mutate, payloads
 
-WORDS = ["manifest.json", "checkpoints", "tick-", "part-", "safetensors", "journal.jsonl", "world.toml",
-         "case-", "`code` does not list", "nobody has allowed", "controls"]
+WORDS = [
+    "manifest.json",
+    "checkpoints",
+    "tick-",
+    "part-",
+    "safetensors",
+    "journal.jsonl",
+    "world.toml",
+    "case-",
+    "`code` does not list",
+    "nobody has allowed",
+    "controls",
+]
 
 
 def _named(ground: Ground) -> Iterator[tuple[str, Callable[[dict[str, Any]], None]]]:
@@ -55,13 +66,20 @@ def checkpoints(ground: Ground) -> Iterator[Attack]:
     or that is a file of another kind."""
     evil = str(ground.home / "path")
     others: dict[str, Any] = {
-        "plain": [[1, "evil:Wool"]], "code": [{"entry": "evil.py", "sha256": "0" * 64}], "folder": evil,
-        "instances": ["evil:Wait"], "systems": ["evil:Wait"], "environment": ["evil:flow"],
+        "plain": [[1, "evil:Wool"]],
+        "code": [{"entry": "evil.py", "sha256": "0" * 64}],
+        "folder": evil,
+        "instances": ["evil:Wait"],
+        "systems": ["evil:Wait"],
+        "environment": ["evil:flow"],
         "intervened": [[1, {"kind": "set", "set": {"systems": ["evil:Wait"]}}]],
-        "causes": ground.texts, "options": {"policies": {"snail": f"{evil}/evil.py"}, "learn": "evil:Wait"},
-    }  # fmt: skip
-    changes = [*_named(ground),
-               *((f"{key} says {str(value)[:40]}", _setting(key, value)) for key, value in others.items())]
+        "causes": ground.texts,
+        "options": {"policies": {"snail": f"{evil}/evil.py"}, "learn": "evil:Wait"},
+    }
+    changes = [
+        *_named(ground),
+        *((f"{key} says {str(value)[:40]}", _setting(key, value)) for key, value in others.items()),
+    ]
     for name in ("os:system", "pydoc:pipepager", "evil:Wool"):
         changes.append((f"a plain component {name}", _setting("plain", [[1, name]])))
     for i, (label, change) in enumerate(changes):
@@ -80,7 +98,8 @@ def checkpoints_by_mutation(ground: Ground, seed: int, number: int) -> Iterator[
         yield _checkpoint(
             ground,
             f"{seed}.{i}: {mutate(part, chance, payloads(ground), ['systems', 'function', 'code', 'plain'])}",
-            meta, i
+            meta,
+            i,
         )
 
 
@@ -96,11 +115,28 @@ def _checkpoint(ground: Ground, label: str, content: Any, turn: int) -> Attack:
         path.write_bytes(content)
     else:
         file.write(path, content, ground.checkpoint[1])
-    more = [("resume", cli("resume", run, "--until", str(TICKS + 2), "-q", "--no-report")),
-            ("fork", lambda: _none(fork(run, ground.new(), TICKS, ["species.snail.metabolism.basal=0.02"],
-                                        TICKS + 2, report=False, complain=lambda text: None)))]  # fmt: skip
-    return Attack(f"a checkpoint: {label}", WORDS,
-                  [("restore", lambda: _none(World.restore(path).run(1))), more[turn % 2]])
+    more = [
+        ("resume", cli("resume", run, "--until", str(TICKS + 2), "-q", "--no-report")),
+        (
+            "fork",
+            lambda: _none(
+                fork(
+                    run,
+                    ground.new(),
+                    TICKS,
+                    ["species.snail.metabolism.basal=0.02"],
+                    TICKS + 2,
+                    report=False,
+                    complain=lambda text: None,
+                )
+            ),
+        ),
+    ]
+    return Attack(
+        f"a checkpoint: {label}",
+        WORDS,
+        [("restore", lambda: _none(World.restore(path).run(1))), more[turn % 2]],
+    )
 
 
 def _none(_: Any) -> None:
@@ -115,16 +151,24 @@ def manifests(ground: Ground) -> Iterator[Attack]:
     for i, (label, change) in enumerate(_named(ground)):
         yield _manifest(ground, label, change, i)
     evil = str(ground.home / "path" / "evil.py")
-    others: dict[str, Any] = {"policies": evil, "weights": {"snail": "0" * 64}, "controls": ["evil:Wait"],
-                              "code": [{"entry": evil, "sha256": ""}],
-                              "command": ground.texts[1], "causes": ground.texts,
-                              "colors": {"snail": ground.texts[0]}, "world": ground.texts[0],
-                              "genomes": ground.texts, "versions": {"python": ground.texts[0]},
-                              "species": ground.texts, "id": ground.texts[3],
-                              "intervened": [[1, {"kind": "set", "set": {
-                                  "species.snail.genome.mutate.operator": "pydoc:pipepager"
-                              }}]],
-                              "forked": {"from": evil, "tick": 1}}  # fmt: skip
+    others: dict[str, Any] = {
+        "policies": evil,
+        "weights": {"snail": "0" * 64},
+        "controls": ["evil:Wait"],
+        "code": [{"entry": evil, "sha256": ""}],
+        "command": ground.texts[1],
+        "causes": ground.texts,
+        "colors": {"snail": ground.texts[0]},
+        "world": ground.texts[0],
+        "genomes": ground.texts,
+        "versions": {"python": ground.texts[0]},
+        "species": ground.texts,
+        "id": ground.texts[3],
+        "intervened": [
+            [1, {"kind": "set", "set": {"species.snail.genome.mutate.operator": "pydoc:pipepager"}}]
+        ],
+        "forked": {"from": evil, "tick": 1},
+    }
     for i, (key, value) in enumerate(others.items()):
         yield _manifest(ground, f"{key} says {str(value)[:40]}", _setting(key, value), i)
 
@@ -135,8 +179,12 @@ def manifests_by_mutation(ground: Ground, seed: int, number: int) -> Iterator[At
         chance = random.Random(seed * 1_000_000 + i)
 
         def change(data: dict[str, Any], chance: random.Random = chance) -> None:
-            mutate(data if chance.random() < 0.4 else data["config"], chance, payloads(ground),
-                   ["systems", "function", "code", "controls"])
+            mutate(
+                data if chance.random() < 0.4 else data["config"],
+                chance,
+                payloads(ground),
+                ["systems", "function", "code", "controls"],
+            )
 
         yield _manifest(ground, f"{seed}.{i}", change, i)
 
@@ -155,13 +203,16 @@ def _manifest(ground: Ground, label: str, change: Callable[[dict[str, Any]], Non
 def _of_run(ground: Ground, run: Path, turn: int) -> list[tuple[str, Callable[[], Any]]]:
     """What is done with a recorded run: three of these, which go by turns."""
     out = ground.new()
-    every = [("repeat", cli("repeat", run, "-q")), ("why", cli("why", run, "--out", out / "why")),
-             ("resume", cli("resume", run, "--until", str(TICKS + EVERY), "-q", "--no-report")),
-             ("lineage", cli("lineage", run)),
-             ("picture", cli("picture", run, out / "tick.png", "-q", "--size", "320x320")),
-             ("watch", lambda: _watched(run)),
-             ("picture of an organism", cli("picture", run, out / "snail.png", "-q", "--organism", "1")),
-             ("report", cli("report", run, "--out", out / "report"))]  # fmt: skip
+    every = [
+        ("repeat", cli("repeat", run, "-q")),
+        ("why", cli("why", run, "--out", out / "why")),
+        ("resume", cli("resume", run, "--until", str(TICKS + EVERY), "-q", "--no-report")),
+        ("lineage", cli("lineage", run)),
+        ("picture", cli("picture", run, out / "tick.png", "-q", "--size", "320x320")),
+        ("watch", lambda: _watched(run)),
+        ("picture of an organism", cli("picture", run, out / "snail.png", "-q", "--organism", "1")),
+        ("report", cli("report", run, "--out", out / "report")),
+    ]
     return [every[(3 * turn + k) % len(every)] for k in range(3)]
 
 
@@ -206,13 +257,19 @@ def _pickled_type(path: Path, pickled: bytes) -> bytes:
     table, metadata_of = pq.read_table(path), pq.read_metadata(path).metadata
     kept = {k: v for k, v in metadata_of.items() if k.startswith(b"ecs-eco") and k != seal.KEY.encode()}
     name = table.schema.names[0]
-    field = pa.field(name, table.schema.field(0).type, metadata={
-        "ARROW:extension:name": "arrow.py_extension_type", "ARROW:extension:metadata": pickled
-    })
+    field = pa.field(
+        name,
+        table.schema.field(0).type,
+        metadata={"ARROW:extension:name": "arrow.py_extension_type", "ARROW:extension:metadata": pickled},
+    )
     memory = pa.BufferOutputStream()
     with pq.ParquetWriter(memory, table.schema.set(0, field).with_metadata(None)) as writer:
-        writer.write_table(pa.table(dict(zip(table.schema.names, table.columns, strict=True)),
-                                    schema=table.schema.set(0, field).with_metadata(None)))
+        writer.write_table(
+            pa.table(
+                dict(zip(table.schema.names, table.columns, strict=True)),
+                schema=table.schema.set(0, field).with_metadata(None),
+            )
+        )
         writer.add_key_value_metadata(
             {k.decode(): v.decode() for k, v in kept.items()} | {seal.KEY: seal.BLANK}
         )
@@ -224,23 +281,49 @@ def policies(ground: Ground) -> Iterator[Attack]:
     import numpy as np
     from safetensors.numpy import save
 
-    head = save({"a": np.zeros(3, np.float32)},
-                {"format": "pt", "code": ground.texts[0], "__class__": "evil:Wait"})
+    head = save(
+        {"a": np.zeros(3, np.float32)}, {"format": "pt", "code": ground.texts[0], "__class__": "evil:Wait"}
+    )
     for label, blob in {**ground.blobs, "weights that name code": head}.items():
         folder = ground.new()
         folder.mkdir()
         for species in ("deer", "wolf"):
             (folder / f"{species}.safetensors").write_bytes(blob)
         few = [w for name in ("grass", "deer", "wolf") for w in ("--set", f"species.{name}.count=4")]
-        run = cli("run", "predator-prey", *few, "--ticks", "2", "-q", "--no-report", "--out", folder / "out",
-                  "--policies", folder)
-        check = cli("check", "predator-prey", "--set",
-                    f'species.deer.policy.file="{folder}/deer.safetensors"')
-        named = cli("run", "predator-prey", *few, "--ticks", "2", "-q", "--no-report", "--out",
-                    folder / "out2", "--set",
-                    f'species.deer.policy.file="{folder}/deer.safetensors"')  # fmt: skip
-        yield Attack(f"a policy: {label}", WORDS,
-                     [("--policies", run), ("check of a world that names it", check), ("run of it", named)])
+        run = cli(
+            "run",
+            "predator-prey",
+            *few,
+            "--ticks",
+            "2",
+            "-q",
+            "--no-report",
+            "--out",
+            folder / "out",
+            "--policies",
+            folder,
+        )
+        check = cli(
+            "check", "predator-prey", "--set", f'species.deer.policy.file="{folder}/deer.safetensors"'
+        )
+        named = cli(
+            "run",
+            "predator-prey",
+            *few,
+            "--ticks",
+            "2",
+            "-q",
+            "--no-report",
+            "--out",
+            folder / "out2",
+            "--set",
+            f'species.deer.policy.file="{folder}/deer.safetensors"',
+        )
+        yield Attack(
+            f"a policy: {label}",
+            WORDS,
+            [("--policies", run), ("check of a world that names it", check), ("run of it", named)],
+        )
 
 
 # --- journals of searches
@@ -252,11 +335,17 @@ def journals(ground: Ground) -> Iterator[Attack]:
     for name in ("evil:judge", "os:system", *ground.texts[:4]):
         for change in ({"objective": name}, {"world": name}, {"optimiser": name}):
             yield _journal(ground, f"its head says {change}", [lines[0] | change, *lines[1:]])
-        yield _journal(ground, f"values name {name[:30]}", [
-            *lines[:1], *(e | {"values": {"species.snail.genome.mutate.operator": name}} for e in lines[1:])
-        ])
-        yield _journal(ground, f"a score that is {name[:30]}",
-                       [*lines[:1], *(e | {"score": name} for e in lines[1:])])
+        yield _journal(
+            ground,
+            f"values name {name[:30]}",
+            [
+                *lines[:1],
+                *(e | {"values": {"species.snail.genome.mutate.operator": name}} for e in lines[1:]),
+            ],
+        )
+        yield _journal(
+            ground, f"a score that is {name[:30]}", [*lines[:1], *(e | {"score": name} for e in lines[1:])]
+        )
     for label, blob in ground.blobs.items():
         yield _journal(ground, f"is {label}", blob)
 
@@ -265,14 +354,29 @@ def journals_by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Att
     """A journal with a payload at some place."""
     for i in range(number):
         chance, lines = random.Random(seed * 1_000_000 + i), copy.deepcopy(_searched(ground)[1])
-        where = mutate(chance.choice(lines), chance, payloads(ground),
-                       ["objective", "values", "operator", "function"])
+        where = mutate(
+            chance.choice(lines), chance, payloads(ground), ["objective", "values", "operator", "function"]
+        )
         yield _journal(ground, f"{seed}.{i}: {where}", lines)
 
 
-SEARCH = ("--trials", "1", "--ticks", "2", "--workers", "1", "-q", "--range",
-          "species.snail.body.radius=0.05:0.2", "--world-seeds", "1",
-          "--confirm-world-seeds", "1", "--confirm-training-seeds", "1")  # fmt: skip
+SEARCH = (
+    "--trials",
+    "1",
+    "--ticks",
+    "2",
+    "--workers",
+    "1",
+    "-q",
+    "--range",
+    "species.snail.body.radius=0.05:0.2",
+    "--world-seeds",
+    "1",
+    "--confirm-world-seeds",
+    "1",
+    "--confirm-training-seeds",
+    "1",
+)
 
 
 @cache
@@ -302,5 +406,8 @@ def _journal(ground: Ground, label: str, content: Any) -> Attack:
         for entry in content[1:]:
             journal.add(**entry) if isinstance(entry.get("kind"), str) else journal._append(entry)
     again = [w if w != "1" or SEARCH[i - 1] != "--trials" else "2" for i, w in enumerate(SEARCH)]
-    return Attack(f"a journal: {label}", [*WORDS, "--out"],
-                  [("search goes on", cli("search", whole, *again, "--out", folder))])
+    return Attack(
+        f"a journal: {label}",
+        [*WORDS, "--out"],
+        [("search goes on", cli("search", whole, *again, "--out", folder))],
+    )

@@ -23,15 +23,18 @@ from studies.common.malicious.templates import PAYLOAD, world_of
 
 TICKS, EVERY = 6, 2
 MODULES = ("evil", "evilpackage")
-REFUSED, UNNAMED, ACCEPTED, TRACEBACK = ("refused by name", "refused without a name", "accepted, harmless",
-                                         "traceback")
+REFUSED, UNNAMED, ACCEPTED, TRACEBACK = (
+    "refused by name",
+    "refused without a name",
+    "accepted, harmless",
+    "traceback",
+)
 KINDS = (REFUSED, ACCEPTED, UNNAMED, TRACEBACK)
 
 
 @dataclass(frozen=True)
 class Attack:
-    """One malicious file or message: what is done with it, and the words of which a refusal has to say one.
-    """
+    """One malicious file or message: what is done with it, and the words of which a refusal has to say one."""
 
     label: str
     words: Sequence[str]
@@ -95,20 +98,34 @@ class Ground:
             file.writestr("archive/data.pkl", pickled)
             file.writestr("archive/version", "3")
         script = f"#!/bin/sh\n{self.shell}\n".encode()
-        return {"a pickle": pickled, "an npy file of objects": array.getvalue(),
-                "an npz file of objects": arrays.getvalue(), "a file of torch": torch_.getvalue(),
-                "a Python file": self.text.encode(), "a script": script}  # fmt: skip
+        return {
+            "a pickle": pickled,
+            "an npy file of objects": array.getvalue(),
+            "an npz file of objects": arrays.getvalue(),
+            "a file of torch": torch_.getvalue(),
+            "a Python file": self.text.encode(),
+            "a script": script,
+        }
 
     @cached_property
     def texts(self) -> list[str]:
         """Texts that some reader of texts would run."""
         python = f"__import__('os').system('{self.shell}')"
-        return [python, f"$({self.shell})", f"`{self.shell}`", f"|{self.shell}", f"; {self.shell};",
-                "{" + python + "}", "{{" + python + "}}",
-                f"!!python/object/apply:os.system ['{self.shell}']", f"file://{self.marks}/../path/evil.py",
-                f"lambda: {python}",
-                f"\\immediate\\write18{{{self.shell}}}", f"<script>fetch('{self.shell}')</script>",
-                f"\x1b]0;{self.shell}\x07"]  # fmt: skip
+        return [
+            python,
+            f"$({self.shell})",
+            f"`{self.shell}`",
+            f"|{self.shell}",
+            f"; {self.shell};",
+            "{" + python + "}",
+            "{{" + python + "}}",
+            f"!!python/object/apply:os.system ['{self.shell}']",
+            f"file://{self.marks}/../path/evil.py",
+            f"lambda: {python}",
+            f"\\immediate\\write18{{{self.shell}}}",
+            f"<script>fetch('{self.shell}')</script>",
+            f"\x1b]0;{self.shell}\x07",
+        ]
 
     # --- harmless files
 
@@ -122,8 +139,14 @@ class Ground:
         """A recorded run of the garden, with checkpoints."""
         from ecs_eco.record import run_to_folder
 
-        run_to_folder(self.garden, ticks=TICKS, out=self.home / "run", report=False, snapshot_every=EVERY,
-                      checkpoint_every=EVERY)
+        run_to_folder(
+            self.garden,
+            ticks=TICKS,
+            out=self.home / "run",
+            report=False,
+            snapshot_every=EVERY,
+            checkpoint_every=EVERY,
+        )
         return self.home / "run"
 
     @cached_property
@@ -146,8 +169,12 @@ def ground() -> Iterator[Ground]:
     and leave a mark, and none of the modules that this process took from worlds before."""
     from ecs_eco.engine import trust
 
-    before, allowed, path, config = (Path.cwd(), set(trust._here), list(sys.path),
-                                     os.environ.get("XDG_CONFIG_HOME"))
+    before, allowed, path, config = (
+        Path.cwd(),
+        set(trust._here),
+        list(sys.path),
+        os.environ.get("XDG_CONFIG_HOME"),
+    )
     modules = {name: sys.modules.pop(name) for name in _loaded()}
     with tempfile.TemporaryDirectory(prefix="ecs-eco-malicious-") as folder:
         home = Path(folder).resolve()
@@ -206,8 +233,13 @@ def judged(ground: Ground, attack: Attack) -> dict[str, Any]:
         if kind in (UNNAMED, TRACEBACK):
             outputs.append([name, kind, text[-700:]])
     loaded = _forgotten()
-    return {"label": attack.label, "counts": counts, "marks": ground.marked(), "imported": loaded,
-            "said": outputs}
+    return {
+        "label": attack.label,
+        "counts": counts,
+        "marks": ground.marked(),
+        "imported": loaded,
+        "said": outputs,
+    }
 
 
 def _forgotten() -> list[str]:

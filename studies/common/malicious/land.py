@@ -20,10 +20,39 @@ from studies.common.malicious.templates import world_of
 
 HEAD = "ncols 4\nnrows 4\nxllcorner 0\nyllcorner 0\ncellsize 5\nNODATA_value -9999\n"
 ROWS = "1 2 3 4\n" * 4
-RASTERS = (".tif", ".tiff", ".hgt", ".dem", ".dt0", ".dt1", ".dt2", ".vrt", ".img", ".nc", ".asc", ".grd",
-           ".npz", ".jp2", ".zarr", ".gpkg", "")  # fmt: skip
-LAYERS = (".gpkg", ".shp", ".fgb", ".geojson", ".json", ".gml", ".kml", ".csv", ".vrt", ".sqlite", ".gpx",
-          ".zip")  # fmt: skip
+RASTERS = (
+    ".tif",
+    ".tiff",
+    ".hgt",
+    ".dem",
+    ".dt0",
+    ".dt1",
+    ".dt2",
+    ".vrt",
+    ".img",
+    ".nc",
+    ".asc",
+    ".grd",
+    ".npz",
+    ".jp2",
+    ".zarr",
+    ".gpkg",
+    "",
+)
+LAYERS = (
+    ".gpkg",
+    ".shp",
+    ".fgb",
+    ".geojson",
+    ".json",
+    ".gml",
+    ".kml",
+    ".csv",
+    ".vrt",
+    ".sqlite",
+    ".gpx",
+    ".zip",
+)
 RING = [[1, 1], [9, 1], [9, 9], [1, 1]]
 
 
@@ -105,24 +134,45 @@ def _attack(
 def _rasters(ground: Ground) -> Iterator[tuple[str, dict[str, Any], dict[str, bytes | None]]]:
     here = address(ground)
     source = f"<SourceFilename>/vsicurl/http://{here}/x.tif</SourceFilename><SourceBand>1</SourceBand>"
-    virtual = ('<VRTDataset rasterXSize="4" rasterYSize="4"><VRTRasterBand dataType="Float32" band="1">'
-               f"<SimpleSource>{source}</SimpleSource></VRTRasterBand></VRTDataset>").encode()  # fmt: skip
+    virtual = (
+        '<VRTDataset rasterXSize="4" rasterYSize="4"><VRTRasterBand dataType="Float32" band="1">'
+        f"<SimpleSource>{source}</SimpleSource></VRTRasterBand></VRTDataset>"
+    ).encode()
     for kind in RASTERS:
         yield f"a virtual raster named {kind}", {"raster": f"a{kind}"}, {f"a{kind}": virtual}
-    elsewhere = [f"http://{here}/a.tif", f"/vsicurl/http://{here}/a.tif", f"vrt://http://{here}/a.tif",
-                 f"/vsizip//vsicurl/http://{here}/a.zip", f"WMS:http://{here}/",
-                 f"GTIFF_DIR:1:http://{here}/a.tif", "../other.asc", str(ground.home / "path" / "evil.py"),
-                 "/proc/self/environ", "/dev/stdin", ".", "matplotlib:../numpy/__init__.py",
-                 "matplotlib:/etc/hostname", "a\nb.asc", "\x1b[2J.asc"]  # fmt: skip
+    elsewhere = [
+        f"http://{here}/a.tif",
+        f"/vsicurl/http://{here}/a.tif",
+        f"vrt://http://{here}/a.tif",
+        f"/vsizip//vsicurl/http://{here}/a.zip",
+        f"WMS:http://{here}/",
+        f"GTIFF_DIR:1:http://{here}/a.tif",
+        "../other.asc",
+        str(ground.home / "path" / "evil.py"),
+        "/proc/self/environ",
+        "/dev/stdin",
+        ".",
+        "matplotlib:../numpy/__init__.py",
+        "matplotlib:/etc/hostname",
+        "a\nb.asc",
+        "\x1b[2J.asc",
+    ]
     for name in elsewhere:
         yield f"raster = {name}", {"raster": name}, {}
         yield f"cover = {name}", {"cover": name}, {}
     for kind in (".npz", ".asc", ".grd", ".tif", ".hgt"):
         yield f"a pipe named {kind}", {"raster": f"a{kind}"}, {f"a{kind}": None}
     yield "a pipe for a coordinate system", {}, {"plain.prj": None}
-    for crs in (f"http://{here}/crs", f"+proj=utm +zone=16 +nadgrids=http://{here}/g.tif +type=crs",
-                f'{{"$schema": "http://{here}/s", "type": "GeographicCRS"}}', "+proj=longlat +nadgrids=a.asc",
-                "world.toml", "EPSG:0", "GEOGCS[", "{"):  # fmt: skip
+    for crs in (
+        f"http://{here}/crs",
+        f"+proj=utm +zone=16 +nadgrids=http://{here}/g.tif +type=crs",
+        f'{{"$schema": "http://{here}/s", "type": "GeographicCRS"}}',
+        "+proj=longlat +nadgrids=a.asc",
+        "world.toml",
+        "EPSG:0",
+        "GEOGCS[",
+        "{",
+    ):
         yield f"crs = {crs}", {"crs": crs}, {}
         yield f"prj with {crs}", {}, {"plain.prj": crs.encode()}
     yield from _numbers(ground)
@@ -130,10 +180,17 @@ def _rasters(ground: Ground) -> Iterator[tuple[str, dict[str, Any], dict[str, by
 
 def _numbers(ground: Ground) -> Iterator[tuple[str, dict[str, Any], dict[str, bytes | None]]]:
     """Heads, values and axes of rasters that no land has."""
-    for old, new in (("xllcorner 0", "xllcorner 1e17"), ("yllcorner 0", "yllcorner -1e17"),
-                     ("cellsize 5", "cellsize 1e-300"), ("cellsize 5", "cellsize 1e17"),
-                     ("cellsize 5", "cellsize nan"), ("ncols 4", "ncols 1e17"), ("ncols 4", "ncols -4"),
-                     ("ncols 4", "ncols 4.5"), ("NODATA_value -9999", "NODATA_value nan")):  # fmt: skip
+    for old, new in (
+        ("xllcorner 0", "xllcorner 1e17"),
+        ("yllcorner 0", "yllcorner -1e17"),
+        ("cellsize 5", "cellsize 1e-300"),
+        ("cellsize 5", "cellsize 1e17"),
+        ("cellsize 5", "cellsize nan"),
+        ("ncols 4", "ncols 1e17"),
+        ("ncols 4", "ncols -4"),
+        ("ncols 4", "ncols 4.5"),
+        ("NODATA_value -9999", "NODATA_value nan"),
+    ):
         grid = (HEAD.replace(old, new) + ROWS).encode()
         yield f"a grid with {new}", {"raster": "a.asc"}, {"a.asc": grid}
     for value in ("1e308", "-1e308", "1e400", "inf", "nan", "1_0", "0x10"):
@@ -142,10 +199,13 @@ def _numbers(ground: Ground) -> Iterator[tuple[str, dict[str, Any], dict[str, by
         yield f"a cover of {value}", {"cover": "a.asc", "classes": {"wood": {"codes": [3]}}}, {"a.asc": grid}
     axes: tuple[dict[str, Any], ...] = (
         {"latitude": [91.0, 92, 93, 94], "longitude": [1.0, 2, 3, 4]},
-        {"y": [1.0, 1, 1, 1], "x": [1.0, 1, 1, 1]}, {"y": [np.nan] * 4, "x": [1.0, 2, 3, 4]},
-        {"y": [-1e308, 0, 1, 1e308], "x": [1.0, 2, 3, 4]}, {"dx": np.inf, "dy": 1.0},
-        {"dx": 1e-320, "dy": 1.0}, {"dx": 5.0, "dy": 5.0, "xmin": np.nan, "ymin": 0.0, "ymax": 20.0},
-    )  # fmt: skip
+        {"y": [1.0, 1, 1, 1], "x": [1.0, 1, 1, 1]},
+        {"y": [np.nan] * 4, "x": [1.0, 2, 3, 4]},
+        {"y": [-1e308, 0, 1, 1e308], "x": [1.0, 2, 3, 4]},
+        {"dx": np.inf, "dy": 1.0},
+        {"dx": 1e-320, "dy": 1.0},
+        {"dx": 5.0, "dy": 5.0, "xmin": np.nan, "ymin": 0.0, "ymax": 20.0},
+    )
     for each in axes:
         yield f"axes {each}", {"raster": "a.npz"}, {"a.npz": _npz(ground, **each)}
 
@@ -157,23 +217,54 @@ def _layers(ground: Ground) -> Iterator[tuple[str, dict[str, Any], dict[str, byt
     for kind in LAYERS:
         yield f"a virtual layer named {kind}", _naming(f"layer{kind}"), {f"layer{kind}": virtual}
         yield f"a pipe named {kind}", _naming(f"layer{kind}"), {f"layer{kind}": None}
-    for name in (f"http://{here}/a.geojson", f"/vsicurl/http://{here}/a.gpkg", f"WFS:http://{here}/",
-                 f"PG:host={here}", "../other.gpkg", "/proc/self/environ", "."):  # fmt: skip
+    for name in (
+        f"http://{here}/a.geojson",
+        f"/vsicurl/http://{here}/a.gpkg",
+        f"WFS:http://{here}/",
+        f"PG:host={here}",
+        "../other.gpkg",
+        "/proc/self/environ",
+        ".",
+    ):
         yield f"layer {name}", {"layers": [{"file": name, "make": "roads"}]}, {}
     named = [{"type": "name", "properties": {"name": name}} for name in (f"http://{here}/crs", 7)]
-    for crs in ({"type": "link", "properties": {"href": f"http://{here}/crs", "type": "proj4"}},
-                {"type": "url", "properties": {"url": f"http://{here}/crs"}}, {"type": "name"}, 7,
-                "EPSG:4326", *named):  # fmt: skip
+    for crs in (
+        {"type": "link", "properties": {"href": f"http://{here}/crs", "type": "proj4"}},
+        {"type": "url", "properties": {"url": f"http://{here}/crs"}},
+        {"type": "name"},
+        7,
+        "EPSG:4326",
+        *named,
+    ):
         yield f"GeoJSON whose crs is {crs}", _naming("layer.json"), {"layer.json": _geojson(RING, crs=crs)}
-    rings: tuple[Any, ...] = ([[1e300, 0], [0, 1], [1, 1]], [[0, 95], [1e6, 95], [1, -95]], [["x", 0]],
-                              [[None, 1]], [[]], [], 7, None, [[1]], [[10**400, 1]], [[True, False]],
-                              [[[1, 2]]], {})  # fmt: skip
+    rings: tuple[Any, ...] = (
+        [[1e300, 0], [0, 1], [1, 1]],
+        [[0, 95], [1e6, 95], [1, -95]],
+        [["x", 0]],
+        [[None, 1]],
+        [[]],
+        [],
+        7,
+        None,
+        [[1]],
+        [[10**400, 1]],
+        [[True, False]],
+        [[[1, 2]]],
+        {},
+    )
     for ring in rings:
         yield f"GeoJSON of {str(ring)[:40]}", _naming("layer.json"), {"layer.json": _geojson(ring)}
     algorithm = {"type": "gdal_streamed_alg", "command_line": f"gdal vector read http://{here}/x"}
-    for text in (b"{", b"{}", b'{"type": "FeatureCollection"}', json.dumps(algorithm).encode(),
-                 b'{"type": "Feature", "geometry": {"type": "Curve"}}', b'{"type":' + b"[" * 100_000,
-                 b'{"type": "FeatureCollection", "features": 7}', b"{\xff}"):  # fmt: skip
+    for text in (
+        b"{",
+        b"{}",
+        b'{"type": "FeatureCollection"}',
+        json.dumps(algorithm).encode(),
+        b'{"type": "Feature", "geometry": {"type": "Curve"}}',
+        b'{"type":' + b"[" * 100_000,
+        b'{"type": "FeatureCollection", "features": 7}',
+        b"{\xff}",
+    ):
         yield f"GeoJSON {text[:40]!r}", _naming("layer.json"), {"layer.json": text}
 
 
@@ -202,8 +293,17 @@ def _harmless(ground: Ground) -> dict[str, bytes]:
         return out
     folder = ground.new()
     folder.mkdir()
-    with rasterio.open(folder / "a.tif", "w", driver="GTiff", width=4, height=4, count=1, dtype="float32",
-                       crs="EPSG:32616", transform=rasterio.Affine(5, 0, 0, 0, -5, 20)) as file:  # fmt: skip
+    with rasterio.open(
+        folder / "a.tif",
+        "w",
+        driver="GTiff",
+        width=4,
+        height=4,
+        count=1,
+        dtype="float32",
+        crs="EPSG:32616",
+        transform=rasterio.Affine(5, 0, 0, 0, -5, 20),
+    ) as file:
         file.write(np.arange(16, dtype=np.float32).reshape(4, 4), 1)
     line = bytes.fromhex("0102000000020000000000000000000000000000000000000000000000000014400000000000001440")
     for name in ("layer.gpkg", "layer.fgb", "layer.shp"):

@@ -17,13 +17,26 @@ from studies.common.malicious.worlds import mutate, payloads
 MESSAGES: list[dict[str, Any]] = [
     {"kind": "act", "what": {"kind": "set", "set": {"species.snail.metabolism.basal": 0.01}}},
     {"kind": "act", "what": {"kind": "add", "species": "snail", "count": 1, "genome": {"g": 0.5}}},
-    {"kind": "act", "what": {"kind": "cull", "species": "snail", "count": 1, "which": "oldest",
-                             "region": [1.0, 1.0, 2.0]}},
+    {
+        "kind": "act",
+        "what": {
+            "kind": "cull",
+            "species": "snail",
+            "count": 1,
+            "which": "oldest",
+            "region": [1.0, 1.0, 2.0],
+        },
+    },
     {"kind": "act", "what": {"kind": "switch", "species": "snail", "reproduction": False}},
-    {"kind": "params"}, {"kind": "select", "uid": 1}, {"kind": "colour", "by": "energy"},
-    {"kind": "speed", "value": 10.0}, {"kind": "step", "ticks": 1},
-    {"kind": "seek", "tick": 2}, {"kind": "fill", "uid": 1}, {"kind": "ack", "frame": 1},
-]  # fmt: skip
+    {"kind": "params"},
+    {"kind": "select", "uid": 1},
+    {"kind": "colour", "by": "energy"},
+    {"kind": "speed", "value": 10.0},
+    {"kind": "step", "ticks": 1},
+    {"kind": "seek", "tick": 2},
+    {"kind": "fill", "uid": 1},
+    {"kind": "ack", "frame": 1},
+]
 
 
 class Page:
@@ -46,8 +59,11 @@ class Page:
         while self.player.inbox:
             self.player._answer(*self.player.inbox.popleft())
         self.player._serve(1e12)
-        return "\n".join(f"{m.get('field')}: {m['text']}"
-                         for m in self.received if m["kind"] == "said" and m["level"] == "error")
+        return "\n".join(
+            f"{m.get('field')}: {m['text']}"
+            for m in self.received
+            if m["kind"] == "said" and m["level"] == "error"
+        )
 
 
 def by_hand(ground: Ground) -> Iterator[Attack]:
@@ -57,8 +73,9 @@ def by_hand(ground: Ground) -> Iterator[Attack]:
         for k, name in enumerate(("evil:feel", "os:system", NAMES[i % len(NAMES)])):
             value = renamed(pattern, name, ground.shell)
             whole = key.rpartition(".")[0] if isinstance(value, dict) else key
-            yield attack(ground, {"kind": "act",
-                                  "what": {"kind": "set", "set": {whole: value} if k else {key: name}}})
+            yield attack(
+                ground, {"kind": "act", "what": {"kind": "set", "set": {whole: value} if k else {key: name}}}
+            )
     for text in ("evil:Wait", "os:system", *ground.texts):
         yield attack(ground, {"kind": text})
         yield attack(ground, {"kind": "colour", "by": f"gene:{text}"})
@@ -70,8 +87,12 @@ def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
     for i in range(number):
         chance = random.Random(seed * 1_000_000 + i)
         message = copy.deepcopy(chance.choice(MESSAGES))
-        mutate(message, chance, payloads(ground),
-               ["function", "operator", "code", "set", "kind", "what", "species"])
+        mutate(
+            message,
+            chance,
+            payloads(ground),
+            ["function", "operator", "code", "set", "kind", "what", "species"],
+        )
         yield attack(ground, message)
 
 
@@ -79,10 +100,22 @@ def attack(ground: Ground, message: dict[str, Any]) -> Attack:
     """A message to a page's player of a living world, then of a recording."""
     kind = str(message.get("kind"))[:40]
     live, recorded = _players(ground)
-    return Attack(json.dumps(message)[:150], ["set.", "kind", "act", "species", kind, "what",
-                                              "unknown request", "search", "which", "intervention"],
-                  [("a living world", lambda: live.ask(message)),
-                   ("a recording", lambda: recorded.ask(message))])  # fmt: skip
+    return Attack(
+        json.dumps(message)[:150],
+        [
+            "set.",
+            "kind",
+            "act",
+            "species",
+            kind,
+            "what",
+            "unknown request",
+            "search",
+            "which",
+            "intervention",
+        ],
+        [("a living world", lambda: live.ask(message)), ("a recording", lambda: recorded.ask(message))],
+    )
 
 
 @cache

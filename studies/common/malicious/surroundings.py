@@ -25,12 +25,43 @@ done = CliRunner().invoke(app, ["check", sys.argv[1]])
 assert done.exit_code == 0, done.output
 print(" ".join(sorted(sys.modules)))
 """
-SHADOWS = ("json.py", "numpy.py", "sitecustomize.py", "usercustomize.py", "typing_extensions.py",
-           "ecs_eco.py", "conftest.py")
+SHADOWS = (
+    "json.py",
+    "numpy.py",
+    "sitecustomize.py",
+    "usercustomize.py",
+    "typing_extensions.py",
+    "ecs_eco.py",
+    "conftest.py",
+)
 COMMAND = Path(sys.executable).with_name("ecs-eco")
-NAMES = sorted({*sys.stdlib_module_names, "numpy", "numba", "torch", "pyarrow", "pydantic", "scipy", "typer",
-                "rich", "esper", "deap", "safetensors", "optuna", "matplotlib", "ray", "uvicorn", "starlette",
-                "rasterio", "pyogrio", "sitecustomize", "components", "systems", "ecs_eco"})  # fmt: skip
+NAMES = sorted(
+    {
+        *sys.stdlib_module_names,
+        "numpy",
+        "numba",
+        "torch",
+        "pyarrow",
+        "pydantic",
+        "scipy",
+        "typer",
+        "rich",
+        "esper",
+        "deap",
+        "safetensors",
+        "optuna",
+        "matplotlib",
+        "ray",
+        "uvicorn",
+        "starlette",
+        "rasterio",
+        "pyogrio",
+        "sitecustomize",
+        "components",
+        "systems",
+        "ecs_eco",
+    }
+)
 """Of modules that would hide Python's own, those of libraries, or this package."""
 
 
@@ -40,19 +71,26 @@ def folders(ground: Ground) -> Iterator[Attack]:
     place = ground.beside()
     for name in SHADOWS:
         (place / name).write_text(ground.text, encoding="utf-8")
-    (place / "matplotlibrc").write_text("text.usetex: True\nbackend: module://evil\nsavefig.format: pgf\n"
-                                        "mathtext.fontset: stix\n", encoding="utf-8")
+    (place / "matplotlibrc").write_text(
+        "text.usetex: True\nbackend: module://evil\nsavefig.format: pgf\nmathtext.fontset: stix\n",
+        encoding="utf-8",
+    )
     (place / ".numba_config.yaml").write_text(f"cache_dir: {place}\ndisable_jit: 1\n", encoding="utf-8")
     (place / "world.toml").write_text(as_toml(world_of("systems.*", code=["evil.py"])), encoding="utf-8")
     tools = _tools(ground)
-    for words in (["check", "world.toml"], ["report", str(ground.run), "--out", "out"],
-                  ["picture", str(ground.run), "tick.png"], ["draw", "predator-prey", "--out", "drawn.png"],
-                  ["why", str(ground.run), "--out", "why"]):  # fmt: skip
+    for words in (
+        ["check", "world.toml"],
+        ["report", str(ground.run), "--out", "out"],
+        ["picture", str(ground.run), "tick.png"],
+        ["draw", "predator-prey", "--out", "drawn.png"],
+        ["why", str(ground.run), "--out", "why"],
+    ):
         environment = {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}"}
 
         def attempt(words: list[str] = words, environment: dict[str, str] = environment) -> str:
-            done = subprocess.run([str(COMMAND), *words], cwd=place, env=environment,
-                                  capture_output=True, text=True)
+            done = subprocess.run(
+                [str(COMMAND), *words], cwd=place, env=environment, capture_output=True, text=True
+            )
             if done.returncode not in (0, 2) or "Traceback" in done.stderr:
                 raise RuntimeError(done.stderr[-600:])
             return done.stderr if done.returncode else ""
@@ -67,21 +105,37 @@ def modules(ground: Ground) -> Iterator[Attack]:
     for name in NAMES:
         (place / f"{name}.py").write_text(f"open({str(ground.marks / name)!r}, 'w')\n", encoding="utf-8")
     islands = {"archipelago": {"every": 1, "islands": 2, "emigration": {"snail": 0.5}}}
-    for name, text in (("world", as_toml(ground.garden)), ("islands", as_toml(ground.garden | islands)),
-                       ("plan", 'world = "world.toml"\nticks = 2\nworld_seeds = 2\n')):
+    for name, text in (
+        ("world", as_toml(ground.garden)),
+        ("islands", as_toml(ground.garden | islands)),
+        ("plan", 'world = "world.toml"\nticks = 2\nworld_seeds = 2\n'),
+    ):
         (place / f"{name}.toml").write_text(text, encoding="utf-8")
     two, script = ["--workers", "2", "-q"], [str(COMMAND)]
-    search = ["--trials", "2", "--ticks", "2", "--range", "species.snail.body.radius=0.05:0.2",
-              "--world-seeds", "2", "--confirm-world-seeds", "1", "--confirm-training-seeds", "1"]
+    search = [
+        "--trials",
+        "2",
+        "--ticks",
+        "2",
+        "--range",
+        "species.snail.body.radius=0.05:0.2",
+        "--world-seeds",
+        "2",
+        "--confirm-world-seeds",
+        "1",
+        "--confirm-training-seeds",
+        "1",
+    ]
     compare = ["compare", "world.toml", "--control", "no-mutation", "--seeds", "2", "--ticks", "2"]
     commands = [
         [*script, *compare, *two],
-        [*script, "sweep", "plan.toml", *two], [*script, "search", "world.toml", *search, *two],
+        [*script, "sweep", "plan.toml", *two],
+        [*script, "search", "world.toml", *search, *two],
         [*script, "run", "islands.toml", "--ticks", "3", *two],
         python("from ecs_eco.cli import main; main()", "check", "world.toml"),
         python("from ecs_eco.view.island_server import serve; serve(sys.argv[1])", str(ground.run)),
         [sys.executable, "-m", "ecs_eco", *compare, *two],
-    ]  # fmt: skip
+    ]
     if find_spec("ray") is not None:
         commands.insert(4, [*script, "sweep", "plan.toml", "--on", "ray", *two])
     for i, command in enumerate(commands):
@@ -90,8 +144,14 @@ def modules(ground: Ground) -> Iterator[Attack]:
         words = [*command, "--out", f"out-{i}"] if "-q" in command else command
 
         def attempt(words: list[str] = words) -> str:
-            done = subprocess.run(words, cwd=place, stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                                  env={**os.environ, "RAY_ADDRESS": "local"})  # none of somebody else's
+            done = subprocess.run(
+                words,
+                cwd=place,
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                env={**os.environ, "RAY_ADDRESS": "local"},
+            )  # none of somebody else's
             if done.returncode:
                 raise RuntimeError(done.stderr[-600:])
             return ""
@@ -121,13 +181,17 @@ def controls(ground: Ground) -> list[dict[str, Any]]:
         output = work()
         out.append({"label": label, "marked": bool(ground.marked()), "said": str(output)[:200]})
 
-    tried("a world whose code was trusted",
-          cli("run", path, "--ticks", "2", "-q", "--no-report", "--out", path.parent / "out", "--trust"))
+    tried(
+        "a world whose code was trusted",
+        cli("run", path, "--ticks", "2", "-q", "--no-report", "--out", path.parent / "out", "--trust"),
+    )
     tried("a pickle that is unpickled", lambda: pickle.loads(ground.blobs["a pickle"]))  # noqa: S301
     tried("a shell command that is run", lambda: os.system(ground.shell))
     tried("the module that is imported", lambda: __import__("evil").__name__)
-    tried("a program for typesetting that is started",
-          lambda: subprocess.run([_tools(ground) / "latex"], check=False).returncode)
+    tried(
+        "a program for typesetting that is started",
+        lambda: subprocess.run([_tools(ground) / "latex"], check=False).returncode,
+    )
     for module in [m for m in sys.modules if m == "evil" or m.startswith("_ecs_eco_code_")]:
         del sys.modules[module]
     return out
@@ -139,24 +203,36 @@ def imported(ground: Ground) -> dict[str, Any]:
     from importlib.metadata import packages_distributions
 
     modules = {}
-    for name, data in (("harmless", ground.garden), ("with code", world_of("systems.*", code=["evil.py"])),
-                       ("with a module", world_of("systems.*", code=["evilpackage.inside"]) | {
-                           "systems": ["evilpackage.inside:Wait"]
-                       })):  # fmt: skip
+    for name, data in (
+        ("harmless", ground.garden),
+        ("with code", world_of("systems.*", code=["evil.py"])),
+        (
+            "with a module",
+            world_of("systems.*", code=["evilpackage.inside"]) | {"systems": ["evilpackage.inside:Wait"]},
+        ),
+    ):
         path = ground.beside() / "world.toml"
         path.write_text(as_toml(data), encoding="utf-8")
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ground.home / "path"), *_own_path()])}
-        done = subprocess.run([sys.executable, "-c", LISTING, str(path)], env=environment,
-                              capture_output=True, text=True, check=True, cwd=path.parent)
+        done = subprocess.run(
+            [sys.executable, "-c", LISTING, str(path)],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+            cwd=path.parent,
+        )
         modules[name] = set(done.stdout.split())
     known = {*sys.stdlib_module_names, *packages_distributions(), "ecs_eco", "__main__"}
     tops = {m.partition(".")[0] for m in modules["with code"]}
-    return {"modules": len(modules["with code"]), "more than a harmless world": sorted(
-        (modules["with code"] | modules["with a module"]) - modules["harmless"]
-    ),
-            "packages": sorted(tops - set(sys.stdlib_module_names)), "of nobody": sorted(
-                t for t in tops - known if not t.startswith(("__editable__", "_sysconfigdata"))
-            )}  # fmt: skip
+    return {
+        "modules": len(modules["with code"]),
+        "more than a harmless world": sorted(
+            (modules["with code"] | modules["with a module"]) - modules["harmless"]
+        ),
+        "packages": sorted(tops - set(sys.stdlib_module_names)),
+        "of nobody": sorted(t for t in tops - known if not t.startswith(("__editable__", "_sysconfigdata"))),
+    }
 
 
 def _own_path() -> list[str]:

@@ -57,12 +57,17 @@ def count(world):
 """A module that leaves a mark when it is run, with a function for each key."""
 
 SNAIL: dict[str, Any] = {
-    "count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5},
+    "count": 3,
+    "body": {"radius": 0.1},
+    "metabolism": {"energy": 0.5},
     "sensors": [{"kind": "own", "property": "energy"}],
-    "actions": {"turn": ["left", "none"]}, "locomotion": {"speed": {"still": 0.0}, "turn": 0.1},
-    "genome": {"genes": [{"name": "g", "letters": 4, "low": 0.0, "high": 1.0}],
-               "mutate": {"operator": "mutUniformInt", "indpb": 0.1}},
-}  # fmt: skip
+    "actions": {"turn": ["left", "none"]},
+    "locomotion": {"speed": {"still": 0.0}, "turn": 0.1},
+    "genome": {
+        "genes": [{"name": "g", "letters": 4, "low": 0.0, "high": 1.0}],
+        "mutate": {"operator": "mutUniformInt", "indpb": 0.1},
+    },
+}
 
 KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stands there; the module is evil
     "systems.*": ["evil:Wait"],
@@ -79,22 +84,46 @@ KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stan
     "search.objective": "evil:judge",
     "search.objective.*.of": [{"of": "evil:judge", "weight": 1.0}],
 }
-PLACES = {"species.*.sensors.*.function": "sensors", "species.*.components.*": "components",
-          "species.*.reflex.function": "reflex",
-          "species.*.happiness.function": "happiness", "species.*.policy.network": "policy",
-          "species.*.policy.function": "policy"}  # fmt: skip
-NAMES = ("os:system", "posix:system", "pydoc:pipepager", "builtins:exec", "builtins:eval", "subprocess:call",
-         "runpy:run_path", "timeit:main", "importlib:import_module", "ctypes:CDLL", "pickle:loads",
-         "evilpackage.inside:Wait", "evil.Wait:__init__",
-         "ecs_eco.worlds.lamb.systems:np", "ecs_eco.engine.code:builtins", "evil:", ":evil",
-         "evil.py:Wait")  # fmt: skip
+PLACES = {
+    "species.*.sensors.*.function": "sensors",
+    "species.*.components.*": "components",
+    "species.*.reflex.function": "reflex",
+    "species.*.happiness.function": "happiness",
+    "species.*.policy.network": "policy",
+    "species.*.policy.function": "policy",
+}
+NAMES = (
+    "os:system",
+    "posix:system",
+    "pydoc:pipepager",
+    "builtins:exec",
+    "builtins:eval",
+    "subprocess:call",
+    "runpy:run_path",
+    "timeit:main",
+    "importlib:import_module",
+    "ctypes:CDLL",
+    "pickle:loads",
+    "evilpackage.inside:Wait",
+    "evil.Wait:__init__",
+    "ecs_eco.worlds.lamb.systems:np",
+    "ecs_eco.engine.code:builtins",
+    "evil:",
+    ":evil",
+    "evil.py:Wait",
+)
 """Names of code that is not listed, besides those of the module `evil`."""
 
 
 def world_of(pattern: str, **more: Any) -> dict[str, Any]:
     """A world that names code of the module `evil` at one key."""
-    data: dict[str, Any] = {"format": 1, "name": "garden", "ticks": 20, "space": {"size": [9.0, 9.0]},
-                            "species": {"snail": copy.deepcopy(SNAIL)}} | more  # fmt: skip
+    data: dict[str, Any] = {
+        "format": 1,
+        "name": "garden",
+        "ticks": 20,
+        "space": {"size": [9.0, 9.0]},
+        "species": {"snail": copy.deepcopy(SNAIL)},
+    } | more
     put(data, pattern, copy.deepcopy(KEYS[pattern]))
     if pattern.startswith("water"):
         data["space"] = {"size": [9.0, 9.0, 9.0]}

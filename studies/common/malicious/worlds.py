@@ -14,9 +14,23 @@ from ecs_eco.config.edit import as_toml
 from studies.common.malicious.ground import Attack, Ground, cli
 from studies.common.malicious.templates import KEYS, NAMES, fields_that_name_code, put, renamed, world_of
 
-ENTRIES = ("evil", "evilpackage", "evilpackage.inside", "../path/evil.py", "os", "pydoc", "evil.so",
-           "evil.pyc", "code.py", "__main__", "antigravity",
-           "sitecustomize", "evil.py;evil", "http://localhost/evil.py", "json")  # fmt: skip
+ENTRIES = (
+    "evil",
+    "evilpackage",
+    "evilpackage.inside",
+    "../path/evil.py",
+    "os",
+    "pydoc",
+    "evil.so",
+    "evil.pyc",
+    "code.py",
+    "__main__",
+    "antigravity",
+    "sitecustomize",
+    "evil.py;evil",
+    "http://localhost/evil.py",
+    "json",
+)
 
 
 def by_hand(ground: Ground) -> Iterator[Attack]:
@@ -49,13 +63,20 @@ def _elsewhere(ground: Ground) -> Iterator[tuple[tuple[str, ...], Any]]:
     for text in ground.texts:
         yield ("title",), text
     yield ("name",), ground.texts[1]
-    for file in (str(ground.home / "path" / "evil.py"), "/proc/self/environ", ground.texts[3],
-                 "http://localhost/evil.safetensors"):
+    for file in (
+        str(ground.home / "path" / "evil.py"),
+        "/proc/self/environ",
+        ground.texts[3],
+        "http://localhost/evil.safetensors",
+    ):
         yield (*snail, "policy"), {"kind": "shared", "file": file}
-    for key, name in (("species.snail.happiness.function", "evil:feel"),
-                      ("species.snail.genome.mutate.operator", "pydoc:pipepager"),
-                      ("water.current_function", "evil:flow"), ("systems", ["evil:Wait"]),
-                      ("code", ["evil.py"])):  # fmt: skip
+    for key, name in (
+        ("species.snail.happiness.function", "evil:feel"),
+        ("species.snail.genome.mutate.operator", "pydoc:pipepager"),
+        ("water.current_function", "evil:flow"),
+        ("systems", ["evil:Wait"]),
+        ("code", ["evil.py"]),
+    ):
         yield ("training",), {"set": {key: name}}
         yield ("training",), {"ramp": [{"key": key, "values": [name, name]}]}
         yield ("interventions",), [{"kind": "set", "at": 1, "set": {key: name}}]
@@ -68,8 +89,12 @@ def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
         data = world_of(chance.choice(list(KEYS))) if chance.random() < 0.5 else copy.deepcopy(ground.garden)
         if chance.random() < 0.3:
             data["code"] = ["evil.py"]
-        where = mutate(data, chance, payloads(ground),
-                       sorted(fields_that_name_code()) + ["code", "policy", "file", "plain"])
+        where = mutate(
+            data,
+            chance,
+            payloads(ground),
+            sorted(fields_that_name_code()) + ["code", "policy", "file", "plain"],
+        )
         yield attack(ground, f"{seed}.{i}: {where}", data, i)
 
 
@@ -77,9 +102,14 @@ def payloads(ground: Ground) -> list[Any]:
     """Values that would run something where they are taken for code, for a shell,
     for a template or for a file."""
     names = ["evil:Wait", "evil:feel", "evil:mutate", *NAMES]
-    return [*names, *ground.texts, *[{"function": n} for n in names],
-            *[{"operator": n, "cmd": ground.shell} for n in names], ["evil:Wait"],
-            str(ground.home / "path" / "evil.py")]  # fmt: skip
+    return [
+        *names,
+        *ground.texts,
+        *[{"function": n} for n in names],
+        *[{"operator": n, "cmd": ground.shell} for n in names],
+        ["evil:Wait"],
+        str(ground.home / "path" / "evil.py"),
+    ]
 
 
 def mutate(data: Any, chance: random.Random, values: list[Any], keys: list[str]) -> str:
@@ -119,17 +149,44 @@ def attack(ground: Ground, label: str, data: dict[str, Any], turn: int) -> Attac
     more = {
         "draw": cli("draw", path, "--out", folder / "drawn.png"),
         "train": cli("train", path, "--ticks", "2", "--out", folder / "trained", "-q"),
-        "search": cli("search", path, "--trials", "1", "--ticks", "2", "--workers", "1", "--out",
-                      folder / "searched", "-q", "--range",
-                      "species.snail.body.radius=0.05:0.2"),
-        "compare": cli("compare", path, "--control", "no-mutation", "--seeds", "1", "--ticks", "2",
-                       "--workers", "1", "--out", folder / "compared", "-q"),
+        "search": cli(
+            "search",
+            path,
+            "--trials",
+            "1",
+            "--ticks",
+            "2",
+            "--workers",
+            "1",
+            "--out",
+            folder / "searched",
+            "-q",
+            "--range",
+            "species.snail.body.radius=0.05:0.2",
+        ),
+        "compare": cli(
+            "compare",
+            path,
+            "--control",
+            "no-mutation",
+            "--seeds",
+            "1",
+            "--ticks",
+            "2",
+            "--workers",
+            "1",
+            "--out",
+            folder / "compared",
+            "-q",
+        ),
         "watch": lambda: _watched(path),
-    }  # fmt: skip
+    }
     name = list(more)[turn % len(more)]
-    commands = [("check", cli("check", path)),
-                ("run", cli("run", path, *some, "--out", folder / "out", "-q", "--no-report")),
-                (name, more[name])]
+    commands = [
+        ("check", cli("check", path)),
+        ("run", cli("run", path, *some, "--out", folder / "out", "-q", "--no-report")),
+        (name, more[name]),
+    ]
     return Attack(label, [path.name, "WORLD", "this search", str(folder)], commands)
 
 

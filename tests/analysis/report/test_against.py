@@ -16,11 +16,16 @@ def test_without_an_outside_series_there_is_nothing(tmp_path):
 
 
 def test_table_and_figure_show_both(tmp_path):
-    series = Series(np.arange(300), ("deer", "wolf"),
-                    {"n": np.stack([waves(300, 50.0), waves(300, 50.0, 0.2)], 1)})
+    series = Series(
+        np.arange(300), ("deer", "wolf"), {"n": np.stack([waves(300, 50.0), waves(300, 50.0, 0.2)], 1)}
+    )
     t = np.arange(30.0)
-    outside = Outside(1900 + t, {"deer": waves(30, 10.0), "wolf": waves(30, 10.0, 0.1)},
-                      {"deer": "hare", "wolf": "wolf"}, "year")
+    outside = Outside(
+        1900 + t,
+        {"deer": waves(30, 10.0), "wolf": waves(30, 10.0, 0.1)},
+        {"deer": "hare", "wolf": "wolf"},
+        "year",
+    )
     text = "".join(blocks(series, outside, tmp_path))
     assert "deer (hare)" in text
     assert "year" in text

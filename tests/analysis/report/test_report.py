@@ -20,8 +20,9 @@ chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "chain
 
 def words(page: Path) -> str:
     """What a reader sees of a page."""
-    text = re.sub(r"<(style|head|pre).*?</\1>|data:image[^\"]*", " ",
-                  page.read_text(encoding="utf-8"), flags=re.S)
+    text = re.sub(
+        r"<(style|head|pre).*?</\1>|data:image[^\"]*", " ", page.read_text(encoding="utf-8"), flags=re.S
+    )
     return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", text))
 
 
@@ -68,8 +69,9 @@ def test_the_extinct_are_named_with_when_and_why(tmp_path: Path) -> None:
     series = load_series(run)
     # the last tick with at least half of 40 is tick 120
     end = series.columns["died: starved"][121:141, 2].sum() / series.columns["deaths"][121:141, 2].sum()
-    assert (f"From tick 120, when there were 20, {series.columns['deaths'][121:141, 2].sum():.0f} deaths"
-            in text)
+    assert (
+        f"From tick 120, when there were 20, {series.columns['deaths'][121:141, 2].sum():.0f} deaths" in text
+    )
     assert f"starved {end:.0%}" in text
 
 
@@ -160,8 +162,9 @@ def test_the_command_names_what_differs_from_an_ordinary_run() -> None:
     own = manifest | {"config": {"code": ["mine.py"]}, "target": {"mode": "portable"}}
     assert rerun(own) == "ecs-eco --portable run reflexes --seed 7 --ticks 90 --trust --out DIR"
     manifest |= {"policies": "random", "learn": False}
-    assert (rerun(manifest) == "ecs-eco run reflexes --seed 7 --ticks 90 --policies random --no-learn "
-                               "--out DIR")
+    assert (
+        rerun(manifest) == "ecs-eco run reflexes --seed 7 --ticks 90 --policies random --no-learn --out DIR"
+    )
 
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:

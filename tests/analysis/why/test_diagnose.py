@@ -12,8 +12,13 @@ def test_plants_that_starve_did_not_fail_to_find_food() -> None:
     n = {"a": course((0, 500), (50, 0), (99, 0)), "b": course((0, 100), (99, 100))}
     fell = np.maximum(-np.diff(n["a"], append=0), 0)
     plant = PLANT | {"lethal": [{"property": "energy", "min": 0.0, "max": None, "low": HUNGER, "high": ""}]}
-    run = case(n, {("a", HUNGER): fell}, {"a": plant, "b": animal("a")}, burnt={"a": 0.02 * n["a"]},
-               taken_in={"a": 0.005 * n["a"]})
+    run = case(
+        n,
+        {("a", HUNGER): fell},
+        {"a": plant, "b": animal("a")},
+        burnt={"a": 0.02 * n["a"]},
+        taken_in={"a": 0.005 * n["a"]},
+    )
     findings = explain(run)
     assert (findings["verdict"], findings["species"]) == ("energy ran out", "a")
     said = " ".join(line for lines in sentences(run, findings).values() for line in lines)
@@ -22,15 +27,23 @@ def test_plants_that_starve_did_not_fail_to_find_food() -> None:
 
 
 def test_grazers_whose_plants_never_were_there_were_not_poisoned_by_a_few_others() -> None:
-    n = {"green": np.zeros(TICKS), "red": course((0, 100), (99, 100)),
-         "goat": course((0, 100), (80, 0), (99, 0))}  # fmt: skip
+    n = {
+        "green": np.zeros(TICKS),
+        "red": course((0, 100), (99, 100)),
+        "goat": course((0, 100), (80, 0), (99, 0)),
+    }
     fell = np.maximum(-np.diff(n["goat"], append=0), 0)
     goat = animal("green")
     goat["diet"].append({"eats": "red", "gain": 0.0, "chance": 0.5, "deadly": True})
-    died = {("goat", HUNGER): 0.8 * fell, ("goat", "poisoned by red"): 0.2 * fell,
-            ("red", "eaten by goat"): 0.2 * fell, ("green", "eaten by goat"): 0 * fell}
-    diagnosis = diagnose(case(n, died, {"green": PLANT, "red": PLANT, "goat": goat},
-                              burnt={"goat": 0.01 * n["goat"]}))
+    died = {
+        ("goat", HUNGER): 0.8 * fell,
+        ("goat", "poisoned by red"): 0.2 * fell,
+        ("red", "eaten by goat"): 0.2 * fell,
+        ("green", "eaten by goat"): 0 * fell,
+    }
+    diagnosis = diagnose(
+        case(n, died, {"green": PLANT, "red": PLANT, "goat": goat}, burnt={"goat": 0.01 * n["goat"]})
+    )
     assert (diagnosis["verdict"], diagnosis["species"]) == ("food failed", "green")
     assert diagnosis["victim"] == "goat"
     assert diagnosis["runner_up"]["verdict"] == "poisoned"

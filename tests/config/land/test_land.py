@@ -10,9 +10,13 @@ from ecs_eco.config.notes import notes
 from ecs_eco.engine.errors import ConfigError
 
 DEM = np.array([[5.0, 6, 7, 8], [1, 2, 3, 4], [0, 0, 1, 2]])  # north first
-WORLD = {"format": 1, "name": "real", "space": {"size": [40.0, 30.0], "edges": "walls"},
-         "terrain": {"raster": "dem.npz", "cell": 10.0},
-         "species": {"ox": {"count": 1, "body": {"radius": 1.0}}}}  # fmt: skip
+WORLD = {
+    "format": 1,
+    "name": "real",
+    "space": {"size": [40.0, 30.0], "edges": "walls"},
+    "terrain": {"raster": "dem.npz", "cell": 10.0},
+    "species": {"ox": {"count": 1, "body": {"radius": 1.0}}},
+}
 FAULT = "matplotlib:mpl-data/sample_data/jacksboro_fault_dem.npz"
 
 
@@ -54,8 +58,9 @@ def test_finer_cells_lie_on_straight_lines_between_those_of_the_raster(at):
 
 
 def test_a_scaled_world_is_smaller_and_as_steep_as_its_vertical_factor_says(at):
-    small = land(**{"space.size": [4.0, 3.0], "terrain.cell": 1.0, "terrain.scale": 0.1,
-                    "terrain.vertical": 0.1})
+    small = land(
+        **{"space.size": [4.0, 3.0], "terrain.cell": 1.0, "terrain.scale": 0.1, "terrain.vertical": 0.1}
+    )
     assert small.elevation == pytest.approx(DEM[::-1] * 0.1)
 
 
@@ -69,8 +74,14 @@ def test_classes_are_by_elevation_slope_and_codes_and_the_last_one_counts(at):
 
 
 def test_degrees_are_metres_at_the_latitude_of_the_raster(at):
-    real = land(**{"terrain.raster": FAULT, "terrain.crs": "EPSG:4326", "space.size": [29_900.0, 31_800.0],
-                   "terrain.cell": 90.0})
+    real = land(
+        **{
+            "terrain.raster": FAULT,
+            "terrain.crs": "EPSG:4326",
+            "space.size": [29_900.0, 31_800.0],
+            "terrain.cell": 90.0,
+        }
+    )
     x, y = real.coordinates(np.array([0.0, 29_900.0]), np.array([0.0, 31_800.0]))
     # 344 rows of 3 arc seconds are 0.28667 degrees; a degree of latitude is 110.97 km at 36.6 degrees north
     assert (x[0], y[0]) == pytest.approx((-84.41375, 36.44625))
@@ -86,8 +97,16 @@ def mercator(latitude):
 @pytest.mark.parametrize(("latitude", "metre"), [(0.0, 1.0), (-45.0, 0.7085), (60.0, 0.5013)])
 def test_a_metre_of_web_mercator_is_that_of_the_land(at, latitude, metre):
     middle = mercator(latitude)
-    np.savez(at / "dem.npz", topo=DEM, xmin=0.0, ymin=middle - 150, ymax=middle + 150, dx=100.0, dy=100.0,
-             crs="EPSG:3857")
+    np.savez(
+        at / "dem.npz",
+        topo=DEM,
+        xmin=0.0,
+        ymin=middle - 150,
+        ymax=middle + 150,
+        dx=100.0,
+        dy=100.0,
+        crs="EPSG:3857",
+    )
     sides = {"space.size": [200 * metre, 200 * metre], "terrain.cell": 50 * metre}
     x, y = land(**sides).coordinates(np.array([0.0, 100.0]), np.array([0.0, 100.0]))
     assert x[1] - x[0] == pytest.approx(100 / metre, rel=3e-4)
@@ -129,23 +148,35 @@ def test_missing_cells_are_refused_with_the_first_of_them_or_filled(at):
     assert land(**{"space.size": [20.0, 30.0]}).elevation.shape == (3, 2)  # a part without holes
 
 
-@pytest.mark.parametrize(("changes", "fault"), [
-    ({"space.size": [50.0, 30.0]}, "smaller than the world: it covers 40 × 30 m, and the world needs 50 ×"),
-    ({"terrain.corner": [0.0, 10.0]}, "space.size up to [40, 20]"),
-    ({"terrain.band": 2}, "terrain.band = 2\n  no such band; allowed: 1, the only one (topo)"),
-    ({"terrain.band": "tpo"}, 'did you mean "topo"?'),
-    ({"terrain.raster": "dam.npz"}, 'terrain.raster = "dam.npz"\n  cannot be read'),
-    ({"space.edges": "torus"}, 'do not meet as those of a torus do; allowed: space.edges = "walls"'),
-    ({"terrain.hills": {"amplitude": 1.0, "scale": 9.0}}, "given together with a raster"),
-    ({"terrain.classes": {"wood": {"codes": [1]}}}, "there is no raster of classes"),
-    ({"terrain.classes": {"wood": {}}}, "it says not where it is"),
-    ({"terrain.classes": {"wood": {"above": 3.0, "below": 2.0}}}, "not above `above`"),
-    ({"terrain.classes": {"wood": {"above": 3.0, "growht": 2.0}}}, 'did you mean "growth"?'),
-    ({"terrain.cover": "dem.npz", "terrain.cover_band": 7, "terrain.classes": {"wood": {"codes": [1]}}},
-     "terrain.cover_band = 7\n  no such band"),
-    ({"terrain.drainage": {}}, "says not where water collects"),
-    ({"terrain.raster": FAULT}, 'or crs = "EPSG:4326" if it counts in degrees'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        (
+            {"space.size": [50.0, 30.0]},
+            "smaller than the world: it covers 40 × 30 m, and the world needs 50 ×",
+        ),
+        ({"terrain.corner": [0.0, 10.0]}, "space.size up to [40, 20]"),
+        ({"terrain.band": 2}, "terrain.band = 2\n  no such band; allowed: 1, the only one (topo)"),
+        ({"terrain.band": "tpo"}, 'did you mean "topo"?'),
+        ({"terrain.raster": "dam.npz"}, 'terrain.raster = "dam.npz"\n  cannot be read'),
+        ({"space.edges": "torus"}, 'do not meet as those of a torus do; allowed: space.edges = "walls"'),
+        ({"terrain.hills": {"amplitude": 1.0, "scale": 9.0}}, "given together with a raster"),
+        ({"terrain.classes": {"wood": {"codes": [1]}}}, "there is no raster of classes"),
+        ({"terrain.classes": {"wood": {}}}, "it says not where it is"),
+        ({"terrain.classes": {"wood": {"above": 3.0, "below": 2.0}}}, "not above `above`"),
+        ({"terrain.classes": {"wood": {"above": 3.0, "growht": 2.0}}}, 'did you mean "growth"?'),
+        (
+            {
+                "terrain.cover": "dem.npz",
+                "terrain.cover_band": 7,
+                "terrain.classes": {"wood": {"codes": [1]}},
+            },
+            "terrain.cover_band = 7\n  no such band",
+        ),
+        ({"terrain.drainage": {}}, "says not where water collects"),
+        ({"terrain.raster": FAULT}, 'or crs = "EPSG:4326" if it counts in degrees'),
+    ],
+)
 def test_land_that_cannot_be_is_refused_with_its_place(at, changes, fault):
     assert fault in refused(**changes)
 
@@ -163,5 +194,11 @@ def test_the_hash_of_a_world_is_that_of_its_land_too_and_without_land_as_before(
     assert load(copy.deepcopy(WORLD)).config_hash != one
     flat = copy.deepcopy(WORLD) | {"terrain": {"cell": 10.0}}
     assert "raster" not in load(flat).resolved()["terrain"]
-    assert set(load(flat).resolved()["terrain"]) == {"cell", "hills", "mountains", "rocks", "lakes",
-                                                     "slope_cost"}
+    assert set(load(flat).resolved()["terrain"]) == {
+        "cell",
+        "hills",
+        "mountains",
+        "rocks",
+        "lakes",
+        "slope_cost",
+    }

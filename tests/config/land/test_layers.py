@@ -34,7 +34,9 @@ def test_shapes_are_taken_apart():
 def test_lines_are_cut_at_the_edge_of_the_world():
     line = np.array([[-5.0, 5], [5, 5], [5, 15], [8, 15], [8, 2]])
     assert [piece.tolist() for piece in within(line, (10.0, 10.0))] == [
-        [[0, 5], [5, 5], [5, 10]], [[8, 10], [8, 2]]]
+        [[0, 5], [5, 5], [5, 10]],
+        [[8, 10], [8, 2]],
+    ]
     assert within(np.array([[-1.0, -1], [-1, 20]]), (10.0, 10.0)) == []
 
 
@@ -42,14 +44,28 @@ def test_lines_are_cut_at_the_edge_of_the_world():
 def layers(tmp_path, monkeypatch):
     raw = pytest.importorskip("pyogrio.raw", reason="needs the extra geo")
     monkeypatch.chdir(tmp_path)
-    np.savez(tmp_path / "dem.npz", topo=np.zeros((6, 8)), dx=10.0, dy=10.0, xmin=500_000.0, ymin=4e6,
-             ymax=4e6 + 60, crs="EPSG:32616")
+    np.savez(
+        tmp_path / "dem.npz",
+        topo=np.zeros((6, 8)),
+        dx=10.0,
+        dy=10.0,
+        xmin=500_000.0,
+        ymin=4e6,
+        ymax=4e6 + 60,
+        crs="EPSG:32616",
+    )
 
     def write(name, kind, *shapes, crs="EPSG:32616"):
         moved = [[[(x + 500_000, y + 4e6) for x, y in ring] for ring in rings] for rings in shapes]
         kinds = {2: "LineString", 3: "Polygon"}
-        raw.write(tmp_path / name, np.array([wkb(kind, *rings) for rings in moved], object), [], [],
-                  geometry_type=kinds[kind], crs=crs)
+        raw.write(
+            tmp_path / name,
+            np.array([wkb(kind, *rings) for rings in moved], object),
+            [],
+            [],
+            geometry_type=kinds[kind],
+            crs=crs,
+        )
         return tmp_path / name
 
     return write
@@ -58,15 +74,21 @@ def layers(tmp_path, monkeypatch):
 def made(**terrain):
     from ecs_eco import World
 
-    return World.from_config(WORLD | {"space": {"size": [80.0, 60.0], "edges": "walls"},
-                                      "terrain": WORLD["terrain"] | terrain}).terrain
+    return World.from_config(
+        WORLD | {"space": {"size": [80.0, 60.0], "edges": "walls"}, "terrain": WORLD["terrain"] | terrain}
+    ).terrain
 
 
 def test_lakes_have_islands_and_classes_their_areas(layers):
     layers("lakes.gpkg", 3, [SQUARE, ISLAND])
     layers("wood.gpkg", 3, [[(0, 0), (20, 0), (20, 60), (0, 60), (0, 0)]])
-    terrain = made(classes={"wood": {"pace": 0.5}}, layers=[
-        {"file": "lakes.gpkg", "make": "lakes"}, {"file": "wood.gpkg", "make": "class", "land": "wood"}])
+    terrain = made(
+        classes={"wood": {"pace": 0.5}},
+        layers=[
+            {"file": "lakes.gpkg", "make": "lakes"},
+            {"file": "wood.gpkg", "make": "class", "land": "wood"},
+        ],
+    )
     wet = np.zeros((6, 8), int)
     wet[1:4, 1:5] = 1
     wet[2, 2] = 0
@@ -77,8 +99,12 @@ def test_lakes_have_islands_and_classes_their_areas(layers):
 
 def test_roads_and_fences_lie_where_their_lines_are(layers):
     layers("lines.gpkg", 2, [[(-100, 25), (200, 25)]])
-    terrain = made(layers=[{"file": "lines.gpkg", "make": "roads", "width": 10.0, "pace": 2.0, "cost": 0.5},
-                           {"file": "lines.gpkg", "make": "fences"}])
+    terrain = made(
+        layers=[
+            {"file": "lines.gpkg", "make": "roads", "width": 10.0, "pace": 2.0, "cost": 0.5},
+            {"file": "lines.gpkg", "make": "fences"},
+        ]
+    )
     assert [road.line.tolist() for road in terrain.roads] == [[[0, 25], [80, 25]]]
     assert (terrain.pace[2] == 2).all()
     assert (terrain.toll[2] == 0.5).all()
@@ -90,18 +116,27 @@ def test_another_coordinate_system_is_brought_to_that_of_the_raster(layers):
     warp = pytest.importorskip("rasterio.warp", reason="needs the extra geo")
     raw = pytest.importorskip("pyogrio.raw")
     x, y = warp.transform("EPSG:32616", "EPSG:4326", [500_010, 500_070], [4e6 + 25, 4e6 + 25])
-    raw.write("degrees.gpkg", np.array([wkb(2, list(zip(x, y, strict=True)))], object), [], [],
-              geometry_type="LineString", crs="EPSG:4326")
+    raw.write(
+        "degrees.gpkg",
+        np.array([wkb(2, list(zip(x, y, strict=True)))], object),
+        [],
+        [],
+        geometry_type="LineString",
+        crs="EPSG:4326",
+    )
     line = made(layers=[{"file": "degrees.gpkg", "make": "fences"}]).fences[0]
     assert line == pytest.approx(np.array([[10, 25], [70, 25]]), abs=0.01)
 
 
-@pytest.mark.parametrize(("layer", "fault"), [
-    ({"file": "gone.gpkg", "make": "lakes"}, "cannot be read"),
-    ({"file": "lines.gpkg", "make": "lakes"}, "holds lines alone; allowed: areas, for lakes"),
-    ({"file": "lines.gpkg", "make": "roads", "layer": "line"}, 'did you mean "lines"?'),
-    ({"file": "lines.gpkg", "make": "class", "land": "wod"}, "no class of this name"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("layer", "fault"),
+    [
+        ({"file": "gone.gpkg", "make": "lakes"}, "cannot be read"),
+        ({"file": "lines.gpkg", "make": "lakes"}, "holds lines alone; allowed: areas, for lakes"),
+        ({"file": "lines.gpkg", "make": "roads", "layer": "line"}, 'did you mean "lines"?'),
+        ({"file": "lines.gpkg", "make": "class", "land": "wod"}, "no class of this name"),
+    ],
+)
 def test_layers_that_cannot_be_are_refused_with_their_place(layers, layer, fault):
     layers("lines.gpkg", 2, [[(0, 25), (80, 25)]])
     with pytest.raises(ValueError, match=r"terrain\.layers\.0") as error:
@@ -127,13 +162,22 @@ UTM = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32616"}}
 def place(tmp_path, monkeypatch):
     """A folder with a raster whose corner is at (0, 0), and a way to lay a layer on it."""
     monkeypatch.chdir(tmp_path)
-    np.savez(tmp_path / "dem.npz", topo=np.zeros((6, 8)), dx=10.0, dy=10.0, xmin=0.0, ymin=0.0, ymax=60.0,
-             crs="EPSG:32616")
+    np.savez(
+        tmp_path / "dem.npz",
+        topo=np.zeros((6, 8)),
+        dx=10.0,
+        dy=10.0,
+        xmin=0.0,
+        ymin=0.0,
+        ymax=60.0,
+        crs="EPSG:32616",
+    )
 
     def lay(name, content=None, **more):
         if content is not None:
             (tmp_path / name).write_bytes(
-                content if isinstance(content, bytes) else json.dumps(content).encode())
+                content if isinstance(content, bytes) else json.dumps(content).encode()
+            )
         return made(layers=[{"file": name, "make": "lakes"} | more])
 
     return lay
@@ -142,42 +186,82 @@ def place(tmp_path, monkeypatch):
 def test_geojson_needs_no_library(place):
     area = {"type": "Polygon", "coordinates": [RING]}
     feature = {"type": "Feature", "properties": {"a": 1}, "geometry": area}
-    wet = place("a.geojson", {"type": "FeatureCollection", "crs": UTM, "features": [feature, feature | {
-        "geometry": None}]}).ground
+    wet = place(
+        "a.geojson",
+        {"type": "FeatureCollection", "crs": UTM, "features": [feature, feature | {"geometry": None}]},
+    ).ground
     assert wet.sum() == 12
     assert wet[1:4, 1:5].all()
-    several = {"type": "GeometryCollection", "crs": UTM, "geometries": [
-        {"type": "MultiPolygon", "coordinates": [[[[*corner, 7.5] for corner in RING]]]},
-        {"type": "Point", "coordinates": [1, 1]}]}
+    several = {
+        "type": "GeometryCollection",
+        "crs": UTM,
+        "geometries": [
+            {"type": "MultiPolygon", "coordinates": [[[[*corner, 7.5] for corner in RING]]]},
+            {"type": "Point", "coordinates": [1, 1]},
+        ],
+    }
     assert (place("b.json", several).ground == wet).all()
     line = {"type": "MultiLineString", "coordinates": [[[0, 5], [80, 5]], [[0, 9], [80, 9]]], "crs": UTM}
     from ecs_eco.config import load
 
-    land = load(WORLD | {"space": {"size": [80.0, 60.0], "edges": "walls"}, "terrain": WORLD["terrain"] | {
-        "layers": [{"file": "c.json", "make": "fences"}]}}) if place("c.json", line, make="fences") else None
+    land = (
+        load(
+            WORLD
+            | {
+                "space": {"size": [80.0, 60.0], "edges": "walls"},
+                "terrain": WORLD["terrain"] | {"layers": [{"file": "c.json", "make": "fences"}]},
+            }
+        )
+        if place("c.json", line, make="fences")
+        else None
+    )
     assert [piece["line"] for piece in land._land.lines] == [[[0, 5], [80, 5]], [[0, 9], [80, 9]]]
 
 
-@pytest.mark.parametrize(("name", "content", "fault"), [
-    ("a.geojson", {"type": "Polygon", "coordinates": [RING], "crs": {
-        "type": "link", "properties": {"href": "{address}/crs", "type": "proj4"}}}, "by an address"),
-    ("a.geojson", {"type": "Polygon", "coordinates": [RING], "crs": {
-        "type": "name", "properties": {"name": "{address}/crs"}}}, "names no coordinate system"),
-    ("a.geojson", {"type": "gdal_streamed_alg", "command_line": "gdal vector read {address}/x"},
-     "cannot be read"),
-    ("a.geojson", {"type": "Polygon", "coordinates": [[[1e300, 0], [0, 1]]], "crs": UTM}, "nowhere on"),
-    ("a.geojson", {"type": "Polygon", "coordinates": [[["x", 0]]], "crs": UTM}, "cannot be read"),
-    ("a.geojson", {"type": "Polygon", "coordinates": 7, "crs": UTM}, "cannot be read"),
-    ("a.geojson", b"[" * 100_000, "cannot be read"),
-    ("a.geojson", b"{" + b'"a":[' * 100_000, "cannot be read"),
-    ("a.gpkg", b"<OGRVRTDataSource><OGRVRTLayer name=\"x\"><SrcDataSource>/vsicurl/{address}/x.gpkg"
-               b"</SrcDataSource></OGRVRTLayer></OGRVRTDataSource>", "is of another kind"),
-    ("a.vrt", b"<OGRVRTDataSource/>", "is of another kind"),
-    ("a.gml", b"<gml/>", "is of another kind"),
-    ("{address}/a.geojson", None, "is not in the world's folder"),
-    ("/vsicurl/{address}/a.gpkg", None, "is not in the world's folder"),
-    ("../a.gpkg", None, "is not in the world's folder"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "content", "fault"),
+    [
+        (
+            "a.geojson",
+            {
+                "type": "Polygon",
+                "coordinates": [RING],
+                "crs": {"type": "link", "properties": {"href": "{address}/crs", "type": "proj4"}},
+            },
+            "by an address",
+        ),
+        (
+            "a.geojson",
+            {
+                "type": "Polygon",
+                "coordinates": [RING],
+                "crs": {"type": "name", "properties": {"name": "{address}/crs"}},
+            },
+            "names no coordinate system",
+        ),
+        (
+            "a.geojson",
+            {"type": "gdal_streamed_alg", "command_line": "gdal vector read {address}/x"},
+            "cannot be read",
+        ),
+        ("a.geojson", {"type": "Polygon", "coordinates": [[[1e300, 0], [0, 1]]], "crs": UTM}, "nowhere on"),
+        ("a.geojson", {"type": "Polygon", "coordinates": [[["x", 0]]], "crs": UTM}, "cannot be read"),
+        ("a.geojson", {"type": "Polygon", "coordinates": 7, "crs": UTM}, "cannot be read"),
+        ("a.geojson", b"[" * 100_000, "cannot be read"),
+        ("a.geojson", b"{" + b'"a":[' * 100_000, "cannot be read"),
+        (
+            "a.gpkg",
+            b'<OGRVRTDataSource><OGRVRTLayer name="x"><SrcDataSource>/vsicurl/{address}/x.gpkg'
+            b"</SrcDataSource></OGRVRTLayer></OGRVRTDataSource>",
+            "is of another kind",
+        ),
+        ("a.vrt", b"<OGRVRTDataSource/>", "is of another kind"),
+        ("a.gml", b"<gml/>", "is of another kind"),
+        ("{address}/a.geojson", None, "is not in the world's folder"),
+        ("/vsicurl/{address}/a.gpkg", None, "is not in the world's folder"),
+        ("../a.gpkg", None, "is not in the world's folder"),
+    ],
+)
 def test_no_layer_leads_elsewhere(place, requests, name, content, fault):
     def filled(text):
         return text.replace("{address}", requests.address)

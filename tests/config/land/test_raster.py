@@ -33,19 +33,28 @@ def test_the_corner_of_an_ascii_grid_may_be_the_centre_of_a_cell(tmp_path):
     assert read_raster("dem.asc", tmp_path)[1:3] == (95.0, 225.0)
 
 
-@pytest.mark.parametrize(("line", "written"), [
-    ("NODATA_value  -9999", "-9999"), ("nodata_value -9999.0", "-9999"), ("NODATA_VALUE\tnan", "nan"),
-    ("NODATA_value -nan", "-nan"), ("NODATA_value 0", "0"), ("", "-9999"), ("NODATA_value inf", "inf"),
-    ("NODATA_value  -3.4028234663852886e+38", "-3.4028234663852886e+38"),
-    ("NODATA_value  -3.4028235e+38", "-3.402823e+38"), ("NODATA_value -1.7976931348623157e+308",
-                                                        "-1.7976931348623157e+308"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("line", "written"),
+    [
+        ("NODATA_value  -9999", "-9999"),
+        ("nodata_value -9999.0", "-9999"),
+        ("NODATA_VALUE\tnan", "nan"),
+        ("NODATA_value -nan", "-nan"),
+        ("NODATA_value 0", "0"),
+        ("", "-9999"),
+        ("NODATA_value inf", "inf"),
+        ("NODATA_value  -3.4028234663852886e+38", "-3.4028234663852886e+38"),
+        ("NODATA_value  -3.4028235e+38", "-3.402823e+38"),
+        ("NODATA_value -1.7976931348623157e+308", "-1.7976931348623157e+308"),
+    ],
+)
 @pytest.mark.parametrize("mark", ["", "\ufeff"])
 def test_every_way_to_say_that_there_is_no_number_is_read(tmp_path, line, written, mark):
     grid = [[written, "1", "2", "3"], ["4", written, "6", "7"], ["8", "9", "10", "11"]]
     head = HEAD.replace("NODATA_value -1", line).replace("\n\n", "\n")
-    (tmp_path / "dem.asc").write_text(mark + head + "\n".join(" " + " ".join(row) for row in grid) + "\r\n",
-                                      encoding="utf-8")
+    (tmp_path / "dem.asc").write_text(
+        mark + head + "\n".join(" " + " ".join(row) for row in grid) + "\r\n", encoding="utf-8"
+    )
     raster = read_raster("dem.asc", tmp_path)
     assert np.argwhere(np.isnan(raster.values)).tolist() == [[0, 0], [1, 1]]
     assert np.nansum(raster.values) == 61
@@ -79,8 +88,10 @@ def test_an_npz_may_have_several_bands_and_nothing_but_numbers(tmp_path):
     assert raster.placed
 
 
-@pytest.mark.parametrize(("band", "fault"), [
-    (3, "no such band; allowed: 1 to 2"), (99, "no such band"), ("othr", 'did you mean "other"?')])
+@pytest.mark.parametrize(
+    ("band", "fault"),
+    [(3, "no such band; allowed: 1 to 2"), (99, "no such band"), ("othr", 'did you mean "other"?')],
+)
 def test_a_band_that_is_not_there_is_refused_with_those_that_are(tmp_path, band, fault):
     np.savez(tmp_path / "dem.npz", first=GRID, other=-GRID)
     with pytest.raises(RasterError, match="band") as error:
@@ -88,16 +99,19 @@ def test_a_band_that_is_not_there_is_refused_with_those_that_are(tmp_path, band,
     assert fault in str(error.value)
 
 
-@pytest.mark.parametrize(("name", "content", "fault"), [
-    ("dem.asc", HEAD + "1 2 3\n", "has 3 numbers, and ncols × nrows are 12"),
-    ("dem.asc", HEAD + rows(GRID).replace("5", "wet"), "is no ESRI ASCII grid"),
-    ("dem.asc", "nrows 3\n1 2 3\n", "it lacks ncols, cellsize"),
-    ("dem.npz", "no zip", "is no .npz"),
-    ("gone.npz", None, "cannot be read"),
-    ("go\0ne.npz", None, "cannot be read"),
-    ("dem.asc", HEAD.replace("4", "1e300") + rows(GRID), "ncols is no number"),
-    ("dem.asc", HEAD.replace("4", "nan") + rows(GRID), "ncols is no number"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "content", "fault"),
+    [
+        ("dem.asc", HEAD + "1 2 3\n", "has 3 numbers, and ncols × nrows are 12"),
+        ("dem.asc", HEAD + rows(GRID).replace("5", "wet"), "is no ESRI ASCII grid"),
+        ("dem.asc", "nrows 3\n1 2 3\n", "it lacks ncols, cellsize"),
+        ("dem.npz", "no zip", "is no .npz"),
+        ("gone.npz", None, "cannot be read"),
+        ("go\0ne.npz", None, "cannot be read"),
+        ("dem.asc", HEAD.replace("4", "1e300") + rows(GRID), "ncols is no number"),
+        ("dem.asc", HEAD.replace("4", "nan") + rows(GRID), "ncols is no number"),
+    ],
+)
 def test_files_that_hold_no_grid_are_refused(tmp_path, name, content, fault):
     if content is not None:
         (tmp_path / name).write_text(content)
@@ -150,9 +164,18 @@ def test_degrees_are_told_from_metres():
 
 def test_geotiff_is_read_through_rasterio(tmp_path):
     rasterio = pytest.importorskip("rasterio", reason="needs the extra geo")
-    with rasterio.open(tmp_path / "dem.tif", "w", driver="GTiff", width=4, height=3, count=2, dtype="float32",
-                       crs="EPSG:32616", nodata=-99,
-                       transform=rasterio.Affine(10, 0, 100, 0, -20, 230)) as file:
+    with rasterio.open(
+        tmp_path / "dem.tif",
+        "w",
+        driver="GTiff",
+        width=4,
+        height=3,
+        count=2,
+        dtype="float32",
+        crs="EPSG:32616",
+        nodata=-99,
+        transform=rasterio.Affine(10, 0, 100, 0, -20, 230),
+    ) as file:
         file.write(GRID.astype("float32"), 1)
         file.write(np.where(GRID == 5, -99, GRID).astype("float32"), 2)
         file.set_band_description(2, "surface")
@@ -168,9 +191,18 @@ def test_geotiff_is_read_through_rasterio(tmp_path):
 
 def test_a_geotiff_holds_what_its_scale_and_offset_say(tmp_path):
     rasterio = pytest.importorskip("rasterio", reason="needs the extra geo")
-    with rasterio.open(tmp_path / "dem.tif", "w", driver="GTiff", width=4, height=3, count=2, dtype="int16",
-                       crs="EPSG:32616", nodata=-1,
-                       transform=rasterio.Affine(10, 0, 100, 0, -10, 230)) as file:
+    with rasterio.open(
+        tmp_path / "dem.tif",
+        "w",
+        driver="GTiff",
+        width=4,
+        height=3,
+        count=2,
+        dtype="int16",
+        crs="EPSG:32616",
+        nodata=-1,
+        transform=rasterio.Affine(10, 0, 100, 0, -10, 230),
+    ) as file:
         file.write(np.where(GRID == 5, -1, 10 * GRID).astype("int16"), 1)
         file.write(GRID.astype("int16"), 2)
         file.scales, file.offsets = (0.1, 1.0), (100.0, 0.0)
@@ -184,9 +216,18 @@ def test_a_geotiff_holds_what_its_scale_and_offset_say(tmp_path):
 def test_ascii_grids_as_gdal_writes_them_hold_what_it_was_given(tmp_path, kind):
     rasterio = pytest.importorskip("rasterio", reason="needs the extra geo")
     nodata = {"int16": -32768, "float32": -3.4028234663852886e38, "float64": float("nan")}[kind]
-    with rasterio.open(tmp_path / "dem.tif", "w", driver="GTiff", width=4, height=3, count=1, dtype=kind,
-                       crs="EPSG:32616", nodata=nodata,
-                       transform=rasterio.Affine(10, 0, 100, 0, -20, 260)) as file:
+    with rasterio.open(
+        tmp_path / "dem.tif",
+        "w",
+        driver="GTiff",
+        width=4,
+        height=3,
+        count=1,
+        dtype=kind,
+        crs="EPSG:32616",
+        nodata=nodata,
+        transform=rasterio.Affine(10, 0, 100, 0, -20, 260),
+    ) as file:
         file.write(np.where(GRID == 5, nodata, GRID).astype(kind), 1)
     copy = importlib.import_module("rasterio.shutil").copy
     copy(tmp_path / "dem.tif", tmp_path / "dem.asc", driver="AAIGrid")
@@ -221,17 +262,30 @@ def test_the_pipe_that_would_name_the_coordinate_system_of_a_grid_is_passed_over
     assert read_raster("dem.asc", tmp_path).crs == ""
 
 
-@pytest.mark.parametrize(("head", "fault"), [
-    (HEAD.replace("100", "1e17"), "edge in the west at 1e+17"), (HEAD.replace("200", "1e17"), "in the north"),
-    (HEAD.replace("cellsize 10", "cellsize 1e-12"), "cells of 1e-12")])
+@pytest.mark.parametrize(
+    ("head", "fault"),
+    [
+        (HEAD.replace("100", "1e17"), "edge in the west at 1e+17"),
+        (HEAD.replace("200", "1e17"), "in the north"),
+        (HEAD.replace("cellsize 10", "cellsize 1e-12"), "cells of 1e-12"),
+    ],
+)
 def test_coordinates_that_are_nowhere_on_the_earth_are_refused(tmp_path, head, fault):
     (tmp_path / "dem.asc").write_text(head + rows(GRID))
     with pytest.raises(RasterError, match=re.escape(fault)):
         read_raster("dem.asc", tmp_path)
 
 
-@pytest.mark.parametrize("crs", ["http://127.0.0.1:9/crs", "/etc/hostname", "crs.prj", "file:///etc/hostname",
-                                 "+proj=utm +zone=16 +nadgrids=http://127.0.0.1:9/g.tif +type=crs"])
+@pytest.mark.parametrize(
+    "crs",
+    [
+        "http://127.0.0.1:9/crs",
+        "/etc/hostname",
+        "crs.prj",
+        "file:///etc/hostname",
+        "+proj=utm +zone=16 +nadgrids=http://127.0.0.1:9/g.tif +type=crs",
+    ],
+)
 def test_a_coordinate_system_is_no_address_and_no_file(crs):
     with pytest.raises(RasterError, match="names no coordinate system"):
         degrees(crs)
@@ -240,8 +294,10 @@ def test_a_coordinate_system_is_no_address_and_no_file(crs):
 def test_gdal_gets_the_driver_that_a_name_calls_for_whatever_the_content_says(tmp_path, requests):
     pytest.importorskip("rasterio", reason="needs the extra geo")
     source = f"<SourceFilename>/vsicurl/{requests.address}/x.tif</SourceFilename><SourceBand>1</SourceBand>"
-    text = ('<VRTDataset rasterXSize="4" rasterYSize="4"><VRTRasterBand dataType="Float32" band="1">'
-            f"<SimpleSource>{source}</SimpleSource></VRTRasterBand></VRTDataset>")
+    text = (
+        '<VRTDataset rasterXSize="4" rasterYSize="4"><VRTRasterBand dataType="Float32" band="1">'
+        f"<SimpleSource>{source}</SimpleSource></VRTRasterBand></VRTDataset>"
+    )
     for name in ("dem.tif", "dem.vrt", "dem.hgt", "N46E007.hgt", "dem.dem", "dem.dt1", "dem.xyz"):
         (tmp_path / name).write_text(text)
         with pytest.raises(RasterError, match="raster"):

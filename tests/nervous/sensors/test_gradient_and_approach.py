@@ -7,9 +7,11 @@ from ecs_eco.systems import Sense
 from ecs_eco.testing import act, arrange
 
 ANIMAL = {
-    "count": 1, "body": {"radius": 0.1}, "locomotion": {"speed": {"go": 1.0}, "turn": 1.0, "climb": 1.0},
+    "count": 1,
+    "body": {"radius": 0.1},
+    "locomotion": {"speed": {"go": 1.0}, "turn": 1.0, "climb": 1.0},
     "actions": {"speed": ["go"], "turn": ["left", "none", "right"], "climb": ["up", "none", "down"]},
-}  # fmt: skip
+}
 
 
 def _sea(sensors, size=(20.0, 20.0, 10.0), **top):
@@ -17,8 +19,13 @@ def _sea(sensors, size=(20.0, 20.0, 10.0), **top):
     if len(size) == 2:
         prey = prey | {"actions": {"speed": ["go"]}}
     predator = {**prey, "sensors": [{"kind": "own", "property": "energy"}]}
-    config = {"format": 1, "name": "sea", "space": {"size": list(size)}, "fields": {"smell": {"cell": 1.0}},
-              "species": {"prey": prey, "predator": predator}} | top
+    config = {
+        "format": 1,
+        "name": "sea",
+        "space": {"size": list(size)},
+        "fields": {"smell": {"cell": 1.0}},
+        "species": {"prey": prey, "predator": predator},
+    } | top
     return World.from_config(config)
 
 
@@ -38,8 +45,9 @@ def test_who_swims_nearer_is_felt_with_its_direction_and_speed():
     assert list(x.values()) == pytest.approx([0.0, -0.6, 0.8, (1.5 * 0.6 + 0.5 * 0.8) / 2], abs=1e-6)
 
 
-@pytest.mark.parametrize("state", [{"speed": 0.0}, {"speed": 1.0, "heading": 0.0},
-                                   {"speed": 1.0, "heading": np.pi, "x": 18.0}])
+@pytest.mark.parametrize(
+    "state", [{"speed": 0.0}, {"speed": 1.0, "heading": 0.0}, {"speed": 1.0, "heading": np.pi, "x": 18.0}]
+)
 def test_who_rests_or_leaves_or_is_far_is_not_felt(state):
     world = _sea([{"kind": "approach", "target": "predator", "radius": 6.0}])
     arrange(world, "prey", x=10, y=10, z=5)
@@ -55,14 +63,22 @@ def test_own_motion_is_not_felt_as_approach():
 
 
 def test_on_a_plane_approach_and_gradient_have_no_up():
-    sensors = [{"kind": "approach", "target": "predator", "radius": 6.0},
-               {"kind": "gradient", "field": "smell"}]
+    sensors = [
+        {"kind": "approach", "target": "predator", "radius": 6.0},
+        {"kind": "gradient", "field": "smell"},
+    ]
     world = _sea(sensors, (20.0, 20.0))
     arrange(world, "prey", x=1, y=10, heading=0)
     arrange(world, "predator", x=19, y=10, heading=0.0, speed=0.5)  # 2 m off, across the edge
-    assert _read(world) == pytest.approx({"predator_approach_forward": -1.0, "predator_approach_left": 0.0,
-                                          "predator_approach_closing": 0.5, "smell_gradient_forward": 0.0,
-                                          "smell_gradient_left": 0.0})
+    assert _read(world) == pytest.approx(
+        {
+            "predator_approach_forward": -1.0,
+            "predator_approach_left": 0.0,
+            "predator_approach_closing": 0.5,
+            "smell_gradient_forward": 0.0,
+            "smell_gradient_left": 0.0,
+        }
+    )
 
 
 def test_a_gradient_compares_two_sides_of_the_body():
@@ -94,10 +110,11 @@ def test_the_logarithm_of_light():
 
 
 def test_stationary_emitters_feed_a_smell_in_three_dimensions():
-    world = _sea([{"kind": "smell", "field": "smell"}],
-                 objects={"wick": {"at": [[10.0, 10.0, 5.0]], "body": {"radius": 0.1},
-                 "emits": {"smell": 2.0}}},
-                 fields={"smell": {"cell": 1.0, "diffusion": 0.2, "decay": 0.1}})  # fmt: skip
+    world = _sea(
+        [{"kind": "smell", "field": "smell"}],
+        objects={"wick": {"at": [[10.0, 10.0, 5.0]], "body": {"radius": 0.1}, "emits": {"smell": 2.0}}},
+        fields={"smell": {"cell": 1.0, "diffusion": 0.2, "decay": 0.1}},
+    )
     world.run(200)
     field = world.fields["smell"]
     # dc/dt = source − decay c

@@ -7,23 +7,38 @@ from ecs_eco.systems import Sense
 from ecs_eco.testing import act, arrange
 
 SIDE = 26.0
-SENSORS = [{"kind": "rays", "name": "eye", "count": 1, "radius": 12.0, "targets": ["post", "tower"],
-            "report": "per_ray"},
-           {"kind": "nearest", "target": "post", "radius": 12.0, "occlusion": True},
-           {"kind": "nearest", "target": "tower", "radius": 12.0, "occlusion": True}]  # fmt: skip
+SENSORS = [
+    {
+        "kind": "rays",
+        "name": "eye",
+        "count": 1,
+        "radius": 12.0,
+        "targets": ["post", "tower"],
+        "report": "per_ray",
+    },
+    {"kind": "nearest", "target": "post", "radius": 12.0, "occlusion": True},
+    {"kind": "nearest", "target": "tower", "radius": 12.0, "occlusion": True},
+]
 
 
 def _read(height, *, hides=True, kind="post", body=None, eye=0.5, edges="walls", shift=0.0):
     """What a snail at x = 5 reads of a post or tower at x = 15, with a hill of a height [m] halfway."""
     place = [(10.0 + shift) % SIDE, 10.0]
     hill = {"at": place, "radius": 3.0, "height": height}
-    world = World.from_config({
-        "format": 1, "name": "garden", "space": {"size": [SIDE, SIDE], "edges": edges},
-        "terrain": {"cell": 0.25, "mountains": [hill]} | ({"hides": True} if hides else {}),
-        "objects": {"post": {"count": 1, "body": {"radius": 1.0}},
-                    "tower": {"count": 1, "body": body or {"shape": "box", "size": [1.0, 1.0, 4.0]}}},
-        "species": {"snail": {"count": 1, "body": {"radius": eye}, "sensors": SENSORS}},
-    }, policies="random")  # fmt: skip
+    world = World.from_config(
+        {
+            "format": 1,
+            "name": "garden",
+            "space": {"size": [SIDE, SIDE], "edges": edges},
+            "terrain": {"cell": 0.25, "mountains": [hill]} | ({"hides": True} if hides else {}),
+            "objects": {
+                "post": {"count": 1, "body": {"radius": 1.0}},
+                "tower": {"count": 1, "body": body or {"shape": "box", "size": [1.0, 1.0, 4.0]}},
+            },
+            "species": {"snail": {"count": 1, "body": {"radius": eye}, "sensors": SENSORS}},
+        },
+        policies="random",
+    )
     other = "tower" if kind == "post" else "post"
     arrange(world, "snail", x=(5.0 + shift) % SIDE, y=10.0, heading=0.0)
     arrange(world, kind, x=(15.0 + shift) % SIDE, y=10.0)
@@ -61,13 +76,21 @@ def test_the_line_of_sight_crosses_the_edge_of_a_torus(kind):
 
 
 def test_a_post_on_the_hill_is_seen_and_one_right_behind_it_is_not():
-    world = World.from_config({
-        "format": 1, "name": "garden", "space": {"size": [30.0, 20.0], "edges": "walls"},
-        "terrain": {"cell": 0.25, "hides": True, "mountains": [{"at": [10.0, 10.0], "radius": 4.0,
-                                                                "height": 3.0}]},
-        "objects": {"post": {"count": 2, "body": {"radius": 0.4}}},
-        "species": {"snail": {"count": 1, "body": {"radius": 0.5}, "sensors": SENSORS[1:2]}},
-    }, policies="random")  # fmt: skip
+    world = World.from_config(
+        {
+            "format": 1,
+            "name": "garden",
+            "space": {"size": [30.0, 20.0], "edges": "walls"},
+            "terrain": {
+                "cell": 0.25,
+                "hides": True,
+                "mountains": [{"at": [10.0, 10.0], "radius": 4.0, "height": 3.0}],
+            },
+            "objects": {"post": {"count": 2, "body": {"radius": 0.4}}},
+            "species": {"snail": {"count": 1, "body": {"radius": 0.5}, "sensors": SENSORS[1:2]}},
+        },
+        policies="random",
+    )
     nerves = world.tables["snail"].species.nerves
     near = nerves.channels.index("post_near")
     arrange(world, "snail", x=3.0, y=10.0)

@@ -16,10 +16,15 @@ def sea(sensors, size=(20.0, 20.0), genes=(), hares=2, **more):
     snail = {"count": 2, "body": {"radius": 1.0, "opaque": False}, "sensors": sensors} | more
     if genes:
         snail["genome"] = {"alphabet": "01", "genes": list(genes)}
-    return World.from_config({
-        "format": 1, "name": "garden", "space": {"size": list(size), "edges": "walls"},
-        "species": {"snail": snail, "hare": {"count": hares, "body": {"radius": 0.25}}}},
-        policies="random")  # fmt: skip
+    return World.from_config(
+        {
+            "format": 1,
+            "name": "garden",
+            "space": {"size": list(size), "edges": "walls"},
+            "species": {"snail": snail, "hare": {"count": hares, "body": {"radius": 0.25}}},
+        },
+        policies="random",
+    )
 
 
 def read(world, **places):
@@ -33,8 +38,10 @@ def read(world, **places):
     return dict(zip(nerves.channels, nerves.x[first].tolist(), strict=True))
 
 
-EYES = [{"kind": "nearest", "name": "middle", "target": "hare", "radius": 5.0},
-        {"kind": "nearest", "name": "front", "target": "hare", "radius": 5.0, "at": [2.0, 0.0]}]  # fmt: skip
+EYES = [
+    {"kind": "nearest", "name": "middle", "target": "hare", "radius": 5.0},
+    {"kind": "nearest", "name": "front", "target": "hare", "radius": 5.0, "at": [2.0, 0.0]},
+]
 
 
 @pytest.mark.definition("3 sensor place")
@@ -69,11 +76,17 @@ def test_an_eye_on_top_of_the_body_is_nearer_to_what_is_above():
 
 @pytest.mark.definition("3 sensor place")
 def test_the_pressure_in_a_soft_body_is_felt_at_the_depth_of_the_place():
-    sensors = [{"kind": "own", "property": "pressure", "name": name, "at": [0.0, 0.0, up], "scale": 1000.0}
-               for name, up in (("crown", 1.0), ("middle", 0.0), ("foot", -1.0))]  # fmt: skip
+    sensors = [
+        {"kind": "own", "property": "pressure", "name": name, "at": [0.0, 0.0, up], "scale": 1000.0}
+        for name, up in (("crown", 1.0), ("middle", 0.0), ("foot", -1.0))
+    ]
     for soft in (True, False):
-        world = sea(sensors, (20.0, 20.0, 20.0), properties={"pressure": 101325.0},
-                    body={"radius": 1.0, "opaque": False, "compressible": soft})  # fmt: skip
+        world = sea(
+            sensors,
+            (20.0, 20.0, 20.0),
+            properties={"pressure": 101325.0},
+            body={"radius": 1.0, "opaque": False, "compressible": soft},
+        )
         world.environment.functions = {}
         world.surroundings = lambda quantity, x, y, z: (100000 + 10000 * (20 - z)).astype(np.float32)
         arrange(world, "snail", pressure=250000.0)
@@ -84,10 +97,19 @@ def test_the_pressure_in_a_soft_body_is_felt_at_the_depth_of_the_place():
 
 def test_each_sees_over_a_field_of_view_of_its_own():
     eye = {"kind": "nearest", "name": "eye", "target": "hare", "radius": 5.0, "fov": 1.0}
-    rays = {"kind": "rays", "name": "ray", "targets": ["hare"], "count": 1, "radius": 5.0, "angle": 0.0,
-            "report": "per_ray"}  # fmt: skip
-    genes = [{"name": "view", "letters": 1, "trait": "sensors.eye.fov", "values": [1.0, 4.0]},
-             {"name": "gaze", "letters": 1, "trait": "sensors.ray.angle", "values": [0.0, math.pi / 2]}]
+    rays = {
+        "kind": "rays",
+        "name": "ray",
+        "targets": ["hare"],
+        "count": 1,
+        "radius": 5.0,
+        "angle": 0.0,
+        "report": "per_ray",
+    }
+    genes = [
+        {"name": "view", "letters": 1, "trait": "sensors.eye.fov", "values": [1.0, 4.0]},
+        {"name": "gaze", "letters": 1, "trait": "sensors.ray.angle", "values": [0.0, math.pi / 2]},
+    ]
     world = sea([eye, rays], genes=genes)
     table = world.tables["snail"]
     table[Traits].value[table.by_uid()[0]] = 1.0, 0.0
@@ -103,14 +125,22 @@ def test_each_sees_over_a_field_of_view_of_its_own():
 @pytest.mark.parametrize("threads", [1, 2])
 def test_from_places_on_a_torus_the_nearest_are_those_of_brute_force(threads):
     rng = np.random.default_rng(threads)
-    world = World.from_config({
-        "format": 1, "name": "ring", "space": {"size": [20.0, 15.0], "edges": "torus"},
-        "species": {"snail": {"count": 50, "body": {"radius": 1.0},
-                              "sensors": [EYES[1] | {"at": [1.5, -1.0]}]},
-                    "hare": {"count": 40, "body": {"radius": 0.25}}}},
-        policies="random", threads=threads)  # fmt: skip
-    drawn = {name: (rng.random((n, 2)) * (20, 15)).astype(np.float32)
-             for name, n in (("snail", 50), ("hare", 40))}
+    world = World.from_config(
+        {
+            "format": 1,
+            "name": "ring",
+            "space": {"size": [20.0, 15.0], "edges": "torus"},
+            "species": {
+                "snail": {"count": 50, "body": {"radius": 1.0}, "sensors": [EYES[1] | {"at": [1.5, -1.0]}]},
+                "hare": {"count": 40, "body": {"radius": 0.25}},
+            },
+        },
+        policies="random",
+        threads=threads,
+    )
+    drawn = {
+        name: (rng.random((n, 2)) * (20, 15)).astype(np.float32) for name, n in (("snail", 50), ("hare", 40))
+    }
     heading = (rng.random(50) * 6.28).astype(np.float32)
     for name, place in drawn.items():
         arrange(world, name, x=place[:, 0], y=place[:, 1])

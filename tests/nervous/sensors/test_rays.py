@@ -8,16 +8,29 @@ from ecs_eco.components import Senses
 from ecs_eco.systems import Sense
 from ecs_eco.testing import act, arrange
 
-EYE = {"kind": "rays", "name": "eye", "count": 1, "radius": 5.0, "targets": ["post", "wall"],
-       "report": "per_ray"}  # fmt: skip
+EYE = {
+    "kind": "rays",
+    "name": "eye",
+    "count": 1,
+    "radius": 5.0,
+    "targets": ["post", "wall"],
+    "report": "per_ray",
+}
 
 
 def _world(*, size=(20.0, 20.0), edges="walls", snail=(), ambient=1.0, **eye):
     snail = {"count": 1, "body": {"radius": 0.5}, "sensors": [EYE | eye]} | dict(snail)
-    return World.from_config({"format": 1, "name": "garden", "space": {"size": list(size), "edges": edges},
-                              "ambient": {"light": ambient},
-                              "objects": {"post": {"count": 1, "body": {"radius": 1.0}}},
-                              "species": {"snail": snail}}, policies="random")  # fmt: skip
+    return World.from_config(
+        {
+            "format": 1,
+            "name": "garden",
+            "space": {"size": list(size), "edges": edges},
+            "ambient": {"light": ambient},
+            "objects": {"post": {"count": 1, "body": {"radius": 1.0}}},
+            "species": {"snail": snail},
+        },
+        policies="random",
+    )
 
 
 def _read(world, post, x=10.0, y=10.0, heading=0.0, **more):
@@ -38,8 +51,9 @@ def test_a_ray_at_an_angle_looks_to_the_left():
 def test_the_closest_hit_of_rays_at_an_angle_has_the_direction_from_the_heading():
     world = _world(angle=np.pi / 2, report="closest")
     read = _read(world, (10, 14))
-    assert [read[f"eye_post_{way}"] for way in ("forward", "left", "near")] == pytest.approx([0, 1, 0.4],
-                                                                                             abs=1e-6)
+    assert [read[f"eye_post_{way}"] for way in ("forward", "left", "near")] == pytest.approx(
+        [0, 1, 0.4], abs=1e-6
+    )
 
 
 @pytest.mark.definition("3 sensor place")
@@ -50,7 +64,8 @@ def test_rays_begin_where_the_eye_is_on_the_body():
     assert _read(world, (15, 9.25))["eye_post_1"] == 0
     assert _read(world, (3, 3), x=17)["eye_wall_1"] == pytest.approx(1 - 2 / 5)
     assert _read(world, (10, 15), heading=np.pi / 2)["eye_post_1"] == pytest.approx(
-        1 - (4 - np.sqrt(0.75)) / 5, abs=1e-6)  # fmt: skip
+        1 - (4 - np.sqrt(0.75)) / 5, abs=1e-6
+    )
 
 
 def test_an_eye_beyond_the_edge_of_the_torus_looks_on_from_the_other_side():

@@ -23,12 +23,16 @@ def _crowd(size=(12.0, 9.0), edges="torus", n=60, seed=1, cell=2.0):
     world = World(size, edges=edges, cell=cell)
     for name in ("a", "b"):
         table = world.add_table(name, Position, Body)
-        values = {(Position, axis): (rng.random(n) * s).astype(F)
-                  for axis, s in zip("xyz", size, strict=False)}
+        values = {
+            (Position, axis): (rng.random(n) * s).astype(F) for axis, s in zip("xyz", size, strict=False)
+        }
         table.request(
             np.zeros(n, np.uint64),
-            values | {(Position, "heading"): (rng.random(n) * 6.28).astype(F),
-                      (Body, "radius"): rng.uniform(0.1, 0.5, n).astype(F)},
+            values
+            | {
+                (Position, "heading"): (rng.random(n) * 6.28).astype(F),
+                (Body, "radius"): rng.uniform(0.1, 0.5, n).astype(F),
+            },
         )
     world.flush()
     return world
@@ -46,8 +50,11 @@ def _columns(world, name):
     table = world.tables[name]
     rows = table.by_uid()
     p, b = table[Position], table[Body]
-    return (np.stack([p.x, p.y, p.z], 1)[rows].astype(float), p.heading[rows].astype(float),
-            b.radius[rows].astype(float))
+    return (
+        np.stack([p.x, p.y, p.z], 1)[rows].astype(float),
+        p.heading[rows].astype(float),
+        b.radius[rows].astype(float),
+    )
 
 
 @pytest.mark.definition("3 sensor property")
@@ -72,14 +79,20 @@ def test_every_own_property_and_substance_can_be_felt():
         ("water", 0.2, 0.5),
         ("pressure", 101_325, 1),
     ]:
-        assert _sensed(world, "ram",
-                       own(name, scale, ["water", "salt"]))[0, 0] == pytest.approx(reads, rel=1e-6)
+        assert _sensed(world, "ram", own(name, scale, ["water", "salt"]))[0, 0] == pytest.approx(
+            reads, rel=1e-6
+        )
     assert table.n == 1
 
 
 @pytest.mark.parametrize(
-    ("size", "edges"), [((12.0, 9.0), "torus"), ((12.0, 9.0), "walls"), ((12.0, 9.0, 6.0), "torus"),
-                        ((12.0, 9.0, 6.0), "walls")]
+    ("size", "edges"),
+    [
+        ((12.0, 9.0), "torus"),
+        ((12.0, 9.0), "walls"),
+        ((12.0, 9.0, 6.0), "torus"),
+        ((12.0, 9.0, 6.0), "walls"),
+    ],
 )
 @pytest.mark.definition("3 sensor place")
 def test_a_nose_reads_the_field_at_its_place_on_the_body(size, edges):
@@ -94,8 +107,11 @@ def test_a_nose_reads_the_field_at_its_place_on_the_body(size, edges):
     place[:, 1] += radius * (forward * np.sin(heading) + left * np.cos(heading))
     place[:, 2] += radius * up
     for axis, length in enumerate(size):
-        place[:, axis] = (place[:, axis] % length if edges == "torus"
-                          and axis < 2 else place[:, axis].clip(0, length * (1 - 1e-7)))
+        place[:, axis] = (
+            place[:, axis] % length
+            if edges == "torus" and axis < 2
+            else place[:, axis].clip(0, length * (1 - 1e-7))
+        )
     c = np.empty(len(place), F)
     field.sample(*place.astype(F).T, c)
     assert np.allclose(read, c / (c + 0.3), atol=1e-4)
@@ -117,8 +133,8 @@ SECTORS = [[-np.pi, np.pi], [-0.8, 0.8], [0.0, np.pi], [2.5, -2.5]]  # all aroun
 
 @pytest.mark.parametrize("sector", SECTORS)
 @pytest.mark.parametrize(
-    ("size", "edges"), [((12.0, 9.0), "torus"), ((12.0, 9.0), "walls"), ((8.0, 6.0, 3.0), "walls"),
-                        ((8.0, 6.0, 3.0), "torus")]
+    ("size", "edges"),
+    [((12.0, 9.0), "torus"), ((12.0, 9.0), "walls"), ((8.0, 6.0, 3.0), "walls"), ((8.0, 6.0, 3.0), "torus")],
 )
 def test_touch_is_that_of_all_pairs_and_walls(size, edges, sector):
     world = _crowd(size, edges)
@@ -136,11 +152,18 @@ def test_touch_is_that_of_all_pairs_and_walls(size, edges, sector):
         return any(near[j] and ahead(np.arctan2(d[j, 1], d[j, 0]), i) for j in range(len(places)) if j != me)
 
     def walled(i):
-        hits = ([(2, None)] if len(size) == 3
-                and (here[i, 2] <= radius[i] or here[i, 2] >= size[2] - radius[i]) else [])
+        hits = (
+            [(2, None)]
+            if len(size) == 3 and (here[i, 2] <= radius[i] or here[i, 2] >= size[2] - radius[i])
+            else []
+        )
         if edges == "walls":
-            sides = ((0, size[0] - here[i, 0]), (np.pi, here[i, 0]), (np.pi / 2, size[1] - here[i, 1]),
-                     (-np.pi / 2, here[i, 1]))
+            sides = (
+                (0, size[0] - here[i, 0]),
+                (np.pi, here[i, 0]),
+                (np.pi / 2, size[1] - here[i, 1]),
+                (-np.pi / 2, here[i, 1]),
+            )
             hits += [a for a, gap in sides if gap <= radius[i] and ahead(a, i)]
         return bool(hits)
 
@@ -148,8 +171,9 @@ def test_touch_is_that_of_all_pairs_and_walls(size, edges, sector):
     by_b = [touches(i, there, other, -1) for i in range(n)]
     by_any = [b or touches(i, here, radius, i) or walled(i) for i, b in enumerate(by_b)]
     assert _sensed(world, "a", touch(["b"], False, sector))[:, 0].astype(bool).tolist() == by_b
-    assert _sensed(world, "a", touch([], True, sector))[:, 0].astype(bool).tolist() == [walled(i)
-                                                                                        for i in range(n)]
+    assert _sensed(world, "a", touch([], True, sector))[:, 0].astype(bool).tolist() == [
+        walled(i) for i in range(n)
+    ]
     assert _sensed(world, "a", touch(None, True, sector))[:, 0].astype(bool).tolist() == by_any
     assert 0 < sum(by_any) < n
 
@@ -176,8 +200,9 @@ def test_the_surroundings_are_read_at_the_sensors_place_on_the_body():
     world.environment["light"] = lambda w, x, y, z: x + 100 * y + 10_000 * z
     assert _sensed(world, "a", ambient("light", 0, 1))[0, 0] == 5 + 500 + 80_000
     # ahead is +y, left is −x
-    assert _sensed(world, "a",
-                   ambient("light", 0, 1, [1.0, 0.5, -1.0]))[0, 0] == pytest.approx(4 + 700 + 60_000)
+    assert _sensed(world, "a", ambient("light", 0, 1, [1.0, 0.5, -1.0]))[0, 0] == pytest.approx(
+        4 + 700 + 60_000
+    )
     assert _sensed(world, "a", ambient("light", 0, 1, [0.0, 0.0, 9.0]))[0, 0] == pytest.approx(
         5 + 500 + 200_000, rel=1e-5
     )  # not beyond the wall

@@ -10,22 +10,38 @@ from ecs_eco import World
 from ecs_eco.systems import Sense
 from ecs_eco.testing import act, arrange, check_system
 
-EYES = [{"kind": "rays", "name": "eye", "count": 1, "radius": 5.0, "targets": ["post", "wall", "hare"],
-         "report": "per_ray"},
-        {"kind": "nearest", "target": "hare", "radius": 8.0, "occlusion": True},
-        {"kind": "nearest", "target": "post", "radius": 8.0, "name": "to_post"},
-        {"kind": "touch", "target": "post", "at": [-0.8, 0.8]},
-        {"kind": "touch", "target": "wall", "name": "edge"},
-        {"kind": "own", "property": "volume"}]  # fmt: skip
+EYES = [
+    {
+        "kind": "rays",
+        "name": "eye",
+        "count": 1,
+        "radius": 5.0,
+        "targets": ["post", "wall", "hare"],
+        "report": "per_ray",
+    },
+    {"kind": "nearest", "target": "hare", "radius": 8.0, "occlusion": True},
+    {"kind": "nearest", "target": "post", "radius": 8.0, "name": "to_post"},
+    {"kind": "touch", "target": "post", "at": [-0.8, 0.8]},
+    {"kind": "touch", "target": "wall", "name": "edge"},
+    {"kind": "own", "property": "volume"},
+]
 BOX = {"shape": "box", "size": [4.0, 1.0, 1.0]}
 
 
 def _world(post=BOX, *, edges="walls", size=(20.0, 20.0), posts=1, hares=1, snail=None, sensors=EYES, **more):
-    return World.from_config({
-        "format": 1, "name": "garden", "space": {"size": list(size), "edges": edges},
-        "objects": {"post": {"count": posts, "body": post}},
-        "species": {"snail": {"count": 1, "body": snail or {"radius": 0.5}, "sensors": sensors} | more,
-                    "hare": {"count": hares, "body": {"radius": 0.25}}}}, policies="random")  # fmt: skip
+    return World.from_config(
+        {
+            "format": 1,
+            "name": "garden",
+            "space": {"size": list(size), "edges": edges},
+            "objects": {"post": {"count": posts, "body": post}},
+            "species": {
+                "snail": {"count": 1, "body": snail or {"radius": 0.5}, "sensors": sensors} | more,
+                "hare": {"count": hares, "body": {"radius": 0.25}},
+            },
+        },
+        policies="random",
+    )
 
 
 def _read(world, *, post, hare=((1.0, 1.0),), x=10.0, y=10.0, heading=0.0, turned=0.0):
@@ -48,7 +64,8 @@ def test_rays_meet_a_box_at_its_side_and_a_capsule_at_its_tip():
     assert _read(_world(capsule), post=[(15, 10)])["eye_post_1"] == pytest.approx(1 - 3 / 5)
     # past its round tip, where a box would be met
     assert _read(_world(capsule), post=[(14, 11.99)], turned=turned)["eye_post_1"] == pytest.approx(
-        1 - (4 - math.sqrt(0.25 - 0.49**2)) / 5, abs=1e-4)  # fmt: skip
+        1 - (4 - math.sqrt(0.25 - 0.49**2)) / 5, abs=1e-4
+    )
 
 
 @pytest.mark.definition("1 conformation")
@@ -111,27 +128,54 @@ def test_in_a_volume_a_low_box_hides_only_what_is_low():
 @pytest.mark.definition("1 conformation")
 def test_volume_and_places_of_sensors_are_those_of_the_shape():
     long = {"shape": "capsule", "radius": 0.5, "length": 4.0}
-    sensors = [{"kind": "own", "property": "volume"},
-               {"kind": "rays", "name": "eye", "count": 1, "radius": 5.0, "targets": ["post"],
-                "report": "per_ray", "at": [1.0, 0.0]}]  # fmt: skip
+    sensors = [
+        {"kind": "own", "property": "volume"},
+        {
+            "kind": "rays",
+            "name": "eye",
+            "count": 1,
+            "radius": 5.0,
+            "targets": ["post"],
+            "report": "per_ray",
+            "at": [1.0, 0.0],
+        },
+    ]
     read = _read(_world({"radius": 0.5}, snail=long, sensors=sensors), post=[(15, 10)])
     assert read["volume"] == pytest.approx(math.pi * (0.25 * 3 + 0.5**3 * 4 / 3))
     assert read["eye_post_1"] == pytest.approx(1 - 2.5 / 5)  # from its tip, 2 m ahead of its middle
 
 
 def _crowd(shape, edges, size, threads=1):
-    eyes = [{"kind": "rays", "name": "eye", "count": 7, "fov": 6.2, "radius": 4.0,
-             "targets": ["post", "wall", "hare"], "report": "per_ray"},
-            {"kind": "nearest", "target": "hare", "radius": 4.0, "occlusion": True},
-            {"kind": "nearest", "target": "post", "radius": 4.0, "occlusion": True, "fov": 3.0},
-            {"kind": "touch", "target": "any", "at": [-2.0, 1.0]}]  # fmt: skip
+    eyes = [
+        {
+            "kind": "rays",
+            "name": "eye",
+            "count": 7,
+            "fov": 6.2,
+            "radius": 4.0,
+            "targets": ["post", "wall", "hare"],
+            "report": "per_ray",
+        },
+        {"kind": "nearest", "target": "hare", "radius": 4.0, "occlusion": True},
+        {"kind": "nearest", "target": "post", "radius": 4.0, "occlusion": True, "fov": 3.0},
+        {"kind": "touch", "target": "any", "at": [-2.0, 1.0]},
+    ]
     body = {"radius": 0.5} | ({"shape": "capsule", "length": 1.0} if shape else {})
     small = {"radius": 0.25} | ({"shape": "capsule", "length": 0.5} if shape else {})
-    return World.from_config({
-        "format": 1, "name": "crowd", "space": {"size": list(size), "edges": edges},
-        "objects": {"post": {"count": 20, "body": body}},
-        "species": {"snail": {"count": 40, "body": body, "sensors": eyes},
-                    "hare": {"count": 25, "body": small}}}, policies="random", threads=threads)  # fmt: skip
+    return World.from_config(
+        {
+            "format": 1,
+            "name": "crowd",
+            "space": {"size": list(size), "edges": edges},
+            "objects": {"post": {"count": 20, "body": body}},
+            "species": {
+                "snail": {"count": 40, "body": body, "sensors": eyes},
+                "hare": {"count": 25, "body": small},
+            },
+        },
+        policies="random",
+        threads=threads,
+    )
 
 
 def _apart(world):
@@ -147,8 +191,9 @@ def _apart(world):
     return world
 
 
-@pytest.mark.parametrize(("edges", "size"), [("torus", (14.0, 11.0)), ("walls", (14.0, 11.0)),
-                                             ("torus", (12.0, 9.0, 5.0))])
+@pytest.mark.parametrize(
+    ("edges", "size"), [("torus", (14.0, 11.0)), ("walls", (14.0, 11.0)), ("torus", (12.0, 9.0, 5.0))]
+)
 def test_capsules_as_long_as_wide_are_seen_and_felt_as_spheres_are(edges, size):
     read = []
     for shape in (False, True):

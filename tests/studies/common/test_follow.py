@@ -12,15 +12,24 @@ from ecs_eco.record import run_to_folder
 from ecs_eco.testing import arrange
 from studies.common.follow import follow
 
-SMALL = {"species.phytoplankton.count": 60, "species.copepod.count": 25, "species.krill.count": 12,
-         "space.size": [16.0, 16.0, 16.0], "sun.day": 48.0}  # fmt: skip
+SMALL = {
+    "species.phytoplankton.count": 60,
+    "species.copepod.count": 25,
+    "species.krill.count": 12,
+    "space.size": [16.0, 16.0, 16.0],
+    "sun.day": 48.0,
+}
 
 
 def test_tracks_tell_depth_speed_and_the_way_from_the_predator(meadow):
     wolf = {"count": 1, "body": {"radius": 0.1}}
     sea = {"size": [20.0, 20.0, 10.0]}
-    world = meadow(world={"space": sea, "species": {"wolf": wolf}}, count=2,
-                   reflex={"formulas": {"walk": "1"}}, lethal=[])
+    world = meadow(
+        world={"space": sea, "species": {"wolf": wolf}},
+        count=2,
+        reflex={"formulas": {"walk": "1"}},
+        lethal=[],
+    )
     arrange(world, "deer", x=[1, 5], y=5, z=[4, 9], heading=[0, np.pi / 2])
     arrange(world, "wolf", x=19, y=5, z=4)  # 2 m behind the first, across the edge
     tracks = follow(world, 2, "deer", "wolf", within=5.0)
@@ -38,8 +47,12 @@ def test_tracks_tell_depth_speed_and_the_way_from_the_predator(meadow):
 def test_the_side_of_away_is_on_the_left(meadow):
     wolf = {"count": 1, "body": {"radius": 0.1}}
     sea = {"size": [20.0, 20.0, 10.0]}
-    world = meadow(world={"space": sea, "species": {"wolf": wolf}}, count=4,
-                   reflex={"formulas": {"walk": "1"}}, lethal=[])
+    world = meadow(
+        world={"space": sea, "species": {"wolf": wolf}},
+        count=4,
+        reflex={"formulas": {"walk": "1"}},
+        lethal=[],
+    )
     # all swim north, around a wolf
     arrange(world, "deer", x=[5, 7, 5, 3], y=[7, 5, 3, 5], z=4, heading=np.pi / 2)
     arrange(world, "wolf", x=5, y=5, z=4)
@@ -50,8 +63,9 @@ def test_the_side_of_away_is_on_the_left(meadow):
 
 def test_tracks_from_details_are_those_followed_live(tmp_path: Path):
     small = load("diel-migration", SMALL)
-    run_to_folder(small, seed=4, ticks=25, out=tmp_path / "run", policies="untrained", record="full",
-                  report=False)
+    run_to_folder(
+        small, seed=4, ticks=25, out=tmp_path / "run", policies="untrained", record="full", report=False
+    )
     tracks = recorded_tracks(tmp_path / "run", "copepod", "krill")
     world = World.from_config(small, policies="untrained", seed=4).run(1)
     live = follow(world, 24, "copepod", "krill")

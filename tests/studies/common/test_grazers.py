@@ -18,14 +18,17 @@ def test_channels_are_those_of_the_shipped_deer():
     assert tuple(world.tables["deer"].species.nerves.channels) == CHANNELS
 
 
-@pytest.mark.parametrize(("seen", "decided"), [
-    ({"grass_forward": 1.0, "grass_near": 0.5}, [WALK, AHEAD]),
-    ({"grass_left": 1.0, "grass_near": 0.5}, [STILL, LEFT]),
-    ({"grass_left": -0.8, "grass_forward": 0.6, "grass_near": 0.5}, [WALK, RIGHT]),
-    ({"grass_forward": -1.0, "grass_near": 0.5}, [STILL, LEFT]),
-    ({}, [WALK, AHEAD]),
-    ({"grass_forward": 1.0, "grass_near": 0.5, "energy": 0.9}, [STILL, AHEAD]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("seen", "decided"),
+    [
+        ({"grass_forward": 1.0, "grass_near": 0.5}, [WALK, AHEAD]),
+        ({"grass_left": 1.0, "grass_near": 0.5}, [STILL, LEFT]),
+        ({"grass_left": -0.8, "grass_forward": 0.6, "grass_near": 0.5}, [WALK, RIGHT]),
+        ({"grass_forward": -1.0, "grass_near": 0.5}, [STILL, LEFT]),
+        ({}, [WALK, AHEAD]),
+        ({"grass_forward": 1.0, "grass_near": 0.5, "energy": 0.9}, [STILL, AHEAD]),
+    ],
+)
 def test_hungry_deer_go_to_the_nearest_grass_and_sated_ones_stand(seen, decided):
     assert graze(sensed(**seen), UID).tolist() == [decided]
     assert graze_and_flee(sensed(**seen), UID).tolist() == [decided]

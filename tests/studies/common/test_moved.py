@@ -7,9 +7,14 @@ from ecs_eco import World
 from ecs_eco.config import load
 from studies.common.moved import Crowd, Policies, divergence, rates
 
-FEW = {"species.grass.count": 60, "species.deer.count": 20, "species.wolf.count": 4,
-       "space.size": [50.0, 50.0], "species.deer.ppo.horizon": 8,
-       "species.wolf.ppo.horizon": 8}  # fmt: skip
+FEW = {
+    "species.grass.count": 60,
+    "species.deer.count": 20,
+    "species.wolf.count": 4,
+    "space.size": [50.0, 50.0],
+    "species.deer.ppo.horizon": 8,
+    "species.wolf.ppo.horizon": 8,
+}
 
 
 def test_divergence_is_summed_over_groups_and_averaged_over_observations():
@@ -24,8 +29,9 @@ def test_divergence_is_summed_over_groups_and_averaged_over_observations():
 
 @pytest.mark.parametrize("learn", [False, True])
 def test_a_policy_that_learns_moves_and_one_that_does_not_stays(learn):
-    world = World.from_config(load("predator-prey", FEW), seed=1, policies="untrained", learn=learn,
-                              record=False)
+    world = World.from_config(
+        load("predator-prey", FEW), seed=1, policies="untrained", learn=learn, record=False
+    )
     before = Policies(world)
     world.run(20)
     moved = before.moved()

@@ -28,27 +28,40 @@ def written(folder, text=FILE):
 
 
 def git(folder, *words):
-    subprocess.run(["git", "-c", "user.name=A", "-c", "user.email=a@b", *words], cwd=folder, check=True,
-                   capture_output=True, timeout=60)
+    subprocess.run(
+        ["git", "-c", "user.name=A", "-c", "user.email=a@b", *words],
+        cwd=folder,
+        check=True,
+        capture_output=True,
+        timeout=60,
+    )
 
 
 def test_a_hypothesis_is_decided_in_its_own_words(tmp_path):
     drift = registration("drift", written(tmp_path))
     line = drift.verdict("lost", "2 of 2", True)
-    assert line == {"statement": "runs that lose an allele", "value": "2 of 2", "goal": "most", "met": True,
-                    "registered": "lost"}
+    assert line == {
+        "statement": "runs that lose an allele",
+        "value": "2 of 2",
+        "goal": "most",
+        "met": True,
+        "registered": "lost",
+    }
     assert drift.arms == {"plain": {}}
     with pytest.raises(ValueError, match="no hypothesis 'loss'; registered are lost; did you mean 'lost'"):
         drift.verdict("loss", 0, False)
 
 
-@pytest.mark.parametrize(("change", "words"), [
-    (('goal = "most"', ""), "hypotheses.lost.goal is missing"),
-    (("ticks = 100", ""), "ticks is missing"),
-    (("studies.drift:lost", "lost"), "must be module:function"),
-    (('name = "drift"', 'name = "drifts"'), "name is 'drifts'; it must be 'drift'"),
-    (('name = "drift"', "name = drift"), "drift.toml"),
-])
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (('goal = "most"', ""), "hypotheses.lost.goal is missing"),
+        (("ticks = 100", ""), "ticks is missing"),
+        (("studies.drift:lost", "lost"), "must be module:function"),
+        (('name = "drift"', 'name = "drifts"'), "name is 'drifts'; it must be 'drift'"),
+        (('name = "drift"', "name = drift"), "drift.toml"),
+    ],
+)
 def test_a_file_that_lacks_something_is_refused(tmp_path, change, words):
     with pytest.raises(ValueError, match=words):
         registration("drift", written(tmp_path, FILE.replace(*change)))
@@ -62,10 +75,18 @@ def test_a_name_that_is_not_there_is_refused_with_the_nearest(tmp_path):
 def test_what_is_registered_is_committed_before_a_study_runs(tmp_path):
     git(tmp_path, "init", "-q")
     drift = registration("drift", written(tmp_path))
-    study = Study(name="drift", claim="Genes drift.", config={"ticks": 1}, cases=[{"seed": 1}],
-                  run=lambda config, case: {"lost": 1}, registered=drift,
-                  summarise=lambda cases: [drift.verdict("lost", "1 of 1", True),
-                                           verdict("beside it", 1, "reported", True)])  # fmt: skip
+    study = Study(
+        name="drift",
+        claim="Genes drift.",
+        config={"ticks": 1},
+        cases=[{"seed": 1}],
+        run=lambda config, case: {"lost": 1},
+        registered=drift,
+        summarise=lambda cases: [
+            drift.verdict("lost", "1 of 1", True),
+            verdict("beside it", 1, "reported", True),
+        ],
+    )
     with pytest.raises(RuntimeError, match="commit it first"):
         study.execute(results=tmp_path)
     git(tmp_path, "add", "drift.toml")
@@ -88,9 +109,16 @@ def test_another_registration_makes_all_cases_stale(tmp_path):
         drift = registration("drift", tmp_path)
         git(tmp_path, "add", "drift.toml")
         git(tmp_path, "commit", "-qm", "registered")
-        return Study(name="drift", claim="Genes drift.", config={}, cases=[{"seed": 1}], registered=drift,
-                     run=lambda config, case: ran.append(1) or {}, depends=lambda config, case: {},
-                     summarise=lambda cases: [drift.verdict("lost", 1, True)])  # fmt: skip
+        return Study(
+            name="drift",
+            claim="Genes drift.",
+            config={},
+            cases=[{"seed": 1}],
+            registered=drift,
+            run=lambda config, case: ran.append(1) or {},
+            depends=lambda config, case: {},
+            summarise=lambda cases: [drift.verdict("lost", 1, True)],
+        )
 
     written(tmp_path)
     study().execute(results=tmp_path)

@@ -15,17 +15,29 @@ def entry(training: int, seed: int, persisted: bool, p: float = 0.002, **case: A
     lags = {pair: {"share": share} for pair, share in (("deer→wolf", 0.3), ("grass→deer", 0.4))}
     cycles = {"period": 1000.0 + 100 * training + 7 * seed, "period_of": ["deer", "wolf"], "lags": lags}
     cycles["p_ar1"] = {"deer": 0.002, "wolf": p}
-    result = {"persisted": persisted, "lived": 2000.0 if persisted else 500.0,
-              "extinct": None if persisted else "wolf", "cycles": cycles, "periods": 60.0,
-              "numbers": {s: {"mean log": 5.0 + training} for s in ("grass", "deer", "wolf")}}  # fmt: skip
+    result = {
+        "persisted": persisted,
+        "lived": 2000.0 if persisted else 500.0,
+        "extinct": None if persisted else "wolf",
+        "cycles": cycles,
+        "periods": 60.0,
+        "numbers": {s: {"mean log": 5.0 + training} for s in ("grass", "deer", "wolf")},
+    }
     return {"case": {"arm": "a", "training": training, "seed": seed, **case}, "result": result}
 
 
 def test_cells_come_world_by_world_so_that_no_policy_is_trained_twice() -> None:
     cells = seed_grid.cells(["a", "b"], [1, 2], [8, 9])
     assert [(c["seed"], c["arm"], c["training"]) for c in cells] == [
-        (8, "a", 1), (8, "a", 2), (8, "b", 1), (8, "b", 2), (9, "a", 1), (9, "a", 2), (9, "b", 1), (9, "b", 2)
-    ]  # fmt: skip
+        (8, "a", 1),
+        (8, "a", 2),
+        (8, "b", 1),
+        (8, "b", 2),
+        (9, "a", 1),
+        (9, "a", 2),
+        (9, "b", 1),
+        (9, "b", 2),
+    ]
 
 
 def test_a_new_arm_leaves_the_others_as_they_are() -> None:
@@ -33,16 +45,18 @@ def test_a_new_arm_leaves_the_others_as_they_are() -> None:
     more = seed_grid.crossed_study("x", "…", {"a": {"set": FEW}, "b": {"learn": True}}, [1, 3], [2], ticks=20)
     longer = seed_grid.crossed_study("x", "…", {"a": {"set": FEW}}, [1], [2], ticks=30)
     case = {"arm": "a", "training": 1, "seed": 2}
-    assert short._hash(short.config, case) == more._hash(more.config,
-                                                         case) != longer._hash(longer.config, case)
+    assert (
+        short._hash(short.config, case) == more._hash(more.config, case) != longer._hash(longer.config, case)
+    )
     assert short._hash(short.config, case | {"ticks": 30}) == longer._hash(longer.config, case)
     with pytest.raises(ValueError, match="arm 'a': no 'lern'"):
         seed_grid.crossed_study("x", "…", {"a": {"lern": True}}, [1], [2])
 
 
 def test_what_is_said_of_a_grid_is_counted_over_its_cells() -> None:
-    cells = [entry(t, w, persisted=t != 3, p=0.2 if (t, w) == (1, 1) else 0.01) for t in (1, 2, 3)
-             for w in (1, 2)]
+    cells = [
+        entry(t, w, persisted=t != 3, p=0.2 if (t, w) == (1, 1) else 0.01) for t in (1, 2, 3) for w in (1, 2)
+    ]
     verdicts = seed_grid.summarise([*cells, entry(1, 1, True, ticks=60_000)], ["a"], 0.6)
     values = {line["statement"]: (line["value"], line["met"]) for line in verdicts["verdicts"]}
     assert values["a: runs in which all species persist"] == ("4 of 6 (67%)", True)
@@ -60,8 +74,10 @@ def test_what_is_said_of_a_grid_is_counted_over_its_cells() -> None:
 def test_a_grid_is_run_and_gone_on_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
     says = {"set": FEW, "train": {"training.set": {}}}
-    arms = {"frozen": says, "in life": {**says, "life": {"species.deer.ppo.learning_rate": 1e-4},
-                                        "learn": True}}
+    arms = {
+        "frozen": says,
+        "in life": {**says, "life": {"species.deer.ppo.learning_rate": 1e-4}, "learn": True},
+    }
     study = seed_grid.crossed_study("grid", "…", arms, [1], [5], ticks=6)
     first = study.execute(results=tmp_path)
     assert [e["result"]["lived"] for e in first["cases"]] == [6.0, 6.0]

@@ -67,7 +67,8 @@ def test_the_likelihood_of_a_path_by_hand():
     assert path_coefficient(k, n, generation, 0.1) == pytest.approx((0.15 + 0.185) / 0.74)
     assert np.isnan(path_coefficient(np.zeros(3), n, generation, 0.1))
     assert path_coefficient([50, 0, 60, 75], [100, 0, 100, 100], [0, np.nan, 2, 3], 0.1) == pytest.approx(
-        (0.15 + 0.185) / 0.74)
+        (0.15 + 0.185) / 0.74
+    )
     with pytest.raises(ValueError, match="from 0 to n"):
         path_coefficient([5, 3], [4, 4], [0, 1])
 
@@ -80,8 +81,9 @@ def test_the_likelihood_of_a_path_says_the_same_of_a_longer_run_and_the_slope_do
     for generations in (12, 24, 46):
         sizes, x = np.full(generations, n), np.arange(generations)
         found[generations] = np.mean([path_coefficient(k[:generations], sizes, x, 0.01) for k, _ in paths])
-        slopes[generations] = np.mean([selection_coefficient(k[:generations], r[:generations], sizes, x)
-                                       for k, r in paths])
+        slopes[generations] = np.mean(
+            [selection_coefficient(k[:generations], r[:generations], sizes, x) for k, r in paths]
+        )
     # in discrete generations dp = s p (1 - p) / (1 + s p): somewhat less than s
     assert all(0.75 * s - 0.015 <= value <= s + 0.015 for value in found.values()), found
     assert max(found.values()) - min(found.values()) < 0.12 * s + 0.015, found
@@ -94,11 +96,13 @@ def test_a_known_coefficient_is_recovered_from_drifting_populations(s):
     rng, n, generations = np.random.default_rng(3), 1000, 20
     coefficients = [
         selection_coefficient(
-            wright_fisher(s, n, generations, 0.3, rng), wright_fisher(0, n, generations, 0.3, rng),
-            np.full(generations + 1, n), np.arange(generations + 1),
+            wright_fisher(s, n, generations, 0.3, rng),
+            wright_fisher(0, n, generations, 0.3, rng),
+            np.full(generations + 1, n),
+            np.arange(generations + 1),
         )
         for _ in range(200)
-    ]  # fmt: skip
+    ]
     low, high = pooled(coefficients).interval95
     assert low - 0.002 < np.log(1 + s) < high + 0.002
     assert high - low < 0.01
@@ -130,10 +134,15 @@ def test_equivalence_is_the_interval_within_the_margin():
         values = rng.normal(rng.uniform(-0.1, 0.1), 0.05, 6)
         estimate = equivalence(values, 0.05)
         assert estimate.interval == pooled(values).interval90
-        assert estimate.equivalent == (estimate.interval[0] > -0.05
-                                       and estimate.interval[1] < 0.05) == (estimate.p < 0.05)
-        sides = (stats.ttest_1samp(values, -0.05, alternative="greater").pvalue,
-                 stats.ttest_1samp(values, 0.05, alternative="less").pvalue)
+        assert (
+            estimate.equivalent
+            == (estimate.interval[0] > -0.05 and estimate.interval[1] < 0.05)
+            == (estimate.p < 0.05)
+        )
+        sides = (
+            stats.ttest_1samp(values, -0.05, alternative="greater").pvalue,
+            stats.ttest_1samp(values, 0.05, alternative="less").pvalue,
+        )
         assert estimate.p == pytest.approx(max(sides))
 
 
@@ -167,15 +176,17 @@ def test_increments_by_hand():
 
 def test_the_increment_test_rejects_neutral_drift_in_about_one_of_twenty():
     rng, x = np.random.default_rng(7), np.arange(0, 101, 5)
-    tests = [frequency_increment_test(wright_fisher(0, 5000, 100, 0.5, rng)[::5] / 5000, x)
-             for _ in range(1500)]
+    tests = [
+        frequency_increment_test(wright_fisher(0, 5000, 100, 0.5, rng)[::5] / 5000, x) for _ in range(1500)
+    ]
     assert np.mean([test.p < 0.05 for test in tests]) == pytest.approx(0.05, abs=0.02)
 
 
 def test_the_increment_test_finds_selection():
     rng, x = np.random.default_rng(8), np.arange(0, 41, 4)
-    tests = [frequency_increment_test(wright_fisher(0.05, 2000, 40, 0.3, rng)[::4] / 2000, x)
-             for _ in range(200)]
+    tests = [
+        frequency_increment_test(wright_fisher(0.05, 2000, 40, 0.3, rng)[::4] / 2000, x) for _ in range(200)
+    ]
     assert np.mean([test.p < 0.05 and test.t > 0 for test in tests]) > 0.9
 
 
@@ -195,8 +206,15 @@ def test_too_few_increments_say_nothing():
 
 
 @pytest.mark.parametrize(
-    ("carriers", "times"), [([0, 0, 3, 0, 0, 1, 2, 0, 4, 0], 2), ([3, 2, 1, 0], 0), ([0, 1, 1], 0),
-                            ([1, 0, 1], 1), ([], 0), ([0], 0)]
+    ("carriers", "times"),
+    [
+        ([0, 0, 3, 0, 0, 1, 2, 0, 4, 0], 2),
+        ([3, 2, 1, 0], 0),
+        ([0, 1, 1], 0),
+        ([1, 0, 1], 1),
+        ([], 0),
+        ([0], 0),
+    ],
 )
 def test_a_gene_reappears_after_it_had_none(carriers, times):
     assert reappearances(carriers) == times
@@ -205,8 +223,18 @@ def test_a_gene_reappears_after_it_had_none(carriers, times):
 def _lineage(born, died, cause, end=20, dt=0.5):
     n = len(born)
     none = np.zeros(n, np.uint64)
-    return Lineage(np.arange(1, n + 1, dtype=np.uint64), none, none, np.full(n, "goat"), np.array(born),
-                   np.array(died), np.array(cause), np.full(n, "", object), end, dt)
+    return Lineage(
+        np.arange(1, n + 1, dtype=np.uint64),
+        none,
+        none,
+        np.full(n, "goat"),
+        np.array(born),
+        np.array(died),
+        np.array(cause),
+        np.full(n, "", object),
+        end,
+        dt,
+    )
 
 
 def test_deaths_are_counted_by_the_age_and_the_time_that_all_lived():
@@ -246,8 +274,9 @@ def test_a_rate_is_recovered_from_lives_cut_short_by_the_end():
     born = rng.integers(0, 400, n)
     age = np.ceil(rng.exponential(1 / rate, n)).astype(int)
     died = np.where(born + age <= 400, born + age, ALIVE)
-    rates = deaths_by_age(_lineage(born, died, np.where(died < 0, "", "poison"), 400, 1.0), "poison",
-                          [0, 20, 100, 300])
+    rates = deaths_by_age(
+        _lineage(born, died, np.where(died < 0, "", "poison"), 400, 1.0), "poison", [0, 20, 100, 300]
+    )
     per_tick = 1 - np.exp(-rate)
     assert (rates.low < per_tick).all()
     assert (rates.high > per_tick).all()

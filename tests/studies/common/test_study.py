@@ -43,13 +43,19 @@ class Study:
         (folder / "sums.py").write_text(SCRIPT)
 
     def run(self, *words: str, **environment: str) -> subprocess.CompletedProcess:
-        env = os.environ | {"PYTHONPATH": str(ROOT), "LOG": str(self.log),
-                            "TMPDIR": str(self.folder)} | environment
+        env = (
+            os.environ
+            | {"PYTHONPATH": str(ROOT), "LOG": str(self.log), "TMPDIR": str(self.folder)}
+            | environment
+        )
         if "--short" not in words:
             words = ("--results", str(self.result.parent), *words)
         return subprocess.run(
-            [sys.executable, self.folder / "sums.py", *words], env=env, capture_output=True, text=True,
-            check=False
+            [sys.executable, self.folder / "sums.py", *words],
+            env=env,
+            capture_output=True,
+            text=True,
+            check=False,
         )
 
     def ran(self) -> list[int]:
@@ -71,8 +77,9 @@ def test_a_result_holds_the_cases_and_where_they_come_from(study: Study) -> None
     assert done.returncode == 0, done.stderr
     assert "met      the sum | of all: 22.0 (goal: above 10)" in done.stdout
     record = study.read()
-    assert [entry["result"] for entry in record["cases"]] == [{"value": 2.0 * s, "missing": None}
-                                                              for s in (1, 2, 3, 5)]
+    assert [entry["result"] for entry in record["cases"]] == [
+        {"value": 2.0 * s, "missing": None} for s in (1, 2, 3, 5)
+    ]
     assert record["seeds"] == [1, 2, 3, 5]
     assert record["complete"] is True
     assert record["command"] == "python -m studies.sums"
@@ -134,8 +141,9 @@ def test_misuse_is_refused(study: Study) -> None:
     script = study.folder / "sums.py"
     script.write_text(SCRIPT.replace("(1, 2, 3, 5)", "(1, 2, 1)"))
     assert "the case {'seed': 1} twice" in study.run().stderr
-    script.write_text(SCRIPT.replace('verdict("the sum | of all", total, "above 10", total > 10)',
-                                     '{"statment": 1}'))
+    script.write_text(
+        SCRIPT.replace('verdict("the sum | of all", total, "above 10", total > 10)', '{"statment": 1}')
+    )
     assert "did you mean 'statement'" in study.run().stderr
     assert study.result.with_suffix(".partial.json").exists()  # the cases are not lost
 
@@ -143,8 +151,11 @@ def test_misuse_is_refused(study: Study) -> None:
 def make_page(study: Study, *words: str) -> subprocess.CompletedProcess:
     paths = ("--results", str(study.result.parent), "--page", str(study.folder / "results.md"))
     return subprocess.run(
-        [sys.executable, "tools/make_results.py", *paths, *words], cwd=ROOT, capture_output=True, text=True,
-        check=False
+        [sys.executable, "tools/make_results.py", *paths, *words],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
     )
 
 
@@ -191,5 +202,7 @@ def test_what_was_measured_without_a_claim_is_left_out(study: Study) -> None:
 def test_the_committed_page_is_what_the_results_say() -> None:
     if not (ROOT / "docs" / "results.md").exists():
         pytest.skip("docs/results.md is not written yet")
-    assert subprocess.run([sys.executable, "tools/make_results.py", "--check"], cwd=ROOT,
-                          check=False).returncode == 0
+    assert (
+        subprocess.run([sys.executable, "tools/make_results.py", "--check"], cwd=ROOT, check=False).returncode
+        == 0
+    )
