@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ecs_eco.bands.fields import halo_of
 from ecs_eco.components import Body, Growth, Position, Shape
+from ecs_eco.config.features.feature import of_each
 from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.genomes.choices import CHOICES
 
@@ -171,7 +172,7 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
     yield "body.shape", "of capsules or boxes" if Shape in table else ""
     yield "body", "with solid bodies" if s.solid or s.pushed else ""
     yield "remains", "whose dead become objects" if s.remains else ""
-    yield "reproduction.eggs", "that lays eggs" if s.eggs is not None or s.hatch is not None else ""
+    yield from () if config is None else of_each(config, "undivided")
     yield "emits", "that emits what its bodies are made of" if s.emissions else ""
     way = s.reproduction
     spreads = way is not None and way.kind == "spread"

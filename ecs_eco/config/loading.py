@@ -27,7 +27,7 @@ from ecs_eco.engine.errors import MOST, ConfigError, Problem
 
 
 def load(
-    world: str | Path | Mapping[str, Any] | WorldConfig,
+    world: str | Path | Mapping[str, Any] | WorldConfig | Document,
     overrides: Overrides = None,
     systems: Iterable[Any] = (),
     *,
@@ -82,7 +82,7 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
         Document(
             data, config._source, config._folder, set_by="[training] set", code=config._code, original=config
         ),
-        wanted,  # type: ignore[arg-type]
+        wanted,
     )
     if not ramp:
         return new
@@ -99,7 +99,7 @@ def island_of(config: WorldConfig, name: str) -> WorldConfig:
     by = f"[archipelago] islands.{name}"
     return load(
         Document(data, config._source, config._folder, set_by=by, code=config._code, original=config),
-        plan.islands[name],  # type: ignore[arg-type]
+        plan.islands[name],
     )
 
 
@@ -120,8 +120,7 @@ def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) 
             config.training,
         )
     new = load(
-        Document(data, config._source, folder or config._folder, code=config._code, original=config),
-        values,  # type: ignore[arg-type]
+        Document(data, config._source, folder or config._folder, code=config._code, original=config), values
     )
     return new.model_copy(update=kept)
 
@@ -135,7 +134,7 @@ def intervention(
     data = config.model_dump() | {"interventions": listed_, "ticks": max(config.ticks, request["at"] + 1)}
     data["training"]["set"], data["training"]["vary"], data["training"]["ramp"] = {}, {}, []
     try:
-        new = load(Document(data, "intervene", config._folder, code=config._code, original=config))  # type: ignore[arg-type]
+        new = load(Document(data, "intervene", config._folder, code=config._code, original=config))
         _refuse_code(config, new.interventions[-1])
         return new.interventions[-1]
     except ConfigError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.world import WorldConfig
 
 ROUNDED = 0.1  # of a time: rounding up to whole ticks that is worth a note
@@ -76,7 +77,7 @@ def _on_times(config: WorldConfig) -> Iterator[str]:
             f"reproduction.{key}": getattr(species.reproduction, key, 0.0)
             for key in ("gestation", "rest", "father_rest")
         }
-        times["hatch.incubation"] = 0.0 if species.hatch is None else species.hatch.incubation
+        times |= dict(of_each(species, "times"))
         for key, time in times.items():
             lasts = math.ceil(time / config.dt - 1e-6) * config.dt
             if lasts > time * (1 + ROUNDED):

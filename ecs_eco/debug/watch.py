@@ -55,11 +55,11 @@ class Debug:
     def follow(self, system: esper.Processor) -> None:
         """Check after each time that this system acts."""
         act, name = system.process, type(system).__name__
-        system.process = lambda *args, **kwargs: self.watch(
-            name,  # type: ignore[method-assign]
-            lambda: act(*args, **kwargs),
-            system,
-        )
+
+        def process(*args: Any, **kwargs: Any) -> None:
+            self.watch(name, lambda: act(*args, **kwargs), system)
+
+        system.process = process  # type: ignore[method-assign]
 
     def watch(self, name: str, act: Callable[[], None], system: Any = None, flush: bool = False) -> None:
         """Run a system, or a flush, and check what it did; a flush within a system splits

@@ -72,6 +72,12 @@ class Problem:
         return f"{head}\n{tail}" if head else tail.strip()
 
 
+def unknown(key: tuple[str | int, ...], kind: str, value: str, known: Iterable[str]) -> Problem:
+    """The problem of an unknown name."""
+    known = list(known)
+    return Problem(key, f"no {kind} of this name", value, listed(known, 30), nearest(value, known))
+
+
 class ConfigError(ValueError):
     """A configuration that is refused, with every problem found in it."""
 

@@ -53,7 +53,6 @@ LETTERS = "it says how letters are read and copied: a gene that changed it would
 MATTER = "it is matter, which comes from parents, food and surroundings, not from letters"
 CHEMISTRY = "a reaction has the same proportions in every body"
 FORM = "all of a species have one shape, which body.radius makes larger or smaller as a whole"
-EGG = "an egg only keeps the genome of what hatches from it: it is read when that is born"
 WIDTH = "it is the width of a column or of a network's input, which all of the species share"
 
 

@@ -56,11 +56,11 @@ class Litters(NamedTuple):
 
 def room(table: Table, world: SpatialWorld, wanted: int) -> int:
     """Return how many of `wanted` newborn there is room for, and count those that are refused:
-    `max_count` minus the living, the births pending, and the eggs."""
-    most, eggs, n = table.species.max_count, table.species.eggs, wanted
-    if eggs is not None:
-        n = room(eggs, world, n)
-        most = None if most is None else most - eggs.n - eggs.waiting
+    `max_count` minus the living, the births pending, and those in the nursery."""
+    most, nursery, n = table.species.max_count, table.species.nursery, wanted
+    if nursery is not None:
+        n = room(nursery, world, n)
+        most = None if most is None else most - nursery.n - nursery.waiting
     if most is not None:
         n = max(0, min(n, most - world.bands.count(table) - table.waiting))
     table.species.refused += wanted - n
@@ -94,7 +94,6 @@ def bring_forth(
 ) -> np.ndarray:
     """Request `number` i64[k] newborn of each parent (rows i64[k] in the order of uids);
     return how many there was room for.
-    A species that lays eggs has them laid.
 
     Each newborn gets the energy `given` f32[k]; the caller takes it from the parent. `fathers` are uids
     u64[k], dead or alive, `sperm` u8[k, loci] their genomes. Immigrants compete with the newborn for the
@@ -184,24 +183,24 @@ def request(
     second: np.ndarray | None,
     sperm: np.ndarray | None,
 ) -> None:
-    """Request newborn that have found a place, or the eggs from which they will hatch: `litters` are those of
+    """Request newborn that have found a place, in the table's nursery if it has one: `litters` are those of
     all processes, where there are several, `second` their fathers u64[n], `sperm` u8[k, loci] the genomes of
     the fathers of all litters."""
-    nest, which, identity = table.species.eggs, brood.which, brood.identity
-    values = newborn(table if nest is None else nest, world, identity, *brood[3:])
+    nursery, which, identity = table.species.nursery, brood.which, brood.identity
+    into = table if nursery is None else nursery  # an empty table is false
+    values = newborn(into, world, identity, *brood[3:])
     if table.species.heredity is not None:
         inherits = inherited if world.bands.inherited is None else world.bands.inherited
         values |= inherits(world, table, parents, litters, which, identity, brood.y, second, sperm)
-    if nest is None:
-        nest = table
+    if into is table:
         if table.species.standard_mass is not None:
             values |= sizes.of_newborn(table, values, which.size)
-    else:  # traits are expressed when it hatches
+    else:  # traits are expressed when they leave the nursery
         values = {key: v for key, v in values.items() if key[0] in (Position, Metabolism, Genome, Policy)}
-    if Parentage in nest:
+    if Parentage in into:
         values[Parentage, "mother"] = brood.mother
         values[Parentage, "father"] = np.zeros(which.size, np.uint64) if second is None else second
-    nest.request(brood.mother, values, second)
+    into.request(brood.mother, values, second)
 
 
 def inherited(

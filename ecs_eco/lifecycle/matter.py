@@ -159,11 +159,11 @@ class Books:
 
 
 def remaining(world: Any, table: Table, rows: np.ndarray) -> np.ndarray:
-    """Return which of the dying leave their bodies behind: all but the eaten and eggs that
-    hatched, bool[k]; rows i64[k]."""
-    eaten = np.zeros(256, np.bool_)  # of any code that a cause can have
-    eaten[: len(world.causes)] = [c.startswith("eaten") or c == "hatched" for c in world.causes]
-    return ~eaten[table.cause[rows] - 1]
+    """Return which of the dying leave their bodies behind: all but the eaten, and those that end by a cause
+    of `world.bodiless`, bool[k]; rows i64[k]."""
+    gone = np.zeros(256, np.bool_)  # of any code that a cause can have
+    gone[: len(world.causes)] = [c.startswith("eaten") or c in world.bodiless for c in world.causes]
+    return ~gone[table.cause[rows] - 1]
 
 
 def stocks(world: SpatialWorld, books: Books) -> np.ndarray:

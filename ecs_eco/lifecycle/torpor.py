@@ -18,6 +18,6 @@ LEAST_ENERGY = {True: NONE_LEFT, False: np.float32(-np.inf)}
 
 def awake(table: Table) -> np.ndarray:
     """Return which rows live and are not torpid: bool[capacity]; the mask `alive` itself where none can be."""
-    if not table.species.torpor:
+    if not table.species.metabolism.torpor:
         return table.alive
     return table.alive & (table[Metabolism].energy > NONE_LEFT)

@@ -206,12 +206,8 @@ class Nerves:
                 len(rows),
                 lambda here: minds.forward(table[Policy], rows[here], x[here], world.split),
             )
-        logits, values, self._later = minds.recall(
-            table[Policy],
-            rows,
-            x,  # type: ignore[attr-defined]
-            table[Memory].state[rows],
-        )
+        recall: Any = minds.recall  # type: ignore[attr-defined]
+        logits, values, self._later = recall(table[Policy], rows, x, table[Memory].state[rows])
         return logits, values
 
     def keep(self, table: Table) -> None:

@@ -99,7 +99,7 @@ def recorded(path: Path, manifest: Mapping[str, Any], config: Any = None, trust:
         document.folder = folder_of_land(document.data, path, document.folder)
         if any(source.of_session for source in code.sources):
             document.code = code
-        return load(document, trust=trust, places=[path / FOLDER])  # type: ignore[arg-type]
+        return load(document, trust=trust, places=[path / FOLDER])
     except ConfigError as error:
         source = str(path / "manifest.json")
         problems = [p.moved(source=source) if p.source == "dict" else p for p in error.problems]

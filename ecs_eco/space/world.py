@@ -51,6 +51,7 @@ class SpatialWorld(World):
         self.fields: dict[str, Field] = {}
         self.terrain: Terrain | None = None
         self.substances: list[str] = []
+        self.bodiless: set[str] = set()  # causes of death that leave no body, besides those of being eaten
         self.reproduction = True  # switched off while policies are pre-trained
         self.config: Any = None  # the WorldConfig that it was built from
         self.recorder: Any = None

@@ -138,7 +138,7 @@ def _base(file: PlanFile, trust: bool) -> WorldConfig:
     document.set_by = file.document.source
     values = plan.set | {f'reporters."{name}"': what for name, what in plan.reporters.items()}
     try:
-        return load(document, values, trust=trust)  # type: ignore[arg-type]
+        return load(document, values, trust=trust)
     except ConfigError as error:
         raise _as_plan(
             error,

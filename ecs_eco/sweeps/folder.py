@@ -140,7 +140,7 @@ class Sweep:
         """The world before values vary."""
         check_code(self.content["code"], [self.folder / CODE], str(self.folder / SWEEP))
         home = self.folder / self.content["home"]
-        return load(Document(self.content["config"], SWEEP, home, places=[self.folder / CODE]))  # type: ignore[arg-type]
+        return load(Document(self.content["config"], SWEEP, home, places=[self.folder / CODE]))
 
 
 def read_sweep(folder: str | Path) -> Sweep:

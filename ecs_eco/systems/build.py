@@ -52,7 +52,7 @@ class Build(System):
     ) -> None:
         """Let one species build objects of one type, at a cost and a spacing of all, or of each [high]."""
         m, p, nerves = table[Metabolism], table[Position], table.species.nerves
-        worth = np.float32(0.0 if thing.species.store is None else thing.species.store.initial)
+        worth = np.float32(0.0 if thing.species.energy is None else thing.species.energy.initial)
         price = np.broadcast_to(cost + worth, table.high)
         wants = (awake(table) & (table.cause == 0))[: table.high]
         wants &= (m.energy[: table.high] > price) | (price == 0)

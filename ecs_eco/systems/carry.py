@@ -92,7 +92,8 @@ class Carry(System):
             before = m.energy[carriers]
             cost = own_value(table, f"carries.{number}.cost", way.cost) * world.dt
             after = before - np.float32(cost[carriers] if isinstance(cost, np.ndarray) else cost)
-            m.energy[carriers] = np.maximum(after, np.minimum(before, LEAST_ENERGY[table.species.torpor]))
+            least = LEAST_ENERGY[table.species.metabolism.torpor]
+            m.energy[carriers] = np.maximum(after, np.minimum(before, least))
             m.burnt[carriers] += before - m.energy[carriers]
 
     def let_fall(self, table: Table, rows: np.ndarray) -> None:

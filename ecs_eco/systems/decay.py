@@ -26,7 +26,7 @@ class Decay(System):
 
     needs = (Metabolism,)
     phase = "metabolise"
-    asked_for = staticmethod(lambda table: table.species.store is not None)
+    asked_for = staticmethod(lambda table: table.species.energy is not None)
 
     def start(self, world: SpatialWorld) -> None:
         """Register the cause of death."""
@@ -34,7 +34,7 @@ class Decay(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one type of objects rot."""
-        store = table.species.store
+        store = table.species.energy
         if store is None or store.decay == 0:
             return
         last = math.inf if store.left == 0 else -scalars.log(store.left) / (store.decay * world.dt)

@@ -212,7 +212,7 @@ class Feed(System):
             meals.poison,
             world.codes[f"eaten by {table.name}"],
             world.codes[f"poisoned by {food.eats}"] if food.deadly else 0,
-            LEAST_ENERGY[table.species.torpor],
+            LEAST_ENERGY[table.species.metabolism.torpor],
             table.cause,
             table.killer,
             m.energy,

@@ -54,7 +54,7 @@ class Metabolise(System):
             cost is not STILL,
             basal,
             np.float32(world.dt),
-            LEAST_ENERGY[table.species.torpor],
+            LEAST_ENERGY[table.species.metabolism.torpor],
             m.energy,
             m.digesting,
             m.burnt,

@@ -24,11 +24,11 @@ class Renew(System):
 
     needs = (Position,)
     phase = "reproduce"
-    asked_for = staticmethod(lambda table: table.species.upkeep[1] > 0)
+    asked_for = staticmethod(lambda table: table.species.renewal > 0)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one type of objects come back."""
-        count, rate = table.species.upkeep
+        count, rate = table.species.count, table.species.renewal
         missing = count - table.n - table.waiting
         if rate == 0 or missing <= 0:
             return

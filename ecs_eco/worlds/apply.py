@@ -119,16 +119,13 @@ def matter(table: Table, kind: Any, substances: list[str]) -> None:
     if kind.body.shape != "sphere":
         table.add_component(Shape, **kind.body.form)
     alike: Species = table.species
-    alike.sinking, alike.color = kind.body.sinking, kind.color
+    alike.adopt(kind)
+    for part in ("opaque", "solid", "sinking", "compressible"):
+        setattr(alike, part, getattr(kind.body, part))
     alike.emits = {name: rate for name, rate in kind.emits.items() if isinstance(rate, int | float)}
     alike.emissions = {name: way for name, way in kind.emits.items() if name not in alike.emits}
-    alike.opaque, alike.solid = kind.body.opaque, kind.body.solid
     if alike.radius is None:
         alike.radius = kind.body.radius
-    alike.compressible, alike.heat = kind.body.compressible, kind.heat
-    alike.reactions, alike.exchange = list(kind.reactions), list(kind.exchange)
-    alike.decomposition = getattr(kind, "decomposition", None)
-    alike.born_with = getattr(kind, "born_with", "declared")
     if kind.properties:
         table.add_component(Physical, **kind.properties)
     if kind.heat is not None:
@@ -140,9 +137,6 @@ def matter(table: Table, kind: Any, substances: list[str]) -> None:
 def apply_object(table: Table, kind: Any, substances: list[str]) -> None:
     """Set what objects of a type are made of, and the energy that they hold."""
     matter(table, kind, substances)
-    alike: Species = table.species
-    alike.store, alike.upkeep = kind.energy, (kind.count, kind.renewal)
-    alike.motion, alike.pushed = kind.motion, kind.pushed
     if kind.motion is not None:
         table.add_component(Route)
     if kind.energy is not None:
@@ -164,16 +158,11 @@ def apply_species(
     table.set_defaults(Biology, sex=SEXES[species.sex], fertility=0.0 if immature else species.fertility)
     alike: Species = table.species
     before, nerves = alike.config, alike.nerves
-    alike.config, alike.lethal = species, list(species.lethal)
+    alike.config = species
     alike.diet = sorted(species.diet, key=lambda food: food.eats)
-    alike.breeding, alike.growth, alike.care = species.breeding, species.growth, species.care
-    alike.torpor = species.metabolism.torpor
-    alike.carries, alike.builds = list(species.carries), list(species.builds)
-    alike.hatch = species.hatch
     if species.growth is not None:
         table.add_component(Stature, radius=species.body.radius, mass=species.body.mass)
     alike.standard_mass = species.body.mass if masses_differ(species) else None
-    alike.remains, alike.sex, alike.max_count = species.remains, species.sex, species.max_count
     alike.switch_reproduction(not alike.barren)
     if nerves is None:
         return

@@ -13,9 +13,7 @@ import numpy as np
 from ecs_eco.components import (
     Biology,
     Body,
-    Carrier,
     Chemistry,
-    Load,
     Memory,
     Metabolism,
     Motor,
@@ -28,6 +26,7 @@ from ecs_eco.components import (
     Velocity,
 )
 from ecs_eco.config import WorldConfig, for_training, load
+from ecs_eco.config.features.feature import features_of, of_each
 from ecs_eco.config.memory import require_memory
 from ecs_eco.config.models.land import RealLand
 from ecs_eco.engine.arguments import by_species
@@ -39,7 +38,7 @@ from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.schedule import schedule
 from ecs_eco.worlds.apply import apply, apply_object, begin_learning, cell, learner_seed, matter
-from ecs_eco.worlds.heredity import add_eggs, add_heredity
+from ecs_eco.worlds.heredity import add_heredity
 from ecs_eco.worlds.land import lay
 from ecs_eco.worlds.matter import add_matter, contain, keep_books
 from ecs_eco.worlds.placed import placed
@@ -114,7 +113,9 @@ def build(
         founder = _networks(world, world.tables[name], species, policies, learn, number, training)
         add_heredity(world, world.tables[name], species, founder)
         _motor(world.tables[name], len(species.ranges()))
-    add_eggs(world)
+    for name, species in config.species.items():
+        for feature in features_of(type(species)):
+            feature.furnish(species, world.tables[name], world.tables)
     apply(world, config)
     treat(controls, world)
     shipped = schedule(training and config.training.respawn, world.tables.values())
@@ -258,11 +259,10 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
         table.derived[Sensor] = Readings(table)
     if species.locomotion is not None and table.species.nerves is not None:
         table.add_component(Velocity)
-    if species.carries:
-        table.add_component(Load)
-    for way in species.carries:
-        if Carrier not in world.tables[way.object]:
-            world.tables[way.object].add_component(Carrier)
+    for other, component in of_each(species, "brings"):
+        holder = table if other is None else world.tables[other]
+        if component not in holder:
+            holder.add_component(component)
     if name in world.config.have_parents():
         table.add_component(Parentage)
 

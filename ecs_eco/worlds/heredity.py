@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco import components as own
-from ecs_eco.components import Experience, Genome, Gestation, Incubation, Instincts, Memory, Policy
+from ecs_eco.components import Experience, Genome, Gestation, Instincts, Memory, Policy
 from ecs_eco.config.shapes import instincts, shapes_of_networks
 from ecs_eco.config.traits import traits_of
 from ecs_eco.engine.errors import ConfigError, Problem
@@ -61,21 +61,6 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
         table.add_component(Gestation)
     if section is not None or minds is not None:
         table.species.heredity = Heredity(layout, None, targets, minds=minds, founder=founder, alike=alike)
-
-
-def add_eggs(world: SpatialWorld) -> None:
-    """Give the eggs of each species that lays any what they carry of it: genomes, and brains of their own."""
-    for name, species in world.config.species.items():
-        nest = getattr(species.reproduction, "eggs", None)
-        if nest is None:
-            continue
-        table, eggs = world.tables[name], world.tables[nest]
-        table.species.eggs = eggs
-        eggs.add_component(Incubation)
-        eggs.dims |= {size: n for size, n in table.dims.items() if size not in eggs.dims}
-        for component in (Genome, Policy):
-            if component in table:
-                eggs.add_component(component)
 
 
 def _alike(layout: Any, networks: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, np.ndarray]:

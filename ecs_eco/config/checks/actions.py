@@ -6,24 +6,25 @@ import math
 import re
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.matter import Key, unknown
-from ecs_eco.config.models.species import GROUPS, MOTIONS, Species
+from ecs_eco.config.checks.matter import Key
+from ecs_eco.config.models.species import MOTIONS, Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.code import SHIPPED
-from ecs_eco.engine.errors import Problem, listed
+from ecs_eco.engine.errors import Problem, listed, unknown
 from ecs_eco.engine.section import LARGEST
 
 
 def check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     """All problems of the species' groups of actions."""
+    groups = species.known_groups()
     others = [*_groups_of_systems(config), *_groups_of_exchange(species)]
     ranges = species.ranges()
     for group, actions in species.groups().items():
         at = (*key, "actions", group)
-        if group not in (*GROUPS, *others):
+        if group not in (*groups, *others):
             if _may_act(config):
                 continue
-            yield unknown(at, "group of actions", group, [*GROUPS, *others])
+            yield unknown(at, "group of actions", group, [*groups, *others])
             continue
         if group in ranges:
             yield from _check_range(config, (*at, "continuous"), species, group, group in others)
@@ -31,13 +32,19 @@ def check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[P
         if group in others:
             yield from _check_free_group(at, actions)
             continue
-        yield from _check_known_group(config, at, species, group, actions)
+        yield from _check_known_group(config, at, species, group, actions, *groups[group])
     yield from _check_neutral(key, species)
     yield from _check_automatic(key, species)
 
 
 def _check_known_group(
-    config: WorldConfig, at: Key, species: Species, group: str, actions: list[str]
+    config: WorldConfig,
+    at: Key,
+    species: Species,
+    group: str,
+    actions: list[str],
+    word: str,
+    known: list[str],
 ) -> Iterator[Problem]:
     """Check a group that shipped systems carry out."""
     if group == "pitch":
@@ -48,15 +55,11 @@ def _check_known_group(
             "{ continuous = [least, most] }; or up, none and down in the group climb",
         )
         return
-    gaits = species.locomotion.speed if species.locomotion else {}
-    made = [way.object for way in species.builds]
-    known = {"speed": list(gaits), "build": made}.get(group, list(GROUPS[group] or ()))
     if not actions:
         yield Problem(at, "is empty", actions, listed(known))
     for i, action in enumerate(actions):
         if action not in known:
-            fault = {"speed": "gait in locomotion.speed", "build": "object in builds"}.get(group, "action")
-            yield unknown((*at, i), fault, action, known)
+            yield unknown((*at, i), word, action, known)
         elif action in actions[:i]:
             yield Problem((*at, i), "named twice", action, listed(known))
     ways = {"turn": ("turn",), "climb": ("climb", "pitch")}.get(group, ())
@@ -154,7 +157,7 @@ def _groups_of_exchange(species: Species) -> list[str]:
     return [
         group
         for group, actions in species.groups().items()
-        if group not in GROUPS and not used.isdisjoint(actions)
+        if group not in species.known_groups() and not used.isdisjoint(actions)
     ]
 
 

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 from ecs_eco.config.checks.chemistry import check_chemistry
 from ecs_eco.config.checks.life import check_life
-from ecs_eco.config.checks.matter import Key, check_matter, check_size, unknown
+from ecs_eco.config.checks.matter import Key, check_matter, check_size
 from ecs_eco.config.checks.physical import check_physical
 from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.errors import Problem, unknown
 
 MOST_SITES = 10_000_000  # of plants
 # spheres placed at random until none fits, per spacing^dims
@@ -77,8 +77,10 @@ def _check_diet(config: WorldConfig, key: Key, species: Species) -> Iterator[Pro
                 diet.efficiency,
                 f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
             )
-        if diet.reach > widest(config):
-            yield Problem((*at, "reach"), too_wide(config), diet.reach, f"at most {widest(config):g} m")
+        if diet.reach > config.space.widest:
+            yield Problem(
+                (*at, "reach"), config.space.too_wide, diet.reach, f"at most {config.space.widest:g} m"
+            )
 
 
 def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -96,8 +98,9 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         )
     if way.place == "near" and way.dispersal is None and not isinstance(way, Sexual):
         yield Problem((*at, "dispersal"), 'is missing with place = "near"', allowed="a distance [m]")
-    if way.dispersal is not None and way.dispersal > widest(config):
-        yield Problem((*at, "dispersal"), too_wide(config), way.dispersal, f"at most {widest(config):g} m")
+    if way.dispersal is not None and way.dispersal > config.space.widest:
+        allowed = f"at most {config.space.widest:g} m"
+        yield Problem((*at, "dispersal"), config.space.too_wide, way.dispersal, allowed)
     if isinstance(way, Bearing):
         most = species.metabolism.energy_max
         if way.energy_min > most:
@@ -137,8 +140,8 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
             species.sex,
             "random, or none for hermaphrodites",
         )
-    if way.reach > widest(config):
-        yield Problem((*at, "reach"), too_wide(config), way.reach, f"at most {widest(config):g} m")
+    if way.reach > config.space.widest:
+        yield Problem((*at, "reach"), config.space.too_wide, way.reach, f"at most {config.space.widest:g} m")
     farthest = (way.dispersal or 4 * species.body.bound) * (1 if config.dims == 2 else math.sqrt(2))
     if way.place == "near" and farthest <= way.spacing:
         yield Problem(
@@ -213,15 +216,4 @@ def farthest(config: WorldConfig, species: Species) -> float:
     genes = species.genome.genes if species.genome is not None else []
     inherited = [max(gene.values or [gene.high or 0.0]) for gene in genes if gene.trait == "body.radius"]
     radius = max([species.body.radius, *inherited])
-    return widest(config) / radius if radius <= min(config.space.size) / 2 else math.inf
-
-
-def widest(config: WorldConfig) -> float:
-    """The largest search distance: half of the shorter side of a torus, or the diagonal between walls."""
-    size = config.space.size
-    return min(size[:2]) / 2 if config.space.edges == "torus" else math.hypot(*size)
-
-
-def too_wide(config: WorldConfig) -> str:
-    """The words for a distance beyond `widest`."""
-    return "larger than half of the torus" if config.space.edges == "torus" else "larger than the world"
+    return config.space.widest / radius if radius <= min(config.space.size) / 2 else math.inf

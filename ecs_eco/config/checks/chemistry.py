@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.matter import Key, unknown
+from ecs_eco.config.checks.matter import Key
 from ecs_eco.config.models.matter import Emission, Release
 from ecs_eco.config.models.reproduction import Spread
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import ObjectType
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.errors import Problem, unknown
 
 Kind = Species | ObjectType
 

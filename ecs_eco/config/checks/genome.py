@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.config.checks.actions import check_actions
-from ecs_eco.config.checks.body import check_body, farthest, too_wide, widest
+from ecs_eco.config.checks.body import check_body, farthest
 from ecs_eco.config.checks.matter import Key
 from ecs_eco.config.checks.nerves import check_sensors
 from ecs_eco.config.models.species import Species
@@ -120,9 +120,16 @@ def _check_ranges(
             )
         if gene.trait == "body.radius" and species.body.density is not None:
             yield from _check_masses(species, (*key, "genes", i), gene)
-        if gene.trait.startswith("sensors.") and gene.trait.endswith(".radius") and highest > widest(config):
+        if (
+            gene.trait.startswith("sensors.")
+            and gene.trait.endswith(".radius")
+            and highest > config.space.widest
+        ):
             yield Problem(
-                (*key, "genes", i, field), too_wide(config), highest, f"at most {widest(config):g} m"
+                (*key, "genes", i, field),
+                config.space.too_wide,
+                highest,
+                f"at most {config.space.widest:g} m",
             )
         if gene.trait.startswith("sensors.") and gene.trait.endswith((".forward", ".left")):
             yield from _check_nose(config, species, (*key, "genes", i), gene)

@@ -9,6 +9,7 @@ from ecs_eco.config.checks.chemistry import check_chemistry
 from ecs_eco.config.checks.matter import Key, check_matter, check_size, longest
 from ecs_eco.config.checks.objects import check_motion
 from ecs_eco.config.checks.physical import check_physical
+from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.surroundings import ObjectType
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem
@@ -23,9 +24,7 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
     if (
         not kind.count
         and not placed
-        and not any(
-            s.remains == name or any(way.object == name for way in s.builds) for s in config.species.values()
-        )
+        and not any(name in (s.remains, *of_each(s, "makes")) for s in config.species.values())
     ):
         allowed = "at least 1, or a list at, or a species that leaves it as remains or builds it"
         yield Problem((*key, "count"), "none of these would ever exist", kind.count, allowed)

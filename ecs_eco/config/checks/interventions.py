@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.config.checks.matter import Key, unknown
+from ecs_eco.config.checks.matter import Key
 from ecs_eco.config.models.interventions import REGION, Add, Cull, Dose, Fence, Road, Set, Switch
 from ecs_eco.config.models.reproduction import Spread
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.mutable_keys import refused
-from ecs_eco.engine.errors import ConfigError, Problem, listed
+from ecs_eco.engine.errors import ConfigError, Problem, listed, unknown
 from ecs_eco.engine.section import Section
 
 Changed = Callable[[WorldConfig, Mapping[str, Any], Path], WorldConfig]

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.matter import unknown
 from ecs_eco.config.models.surroundings import Terrain
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.errors import ConfigError, Problem, unknown
 
 ALONE = ("band", "crs", "corner", "scale", "vertical", "missing", "cover", "classes", "layers", "drainage")
 MOST_CLASSES = 250

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ecs_eco.config.checks.interventions import check_region
-from ecs_eco.config.checks.matter import unknown
 from ecs_eco.config.models.land_use import Harvest
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.errors import Problem, unknown
 
 
 def check_land_use(config: WorldConfig) -> Iterator[Problem]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.matter import Key, unknown
-from ecs_eco.config.models.reproduction import Bearing
+from ecs_eco.config.checks.matter import Key
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem
@@ -24,7 +23,6 @@ def check_year(config: WorldConfig) -> Iterator[Problem]:
 
 def check_life(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     """All problems of the course of a species' life."""
-    yield from _check_eggs(config, key, species)
     if species.age is not None and species.age[0] > species.age[1]:
         yield Problem(
             (*key, "age"),
@@ -55,51 +53,3 @@ def check_life(config: WorldConfig, key: Key, species: Species) -> Iterator[Prob
             way.season,
             "a section year, or sun.year; or no season",
         )
-
-
-def _check_eggs(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
-    """Problems of species that lay eggs, and of eggs."""
-    name, lays, way = key[1], species.reproduction, species.hatch
-    if isinstance(lays, Bearing) and (egg := lays.eggs) is not None:
-        at = (*key, "reproduction", "eggs")
-        eggs = [n for n, s in config.species.items() if s.hatch is not None and s.hatch.into == name]
-        if egg not in config.species:
-            yield unknown(at, "species", egg, eggs or config.species)
-        elif egg not in eggs:
-            allowed = f'a species with hatch = {{ into = "{name}" }}'
-            yield Problem(at, f"no {name} hatches from it", egg, allowed)
-        elif (most := config.species[egg].metabolism.energy_max) < lays.energy_given:
-            yield Problem(
-                (*key, "reproduction", "energy_given"),
-                f"more than an egg holds, {egg}",
-                lays.energy_given,
-                f"at most {most:g}, its metabolism.energy_max",
-            )
-        if species.born_with == "mother":
-            yield Problem(
-                (*key, "born_with"),
-                "its newborn are eggs, which hold what their own section says",
-                species.born_with,
-                '"declared"',
-            )
-    if way is None:
-        return
-    if way.into not in config.species:
-        yield unknown((*key, "hatch", "into"), "species", way.into, config.species)
-    elif getattr(config.species[way.into].reproduction, "eggs", None) != name:
-        yield Problem(
-            (*key, "hatch", "into"),
-            "it does not lay these eggs",
-            way.into,
-            f'a species with reproduction.eggs = "{name}"',
-        )
-    if way.temperature is not None and way.temperature <= way.threshold:
-        yield Problem(
-            (*key, "hatch", "temperature"),
-            "not above the threshold",
-            way.temperature,
-            f"more than {way.threshold:g} K",
-        )
-    for part in ("sensors", "actions", "diet", "locomotion", "reproduction", "genome", "growth", "care"):
-        if getattr(species, part):
-            yield Problem((*key, part), "an egg has none", allowed="this of the species that hatches")

@@ -8,15 +8,9 @@ from collections.abc import Iterable, Iterator
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.surroundings import PROPERTIES
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import Problem, listed, nearest
+from ecs_eco.engine.errors import Problem, unknown
 
 Key = tuple[str | int, ...]
-
-
-def unknown(key: Key, kind: str, value: str, known: Iterable[str]) -> Problem:
-    """The problem of an unknown name."""
-    known = list(known)
-    return Problem(key, f"no {kind} of this name", value, listed(known, 30), nearest(value, known))
 
 
 def check_matter(

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from ecs_eco.config.checks.actions import check_actions
-from ecs_eco.config.checks.body import farthest, too_wide, widest
-from ecs_eco.config.checks.matter import Key, unknown
+from ecs_eco.config.checks.body import farthest
+from ecs_eco.config.checks.matter import Key
 from ecs_eco.config.formula import FormulaError, compile_formula
 from ecs_eco.config.memory import n_weights
 from ecs_eco.config.models.nerves import Policy
@@ -28,7 +28,7 @@ from ecs_eco.config.models.sensors import (
 )
 from ecs_eco.config.models.species import Species, ppo_defaults
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import Problem, listed, nearest
+from ecs_eco.engine.errors import Problem, listed, nearest, unknown
 from ecs_eco.engine.section import LARGEST, function_name
 from ecs_eco.learning.words import WORDS
 
@@ -75,8 +75,10 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
         for j, target in enumerate(sensor.targets):
             if target not in (*kinds, "wall"):
                 yield unknown((*key, "targets", j), "species, object type or wall", target, [*kinds, "wall"])
-    if isinstance(sensor, Nearest | Rays | Approach | Property) and sensor.radius > widest(config):
-        yield Problem((*key, "radius"), too_wide(config), sensor.radius, f"at most {widest(config):g} m")
+    if isinstance(sensor, Nearest | Rays | Approach | Property) and sensor.radius > config.space.widest:
+        yield Problem(
+            (*key, "radius"), config.space.too_wide, sensor.radius, f"at most {config.space.widest:g} m"
+        )
     at = getattr(sensor, "at", [])
     if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > (
         most := farthest(config, species)

@@ -1,6 +1,6 @@
 """Checks that float32 resolves the steps by which positions, headings, energies and smells change.
 
-What else is summed needs none: ages and times are counted in ticks, eggs develop in float64, and masses,
+What else is summed needs none: ages and times are counted in ticks, incubation in float64, and masses,
 temperatures and substances keep what float32 cannot hold.
 """
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.matter import unknown
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.errors import Problem, unknown
 
 MOST_LAYERS = 100_000
 

@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 
 from ecs_eco.config.checks.archipelago import check_archipelago
-from ecs_eco.config.checks.body import check_body, widest
+from ecs_eco.config.checks.body import check_body
 from ecs_eco.config.checks.chemistry import check_field_of_substance
 from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.data import check_data
@@ -19,10 +19,10 @@ from ecs_eco.config.checks.land import check_land
 from ecs_eco.config.checks.land_use import check_land_use
 from ecs_eco.config.checks.life import check_year
 from ecs_eco.config.checks.nerves import check_nerves
-from ecs_eco.config.checks.objects import check_handling
 from ecs_eco.config.checks.reporters import check_reporters
 from ecs_eco.config.checks.resolution import check_resolution
 from ecs_eco.config.checks.water import check_water
+from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.interventions import Cull
 from ecs_eco.config.models.land_use import Harvest
 from ecs_eco.config.models.world import WorldConfig
@@ -62,7 +62,7 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
         yield from check_object(config, name, kind)
     for name in config.species:
         yield from check_body(config, name)
-        yield from check_handling(config, name, widest(config))
+        yield from of_each(config.species[name], "problems", config, ("species", name))
         yield from check_nerves(config, name, folder)
         yield from check_genome(config, name)
     yield from check_resolution(config)
@@ -100,8 +100,8 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
             yield ("species", name, "diet", i), f"eaten by {name}"
             if food.deadly:
                 yield ("species", name, "diet", i), f"poisoned by {food.eats}"
-        if species.hatch is not None:
-            yield ("species", name, "hatch"), "hatched"
+        for part, cause in of_each(species, "causes"):
+            yield ("species", name, part), cause
         for i, limit in enumerate(species.lethal):
             ends = {"min": limit.low, "max": limit.high}
             for end, cause in ends.items():

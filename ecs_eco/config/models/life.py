@@ -1,4 +1,4 @@
-"""The course of a life: growth, fertility with age and season, care for the young, eggs."""
+"""The course of a life: growth, fertility with age and season, care for the young."""
 
 from __future__ import annotations
 
@@ -6,18 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ecs_eco.engine.section import (
-    COLUMN,
-    EGG,
-    FREE,
-    SHAPE,
-    NonNegative,
-    Positive,
-    Section,
-    Share,
-    about,
-    quantity,
-)
+from ecs_eco.engine.section import COLUMN, FREE, NonNegative, Positive, Section, Share, about, quantity
 
 Season = Annotated[float, Field(gt=0, le=1)]
 Arriving = Annotated[float, Field(ge=1e-6, le=1)]
@@ -111,16 +100,3 @@ class Care(Section, change=FREE, own=True):
     reserve: NonNegative = quantity("energy that a parent keeps back", "energy", 0.0)
     efficiency: Arriving = quantity("share of the energy given that reaches the young", "1", 1.0)
     by: Literal["mother", "father", "both"] = about("who feeds them", "mother")
-
-
-class Hatching(Section, change=FREE, own=EGG):
-    """The eggs of another species, whose `reproduction.eggs` names this one: they lie where they were laid
-    and hatch at the end of their incubation, with what energy is left in them.
-
-    Where `temperature` is given, they develop in proportion to the degrees above the threshold.
-    """
-
-    into: str = about("species that hatches from them", change=SHAPE)
-    incubation: Positive = quantity("from laying to hatching, at the temperature", "s")
-    temperature: Positive | None = quantity("at which incubation takes that long; absent: at any", "K", None)
-    threshold: NonNegative = quantity("temperature at and below which they do not develop", "K", 273.15)

@@ -1,4 +1,4 @@
-"""What objects hold, how they come back, move and are built; what animals do with them."""
+"""What objects hold, and how they move."""
 
 from __future__ import annotations
 
@@ -6,21 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from ecs_eco.engine.section import (
-    ANEW,
-    FREE,
-    POPULATION,
-    SHAPE,
-    Count,
-    NonNegative,
-    Point,
-    Positive,
-    Real,
-    Section,
-    Share,
-    about,
-    quantity,
-)
+from ecs_eco.engine.section import FREE, NonNegative, Point, Positive, Real, Section, Share, quantity
 
 Velocity = Annotated[list[Real], Field(min_length=2, max_length=3)]
 Path = Annotated[list[Point], Field(min_length=2, max_length=1000)]
@@ -50,25 +36,3 @@ class Motion(Section, change=FREE):
         None,
     )
     speed: Positive | None = quantity("along the path", "m/s", None)
-
-
-class Carry(Section, change=FREE, own=True):
-    """What an animal can pick up, one at a time, and put down; without actions `take` and `drop` it picks up
-    whatever it can and keeps it."""
-
-    object: str = about("an object type, without solid bodies", change=SHAPE)
-    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
-    cost: NonNegative = quantity("energy burnt while it carries one", "energy/s", 0.0)
-
-
-class Build(Section, change=FREE, own=True):
-    """What an animal can make, where it is; without a group of actions `build` it does so whenever it can."""
-
-    object: str = about("an object type, which is also the name of the action", change=ANEW)
-    cost: NonNegative = quantity(
-        "energy burnt by making one; the energy that the object holds is paid in addition", "energy"
-    )
-    spacing: NonNegative = quantity("least distance from the next one", "m", 0.0)
-    most: Count | None = quantity(
-        "how many there can be at a time; absent: no limit", "1", None, own=POPULATION
-    )

@@ -7,13 +7,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr, field_validator, model_validator
 
+from ecs_eco.config.features.building import Building
+from ecs_eco.config.features.carrying import Carrying
+from ecs_eco.config.features.eggs import Eggs
+from ecs_eco.config.features.feature import assembled, features_of, of_each
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.energy import Defence, Diet, Lethal, Locomotion, Metabolism
 from ecs_eco.config.models.heat import BodyHeat
-from ecs_eco.config.models.life import Breeding, Care, Growth, Hatching
+from ecs_eco.config.models.life import Breeding, Care, Growth
 from ecs_eco.config.models.matter import AnyExchange, Emission, Reaction
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
-from ecs_eco.config.models.objects import Build, Carry
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
 from ecs_eco.config.models.surroundings import BODY, PROPERTIES, Color
@@ -32,11 +35,9 @@ from ecs_eco.engine.section import (
     Name,
     NonNegative,
     Real,
-    Section,
     Share,
     about,
     is_absent,
-    is_empty,
     quantity,
     table,
 )
@@ -52,14 +53,13 @@ GROUPS: dict[str, tuple[str, ...] | None] = {
     "eat": ("eat",),
     "mate": ("mate",),
     "nurse": ("nurse",),
-    "carry": ("take", "none", "drop"),
-    "build": None,
 }
 MOTIONS = ("speed", "turn", "climb", "pitch")  # that may be continuous
 OWN = ("energy", "age", "fertility")  # values of every organism besides its properties and substances
 
 
-class Species(Section):
+@assembled
+class Species(Carrying, Building, Eggs):
     """One species: all its organisms are born with these values."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
@@ -130,8 +130,6 @@ class Species(Section):
         "field = amount put into it [1/s], or { substance, rate, consume }", dict, change=FREE, own=True
     )
     diet: list[Diet] = table("what it eats", list, change=FREE)
-    carries: list[Carry] = about("what it can pick up and put down", [], exclude_if=is_empty, change=SHAPE)
-    builds: list[Build] = about("what it can make", [], exclude_if=is_empty)
     sensors: list[AnySensor] = table("what it senses", list, change=SHAPE)
     actions: dict[str, Group] = table(
         "group = actions, of which the policy takes one at a time, or { continuous = [least, most] }",
@@ -157,12 +155,6 @@ class Species(Section):
     )
     care: Care | None = about(
         "how parents feed their young; absent: they do not", None, exclude_if=is_absent, change=SHAPE
-    )
-    hatch: Hatching | None = about(
-        "these are eggs: who hatches from them, and when; absent: they are not",
-        None,
-        exclude_if=is_absent,
-        change=SHAPE,
     )
     lethal: list[Lethal] = table("what kills it besides being eaten", list, change=FREE)
     remains: str | None = about("object type that the dead leave", None)
@@ -224,6 +216,14 @@ class Species(Section):
             if isinstance(actions, Continuous)
         }
 
+    def known_groups(self) -> dict[str, tuple[str, list[str]]]:
+        """Groups of actions that shipped systems carry out: what an action is called, and the actions."""
+        known = {group: ("action", list(names or ())) for group, names in GROUPS.items()}
+        known["speed"] = "gait in locomotion.speed", list(self.locomotion.speed if self.locomotion else ())
+        for feature in features_of(type(self)):
+            known |= {group: ("action", list(names or ())) for group, names in feature.acts.items()}
+        return known | {group: (word, names) for group, word, names in of_each(self, "acting")}
+
     @property
     def mates(self) -> bool:
         """Whether genomes of two parents are crossed."""
@@ -243,7 +243,7 @@ class Species(Section):
 
     def own(self) -> tuple[str, ...]:
         """Names of properties that the species can sense in itself or die of."""
-        return (*OWN, *(("load",) if self.carries else ()), *self.properties, *self.substances)
+        return (*OWN, *of_each(self, "feels"), *self.properties, *self.substances)
 
     def knows_kin(self) -> bool:
         """Whether its members must know whose children they are."""

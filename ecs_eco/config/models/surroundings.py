@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -49,6 +50,17 @@ class Space(Section):
         "torus: leaving on one side enters on the other; walls: nothing leaves", "torus"
     )
     cell: Positive | None = quantity("side of the cells of the neighbour index; absent: chosen", "m", None)
+
+    @property
+    def widest(self) -> float:
+        """The largest distance of a search [m]: half of the shorter side of a torus, or the diagonal between
+        walls."""
+        return min(self.size[:2]) / 2 if self.edges == "torus" else math.hypot(*self.size)
+
+    @property
+    def too_wide(self) -> str:
+        """The words for a distance beyond `widest`."""
+        return "larger than half of the torus" if self.edges == "torus" else "larger than the world"
 
 
 class Hills(Section):

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr
 
+from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.config.models.data import Data
 from ecs_eco.config.models.interventions import AnyIntervention
@@ -185,17 +186,16 @@ class WorldConfig(Section):
         return "." in name and kind in self.species and None in map(self.known, self.species[kind].components)
 
     def family(self, name: str) -> tuple[str, ...]:
-        """The species whose members are of one kind with those of a species: itself and its eggs."""
-        eggs = (one for one, s in self.species.items() if s.hatch is not None and s.hatch.into == name)
-        return (name, *eggs)
+        """The species whose members are of one kind with those of a species: itself and what becomes it."""
+        return (name, *(one for one, s in self.species.items() if name in of_each(s, "becomes")))
 
     def have_parents(self) -> frozenset[str]:
         """The species whose members must know whose children they are."""
-        eggs = {name for name, species in self.species.items() if species.hatch is not None}
+        young = {name for name, species in self.species.items() if any(of_each(species, "becomes"))}
         if self.archipelago is not None:  # those who wander keep their descent
-            eggs |= {one for name in self.archipelago.emigration for one in self.family(name)}
+            young |= {one for name in self.archipelago.emigration for one in self.family(name)}
         return frozenset(
-            eggs
+            young
             | {
                 one
                 for name, species in self.species.items()

@@ -1,0 +1,53 @@
+"""Carrying: animals pick up objects and put them down."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ecs_eco.components import Carrier, Load
+from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.config.features.named_objects import check_named, check_used
+from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.section import FREE, SHAPE, NonNegative, Section, about, is_empty, quantity
+
+
+class Carry(Section, change=FREE, own=True):
+    """What an animal can pick up, one at a time, and put down; without actions `take` and `drop` it picks up
+    whatever it can and keeps it."""
+
+    object: str = about("an object type, without solid bodies", change=SHAPE)
+    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
+    cost: NonNegative = quantity("energy burnt while it carries one", "energy/s", 0.0)
+
+
+class Carrying(Feature, after="diet"):
+    """Animals pick up objects and put them down: system `Carry`, components `Load` and `Carrier`."""
+
+    acts = {"carry": ("take", "none", "drop")}
+    carries: list[Carry] = about("what it can pick up and put down", [], exclude_if=is_empty, change=SHAPE)
+
+    @staticmethod
+    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield what is wrong with what a species carries."""
+        yield from check_named(config, (*key, "carries"), species.carries, "reach")
+        for i, way in enumerate(species.carries):
+            if way.object in config.objects and config.objects[way.object].body.solid:
+                fault = "is solid: nothing else can be where it is"
+                allowed = f"objects.{way.object}.body.solid = false"
+                yield Problem((*key, "carries", i, "object"), fault, way.object, allowed)
+        yield from check_used(species, key, "carries", "carry")
+
+    @staticmethod
+    def feels(species: Any) -> Iterator[str]:
+        """Yield whether it carries something."""
+        if species.carries:
+            yield "load"
+
+    @staticmethod
+    def brings(species: Any) -> Iterator[tuple[str | None, type[Any]]]:
+        """Yield what tells carriers and what they carry of each other."""
+        if species.carries:
+            yield None, Load
+        for way in species.carries:
+            yield way.object, Carrier

@@ -1,0 +1,119 @@
+"""Eggs: a species whose members hatch into another, which lays them by `reproduction.eggs`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ecs_eco.components import Genome, Incubation, Policy
+from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.engine.errors import Problem, unknown
+from ecs_eco.engine.section import FREE, SHAPE, NonNegative, Positive, Section, about, is_absent, quantity
+
+LEFT_TO_THE_HATCHED = ("sensors", "actions", "diet", "locomotion", "reproduction", "genome", "growth", "care")
+OWN = "an egg only keeps the genome of what hatches from it: it is read when that is born"
+
+
+class Hatching(Section, change=FREE, own=OWN):
+    """The eggs of another species, whose `reproduction.eggs` names this one: they lie where they were laid
+    and hatch at the end of their incubation, with what energy is left in them.
+
+    Where `temperature` is given, they develop in proportion to the degrees above the threshold.
+    """
+
+    into: str = about("species that hatches from them", change=SHAPE)
+    incubation: Positive = quantity("from laying to hatching, at the temperature", "s")
+    temperature: Positive | None = quantity("at which incubation takes that long; absent: at any", "K", None)
+    threshold: NonNegative = quantity("temperature at and below which they do not develop", "K", 273.15)
+
+
+class Eggs(Feature, after="care"):
+    """Eggs develop, faster where it is warmer, and hatch: system `Hatch`, component `Incubation`."""
+
+    hatch: Hatching | None = about(
+        "these are eggs: who hatches from them, and when; absent: they are not",
+        None,
+        exclude_if=is_absent,
+        change=SHAPE,
+    )
+
+    @staticmethod
+    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield what is wrong with a species that lays eggs, and with eggs."""
+        if laid_by(species) is not None:
+            yield from _of_layer(species, config, key)
+        if species.hatch is not None:
+            yield from _of_eggs(species, config, key)
+
+    @staticmethod
+    def causes(species: Any) -> Iterator[tuple[str, str]]:
+        """Yield how eggs end."""
+        if species.hatch is not None:
+            yield "hatch", "hatched"
+
+    @staticmethod
+    def becomes(species: Any) -> Iterator[str]:
+        """Yield the species that hatches."""
+        if species.hatch is not None:
+            yield species.hatch.into
+
+    @staticmethod
+    def times(species: Any) -> Iterator[tuple[str, float]]:
+        """Yield the time of incubation."""
+        if species.hatch is not None:
+            yield "hatch.incubation", species.hatch.incubation
+
+    @staticmethod
+    def undivided(species: Any) -> Iterator[tuple[str, str]]:
+        """Yield that neither eggs nor those that lay them can."""
+        if laid_by(species) is not None or species.hatch is not None:
+            yield "reproduction.eggs", "that lays eggs"
+
+    @staticmethod
+    def furnish(species: Any, table: Any, tables: Mapping[str, Any]) -> None:
+        """Give the eggs that a species lays what they keep of it: genomes, and brains of their own."""
+        if (laid := laid_by(species)) is None:
+            return
+        eggs = table.species.nursery = tables[laid]
+        eggs.add_component(Incubation)
+        eggs.dims |= {size: n for size, n in table.dims.items() if size not in eggs.dims}
+        for component in (Genome, Policy):
+            if component in table:
+                eggs.add_component(component)
+
+
+def laid_by(species: Any) -> str | None:
+    """Return the name of the eggs that a species lays; None where it lays none."""
+    return getattr(species.reproduction, "eggs", None)
+
+
+def _of_layer(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+    name, laid, at = key[1], species.reproduction.eggs, (*key, "reproduction", "eggs")
+    eggs = [n for n, s in config.species.items() if s.hatch is not None and s.hatch.into == name]
+    if laid not in config.species:
+        yield unknown(at, "species", laid, eggs or config.species)
+    elif laid not in eggs:
+        yield Problem(at, f"no {name} hatches from it", laid, f'a species with hatch = {{ into = "{name}" }}')
+    elif (most := config.species[laid].metabolism.energy_max) < (given := species.reproduction.energy_given):
+        allowed = f"at most {most:g}, its metabolism.energy_max"
+        yield Problem(
+            (*key, "reproduction", "energy_given"), f"more than an egg holds, {laid}", given, allowed
+        )
+    if species.born_with == "mother":
+        fault = "its newborn are eggs, which hold what their own section says"
+        yield Problem((*key, "born_with"), fault, species.born_with, '"declared"')
+
+
+def _of_eggs(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+    way, at = species.hatch, (*key, "hatch")
+    if way.into not in config.species:
+        yield unknown((*at, "into"), "species", way.into, config.species)
+    elif laid_by(config.species[way.into]) != key[1]:
+        allowed = f'a species with reproduction.eggs = "{key[1]}"'
+        yield Problem((*at, "into"), "it does not lay these eggs", way.into, allowed)
+    if way.temperature is not None and way.temperature <= way.threshold:
+        allowed = f"more than {way.threshold:g} K"
+        yield Problem((*at, "temperature"), "not above the threshold", way.temperature, allowed)
+    for part in LEFT_TO_THE_HATCHED:
+        if getattr(species, part):
+            yield Problem((*key, part), "an egg has none", allowed="this of the species that hatches")

@@ -1,0 +1,116 @@
+"""What a feature declares, and how the model of species is assembled from features."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar, Protocol, TypeVar
+
+from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.section import Section
+
+Key = tuple[str | int, ...]
+Model = TypeVar("Model", bound=Section)
+
+
+class WorldSections(Protocol):
+    """What checks across sections read of a `WorldConfig`."""
+
+    @property
+    def species(self) -> Mapping[str, Any]: ...
+
+    @property
+    def objects(self) -> Mapping[str, Any]: ...
+
+    @property
+    def space(self) -> Any: ...
+
+
+class Feature(Section):
+    """One part of what a species is: keys of its section of the world file, and all that follows from them.
+
+    A subclass declares its keys as fields, which follow the key `after` among those of a species, and
+    overrides what it needs of the functions below. `species` is the whole section, `key` its place,
+    ("species", name).
+    """
+
+    after: ClassVar[str] = ""
+    acts: ClassVar[Mapping[str, tuple[str, ...] | None]] = {}
+    """The groups of actions that it adds, and their actions; None: `acting` gives them."""
+
+    def __init_subclass__(cls, after: str | None = None, **other: Any) -> None:
+        super().__init_subclass__(**other)
+        cls.after = cls.after if after is None else after
+
+    @staticmethod
+    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield what is wrong with its keys, seen together with the other sections."""
+        yield from ()
+
+    @staticmethod
+    def acting(species: Any) -> Iterator[tuple[str, str, list[str]]]:
+        """Yield groups of actions: the group, what an action is called in messages, and the actions."""
+        yield from ()
+
+    @staticmethod
+    def causes(species: Any) -> Iterator[tuple[str, str]]:
+        """Yield the causes of death that it adds, each with the key that adds it."""
+        yield from ()
+
+    @staticmethod
+    def becomes(species: Any) -> Iterator[str]:
+        """Yield the species that members turn into."""
+        yield from ()
+
+    @staticmethod
+    def makes(species: Any) -> Iterator[str]:
+        """Yield the object types that members make."""
+        yield from ()
+
+    @staticmethod
+    def feels(species: Any) -> Iterator[str]:
+        """Yield properties of the own body that it adds, which members can sense."""
+        yield from ()
+
+    @staticmethod
+    def times(species: Any) -> Iterator[tuple[str, float]]:
+        """Yield the keys of durations that are rounded up to whole ticks, and the durations [s]."""
+        yield from ()
+
+    @staticmethod
+    def undivided(species: Any) -> Iterator[tuple[str, str]]:
+        """Yield keys, and in words why members cannot live in a world divided among processes."""
+        yield from ()
+
+    @staticmethod
+    def brings(species: Any) -> Iterator[tuple[str | None, type[Any]]]:
+        """Yield the components that it needs: each with the object type whose objects have it, or None for
+        members of the species."""
+        yield from ()
+
+    @staticmethod
+    def furnish(species: Any, table: Any, tables: Mapping[str, Any]) -> None:
+        """Connect the table of a species with others, once all have their components."""
+
+
+def of_each(species: Any, what: str, *more: Any) -> Iterator[Any]:
+    """Yield what the features of a species yield: `what` is the name of a function of `Feature`."""
+    for feature in features_of(type(species)):
+        yield from getattr(feature, what)(species, *more)
+
+
+def features_of(model: type[Section]) -> tuple[type[Feature], ...]:
+    """Return the features of a model of species, in the order of its keys."""
+    return tuple(c for c in model.__mro__ if Feature in c.__bases__ and "after" in vars(c) and c is not model)
+
+
+def assembled(model: type[Model]) -> type[Model]:
+    """Return a model whose keys of features stand in their places, for pages and for what is written."""
+    fields = dict(model.model_fields)
+    for feature in features_of(model):
+        own = {name: fields.pop(name) for name in feature.model_fields}
+        names = list(fields)
+        at = names.index(feature.after) + 1 if feature.after in fields else len(names)
+        fields = {n: fields[n] for n in names[:at]} | own | {n: fields[n] for n in names[at:]}
+    model.__pydantic_fields__ = fields
+    model.model_rebuild(force=True)
+    return model
