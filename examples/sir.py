@@ -1,4 +1,4 @@
-"""A disease that spreads by nearness: component, systems with parameters and a reporter of epidemic.toml."""
+"""A disease that spreads by nearness: the feature, the component, the systems and the reporter of epidemic.toml."""
 
 from pathlib import Path
 
@@ -6,7 +6,9 @@ import numpy as np
 
 from ecs_eco import System, World, component, f32, u8
 from ecs_eco.components import Position
+from ecs_eco.config import FREE, Count, Feature, NonNegative, Positive, Section, Share, about, quantity
 from ecs_eco.engine.random import USER, draw_many
+from ecs_eco.genomes.own_values import own_value
 from ecs_eco.space.geometry import back_into
 
 WELL, ILL, IMMUNE = 0, 1, 2
@@ -39,29 +41,48 @@ class Walk(System):
         table.version += 1  # places have changed: the index of neighbours is made anew when it is asked for
 
 
-class Disease(System):
-    """The well fall ill beside the ill, with chance beta in each second and from each of them; the ill
-    become immune."""
+class Infect(System):
+    """Healthy members catch the disease from infected ones nearby; infected members recover and are immune."""
 
     needs = (Health, Position)
 
-    def __init__(self, beta: float = 0.1, radius: float = 2.0, lasts: float = 30.0, first: int = 3) -> None:
-        self.beta, self.radius, self.lasts, self.first = beta, radius, lasts, first
-
     def update(self, table, world) -> None:
+        disease = table.species.disease
         health, p, rows = table[Health], table[Position], table.by_uid()
         if world.tick == 0:
-            self.infect(health, rows[: self.first])
+            self.infect(health, rows[: disease.first], disease.lasts)
         ill = rows[health.state[rows] == ILL]
-        near = world.within(table, np.column_stack([p.x[ill], p.y[ill]]), self.radius).others
-        risk = 1 - (1 - self.beta) ** (world.dt * np.bincount(near, minlength=table.capacity)[rows])
+        near = world.within(table, np.column_stack([p.x[ill], p.y[ill]]), disease.radius).others
+        beta = np.broadcast_to(own_value(table, "disease.beta", disease.beta), table.high)[rows]
+        risk = 1 - (1 - beta) ** (world.dt * np.bincount(near, minlength=table.capacity)[rows])
         health.left[ill] -= np.float32(world.dt)
         health.state[ill[health.left[ill] <= 0]] = IMMUNE
         luck = draw_many(world.key, table.uid[rows], USER + (1 << 8))
-        self.infect(health, rows[(health.state[rows] == WELL) & (luck < risk)])
+        self.infect(health, rows[(health.state[rows] == WELL) & (luck < risk)], disease.lasts)
 
-    def infect(self, health, rows) -> None:
-        health.state[rows], health.left[rows] = ILL, self.lasts
+    def infect(self, health, rows, lasts) -> None:
+        health.state[rows], health.left[rows] = ILL, lasts
+
+
+class Disease(Section, change=FREE):
+    """How a disease spreads among the members of a species."""
+
+    beta: Share = quantity("probability of infection by each infected neighbor", "1/s", own=True)
+    radius: Positive = quantity("distance within which it spreads", "m", 2.0)
+    lasts: NonNegative = quantity("duration of the infection", "s", 30.0)
+    first: Count = quantity("members infected at the start", "1", 3)
+
+
+class Epidemic(Feature):
+    """Members of a species with `disease` infect each other."""
+
+    disease: Disease | None = about("the disease; absent: there is none", None)
+    systems = (Infect,)
+
+    @staticmethod
+    def brings(species):
+        if species.disease is not None:
+            yield None, Health
 
 
 def prevalence(world, state: int = ILL):
@@ -73,7 +94,7 @@ def prevalence(world, state: int = ILL):
 if __name__ == "__main__":
     for beta in (0.02, 0.1):
         world = World.from_config(Path(__file__).with_name("epidemic.toml"), trust=True)
-        world.intervene({"kind": "set", "set": {"systems.Disease.beta": beta}})
+        world.intervene({"kind": "set", "set": {"species.people.disease.beta": beta}})
         ill = world.run(200).series()["prevalence"].to_numpy()
         print(
             f"beta {beta}: at most {ill.max():.0%} ill, at tick {ill.argmax()}; "

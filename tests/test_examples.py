@@ -82,7 +82,7 @@ def epidemic(**values: object) -> World:
     return World.from_config(config)
 
 
-@pytest.mark.parametrize("name", ["sir:Walk", "sir:Disease"])
+@pytest.mark.parametrize("name", ["sir:Walk", "sir:Infect"])
 def test_systems_of_the_epidemic_keep_the_rules_of_systems(name: str) -> None:
     world = epidemic()
     check_system(world.config.known(name), lambda threads: World.from_config(world.config, threads=threads))
@@ -93,8 +93,8 @@ def test_the_epidemic_knows_that_a_torus_has_no_edge(edges: str, ill: float) -> 
     world = epidemic(
         **{
             "species.people.count": 2,
-            "systems.Disease.beta": 1.0,
-            "systems.Disease.first": 1,
+            "species.people.disease.beta": 1.0,
+            "species.people.disease.first": 1,
             "systems.Walk.speed": 0.0,
             "space.edges": edges,
         }

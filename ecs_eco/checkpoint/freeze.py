@@ -111,6 +111,8 @@ def thaw(
     Raises CodeError where it needs code that nobody allowed to run here.
     """
     from ecs_eco.config import WorldConfig, load
+    from ecs_eco.config.extension import model_for
+    from ecs_eco.config.models.species import Species
     from ecs_eco.engine.errors import ConfigError
     from ecs_eco.worlds.build import build
 
@@ -130,11 +132,14 @@ def thaw(
             data["systems"] = [
                 handed.get(name, name) if isinstance(name, str) else name for name in data["systems"]
             ]
-            loaded = WorldConfig.model_validate(data)
+            known = Species.model_fields.keys()
+            featured = any(section.keys() - known for section in data["species"].values())
+            code = code_of(meta, where, trust) if featured else None
+            loaded = (WorldConfig if code is None else model_for(code)).model_validate(data)
             take_land(loaded, meta, where)
             # else all of it was passed as objects
-            if any(isinstance(value, str) for _, value in names_in(loaded)):
-                loaded._code = code_of(meta, where, trust)
+            if code is not None or any(isinstance(value, str) for _, value in names_in(loaded)):
+                loaded._code = code or code_of(meta, where, trust)
             else:
                 loaded = loaded.model_copy(update={"code": []})
         else:

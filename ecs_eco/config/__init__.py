@@ -10,19 +10,62 @@ from typing import TYPE_CHECKING
 from ecs_eco._lazy import lazy, listing
 
 if TYPE_CHECKING:
+    from ecs_eco.config.features.feature import Feature
     from ecs_eco.config.formula import Formula, FormulaError, compile_formula
     from ecs_eco.config.loading import for_training, load
     from ecs_eco.config.models.world import WorldConfig
-
-__all__ = ["Formula", "FormulaError", "WorldConfig", "compile_formula", "for_training", "load"]
+    from ecs_eco.engine.section import (
+        ANEW,
+        FREE,
+        Count,
+        Name,
+        NonNegative,
+        Positive,
+        Real,
+        Section,
+        Share,
+        about,
+        quantity,
+    )
 
 _HOME = {
-    "Formula": "formula",
-    "FormulaError": "formula",
-    "WorldConfig": "models.world",
-    "compile_formula": "formula",
-    "for_training": "loading",
-    "load": "loading",
+    "ecs_eco.config.features.feature": ("Feature",),
+    "ecs_eco.config.formula": ("Formula", "FormulaError", "compile_formula"),
+    "ecs_eco.config.loading": ("for_training", "load"),
+    "ecs_eco.config.models.world": ("WorldConfig",),
+    "ecs_eco.engine.section": (
+        "ANEW",
+        "Count",
+        "FREE",
+        "Name",
+        "NonNegative",
+        "Positive",
+        "Real",
+        "Section",
+        "Share",
+        "about",
+        "quantity",
+    ),
 }
-__getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})
+__all__ = [
+    "ANEW",
+    "FREE",
+    "Count",
+    "Feature",
+    "Formula",
+    "FormulaError",
+    "Name",
+    "NonNegative",
+    "Positive",
+    "Real",
+    "Section",
+    "Share",
+    "WorldConfig",
+    "about",
+    "compile_formula",
+    "for_training",
+    "load",
+    "quantity",
+]
+__getattr__ = lazy(__name__, {name: module for module, names in _HOME.items() for name in names})
 __dir__ = listing(globals(), __all__)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.config.explain import value_at
+from ecs_eco.config.features.feature import Feature
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.reading import read_toml, too_deep
@@ -33,6 +34,7 @@ class Document:
     code: Code | None = None  # of the world that this one modifies: no other code may be named
     places: Sequence[Path] = field(default_factory=tuple)  # where to find its code; none: in its folder
     original: WorldConfig | None = None  # that this one modifies: its land need not be read again
+    features: tuple[type[Feature], ...] = ()  # of species, handed over in Python
 
     @cached_property
     def lines(self) -> dict[Key, int]:

@@ -48,7 +48,7 @@ def _not_offered(
 ) -> Problem:
     """The problem of a key whose value is there, but cannot be a knob."""
     numbers = "the key of a number that may change in a run"
-    if why := why_not(name):
+    if why := why_not(name, type(config)):
         return Problem(place, f"cannot change in a living world: {name}", knob.key, f"{numbers}; or {why}")
     if isinstance(value, bool) or not isinstance(value, int | float):
         fault = f"has no value yet: {name}" if value is None else f"holds no number: {name} = {value!r:.60}"

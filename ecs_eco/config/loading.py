@@ -16,9 +16,11 @@ from ecs_eco.config.checks.data import check_measurements
 from ecs_eco.config.checks.world import check
 from ecs_eco.config.document import Document, Key, read_document
 from ecs_eco.config.explain import problems_of, value_at
+from ecs_eco.config.extension import model_for, unknown_keys
+from ecs_eco.config.features.feature import Feature
 from ecs_eco.config.knobs import check_knobs
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.names import names_in
+from ecs_eco.config.names import names_in, own_features
 from ecs_eco.config.overrides import Overrides, apply_overrides, fix_ranges
 from ecs_eco.config.ranges import check_search, key_of, real_key, take_ranges
 from ecs_eco.config.reading import too_deep
@@ -32,18 +34,21 @@ def load(
     systems: Iterable[Any] = (),
     *,
     reporters: Mapping[str, Any] = MappingProxyType({}),
+    features: Sequence[type[Feature]] = (),
     trust: bool = False,
     places: Sequence[Path] = (),
 ) -> WorldConfig:
     """The checked world; `overrides` are dotted keys with values, or texts like "species.deer.count=50".
 
-    `systems` (classes or instances) and `reporters` are added to those that the world names. `trust` allows
+    `systems` (classes or instances) and `reporters` are added to those that the world names, `features` to
+    those that its code defines. `trust` allows
     the code that it lists in `code` to run in this process; without it, or an earlier --trust, that code is
     neither run nor checked. Its files are taken from `places`, else from the world's folder. Raises
     ConfigError with every problem found.
     """
     document = read_document(world)
     document.places = document.places or tuple(places)
+    document.features = document.features or tuple(features)
     if systems := list(systems):
         document.data["systems"] = [*document.data.get("systems", []), *systems]
     if reporters:
@@ -235,7 +240,8 @@ def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
     try:
         return _checked(document.data, document)
     except ValidationError as error:
-        return None, _with_checks(problems_of(error, document.data), document)
+        model = _model(document, _read_code(document)[0])
+        return None, _with_checks(problems_of(error, document.data, model), document)
 
 
 def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, list[Problem]]:
@@ -244,12 +250,19 @@ def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, lis
     known = document.original
     if known is not None and "viewer" not in data:
         data = data | {"viewer": known.viewer}
-    config = WorldConfig.model_validate(data)
-    config._folder, config._source = document.folder, document.source
-    config._code, problems = _read_code(document, config.code)
+    code, problems = _read_code(document, data.get("code"))
+    config = _model(document, code).model_validate(data)
+    config._folder, config._source, config._code = document.folder, document.source, code
+    problems += unknown_keys(config)
     if known is not None and (known.terrain, known.space) == (config.terrain, config.space):
         config._land = known._land
     return config, problems + check(config, document.folder, changed)
+
+
+def _model(document: Document, code: Code) -> type[WorldConfig]:
+    """The model of a document whose code this is, with the features of users."""
+    before = () if document.original is None else own_features(document.original)
+    return model_for(code, tuple(dict.fromkeys((*before, *document.features))))
 
 
 def code_listed(document: Document) -> Code:

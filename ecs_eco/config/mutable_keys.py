@@ -38,7 +38,7 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
     """A problem for each value that differs and cannot change in a living world."""
     problems = []
     for key, before, now in changes(old.model_dump(), new.model_dump()):
-        hint = _hint(".".join(map(str, key)))
+        hint = _hint(".".join(map(str, key)), type(new))
         if not hint and len(key) > 2 and key[2] in ("properties", "substances") and MISSING in (before, now):
             hint = SHAPE  # a column would be added or removed
         if not hint and key[0] == "objects" and key[-1] == "renewal" and before is MISSING:
@@ -53,19 +53,19 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
     return problems
 
 
-def may_change(key: str) -> bool:
+def may_change(key: str, model: type[WorldConfig] = WorldConfig) -> bool:
     """Whether the value of a dotted key may change in a living world, as far as the key alone tells."""
-    return not _hint(key)
+    return not _hint(key, model)
 
 
-def why_not(key: str) -> str:
+def why_not(key: str, model: type[WorldConfig] = WorldConfig) -> str:
     """What there is to do instead where the value of a dotted key cannot change; "" where it may."""
-    return _hint(key)
+    return _hint(key, model)
 
 
 @lru_cache(10_000)  # keys may come from anybody
-def _hint(key: str) -> str:
-    return _instead(key.split("."), WorldConfig, ANEW)
+def _hint(key: str, model: type[WorldConfig]) -> str:
+    return _instead(key.split("."), model, ANEW)
 
 
 def _instead(key: list[str], kind: Any, held: str) -> str:
@@ -109,7 +109,7 @@ def _of_genes(key: Key, old: Any, new: Any, config: WorldConfig) -> Iterator[Pro
         return
     from ecs_eco.config.traits import traits_of
 
-    own = [c for name in new.components if (c := config._code.known(name)) is not None]
+    own = [c for c in config.own_components(new) if c is not None]
     before, now = (traits_of(species, config.dims, own) for species in (old, new))
     genes = {gene.trait: gene.name for gene in new.genome.genes if gene.trait}
     used = {before[name].component for name in genes if name in before}

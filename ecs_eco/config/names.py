@@ -8,7 +8,8 @@ from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel
 
-from ecs_eco.engine.code import SHIPPED
+from ecs_eco.config.features.feature import Feature, features_of
+from ecs_eco.engine.code import SHIPPED, public_module
 from ecs_eco.engine.section import NamesCode, Use, function_name
 
 Key = tuple[str | int, ...]
@@ -76,6 +77,13 @@ def is_component(thing: Any) -> bool:
     return isinstance(thing, type) and isinstance(getattr(thing, "fields", None), dict)
 
 
+def own_features(config: Any) -> list[type[Feature]]:
+    """Return the features of a world's species that are the users' own."""
+    models = dict.fromkeys(type(species) for species in config.species.values())
+    found = dict.fromkeys(feature for model in models for feature in features_of(model))
+    return [feature for feature in found if not feature.__module__.startswith("ecs_eco.")]
+
+
 def code_of(config: Any) -> list[str]:
     """The entries of `code`, then the modules of functions that were passed in Python."""
     modules = [
@@ -83,5 +91,6 @@ def code_of(config: Any) -> list[str]:
         for key, value in names_in(config)
         if key[0] != "search" and not isinstance(value, str) and function_name(value) not in SHIPPED
     ]
+    modules += [public_module(feature.__module__) for feature in own_features(config)]
     known = [entry.removesuffix(".py") for entry in config.code]
     return [*config.code, *(m for m in dict.fromkeys(modules) if m not in known)]

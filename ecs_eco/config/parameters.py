@@ -25,7 +25,9 @@ def parameters(config: Any) -> list[dict[str, Any]]:
     return [
         row
         for row in rows
-        if row["key"] not in genes and row["key"].split(".")[0] not in NOT_NOW and may_change(row["key"])
+        if row["key"] not in genes
+        and row["key"].split(".")[0] not in NOT_NOW
+        and may_change(row["key"], type(config))
     ]
 
 

@@ -50,11 +50,11 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
     }
 
 
-def numbers_of_species() -> dict[str, Number]:
+def numbers_of_species(model: type[Species] = Species) -> dict[str, Number]:
     """Every number that a species' section may hold, hyperparameters too, by its pattern."""
     from ecs_eco.learning import PPO
 
-    known = {number.name: number for number in numbers_of(Species).values()}
+    known = {number.name: number for number in numbers_of(model).values()}
     for field in fields(PPO):
         if field.type in ("int", "float"):
             low, high, above = (field.metadata[word] for word in ("low", "high", "above"))
@@ -72,11 +72,11 @@ def numbers_of_species() -> dict[str, Number]:
     return known
 
 
-def why_shared(key: str) -> str:
+def why_shared(key: str, model: type[Species] = Species) -> str:
     """Return why no organism has its own value of a key of its species; "" where it can, or where there is no
     such number."""
     parts = key.split(".")
-    for number in numbers_of_species().values():
+    for number in numbers_of_species(model).values():
         fits = len(number.pattern) == len(parts) and all(
             a in (PLACE, b) for a, b in zip(number.pattern, parts, strict=True)
         )

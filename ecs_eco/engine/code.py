@@ -167,6 +167,18 @@ class Code:
         wrong = self._unseen(name) or self.problem((), name) is not None
         return None if wrong else self.function(name)
 
+    def subclasses(self, base: type, *among: type) -> list[type]:
+        """Return the classes below `base` that the listed texts define, or those `among` some of them; none
+        where they may not run."""
+        found = [
+            thing
+            for name, module in (self._modules if self.allowed else {}).items()
+            if isinstance(module, ModuleType)
+            for thing in vars(module).values()
+            if isinstance(thing, type) and issubclass(thing, base) and self._is_home(name, thing.__module__)
+        ]
+        return [thing for thing in dict.fromkeys(found) if not among or thing in among]
+
     def unlisted(self, key: tuple[str | int, ...], name: str) -> Problem:
         """The problem of a name whose module `code` does not list."""
         module, known = name.partition(":")[0], [s.module for s in self.sources]

@@ -111,8 +111,9 @@ class Species:
 
 
 def sections() -> tuple[type[Section], ...]:
-    """Return the models of species and of object types."""
-    from ecs_eco.config.models.species import Species as SpeciesConfig  # not at the top: they load slowly
+    """Return the models of species, of object types, and of features."""
+    from ecs_eco.config.features.feature import Feature  # not at the top: they load slowly
+    from ecs_eco.config.models.species import Species as SpeciesConfig
     from ecs_eco.config.models.surroundings import ObjectType
 
-    return SpeciesConfig, ObjectType
+    return SpeciesConfig, ObjectType, *Feature.__subclasses__()

@@ -29,6 +29,7 @@ from ecs_eco.config import WorldConfig, for_training, load
 from ecs_eco.config.features.feature import features_of, of_each
 from ecs_eco.config.memory import require_memory
 from ecs_eco.config.models.land import RealLand
+from ecs_eco.config.names import own_features
 from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.lifecycle.founders import newcomers
@@ -71,6 +72,7 @@ def build(
     record: bool = True,
     populate: bool = True,
     systems: Sequence[Any] = (),
+    features: Sequence[Any] = (),
     reporters: Mapping[str, Any] = MappingProxyType({}),
     controls: Sequence[str] = (),
     trust: bool = False,
@@ -82,12 +84,13 @@ def build(
     species → one of these, or a torch module: one of the class that `policy.network` names, or a plain
     Sequential of Linear and Tanh (ecs_eco.learning.from_torch). `learn` overrides the species' own
     `policy.learn`: true, false, or a dict species → these. `populate`: whether there are organisms at the
-    start. `training`: numbers held constant by respawn, no births. `systems` and `reporters` (name → what)
-    join those of the world file. `controls` are names of `ecs_eco.worlds.treatments`, of what is removed.
-    `trust` allows the code in the world's `code` to run here. Raises ConfigError, also for code not allowed.
+    start. `training`: numbers held constant by respawn, no births. `systems`, `reporters` (name → what) and
+    `features` join those of the world file and its code. `controls` are names of
+    `ecs_eco.worlds.treatments`, of what is removed. `trust` allows the code in the world's `code` to run
+    here. Raises ConfigError, also for code not allowed.
     """
-    if not isinstance(config, WorldConfig) or systems or reporters or trust:
-        config = load(config, systems=systems, reporters=reporters, trust=trust)
+    if not isinstance(config, WorldConfig) or systems or reporters or features or trust:
+        config = load(config, systems=systems, reporters=reporters, features=features, trust=trust)
     config._code.require(config._source)
     require_policies(config, policies)
     by_species("learn", learn, config.species, (bool, np.bool_), "true or false")
@@ -119,7 +122,7 @@ def build(
     apply(world, config)
     treat(controls, world)
     shipped = schedule(training and config.training.respawn, world.tables.values())
-    for system in [*shipped, *_own_systems(world, config)]:
+    for system in [*shipped, *_systems_of_features(world, config), *_own_systems(world, config)]:
         world.add_system(system)
     keep_books(world)
     _populate(world, config, populate)
@@ -172,6 +175,13 @@ def _tables(world: SpatialWorld, config: WorldConfig) -> None:
     add_matter(world, config)
     if config.terrain is not None:
         _landmarks(world, config.terrain)
+
+
+def _systems_of_features(world: SpatialWorld, config: WorldConfig) -> list[Any]:
+    """Make and return the systems of the users' own features, without those that no table asks for."""
+    systems = dict.fromkeys(system for feature in own_features(config) for system in feature.systems)
+    tables = world.tables.values()
+    return [s() for s in systems if s.asked_for is None or any(map(s.asked_for, tables))]
 
 
 def _own_systems(world: SpatialWorld, config: WorldConfig) -> list[Any]:

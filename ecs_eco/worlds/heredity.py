@@ -115,8 +115,7 @@ def apply_heredity(
 
 
 def _traits(world: SpatialWorld, species: Any) -> dict[str, Trait]:
-    own = [world.config.function(component) for component in species.components]
-    return traits_of(species, world.config.dims, own)
+    return traits_of(species, world.config.dims, world.config.own_components(species))
 
 
 def apply_traits(

@@ -38,7 +38,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
 
     yield from _check_connections(config, name)
     if (own := components_of(config, species)) is None:
-        return  # its genes may name fields of components that are not loaded
+        return  # its genes may name what is not loaded
     traits = traits_of(species, config.dims, own)
     shapes = shapes_of_networks(config, name)
     coded = {gene.trait for gene in section.genes}
@@ -62,7 +62,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
         *problems_of_variable(section, traits, shapes),
     ]
     for problem in own_problems:
-        shared = why_shared(str(problem.value)) if problem.key[-1] == "trait" else ""
+        shared = why_shared(str(problem.value), type(species)) if problem.key[-1] == "trait" else ""
         why = {"what": f"no gene can code for it: {shared}", "nearest": ""} if shared else {}
         yield problem.moved(key=(*key, *problem.key), **why)
     yield from _check_ranges(config, species, key, section)
@@ -78,7 +78,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
 
 def components_of(config: WorldConfig, species: Species) -> list[Any] | None:
     """The user's own components of the species; None if they may not be loaded, or are invalid."""
-    own = [config._code.known(c) for c in species.components]
+    own = config.own_components(species)
     return own if all(map(is_component, own)) else None
 
 

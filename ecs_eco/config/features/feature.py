@@ -34,6 +34,9 @@ class Feature(Section):
     """
 
     after: ClassVar[str] = ""
+    systems: ClassVar[tuple[type[Any], ...]] = ()
+    """The systems of a feature of your own, each at the end of its phase; the shipped ones are in
+    `ecs_eco.systems.schedule`."""
     acts: ClassVar[Mapping[str, tuple[str, ...] | None]] = {}
     """The groups of actions that it adds, and their actions; None: `acting` gives them."""
 

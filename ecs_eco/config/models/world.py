@@ -170,10 +170,18 @@ class WorldConfig(Section):
         )
         return tuple(dict.fromkeys((*self.objects[kind].felt(), *left)))
 
+    def own_components(self, species: Species) -> list[Any]:
+        """The users' own components of a species, those of their features included; None for what may not be
+        loaded yet, or is wrong."""
+        brought = [part for place, part in of_each(species, "brings") if place is None]
+        own = [part for part in brought if not part.__module__.startswith("ecs_eco.")]
+        unknown = [None] if species.model_extra else []  # features that may not be loaded yet
+        return [*map(self.known, species.components), *own, *unknown]
+
     def own_fields(self, kind: str) -> dict[str, float]:
         """Component.field of every number in the user's own components of a species, with its default; none
         of components whose code may not run yet."""
-        components = filter(is_component, map(self.known, self.species[kind].components))
+        components = filter(is_component, self.own_components(self.species[kind]))
         return {
             f"{c.__name__}.{field}": float(default)
             for c in components
@@ -183,7 +191,7 @@ class WorldConfig(Section):
 
     def may_have(self, kind: str, name: str) -> bool:
         """Whether a name may be a field in code that may not run yet."""
-        return "." in name and kind in self.species and None in map(self.known, self.species[kind].components)
+        return "." in name and kind in self.species and None in self.own_components(self.species[kind])
 
     def family(self, name: str) -> tuple[str, ...]:
         """The species whose members are of one kind with those of a species: itself and what becomes it."""
