@@ -3,6 +3,7 @@
 It imports nothing of the package, so that every `__init__` may use it.
 """
 
+import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -34,6 +35,11 @@ def lazy(package: str, modules: Mapping[str, str], rooms: Sequence[str] = ()) ->
         return getattr(import_module(modules[name]), name)
 
     return find
+
+
+def file_of(name: str) -> str:
+    """Return the module that holds a class in a package of one class a file: give_birth for GiveBirth."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
 def listing(loaded: Mapping[str, Any], public: Sequence[str]) -> Callable[[], list[str]]:

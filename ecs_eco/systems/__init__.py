@@ -6,7 +6,7 @@ Systems never import each other; what two of them share belongs to `ecs_eco.life
 
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import lazy, listing
+from ecs_eco._lazy import file_of, lazy, listing
 
 if TYPE_CHECKING:
     from ecs_eco.systems.age import Age
@@ -50,48 +50,6 @@ if TYPE_CHECKING:
     from ecs_eco.systems.travel import Travel
     from ecs_eco.systems.use_land import UseLand
 
-_HOME = {
-    "Intervene": "intervene",
-    "ResetFlows": "reset_flows",
-    "Shade": "shade",
-    "Grow": "grow",
-    "Diffuse": "diffuse",
-    "Sense": "sense",
-    "Feel": "feel",
-    "Learn": "learn",
-    "Decide": "decide",
-    "Move": "move",
-    "Drift": "drift",
-    "Collide": "collide",
-    "Feed": "feed",
-    "Mate": "mate",
-    "Metabolise": "metabolise",
-    "ExchangeHeat": "exchange_heat",
-    "Compress": "compress",
-    "Age": "age",
-    "Perish": "perish",
-    "TakeStock": "take_stock",
-    "Dilute": "dilute",
-    "React": "react",
-    "ExchangeMatter": "exchange_matter",
-    "Decompose": "decompose",
-    "Provide": "provide",
-    "LeaveRemains": "leave_remains",
-    "Reproduce": "reproduce",
-    "GiveBirth": "give_birth",
-    "Spread": "spread",
-    "Respawn": "respawn",
-    "Mature": "mature",
-    "GrowUp": "grow_up",
-    "Nurse": "nurse",
-    "Hatch": "hatch",
-    "Decay": "decay",
-    "Renew": "renew",
-    "Travel": "travel",
-    "Carry": "carry",
-    "Build": "build",
-    "UseLand": "use_land",
-}
 __all__ = [
     "Age",
     "Build",
@@ -134,5 +92,5 @@ __all__ = [
     "Travel",
     "UseLand",
 ]
-__getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})
+__getattr__ = lazy(__name__, {name: f"{__name__}.{file_of(name)}" for name in __all__})
 __dir__ = listing(globals(), __all__)

@@ -6,21 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import (
-    Body,
-    Chemistry,
-    Genome,
-    Incubation,
-    Metabolism,
-    Parentage,
-    Physical,
-    Policy,
-    Position,
-)
+from ecs_eco.components import Body, Chemistry, Genome, Incubation, Metabolism, Parentage, Policy, Position
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle import sizes
 from ecs_eco.lifecycle.births import headings, newborn
+from ecs_eco.lifecycle.climate import temperatures
 from ecs_eco.lifecycle.matter import bodies, newborn_volumes
 
 if TYPE_CHECKING:
@@ -60,7 +51,7 @@ class Hatch(System):
             develop,
             high,
             table.alive,
-            self.temperatures(table, world),
+            temperatures(table, world),
             0.0 if way.temperature is None else way.temperature,
             way.threshold,
             world.dt,
@@ -71,15 +62,6 @@ class Hatch(System):
         if ripe.size:
             table.cause[ripe] = world.cause(HATCHED)
             hatch(table, ripe, world.tables[way.into], world)
-
-    def temperatures(self, table: Table, world: SpatialWorld) -> np.ndarray:
-        """Return the temperatures of eggs, or of their places: f32[high] [K]."""
-        p, high = table[Position], table.high
-        if table.species.config is not None and "temperature" in table.species.config.properties:
-            own: np.ndarray = table[Physical].temperature
-            return own
-        around = world.surroundings("temperature", p.x[:high], p.y[:high], p.z[:high])
-        return around.astype(np.float32, copy=False)
 
 
 @njit
