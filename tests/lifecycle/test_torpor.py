@@ -88,7 +88,7 @@ def test_others_are_awake_whatever_they_have(meadow):
     world = meadow()
     deer = arrange(world, "deer", energy=-1)
     assert awake(deer) is deer.alive
-    assert LEAST_ENERGY[deer.species.torpor] == -np.inf
+    assert LEAST_ENERGY[deer.species.metabolism.torpor] == -np.inf
 
 
 def test_torpor_may_begin_while_a_world_lives_and_its_books_close(meadow):
