@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from ecs_eco.systems.respawn import Respawn
     from ecs_eco.systems.sense import Sense
     from ecs_eco.systems.shade import Shade
+    from ecs_eco.systems.slow_down import SlowDown
     from ecs_eco.systems.spread import Spread
     from ecs_eco.systems.take_stock import TakeStock
     from ecs_eco.systems.travel import Travel
@@ -87,6 +88,7 @@ __all__ = [
     "Respawn",
     "Sense",
     "Shade",
+    "SlowDown",
     "Spread",
     "TakeStock",
     "Travel",

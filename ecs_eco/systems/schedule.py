@@ -42,6 +42,7 @@ from ecs_eco.systems.reset_flows import ResetFlows
 from ecs_eco.systems.respawn import Respawn
 from ecs_eco.systems.sense import Sense
 from ecs_eco.systems.shade import Shade
+from ecs_eco.systems.slow_down import SlowDown
 from ecs_eco.systems.spread import Spread
 from ecs_eco.systems.take_stock import TakeStock
 from ecs_eco.systems.travel import Travel
@@ -51,7 +52,18 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 SCHEDULE: dict[str, tuple[type[System], ...]] = {
-    "environment": (Intervene, UseLand, ResetFlows, TakeStock, Dilute, Shade, Grow, Diffuse, Mature),
+    "environment": (
+        Intervene,
+        UseLand,
+        ResetFlows,
+        TakeStock,
+        Dilute,
+        Shade,
+        Grow,
+        Diffuse,
+        Mature,
+        SlowDown,
+    ),
     "sense": (Sense,),
     "feel": (Feel,),
     "learn": (Learn,),

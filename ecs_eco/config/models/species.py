@@ -9,6 +9,7 @@ from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from ecs_eco.config.features.building import Building
 from ecs_eco.config.features.carrying import Carrying
+from ecs_eco.config.features.ectothermy import Ectothermy
 from ecs_eco.config.features.eggs import Eggs
 from ecs_eco.config.features.feature import assembled, features_of, of_each
 from ecs_eco.config.models.body import Body
@@ -59,7 +60,7 @@ OWN = ("energy", "age", "fertility")  # values of every organism besides its pro
 
 
 @assembled
-class Species(Carrying, Building, Eggs):
+class Species(Ectothermy, Carrying, Building, Eggs):
     """One species: all its organisms are born with these values."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(

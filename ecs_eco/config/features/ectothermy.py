@@ -1,0 +1,46 @@
+"""Ectothermy: animals that are as warm as their surroundings slow down in the cold, to torpor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ecs_eco.components import Vigour
+from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.section import FREE, SHAPE, NonNegative, Positive, Section, about, is_absent, quantity
+
+
+class Cold(Section, change=FREE, own=True):
+    """How rates depend on temperature: speeds and the basal rate are those declared at `reference`, and change
+    by the factor `q10` with every 10 K (van 't Hoff 1884; between 2 and 3 in most animals).
+
+    The temperature is that of the body if `properties` has one, otherwise that of its place.
+    """
+
+    q10: Positive = quantity("factor by which rates rise with 10 K", "1", 2.0)
+    reference: Positive = quantity("temperature at which rates are as declared", "K", 298.15)
+    torpor: NonNegative = quantity("temperature at and below which it does not move", "K", 0.0)
+
+
+class Ectothermy(Feature, after="heat"):
+    """Animals live more slowly in the cold: system `SlowDown`, component `Vigour`."""
+
+    ectothermy: Cold | None = about(
+        "how its rates depend on temperature; absent: they do not", None, exclude_if=is_absent, change=SHAPE
+    )
+
+    @staticmethod
+    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield genes that code for the pace that temperature sets."""
+        genes = species.genome.genes if species.genome is not None and species.ectothermy is not None else ()
+        for i, gene in enumerate(genes):
+            if gene.trait == "locomotion.pace":
+                at, allowed = (*key, "genome", "genes", i, "trait"), '"ectothermy.q10", or no ectothermy'
+                yield Problem(at, "temperature sets the pace of this species", gene.trait, allowed)
+
+    @staticmethod
+    def brings(species: Any) -> Iterator[tuple[str | None, type[Any]]]:
+        """Yield the component of pace."""
+        if species.ectothermy is not None:
+            yield None, Vigour

@@ -1,0 +1,44 @@
+"""Ectotherms slow down in the cold."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Metabolism, Position, Vigour
+from ecs_eco.engine.elementary import power
+from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_value, own_values
+from ecs_eco.lifecycle.climate import temperatures
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+
+class SlowDown(System):
+    """An ectotherm lives at the rate q10 ** ((T - reference) / 10 K), at which it moves and pays its basal
+    rate in this tick; at and below its temperature of torpor it does not move.
+    """
+
+    needs = (Position, Metabolism, Vigour)
+    phase = "environment"
+    asked_for = staticmethod(lambda table: table.species.ectothermy is not None)
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Set the pace of one species, and credit what Metabolise will take too much."""
+        if (way := table.species.ectothermy) is None:
+            return
+        high, alive, m = table.high, table.alive[: table.high], table[Metabolism]
+        q10, reference, torpor = own_values(
+            table, {f"ectothermy.{key}": getattr(way, key) for key in ("q10", "reference", "torpor")}
+        )
+        warmth = temperatures(table, world).astype(np.float64)
+        rate = power(q10, (warmth - reference) / 10.0)
+        table[Vigour].pace[:high][alive] = np.where(warmth > torpor, rate, 0.0)[alive]
+        basal = own_value(table, "metabolism.basal", table.species.metabolism.basal)
+        credit = np.broadcast_to((1.0 - rate) * basal * world.dt, high)[alive]
+        before = m.energy[:high][alive]
+        m.energy[:high][alive] = before + credit
+        m.burnt[:high][alive] -= m.energy[:high][alive] - before

@@ -1,0 +1,43 @@
+import pytest
+
+from ecs_eco.components import Metabolism, Vigour
+from ecs_eco.config import load
+from ecs_eco.engine.errors import ConfigError
+from ecs_eco.systems import SlowDown
+from ecs_eco.testing import act
+
+LIZARD = {
+    "metabolism": {"energy": 1.0, "basal": 0.25},
+    "ectothermy": {"q10": 4.0, "reference": 300.0, "torpor": 280.0},
+}
+
+
+@pytest.mark.parametrize(
+    ("kelvin", "rate", "pace"), [(300.0, 1, 1), (295.0, 0.5, 0.5), (305.0, 2, 2), (280.0, 0.0625, 0)]
+)
+def test_rates_rise_by_q10_with_ten_kelvin_and_torpor_ends_motion(meadow, kelvin, rate, pace):
+    world = meadow(world={"ambient": {"temperature": kelvin}, "dt": 0.5}, **LIZARD)
+    act(world, SlowDown)
+    deer = world.tables["deer"]
+    assert deer[Vigour].pace[:2].tolist() == [pace, pace]
+    assert deer[Metabolism].energy[:2] == pytest.approx(1 + (1 - rate) * 0.125)
+    assert deer[Metabolism].burnt[:2] == pytest.approx((rate - 1) * 0.125)
+
+
+def test_it_starves_later_in_the_cold_and_each_has_its_own_q10(meadow):
+    cold = {"ambient": {"temperature": 290.0}}
+    lives = {
+        q10: meadow(world=cold, **LIZARD | {"ectothermy": {"q10": q10, "reference": 300.0}})
+        for q10 in (1.0, 4.0)
+    }
+    assert {q10: world.run(6).tables["deer"].n for q10, world in lives.items()} == {1.0: 0, 4.0: 2}
+    gene = {"name": "g", "trait": "ectothermy.q10", "letters": 1, "values": [1.0, 4.0]}
+    world = meadow(world=cold, count=40, genome={"alphabet": "01", "genes": [gene]}, **LIZARD).run(6)
+    assert 0 < world.tables["deer"].n < 40
+
+
+def test_a_gene_for_the_pace_is_refused(meadow):
+    gene = {"name": "g", "trait": "locomotion.pace", "letters": 4, "low": 0.5, "high": 2.0}
+    with pytest.raises(ConfigError, match=r'genes.0.trait = "locomotion.pace"\n.*temperature sets the pace'):
+        meadow(genome={"alphabet": "01", "genes": [gene]}, locomotion={"speed": {"walk": 1.0}}, **LIZARD)
+    assert load("predator-prey").species["deer"].ectothermy is None
