@@ -5,6 +5,7 @@ A limit is today's number. Who lowers a number lowers its limit; who must raise 
 
 from __future__ import annotations
 
+import ast
 import gc
 import json
 import os
@@ -20,10 +21,11 @@ import ecs_eco
 from ecs_eco import World
 from ecs_eco.components import Body, Position
 from ecs_eco.config import load
+from tools import budget
 
 PYTHON_CALLS, ALL_CALLS = 340, 586  # a tick of predator-prey: 840 animals, 5,200 plants; C's functions too
 KERNELS = 38  # with types, that Python calls in 100 ticks of predator-prey
-MODULES = 1007  # that a frozen run of predator-prey loads
+MODULES = 1016  # that a frozen run of predator-prey loads
 BYTES_OF_COLUMNS = 70  # an organism with Position and Body
 BYTES_KNOWN_TO_ESPER = 1  # an organism more, where esper has been asked for all numbers
 BYTES_LOOKED_AT = 520  # an organism more, where esper's loop has looked at one component of each
@@ -155,3 +157,29 @@ def test_an_animal_takes_few_bytes_and_few_more_for_esper():
     assert each[0] <= BYTES_OF_COLUMNS, each
     assert each[1] <= BYTES_KNOWN_TO_ESPER, each
     assert each[2] <= BYTES_LOOKED_AT, each
+
+
+def test_the_package_weighs_no_more_than_its_budget():
+    over = [
+        f"{table}, {name}: {number:,}, at most {limit:,}"
+        for table, name, number, limit in budget.rows()
+        if limit is None or number > limit
+    ]
+    assert over == [], "lower them, or say why in CHANGELOG.md and run python tools/budget.py --write"
+
+
+def test_kernels_calls_and_stays_of_a_configuration_are_counted(monkeypatch):
+    text = (
+        "@njit(cache=True)\ndef burn(a, b):\n    import os\n\n\ndef check(config: Any, other: int) -> Any:\n"
+    )
+    text += "    return burn(config, other)\n"
+    trees = {"ecs_eco/a.py": ast.parse(text)}
+    assert budget.kernels(trees) == {"kernels": 1, "arguments": 2, "with 15 or more": 0, "most arguments": 2}
+    assert list(budget.configuration(trees).values()) == [1, 1, 1]
+    assert budget.anys(trees["ecs_eco/a.py"]) == 1
+    assert budget.late_imports(trees["ecs_eco/a.py"]) == 1
+    assert budget.lines({"ecs_eco/a.py": text, "ecs_eco/b/c.py": "x = 1\n"}) == {
+        "all": 6,
+        "b": 1,
+        "files at the top": 5,
+    }

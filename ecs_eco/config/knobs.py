@@ -18,7 +18,9 @@ def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
     the world's own value; none of values set from outside, by `set_`."""
     if not config.viewer.knobs:
         return []
-    data, rows = config.model_dump(), {row["key"]: row for row in parameters(config)}
+    data, knobs = config.model_dump(), config.viewer.knobs
+    keys = (".".join(map(str, real_key(data, key_of(knob.key))[0])) for knob in knobs)
+    rows = {row["key"] for row in parameters(config, keys)}
     outside = {tuple(map(str, key)) for key in set_}
     problems: list[Problem] = []
     seen: set[Key] = set()
@@ -36,17 +38,16 @@ def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
         elif key in seen:
             problems.append(Problem((*place, "key"), "is a knob already", knob.key, "each key once"))
         elif (name := ".".join(map(str, key))) not in rows or isinstance(value, bool):
-            problems.append(_not_offered(config, (*place, "key"), knob, name, value, list(rows)))
+            problems.append(_not_offered(config, (*place, "key"), knob, name, value))
         else:
             problems += _check_ends(place, knob, value)
         seen.add(key)
     return problems
 
 
-def _not_offered(
-    config: WorldConfig, place: Key, knob: Knob, name: str, value: Any, known: list[str]
-) -> Problem:
+def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: Any) -> Problem:
     """The problem of a key whose value is there, but cannot be a knob."""
+    known = [row["key"] for row in parameters(config)]
     numbers = "the key of a number that may change in a run"
     if why := why_not(name, type(config)):
         return Problem(place, f"cannot change in a living world: {name}", knob.key, f"{numbers}; or {why}")

@@ -31,7 +31,7 @@ def used_in(section: Any, key: Key = ()) -> Iterator[tuple[Key, Any]]:
             yield from used_in(value, (*key, i))
     elif isinstance(section, BaseModel):
         marked = fields_of(type(section))
-        for word in type(section).model_fields:
+        for word in _deep_fields_of(type(section)):
             value = getattr(section, word)
             yield from _leaves(value, (*key, word)) if word in marked else used_in(value, (*key, word))
     elif callable(section):  # passed as a value that an intervention sets
@@ -63,6 +63,25 @@ def _fields_of(model: type[BaseModel]) -> frozenset[str]:
         for name, field in model.model_fields.items()
         if any(isinstance(m, NamesCode) for m in field.metadata) or _marked(field.annotation)
     )
+
+
+@cache
+def _deep_fields_of(model: type[BaseModel]) -> tuple[str, ...]:
+    """The fields of a model that may name code, themselves or by what is in them."""
+    return tuple(
+        name
+        for name, field in model.model_fields.items()
+        if name in fields_of(model) or _deep(field.annotation)
+    )
+
+
+def _deep(annotation: Any) -> bool:
+    """Whether values of a type may hold what names code: sections that do, or anything."""
+    if annotation is Any:
+        return True
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return bool(_deep_fields_of(annotation))
+    return any(map(_deep, get_args(annotation)))
 
 
 def _marked(annotation: Any) -> bool:

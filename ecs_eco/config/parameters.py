@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterable, Iterator
 from typing import Any
 
 from pydantic import BaseModel
@@ -14,14 +14,16 @@ from ecs_eco.engine.section import LARGEST, Use, function_name
 NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
 
 
-def parameters(config: Any) -> list[dict[str, Any]]:
+def parameters(config: Any, keys: Iterable[str] | None = None) -> list[dict[str, Any]]:
     """Return every number and switch that an intervention of kind "set" may change: key, value, whether
     it is whole, unit, low, high, about.
 
-    `low` and `high` are null if the file sets no bound. Values that genes code for are left out.
+    `low` and `high` are null if the file sets no bound. Values that genes code for are left out; so are all
+    but `keys`, dotted, where these are given.
     """
+    wanted = None if keys is None else frozenset(_ways_to(keys))
     genes = coded(config)
-    rows = _walk(config, (), {})
+    rows = _walk(config, (), {}, wanted)
     return [
         row
         for row in rows
@@ -76,21 +78,36 @@ def _key_of(species: Any, trait: str) -> tuple[str | int, ...] | None:
     return None if value is None else tuple(key)
 
 
-def _walk(value: Any, key: tuple[str, ...], field: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def _ways_to(keys: Iterable[str]) -> Iterator[tuple[str, ...]]:
+    """Yield keys, and all that they are below."""
+    for key in keys:
+        parts = tuple(key.split("."))
+        yield from (parts[:n] for n in range(len(parts) + 1))
+
+
+def _walk(
+    value: Any, key: tuple[str, ...], field: dict[str, Any], wanted: Container[tuple[str, ...]] | None
+) -> Iterator[dict[str, Any]]:
+    if wanted is not None and key not in wanted:
+        return
     if isinstance(value, Use):
         for name, inner in value.parameters.items():
             about = f"parameter of {function_name(value)}"
-            yield from _walk(inner, (*key, name), {"unit": "", "low": None, "high": None, "about": about})
+            yield from _walk(
+                inner, (*key, name), {"unit": "", "low": None, "high": None, "about": about}, wanted
+            )
     elif isinstance(value, BaseModel):
         for name, info in type(value).model_fields.items():
-            yield from _walk(getattr(value, name), (*key, name), _field(info))
+            if wanted is not None and (*key, name) not in wanted:
+                continue
+            yield from _walk(getattr(value, name), (*key, name), _field(info), wanted)
     elif isinstance(value, dict):
         for name, inner in value.items():
-            yield from _walk(inner, (*key, str(name)), field)
+            yield from _walk(inner, (*key, str(name)), field, wanted)
     elif isinstance(value, list):
         for i, inner in enumerate(value):
             if isinstance(inner, BaseModel):
-                yield from _walk(inner, (*key, str(i)), field)
+                yield from _walk(inner, (*key, str(i)), field, wanted)
     elif isinstance(value, bool | int | float) and key:
         yield {"key": ".".join(key), "value": value, "whole": isinstance(value, int), **field}
 

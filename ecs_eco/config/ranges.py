@@ -60,7 +60,7 @@ def _tables(node: Any, key: Key) -> Iterator[tuple[Any, Key]]:
             continue
         if isinstance(part, dict) and "search" in part and not isinstance(part["search"], dict):
             yield node, (*key, name)
-        else:
+        elif isinstance(part, dict | list):
             yield from _tables(part, (*key, name))
 
 

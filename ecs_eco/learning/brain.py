@@ -6,6 +6,7 @@ It thinks without torch; how it learns is in backward.py and ppo.py.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import nullcontext
 from typing import NamedTuple
 
 import numpy as np
@@ -153,11 +154,12 @@ class Brain:
 
     def _draw(self, seed: int) -> None:
         """Draw all weights anew; biases are zero."""
-        matrices = ((name, w) for name, w in self.named().items() if name.endswith("weight"))
-        for number, (name, weights) in enumerate(matrices):
-            gain = {"policy.head.weight": 0.01, "value.head.weight": 1.0}.get(name, 2**0.5)
-            generator = np.random.Generator(np.random.Philox(key=[seed, number]))
-            weights[...] = gain * _orthogonal(generator, *weights.shape)
+        matrices = [(name, w) for name, w in self.named().items() if name.endswith("weight")]
+        generators = [np.random.Generator(np.random.Philox(key=[seed, n])) for n in range(len(matrices))]
+        with nullcontext() if portable.on() else one_blas_thread():
+            drawn = [_orthogonal(g, *w.shape) for g, (_, w) in zip(generators, matrices, strict=True)]
+        for (name, weights), matrix in zip(matrices, drawn, strict=True):
+            weights[...] = {"policy.head.weight": 0.01, "value.head.weight": 1.0}.get(name, 2**0.5) * matrix
             if name == "policy.head.weight":
                 weights[self.spreads] = 0
 
@@ -181,8 +183,7 @@ def _orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.nda
         from ecs_eco.learning.orthogonal import orthogonal
 
         return orthogonal(generator, n_out, n_in)
-    with one_blas_thread():
-        q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
+    q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
     q *= np.sign(np.diag(r))
     return q if n_out >= n_in else q.T
 

@@ -81,8 +81,18 @@ class PPO:
     )
 
     def __post_init__(self) -> None:
-        for f in fields(self):
+        for f in _fields():
             object.__setattr__(self, f.name, _checked(f, getattr(self, f.name)))
+
+
+@functools.cache
+def _fields() -> tuple[Field[Any], ...]:
+    return fields(PPO)
+
+
+def check_setting(name: str, value: Any) -> None:
+    """Raise ValueError where a hyperparameter cannot have this value."""
+    _checked(PPO.__dataclass_fields__[name], value)
 
 
 _init = PPO.__init__
@@ -93,7 +103,7 @@ def _in_any_words(self: PPO, *values: Any, **settings: Any) -> None:
     for word, name in ours(settings).items():
         warnings.warn(f"PPO: {hint(word)}", stacklevel=2)
         settings[name] = settings.pop(word)
-    known = [f.name for f in fields(PPO)]
+    known = [f.name for f in _fields()]
     if unknown := [name for name in settings if name not in known]:
         raise TypeError(unknown_name("PPO", "setting", unknown[0], known))
     _init(self, *values, **settings)

@@ -98,7 +98,7 @@ class Species:
 
     def adopt(self, section: Section) -> None:
         """Take the values of all keys of a section."""
-        vars(self).update((key, value) for key, value in section if key not in DERIVED)
+        vars(self).update({key: value for key, value in section if key not in DERIVED})
 
     def switch_reproduction(self, on: bool) -> None:
         """Let its members reproduce as its section of the world file says, or not at all."""

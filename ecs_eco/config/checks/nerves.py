@@ -267,7 +267,7 @@ def _check_outside(key: Key, policy: Policy) -> Iterator[Problem]:
 
 
 def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
-    from ecs_eco.learning import PPO
+    from ecs_eco.learning.settings import check_setting
 
     known = ppo_defaults()
     for name, value in species.ppo.items():
@@ -289,6 +289,6 @@ def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
             yield Problem((*key, name), "not possible", value, f"at most {most:g}")
             continue
         try:
-            PPO(**{name: value})
+            check_setting(name, value)
         except ValueError as error:
             yield Problem((*key, name), "not possible", value, str(error).partition("allowed is ")[2])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Any, ClassVar, Protocol, TypeVar
 
 from ecs_eco.engine.errors import Problem
@@ -101,6 +102,7 @@ def of_each(species: Any, what: str, *more: Any) -> Iterator[Any]:
         yield from getattr(feature, what)(species, *more)
 
 
+@cache
 def features_of(model: type[Section]) -> tuple[type[Feature], ...]:
     """Return the features of a model of species, in the order of its keys."""
     return tuple(c for c in model.__mro__ if Feature in c.__bases__ and "after" in vars(c) and c is not model)

@@ -1,0 +1,172 @@
+"""Count what the package weighs: lines, files that a feature touches, arguments of kernels, calls of a build.
+
+    python tools/budget.py [--write]
+
+Prints each number beside its limit in tests/budget.toml, which tests/test_budget.py keeps. --write takes
+today's numbers as limits: they fall at will, and rise only with a line in CHANGELOG.md that says why.
+"""
+
+import argparse
+import ast
+import re
+import sys
+import tomllib
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tools.sizes import PACKAGE, annotations_of, code_lines, functions_of  # noqa: E402
+
+LIMITS = ROOT / "tests" / "budget.toml"
+WORDS = {  # what names a feature, besides plain English and matplotlib's hatches
+    "eggs": r"\b[Ee]ggs?\b|\bHatch\b|\bIncubation\b|\.hatch\b|\bhatch:",
+    "building": r"\bbuilds\b|\bBuilding\b|\bBuild\b",
+    "carrying": r"\bcarries\b|\bCarrying\b|\bCarry\b|\bCarrier\b|\bLoad\b",
+    "heat": r"\bheat\b|\bHeat\b|\bBodyHeat\b|\bHeatExchange\b|\bExchangeHeat\b|\bCoat\b",
+}
+KERNEL = {"njit", "lone_njit", "jit", "vectorize", "guvectorize"}
+
+
+def sources() -> dict[str, str]:
+    """Return the texts of the package's files, by path."""
+    files = sorted((ROOT / PACKAGE).rglob("*.py"))
+    return {file.relative_to(ROOT).as_posix(): file.read_text(encoding="utf-8") for file in files}
+
+
+def measure() -> dict[str, dict[str, int]]:
+    """Return all numbers, by table and name."""
+    texts = sources()
+    trees = {path: ast.parse(text) for path, text in texts.items()}
+    return {
+        "lines": lines(texts),
+        "files that name": {
+            name: sum(bool(re.search(words, text)) for text in texts.values())
+            for name, words in WORDS.items()
+        },
+        "kernels": kernels(trees),
+        "configuration": configuration(trees),
+        "code": {
+            "parameters that are Any": sum(map(anys, trees.values())),
+            "imports within functions": sum(map(late_imports, trees.values())),
+        },
+        "build": build(),
+    }
+
+
+def lines(texts: dict[str, str]) -> dict[str, int]:
+    """Return the lines of code of each room, and of the package."""
+    rooms: Counter[str] = Counter()
+    for path, text in texts.items():
+        _, *parts = path.split("/")
+        rooms[parts[0] if len(parts) > 1 else "files at the top"] += len(code_lines(text))
+    return {"all": rooms.total(), **dict(sorted(rooms.items()))}
+
+
+def kernels(trees: dict[str, ast.Module]) -> dict[str, int]:
+    """Return the number of kernels and of their arguments."""
+    sizes = [
+        len(node.args.args) for tree in trees.values() for _, node in functions_of(tree) if compiled(node)
+    ]
+    return {
+        "kernels": len(sizes),
+        "arguments": sum(sizes),
+        "with 15 or more": sum(n >= 15 for n in sizes),
+        "most arguments": max(sizes),
+    }
+
+
+def compiled(node: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    """Whether a function is compiled by numba."""
+    names = {n.id for d in node.decorator_list for n in ast.walk(d) if isinstance(n, ast.Name)}
+    return bool(names & KERNEL)
+
+
+def configuration(trees: dict[str, ast.Module]) -> dict[str, int]:
+    """Return how many functions take a world's configuration as `config`, in how many files, and how many
+    calls pass it on."""
+    functions, files, calls = 0, set(), 0
+    for path, tree in trees.items():
+        for _, node in functions_of(tree):
+            if "config" in (arg.arg for arg in (*node.args.args, *node.args.kwonlyargs)):
+                functions, files = functions + 1, files | {path}
+                calls += sum(passes(call) for call in ast.walk(node) if isinstance(call, ast.Call))
+    return {"functions that take it": functions, "files": len(files), "calls that pass it on": calls}
+
+
+def passes(call: ast.Call) -> bool:
+    """Whether a call passes `config` on as it is."""
+    given = [*call.args, *(keyword.value for keyword in call.keywords)]
+    return any(isinstance(value, ast.Name) and value.id == "config" for value in given)
+
+
+def anys(tree: ast.Module) -> int:
+    """Return how many parameters of functions are annotated as Any alone."""
+    found = 0
+    for _, node in functions_of(tree):
+        results = [] if node.returns is None else [node.returns]
+        notes = [note for note in annotations_of(node) if note not in results]
+        found += sum(isinstance(note, ast.Name) and note.id == "Any" for note in notes)
+    return found
+
+
+def late_imports(tree: ast.Module) -> int:
+    """Return how many imports stand within functions."""
+    inner = {node for _, function in functions_of(tree) for node in ast.walk(function)}
+    return sum(isinstance(node, ast.Import | ast.ImportFrom) for node in inner)
+
+
+def build() -> dict[str, int]:
+    """Return the calls of the package's functions in one build of predator-prey, after another one, and the
+    files that they are in."""
+    from ecs_eco import World
+
+    World.from_config("predator-prey", policies="untrained", seed=1)
+    found: Counter[str] = Counter()
+
+    def note(frame: object, event: str, _: object) -> None:
+        if event == "call":
+            found[frame.f_code.co_filename] += 1  # type: ignore[attr-defined]
+
+    sys.setprofile(note)
+    try:
+        World.from_config("predator-prey", policies="untrained", seed=1)
+    finally:
+        sys.setprofile(None)
+    ours = {file: calls for file, calls in found.items() if file.startswith(str(ROOT / PACKAGE))}
+    return {"calls": sum(ours.values()), "files": len(ours)}
+
+
+def limits() -> dict[str, dict[str, int]]:
+    """Return the numbers that are kept."""
+    return tomllib.loads(LIMITS.read_text(encoding="utf-8"))
+
+
+def rows() -> Iterator[tuple[str, str, int, int | None]]:
+    """Yield table, name, today's number, and its limit."""
+    kept = limits() if LIMITS.is_file() else {}
+    for table, numbers in measure().items():
+        for name, number in numbers.items():
+            yield table, name, number, kept.get(table, {}).get(name)
+
+
+def main() -> int:
+    """Print all numbers; write them, where this is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
+    parser.add_argument("--write", action="store_true")
+    write = parser.parse_args().write
+    found = list(rows())
+    for table, name, number, limit in found:
+        print(f"{table + ': ' + name:42} {number:>8,} {'' if limit is None else f'(at most {limit:,})'}")
+    if write:
+        text = "# What tools/budget.py counts, at most. To raise a number, say why in CHANGELOG.md.\n"
+        for table in dict.fromkeys(row[0] for row in found):
+            text += f'\n["{table}"]\n' + "".join(f'"{n}" = {k}\n' for t, n, k, _ in found if t == table)
+        LIMITS.write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
