@@ -42,6 +42,7 @@ def words(page: Path) -> str:
     return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", text))
 
 
+@pytest.mark.slow
 def test_a_run_in_which_all_persist_and_cycle(tmp_path: Path) -> None:
     run = chains.write_run(tmp_path / "run", chains.chain(4000, seed=1), events=False)
     page = write_report(run)
@@ -69,6 +70,7 @@ def test_interventions_have_a_table_with_a_row_for_what_was_done_many_times(tmp_
     assert "a dashed line marks an intervention" in text
 
 
+@pytest.mark.slow
 def test_a_page_asks_for_nothing_from_outside(tmp_path: Path) -> None:
     page = write_report(chains.write_run(tmp_path / "run", chains.chain(200))).read_text()
     assert not re.findall(r"""(?:src|href)=["'](?!data:|#)""", page)
@@ -99,6 +101,7 @@ def test_a_run_too_short_for_cycles_says_so(tmp_path: Path) -> None:
     assert "too short to look for cycles: 18 ticks are left" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ticks", [0, 1, 2])
 def test_a_run_of_hardly_any_ticks_is_reported(tmp_path: Path, ticks: int) -> None:
     text = words(write_report(chains.write_run(tmp_path / "run", chains.chain(5)[:ticks])))
@@ -136,6 +139,7 @@ def test_an_interrupted_run_says_so(tmp_path: Path) -> None:
     assert "50 ticks of 1 s of 1,000 asked for: the run was interrupted" in words(write_report(run))
 
 
+@pytest.mark.slow
 def test_names_from_the_world_cannot_break_the_page(tmp_path: Path) -> None:
     names = ("<b>grass", "deer & co", "wolf")
     page = write_report(chains.write_run(tmp_path / "run", chains.chain(30), species=names)).read_text()
