@@ -156,6 +156,7 @@ def _worlds(draw):
     }
 
 
+@pytest.mark.slow
 @settings(max_examples=30, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
 @given(config=_worlds(), policies=st.sampled_from(["untrained", "random"]))
 def test_every_world_keeps_its_promises(config, policies):
