@@ -31,7 +31,7 @@ def _in_both(monkeypatch, make, ticks):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(shipped()))
 def test_a_shipped_world_has_the_same_result_in_debug_mode(monkeypatch, name):
-    assert _in_both(monkeypatch, lambda: World.from_config(name), 50).tick == 50
+    assert _in_both(monkeypatch, lambda: World.from_config(name), 20).tick == 20
 
 
 @pytest.mark.slow
