@@ -76,6 +76,7 @@ def test_a_frozen_run_loads_no_library_that_it_does_not_need(frozen):
     assert heavy & set(frozen["modules"]) == set()
 
 
+@pytest.mark.slow
 def test_a_report_loads_no_library_that_it_does_not_need(frozen, tmp_path):
     code = FROZEN.replace('"--no-report", ', "").replace('"100"', '"20"')
     assert code != FROZEN
@@ -139,6 +140,7 @@ def look(world):
     return held
 
 
+@pytest.mark.slow
 def test_an_animal_takes_few_bytes_and_few_more_for_esper():
     n = 8192
     tracemalloc.start()

@@ -206,6 +206,7 @@ def test_a_report_shows_what_was_measured(tmp_path: Path):
     assert (tmp_path / "run" / "figures" / "measured.svg").stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_a_comparison_has_means_and_differences_of_what_was_measured(tmp_path: Path):
     arms = {}
     for arm, energy in (("poor", 0.5), ("rich", 0.9)):

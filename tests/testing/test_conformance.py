@@ -34,7 +34,9 @@ def watched():
     return set()
 
 
-@pytest.mark.parametrize("name", [*CHECKS, "Recorder", *shipped()])
+@pytest.mark.parametrize(
+    "name", [*CHECKS, "Recorder", *(pytest.param(world, marks=pytest.mark.slow) for world in shipped())]
+)
 def test_what_ships_conforms(name, menagerie, watched, monkeypatch):
     if name in shipped():
         counts = load(name).resolved()["species"]
