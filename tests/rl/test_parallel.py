@@ -100,6 +100,7 @@ def test_all_are_truncated_when_the_time_is_over():
     assert env.step({}) == ({}, {}, {}, {}, {})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pool", [None, 400])
 def test_who_is_born_in_the_last_step_is_no_agent(pool):
     """Nobody could act for them: PettingZoo takes one who comes with the end for one who died before."""

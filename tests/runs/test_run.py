@@ -230,6 +230,7 @@ def test_what_cannot_go_on_says_why(menagerie, tmp_path):
             resume(tmp_path / "run")
 
 
+@pytest.mark.slow
 def test_a_killed_process_resumes(menagerie, tmp_path, whole):
     """kill -9, three times, at moments that nobody chose."""
     script = (

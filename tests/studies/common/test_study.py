@@ -199,6 +199,7 @@ def test_what_was_measured_without_a_claim_is_left_out(study: Study) -> None:
     assert make_page(study, "--check").returncode == 0
 
 
+@pytest.mark.slow
 def test_the_committed_page_is_what_the_results_say() -> None:
     if not (ROOT / "docs" / "results.md").exists():
         pytest.skip("docs/results.md is not written yet")
