@@ -52,6 +52,7 @@ def test_it_passes_the_seed_test(pool):
     parallel_seed_test(lambda: parallel_env(PASTURE, "deer", pool), 1_000)
 
 
+@pytest.mark.slow
 def test_the_same_seeds_make_the_same_lives():
     first, born, dead = lived(parallel_env(PASTURE, "deer"), 400, seed=4)
     second, *_ = lived(parallel_env(PASTURE, "deer"), 400, seed=4)

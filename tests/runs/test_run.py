@@ -188,6 +188,7 @@ def test_a_full_disk_ends_a_run_with_one_message_and_what_was_recorded_is_whole(
     _as_whole(tmp_path / "run", whole)
 
 
+@pytest.mark.slow
 def test_a_fork_goes_on_exactly_and_then_otherwise(menagerie, tmp_path, whole):
     _run(menagerie(), tmp_path / "run", checkpoint_every=10, keep=9)
     same = fork(tmp_path / "run", tmp_path / "same", from_tick=17, report=False)
