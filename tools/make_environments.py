@@ -22,10 +22,10 @@ INDEX = f"""# Environments
 
 ```python
 import gymnasium
-import ecs_eco.rl                                             # registers them
+import ecs_eco.rl  # registers them
 
-env = gymnasium.make("ecs_eco/Deer-v0")                       # the life of one deer
-envs = gymnasium.make_vec("ecs_eco/Deer-v0", num_envs=16)     # 16 deer of one world
+env = gymnasium.make("ecs_eco/Deer-v0")  # the life of one deer
+envs = gymnasium.make_vec("ecs_eco/Deer-v0", num_envs=16)  # 16 deer of one world
 x, info = env.reset(seed=1)
 x, reward, terminated, truncated, info = env.step(env.action_space.sample())
 ```
