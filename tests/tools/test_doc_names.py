@@ -11,6 +11,7 @@ def test_a_page_names_only_what_is_there(page):
     assert problems(page) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
