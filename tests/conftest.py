@@ -1,6 +1,7 @@
 """Worlds that tests are made of; what puts organisms in place is ecs_eco.testing's."""
 
 import copy
+import gc
 import os
 import signal
 
@@ -14,6 +15,31 @@ settings.load_profile("ecs-eco")
 # begun in the background: else commands that tests stop would never hear of it
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Give all tests of a file to one worker, so that what its tests share is made once."""
+    from xdist.scheduler import LoadFileScheduling
+
+    if config.getvalue("dist") == "load":  # what `-n` alone means
+        config.option.loadscopereorder = False  # the order of files stays random, too
+        return LoadFileScheduling(config, log)
+    return None
+
+
+def pytest_collection_finish():
+    """What collection made stays until the end, so the garbage collector need not look at it again."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _leaves_no_worlds():
+    """Worlds refer to themselves, so without this their columns stay until the collector happens to run."""
+    yield
+    gc.collect()
+
 
 PHYSICAL = {"temperature": 311.0, "pressure": 13_000.0, "electric_current": 1e-6, "luminous_intensity": 0.02}
 

@@ -215,6 +215,7 @@ def test_a_wrong_world_ends_the_process_with_2(folder: Path) -> None:
     assert not (folder / "runs").exists()
 
 
+@pytest.mark.slow
 def test_a_folder_without_permission_ends_the_process_with_2(folder: Path) -> None:
     done = process("run", "predator-prey", "--out", "/proc/none/out", cwd=folder)
     assert (done.returncode, done.stdout) == (2, "")

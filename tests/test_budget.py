@@ -60,6 +60,7 @@ def frozen(tmp_path_factory):
     return json.loads(done.stdout.splitlines()[-1])
 
 
+@pytest.mark.slow
 def test_a_frozen_run_loads_no_library_that_it_does_not_need(frozen):
     heavy = {
         "torch",
@@ -78,6 +79,8 @@ def test_a_frozen_run_loads_no_library_that_it_does_not_need(frozen):
     assert heavy & set(frozen["modules"]) == set()
 
 
+@pytest.mark.slow
+@pytest.mark.slow
 def test_a_report_loads_no_library_that_it_does_not_need(frozen, tmp_path):
     code = FROZEN.replace('"--no-report", ', "").replace('"100"', '"20"')
     assert code != FROZEN
@@ -94,10 +97,12 @@ def test_a_report_loads_no_library_that_it_does_not_need(frozen, tmp_path):
     assert {"torch", "pandas", "scipy.stats", "IPython", "starlette"} & loaded == set()
 
 
+@pytest.mark.slow
 def test_a_frozen_run_loads_few_modules(frozen):
     assert len(frozen["modules"]) <= MODULES
 
 
+@pytest.mark.slow
 def test_a_frozen_run_calls_few_kernels(frozen):
     assert 10 < len(frozen["kernels"]) <= KERNELS, frozen["kernels"]
 
@@ -141,6 +146,7 @@ def look(world):
     return held
 
 
+@pytest.mark.slow
 def test_an_animal_takes_few_bytes_and_few_more_for_esper():
     n = 8192
     tracemalloc.start()

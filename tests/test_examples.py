@@ -47,6 +47,7 @@ def in_folder(path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None
     runpy.run_path(str(path), run_name="__main__")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
 def test_example_runs(
     example: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -104,6 +105,7 @@ def test_the_epidemic_knows_that_a_torus_has_no_edge(edges: str, ill: float) -> 
     assert world.run(3).series()["prevalence"].to_pylist()[-1] == ill
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", [p for p in PAGES if cells(p)], ids=lambda p: p.stem)
 def test_snippets_of_a_page_run_in_order(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     snippets = cells(page)

@@ -29,6 +29,7 @@ def _judged(judge, items):
     return collected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["text", "values"])
 def test_mutated_worlds_are_refused_with_a_place_or_run(what, tmp_path):
     outcomes = _judged(worlds.judge, [("herd", what, seed, str(tmp_path)) for seed in range(40)])
@@ -37,6 +38,7 @@ def test_mutated_worlds_are_refused_with_a_place_or_run(what, tmp_path):
     assert {"refused", "ran 5 ticks"} <= kinds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", ["predator-prey", "menagerie"])
 def test_mutated_worlds_are_refused_with_a_place_or_accepted(world, tmp_path, monkeypatch):
     monkeypatch.setattr(worlds, "_run", lambda config: {"kind": "accepted"})
@@ -55,6 +57,7 @@ def recorded(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("judge", [files._Checkpoints, files._Recordings])
 def test_damaged_files_are_refused_by_name_or_hold_the_same(judge, recorded, tmp_path):
     outcomes = _judged(judge(recorded, tmp_path / "damaged"), [("herd", "", seed) for seed in range(1, 61)])
@@ -131,6 +134,7 @@ def test_a_changed_manifest_is_refused_and_one_without_seal_too(recorded, tmp_pa
         load_series(tmp_path / "run")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["report", "lineage"])
 def test_a_damaged_part_ends_a_command_with_its_name(command, recorded, tmp_path):
     files._copied(recorded, tmp_path / "run")

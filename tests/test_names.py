@@ -155,6 +155,7 @@ def test_a_field_that_is_annotated_for_type_checkers_is_the_same_column():
     assert np.array_equal(Plain(whorl=[1, 2, 3]).whorl, [1, 2, 3])
 
 
+@pytest.mark.slow
 def test_a_package_says_what_it_has_before_anything_of_it_is_loaded():
     code = """if True:
         import sys, ecs_eco

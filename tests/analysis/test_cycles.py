@@ -82,6 +82,7 @@ def test_a_chain_has_the_lags_it_was_made_with() -> None:
     assert statistics.as_dict()["peaks"]["deer"]["p"] <= 0.01
 
 
+@pytest.mark.slow
 def test_populations_that_drift_do_not_cycle() -> None:
     called = 0
     for seed in range(20):

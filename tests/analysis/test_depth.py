@@ -152,6 +152,7 @@ def test_mean_depth_is_recorded_in_a_volume_and_is_that_of_the_living(small):
     assert "depth_mean" not in flat.series().column_names
 
 
+@pytest.mark.slow
 def test_a_run_of_two_days_is_reported_with_depths_hours_and_escapes(small, tmp_path: Path):
     run_to_folder(
         small, seed=4, ticks=2 * DAY + 10, out=tmp_path / "run", policies="untrained", record="full"

@@ -62,6 +62,7 @@ def test_a_line_marks_each_intervention_and_its_words_stand_at_the_first_of_its_
     assert not figures.populations(run).axes[-1].texts
 
 
+@pytest.mark.slow
 def test_notebooks_show_every_figure_as_a_picture_without_pyplot(run: Series) -> None:
     drawn = [
         figures.populations(run),

@@ -63,6 +63,7 @@ def test_a_species_is_drawn_in_its_colour():
     assert figure.axes[0].get_ylabel() == "reward per decision"
 
 
+@pytest.mark.slow
 def test_a_report_has_learning_where_there_was_some(menagerie, tmp_path):
     run_to_folder(menagerie(), seed=7, ticks=40, out=tmp_path / "run", policies="untrained", learn=True)
     page = (tmp_path / "run" / "report.html").read_text()

@@ -169,6 +169,7 @@ def test_the_command_says_what_does_not_fit_in_a_folder(tmp_path):
     assert "the organism 12 has the parent 11, of whom no birth is recorded" in result.output
 
 
+@pytest.mark.slow
 def test_the_report_draws_genes_of_few_values_alone(run, tmp_path):
     folder = tmp_path / "run"
     shutil.copytree(run, folder)

@@ -154,6 +154,7 @@ def test_a_grid_with_a_gap_or_a_run_twice_is_refused() -> None:
         variance_shares(np.ones((1, 5)))
 
 
+@pytest.mark.slow
 def test_a_crossed_comparison_opens_with_who_persisted_and_tells_the_variance(tmp_path: Path) -> None:
     members, training, _ = runs({(8, 1): 101, (8, 2): 201})
     alone = runs({(7, 1): 51, (7, 2): 61})[0][:2]

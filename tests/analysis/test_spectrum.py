@@ -30,6 +30,7 @@ def called(series: list[np.ndarray], null: str = "relaxation") -> float:
     return float(np.mean([peak.p <= 0.05 for peak in peaks]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("null", ["relaxation", "ar1"])
 def test_red_noise_is_called_periodic_in_about_five_percent(null: str) -> None:
     rng = np.random.default_rng(1)
@@ -40,12 +41,14 @@ def test_red_noise_is_called_periodic_in_about_five_percent(null: str) -> None:
     assert max(rates.values()) <= 0.11, rates
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("null", ["relaxation", "ar1"])
 def test_long_red_noise_that_is_thinned_is_called_periodic_in_about_five_percent(null: str) -> None:
     rng = np.random.default_rng(2)
     assert called([red((0.999,), 8192, rng) for _ in range(100)], null) <= 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("own", [0.0, 0.3])
 def test_smooth_red_noise_deceives_the_ar1_null_only(own: float) -> None:
     """Births that fluctuate slowly, without and with births and deaths as noise of their own."""
@@ -58,6 +61,7 @@ def test_smooth_red_noise_deceives_the_ar1_null_only(own: float) -> None:
     assert called(series, "ar1") >= 0.85
 
 
+@pytest.mark.slow
 def test_ten_quasi_cycles_are_found_with_their_period() -> None:
     rng = np.random.default_rng(4)
     series = [quasi_cycle(2000, 200, rng) for _ in range(60)]

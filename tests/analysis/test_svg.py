@@ -103,6 +103,7 @@ def test_the_same_figure_has_the_same_bytes(tmp_path: Path) -> None:
     assert svg(figures.deaths(series), tmp_path / "a") == svg(figures.deaths(series), tmp_path / "b")
 
 
+@pytest.mark.slow
 def test_a_run_report_holds_no_picture_on_white_and_a_caption_with_each_figure(tmp_path: Path) -> None:
     text = write_report(chains.write_run(tmp_path / "run", chains.chain(400))).read_text(encoding="utf-8")
     assert "<img" not in text
@@ -154,6 +155,7 @@ def test_a_table_has_words_at_the_left_and_no_empty_head() -> None:
     assert "<td class='words'>–</td><td>3</td>" in text
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(chromium() is None, reason="needs Chromium")
 def test_a_browser_shows_a_figure_in_the_theme_of_its_page_and_readable_on_a_phone(tmp_path: Path) -> None:
     pytest.importorskip("playwright")

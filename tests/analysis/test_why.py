@@ -413,6 +413,7 @@ def starving(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_a_recorded_run_is_explained_in_a_page_a_figure_and_json(starving: Path, tmp_path: Path) -> None:
     findings = write_why(starving, tmp_path)
     assert json.loads((tmp_path / "why.json").read_text()) == findings

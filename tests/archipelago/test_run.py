@@ -79,6 +79,7 @@ class Cluster(Pool):
         self.prepared += 1
 
 
+@pytest.mark.slow
 def test_machines_of_a_cluster_compile_the_kernels_of_an_island_first(menagerie, tmp_path, whole):
     archipelago = Archipelago.from_config(config(menagerie), out=tmp_path / "cluster", **OPTIONS)
     with Cluster(1) as pool:
@@ -87,6 +88,7 @@ def test_machines_of_a_cluster_compile_the_kernels_of_an_island_first(menagerie,
     assert archipelago.digest == whole.digest
 
 
+@pytest.mark.slow
 def test_two_workers_one_of_them_killed_end_the_same(menagerie, tmp_path, whole):
     archipelago, killed = Archipelago.from_config(config(menagerie), out=tmp_path / "two", **OPTIONS), []
 
@@ -101,6 +103,7 @@ def test_two_workers_one_of_them_killed_end_the_same(menagerie, tmp_path, whole)
     assert archipelago.digest == whole.digest
 
 
+@pytest.mark.slow
 def test_it_goes_on_where_a_shorter_one_ended_and_after_a_stop_anywhere(
     menagerie, tmp_path, whole, monkeypatch
 ):
@@ -125,6 +128,7 @@ def test_it_goes_on_where_a_shorter_one_ended_and_after_a_stop_anywhere(
     assert halted.digest == whole.digest
 
 
+@pytest.mark.slow
 def test_a_killed_process_resumes(menagerie, tmp_path, whole):
     """kill -9, twice, at moments that nobody chose."""
     Archipelago.from_config(config(menagerie), out=tmp_path / "run", **OPTIONS)

@@ -86,6 +86,7 @@ def _same(one, two):
     return one.digest() == two.digest() and one.series().equals(two.series())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("split", [0, 1, 17, 40])
 def test_a_world_goes_on_from_a_checkpoint_to_the_same_bytes(menagerie, tmp_path, split):
     whole = World.from_config(menagerie(), policies="untrained", learn=True).run(50)
@@ -98,6 +99,7 @@ def test_a_world_goes_on_from_a_checkpoint_to_the_same_bytes(menagerie, tmp_path
     assert _same(begun.run(50 - split), whole)  # saving changes nothing
 
 
+@pytest.mark.slow
 @settings(max_examples=20, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
 @given(splits=st.lists(st.integers(0, 45), min_size=1, max_size=3), individual=st.booleans())
 def test_wherever_and_however_often_a_run_is_cut_it_ends_the_same(

@@ -53,6 +53,7 @@ def environment() -> dict[str, str]:
 # starting
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [["--help"], ["list"], ["run", "--help"]])
 def test_it_starts_quickly_and_loads_nothing_heavy(arguments: list[str]) -> None:
     code = f"""

@@ -25,6 +25,7 @@ def invoke(*words: str, code: int = 0) -> str:
     return " ".join(done.output.split())
 
 
+@pytest.mark.slow
 def test_a_run_stops_at_a_tick_is_resumed_and_reported(here: Path) -> None:
     out = invoke("run", "islands.toml", "--ticks", "8", "--seed", "3", "--out", "run", "--quiet")
     assert "8 ticks of newts on 3 islands, seed 3" in out
@@ -40,6 +41,7 @@ def test_a_run_stops_at_a_tick_is_resumed_and_reported(here: Path) -> None:
     assert "12 ticks" in (here / "elsewhere" / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_run_in_two_parts_ends_as_one_in_one(here: Path) -> None:
     words = ("--seed", "3", "--quiet", "--no-report", "--out")
     invoke("run", "islands.toml", "--ticks", "12", *words, "whole")
@@ -61,6 +63,7 @@ def test_options_of_the_other_kind_are_refused(here: Path, words: tuple[str, ...
     assert said in invoke(*words, code=2)
 
 
+@pytest.mark.slow
 def test_an_archipelago_is_no_run(here: Path) -> None:
     invoke("run", "islands.toml", "--ticks", "4", "--quiet", "--no-report", "--out", "run")
     out = invoke("why", "run", code=2)

@@ -64,6 +64,7 @@ def test_arms_run_with_the_same_seeds_and_are_compared(here: Path) -> None:
     assert "wolf" in output
 
 
+@pytest.mark.slow
 def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_done_twice(here: Path) -> None:
     treatments = ["--control", "random-policy", "--control", "dt=0.5"]
     words = [*SET, "--workers", "1", "--training-seeds", "2", "--ticks", "4", *treatments, "--retrain"]
@@ -177,6 +178,7 @@ def test_a_run_that_fails_is_named_and_the_others_go_on(here: Path, monkeypatch:
     assert "2 of 4 runs failed; what the others recorded is in out." in output
 
 
+@pytest.mark.slow
 def test_a_killed_worker_is_one_message_and_no_traceback(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ecs_eco.cli.compare.run_arm", be_killed)
     output = invoke(*SET, "--seeds", "2", "--out", "out", code=1)

@@ -57,6 +57,7 @@ def test_worlds_without_it_have_the_hash_that_they_had(world):
     assert load(world).resolved()["data"]["columns"] == {"lynx": "mite"}
 
 
+@pytest.mark.slow
 def test_a_run_keeps_the_series_and_its_report_shows_it_wherever_it_is(world, tmp_path):
     from ecs_eco.analysis.report import write_report
     from ecs_eco.runs.repeat import repeat

@@ -72,6 +72,7 @@ def test_very_many_unknown_keys_are_answered_soon(tmp_path: Path) -> None:
     assert "… and more than 185 more" in message
 
 
+@pytest.mark.slow
 def test_very_many_unknown_names_are_answered_soon(tmp_path: Path) -> None:
     foods = "".join('{eats="b"},' for _ in range(30_000))
     assert f"more than {MOST} problems" in refusal(tmp_path, HEAD + SPECIES + f"diet = [{foods}]\n")

@@ -28,16 +28,19 @@ def _in_both(monkeypatch, make, ticks):
     return plain
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(shipped()))
 def test_a_shipped_world_has_the_same_result_in_debug_mode(monkeypatch, name):
-    assert _in_both(monkeypatch, lambda: World.from_config(name), 50).tick == 50
+    assert _in_both(monkeypatch, lambda: World.from_config(name), 20).tick == 20
 
 
+@pytest.mark.slow
 def test_genomes_individual_brains_and_births_have_the_same_result_in_debug_mode(monkeypatch):
     world = _in_both(monkeypatch, lambda: World.from_config(HERD), 50)
     assert world.next_uid > 200
 
 
+@pytest.mark.slow
 def test_the_world_with_everything_has_the_same_result_in_debug_mode(monkeypatch, menagerie):
     def make():
         return World.from_config(menagerie(), policies="untrained", learn=True)

@@ -186,6 +186,7 @@ def test_of_two_threads_that_divide_work_one_does_its_own_alone(divided):
     these.end()
 
 
+@pytest.mark.slow
 def test_a_process_ends_while_they_are_awake():
     code = (
         "import numpy as np; from ecs_eco.engine import workers; workers.PARALLEL_FROM = 1; "

@@ -88,6 +88,7 @@ def test_an_error_comes_out_of_it_with_its_arguments():
     assert caught.value.args == ("a root of less than nothing", -9.0)
 
 
+@pytest.mark.slow
 def test_what_another_process_kept_is_linked_into_new_kernels(tmp_path):
     source = Path(__file__).read_text(encoding="utf-8").partition("PAIR =")[0]
     (tmp_path / "inner_kept.py").write_text(source, encoding="utf-8")

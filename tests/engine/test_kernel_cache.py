@@ -82,6 +82,7 @@ def test_a_changed_source_is_compiled_anew(start):
     assert start() == ("compiled", [])
 
 
+@pytest.mark.slow
 def test_other_switches_of_the_compiler_are_other_kernels(tmp_path):
     assert process(tmp_path) == ("compiled", "")
     assert process(tmp_path, NUMBA_BOUNDSCHECK="1") == ("compiled", "")
@@ -163,6 +164,7 @@ def fails(number):
     return full
 
 
+@pytest.mark.slow
 def test_a_process_that_may_write_no_more_bytes_goes_on(tmp_path):
     where, warning = process(
         tmp_path, "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))"
@@ -276,6 +278,7 @@ def test_a_kernel_without_a_source_file_is_compiled_and_not_kept():
     assert not isinstance(namespace["triple"]._cache, KernelCache)
 
 
+@pytest.mark.slow
 def test_a_kernel_of_a_script_that_is_called_after_the_script_has_run(tmp_path):
     script = tmp_path / "kernel.py"
     script.write_text(

@@ -209,6 +209,7 @@ those.helpers[0].end()
 """
 
 
+@pytest.mark.slow
 def test_kernels_in_parts_are_kept_on_disk(tmp_path):
     compiled = [
         int(

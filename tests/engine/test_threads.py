@@ -91,6 +91,7 @@ def test_what_is_learnt_depends_neither_on_what_ran_before_nor_on_the_environmen
     assert others == [alone] * len(others)
 
 
+@pytest.mark.slow
 def test_drawn_and_fitted_networks_do_not_depend_on_the_environment():
     first, *others = run_all(
         *[(PRODUCTS, "", {"OMP_NUM_THREADS": n}) for n in ("1", "2", "4")], (PRODUCTS, "", {})

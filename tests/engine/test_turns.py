@@ -54,6 +54,7 @@ def test_a_world_is_touched_by_its_own_thread_alone():
         assert "one thread alone touches a world" in str(in_a_thread(work))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("learn", [False, True])
 def test_a_second_world_apart_takes_turns(learn):
     def make(seed):

@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.vectors import LANES, every, load, prefetch, store
@@ -47,6 +48,7 @@ def test_a_vector_is_read_and_written_where_it_says():
     assert (out[3 + LANES :] == -1).all()
 
 
+@pytest.mark.slow
 def test_kernels_with_vectors_run_without_compilation_too():
     code = """
 import numpy as np

@@ -39,6 +39,7 @@ def digests(folder: Path) -> dict[str, str]:
     }
 
 
+@pytest.mark.slow
 def test_an_executor_of_ones_own_gives_the_same_and_is_left_running(world: str, tmp_path: Path) -> None:
     compare(world, [COLD], out=tmp_path / "here", seeds=2, workers=1)
     with ProcessPoolExecutor(1, get_context("spawn")) as own:
@@ -49,6 +50,7 @@ def test_an_executor_of_ones_own_gives_the_same_and_is_left_running(world: str, 
     assert digests(tmp_path / "here") == digests(tmp_path / "there")
 
 
+@pytest.mark.slow
 def test_it_goes_on_where_it_was_and_another_one_is_refused(world: str, tmp_path: Path) -> None:
     progress: list[tuple[int, int]] = []
     compare(world, [COLD], out=tmp_path / "out", seeds=1, workers=1)

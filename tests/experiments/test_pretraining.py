@@ -47,6 +47,7 @@ def test_each_update_and_how_often_actions_are_done_are_kept(trained):
     assert json.loads((out / "training.json").read_text())["learning"] == result["learning"]
 
 
+@pytest.mark.slow
 def test_trained_policies_are_measured_beside_random_ones_and_shown(trained, menagerie, tmp_path):
     result, out, _ = trained
     changes = {"training": {"average": 0.5, "set": {"species.moss.reproduction.seed_rain": 0.2}}}

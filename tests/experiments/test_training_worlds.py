@@ -25,6 +25,7 @@ def test_each_world_draws_from_a_part_of_the_range_of_its_own():
     ]
 
 
+@pytest.mark.slow
 def test_several_worlds_with_numbers_of_their_own_train_one_policy(menagerie):
     training_worlds = TrainingWorlds(plan(menagerie), seed=3)
     numbers = [world.tables["ram"].n for world in training_worlds.worlds]
@@ -39,6 +40,7 @@ def test_several_worlds_with_numbers_of_their_own_train_one_policy(menagerie):
     assert [world.tick for world in training_worlds.worlds] == [80, 80, 80]
 
 
+@pytest.mark.slow
 def test_the_same_seed_trains_the_same_policies_in_several_worlds(menagerie):
     one, two = (pretrain(plan(menagerie, renew=41, pool=0.5), seed=2, ticks=100) for _ in range(2))
     other = pretrain(plan(menagerie, renew=41, pool=0.5), seed=3, ticks=100)
@@ -52,6 +54,7 @@ def test_the_same_seed_trains_the_same_policies_in_several_worlds(menagerie):
     assert all(np.isfinite(v).all() for v in one["curves"]["ram"].values())
 
 
+@pytest.mark.slow
 def test_worlds_begin_anew_and_an_earlier_self_does_not_learn(menagerie):
     training_worlds = TrainingWorlds(plan(menagerie, renew=41, pool=1.0), seed=3)
     training_worlds.run(42)

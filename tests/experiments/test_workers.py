@@ -45,6 +45,7 @@ def work():
         return threading.current_thread() is not threading.main_thread()
 
 
+@pytest.mark.slow
 def test_a_call_in_a_thread_of_a_worker_does_its_work_and_hears_no_signals():
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
         assert pool.submit(work_in_a_thread).result()
@@ -74,6 +75,7 @@ def lost(*_):
         Dying()
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize("work", [last_tick, lost])
 def test_a_worker_that_is_told_to_end_ends_though_its_work_was_done_by_then(menagerie, tmp_path, work):

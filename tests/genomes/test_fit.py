@@ -36,6 +36,7 @@ def test_a_diving_reflex_is_fitted_to_one_error_in_two_hundred(diver) -> None:
     assert (diver(np.zeros_like(x) + 0.5)[:, 2] != diver(np.array([[0.5, 45, 0.5]], np.float32))[:, 2]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.definition("3 hand-coded")
 def test_a_happiness_is_fitted_to_three_hundredths(seed: int) -> None:
@@ -86,6 +87,7 @@ def test_the_same_seed_gives_the_same_network() -> None:
     assert not np.array_equal(a, c)
 
 
+@pytest.mark.slow
 def test_hidden_layers_may_be_none_or_many() -> None:
     linear = fit_network(lambda x: 3 * x[:, 0] - x[:, 1] + 2, 2, -1, 1, hidden=(), kind="happiness")
     assert linear.error < 1e-3

@@ -104,9 +104,9 @@ def test_a_hundred_thousand_genomes_decode_in_well_under_a_second_and_stay() -> 
     )
     loci = layout.random(np.arange(100_000, dtype=np.uint64))
     layout.decode(loci[:2])
-    start = time.perf_counter()
+    start = time.process_time()
     values = layout.decode(loci)
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     again = layout.decode(layout.encode(values))
     assert all(np.array_equal(again[name], values[name]) for name in values)
     assert seconds < 1.0

@@ -49,6 +49,7 @@ def test_strings_without_a_common_gene_do_not_cross() -> None:
     expected_counts(seen, {"TACA": 0.5, "GCTT": 0.5})
 
 
+@pytest.mark.slow
 def test_the_kernel_crosses_as_the_function_with_deaps_signature() -> None:
     a, b = "TACAGCAATAG", "GTAAGCTTTAGTACC"
     arguments = {"mate": {"slip": 0.4}}

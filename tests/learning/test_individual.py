@@ -236,6 +236,7 @@ def test_what_one_animal_lives_through_changes_no_other():
     assert bits(herds[0], [4]) != bits(herds[1], [4])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("minibatch", [3, 8192])
 def test_lives_depend_neither_on_rows_nor_on_threads(minibatch):
     """Births and deaths in mid-rollout, in two blocks of rows."""

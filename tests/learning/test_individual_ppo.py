@@ -115,6 +115,7 @@ class Plain:
         return torch.cat([p.flatten() for p in parts]).numpy()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("hidden", "settings"),
     [

@@ -76,6 +76,7 @@ def test_leaving_is_no_death_and_arriving_no_birth_and_nobody_is_lost(menagerie)
             assert left
 
 
+@pytest.mark.slow
 def test_all_columns_go_along_but_the_place_and_the_load(menagerie):
     alone = {
         "policy": {"kind": "individual", "network": Gru, "learn": True, "hidden": None},

@@ -102,6 +102,7 @@ def test_random_policies_draw_from_the_whole_range_with_equal_chance():
         assert counts.min() > 300
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [LEARNS, ALONE])
 def test_learning_goes_on_from_a_checkpoint_with_the_same_bytes(kind, tmp_path):
     straight = _world(**kind).run(40)
@@ -115,6 +116,7 @@ def test_learning_is_the_same_on_two_threads():
     assert _world(**LEARNS).run(40).digest() == _world({"threads": 2}, **LEARNS).run(40).digest()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [LEARNS, ALONE])
 def test_numbers_that_pay_are_learnt(kind):
     """Happiness is the energy left, and only speed costs: standing still is best."""

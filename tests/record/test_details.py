@@ -136,6 +136,7 @@ def test_details_change_no_result(menagerie, tmp_path, record):
     assert {k for k in detailed["parts"] if k.startswith("details-")} == {"details-ram", "details-lynx"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", [0, 12, 17])
 def test_a_run_that_goes_on_has_the_same_details(menagerie, tmp_path, first):
     _run(menagerie(), tmp_path / "whole", checkpoint_every=6, record="focal=6")
@@ -147,6 +148,7 @@ def test_a_run_that_goes_on_has_the_same_details(menagerie, tmp_path, first):
         assert all(whole[name].tobytes() == cut[name].tobytes() for name in whole)
 
 
+@pytest.mark.slow
 def test_after_a_power_cut_the_parts_are_the_same_bytes(menagerie, tmp_path, monkeypatch):
     from ecs_eco import systems
     from ecs_eco.runs import run

@@ -182,6 +182,7 @@ def test_versions_and_commit():
     assert commit is None or len(commit) == 40
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_and_is_whole_after_an_extinction(tmp_path):
     import json
 

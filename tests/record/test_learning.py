@@ -53,6 +53,7 @@ def test_nothing_is_recorded_of_species_without_nerves(menagerie):
     assert "moss" not in LearningPages(world, world.recorder.names).thinking
 
 
+@pytest.mark.slow
 def test_a_resumed_run_has_the_rows_of_one_that_went_on_and_recording_changes_nothing(menagerie, tmp_path):
     options = {"seed": 7, "policies": "untrained", "learn": True, "report": False}
     whole = run_to_folder(menagerie(), ticks=60, out=tmp_path / "whole", **options)

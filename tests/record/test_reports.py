@@ -197,6 +197,7 @@ def test_a_world_restored_with_its_series_in_memory_goes_on_with_them(tmp_path: 
     assert again.run(5).series().equals(world.run(5).series())
 
 
+@pytest.mark.slow
 def test_a_report_shows_what_was_measured(tmp_path: Path):
     run_to_folder(GARDEN | {"reporters": REPORTERS}, 1, 40, tmp_path / "run")
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
@@ -206,6 +207,7 @@ def test_a_report_shows_what_was_measured(tmp_path: Path):
     assert (tmp_path / "run" / "figures" / "measured.svg").stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_a_comparison_has_means_and_differences_of_what_was_measured(tmp_path: Path):
     arms = {}
     for arm, energy in (("poor", 0.5), ("rich", 0.9)):

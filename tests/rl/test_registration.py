@@ -17,6 +17,7 @@ def test_registering_twice_is_registering_once():
     assert {f"ecs_eco/{name}" for name in ENVIRONMENTS} <= set(registration.registry)
 
 
+@pytest.mark.slow
 def test_what_is_missing_says_how_to_install_it():
     assert "pip install 'ecs-eco[rl]'" in str(needed("pettingzoo"))
     script = (

@@ -24,6 +24,7 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 STEPS = 300
 
 
+@pytest.mark.slow
 def test_a_rollout_is_what_slots_give_with_the_last_observation_of_the_dead():
     env = GymWrapper(slots(PASTURE, "deer", 4))
     env.set_seed(1)

@@ -188,6 +188,7 @@ def test_a_full_disk_ends_a_run_with_one_message_and_what_was_recorded_is_whole(
     _as_whole(tmp_path / "run", whole)
 
 
+@pytest.mark.slow
 def test_a_fork_goes_on_exactly_and_then_otherwise(menagerie, tmp_path, whole):
     _run(menagerie(), tmp_path / "run", checkpoint_every=10, keep=9)
     same = fork(tmp_path / "run", tmp_path / "same", from_tick=17, report=False)
@@ -230,6 +231,7 @@ def test_what_cannot_go_on_says_why(menagerie, tmp_path):
             resume(tmp_path / "run")
 
 
+@pytest.mark.slow
 def test_a_killed_process_resumes(menagerie, tmp_path, whole):
     """kill -9, three times, at moments that nobody chose."""
     script = (

@@ -183,12 +183,14 @@ def best_of(kind: str, seed: int, n: int = 40) -> float:
     return max(scores)
 
 
+@pytest.mark.slow
 def test_optimisers_find_the_top_of_a_bowl_better_than_chance() -> None:
     chance = np.mean([best_of("random", seed) for seed in (1, 2, 3)])
     assert np.mean([best_of("tpe", seed) for seed in (1, 2, 3)]) > chance
     assert np.mean([best_of("gp", seed, 20) for seed in (1, 2)]) > max(chance, -0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["gp", "tpe", "random"])
 def test_an_optimiser_that_is_told_the_history_proposes_what_the_first_would(kind: str) -> None:
     first, history = Optimiser(PARAMETERS, kind, 5), []

@@ -171,6 +171,7 @@ def test_runs_are_sampled_as_the_measurements_are(ticks: float | None) -> None:
 # whole searches
 
 
+@pytest.mark.slow
 def test_a_search_that_samples_writes_a_posterior_and_goes_on(world: Path, tmp_path: Path) -> None:
     options: dict[str, Any] = {"optimiser": "abc-smc", "workers": 1}
     first = search(world, tmp_path / "s", trials=8, report=False, **options)

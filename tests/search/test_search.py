@@ -143,6 +143,7 @@ def test_what_an_objective_raises_is_kept(world: Path) -> None:
 # a whole search
 
 
+@pytest.mark.slow
 def test_a_search_finds_a_world_that_lives_and_confirms_it_on_seeds_of_its_own(
     world: Path, tmp_path: Path
 ) -> None:
@@ -184,6 +185,7 @@ def test_the_best_worlds_are_files_that_say_what_was_found(world: Path, tmp_path
         assert set(config.search.ranges) == {BASAL, ENERGY}
 
 
+@pytest.mark.slow
 def test_a_search_that_was_stopped_goes_on_as_if_it_had_not_been(world: Path, tmp_path: Path) -> None:
     def stop(s: Any) -> None:
         if s.done == 13:
@@ -199,6 +201,7 @@ def test_a_search_that_was_stopped_goes_on_as_if_it_had_not_been(world: Path, tm
     assert search(world, tmp_path / "a", trials=16, workers=1, report=False)["candidates"] == 16
 
 
+@pytest.mark.slow
 def test_a_budget_of_time_ends_a_search(world: Path, tmp_path: Path) -> None:
     result = search(world, tmp_path / "out", budget=0.03, workers=1, report=False)
     assert result["candidates"] >= 1
@@ -216,6 +219,7 @@ def test_an_objective_that_fails_for_the_world_as_written_ends_the_search(
 # the command
 
 
+@pytest.mark.slow
 def test_the_command_searches_with_processes_and_goes_on(world: Path, tmp_path: Path) -> None:
     command = [
         "search",

@@ -54,6 +54,7 @@ def python(folder: Path, script: str, **more: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_figures_take_no_settings_from_the_folder_that_a_command_runs_in(folder: Path) -> None:
     python(folder, DRAWING)
     assert (folder / "plain.png").read_bytes().startswith(b"\x89PNG")

@@ -70,6 +70,7 @@ def test_a_part_with_a_type_of_its_own_is_plain_numbers(place: Ground) -> None:
     assert not place.marked()
 
 
+@pytest.mark.slow
 def test_pages_of_runs_show_markup_as_text(place: Ground) -> None:
     run = place.copy_of_run()
     manifest = seal.read_manifest(run)
@@ -92,6 +93,7 @@ def test_pages_of_runs_show_markup_as_text(place: Ground) -> None:
     assert "&lt;script&gt;" in (run / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_pages_of_comparisons_and_searches_show_markup_as_text(place: Ground) -> None:
     from ecs_eco.config.edit import as_toml
 

@@ -9,6 +9,7 @@ import pytest
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(path.stem for path in STUDIES.glob("draw_*.py")))
 def test_a_figure_is_drawn_from_its_result(name, monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(sys, "argv", [name, "--short"])

@@ -20,6 +20,7 @@ print(json.dumps(wild_states.run({"states": 36}, {"source": sys.argv[1], "seed":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", ["herd", "menagerie"])
 def test_no_kernel_leaves_its_arrays_in_wild_states(world):
     environment = {k: v for k, v in os.environ.items() if k != "ECS_ECO_DEBUG"} | {"NUMBA_BOUNDSCHECK": "1"}

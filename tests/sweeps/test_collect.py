@@ -26,6 +26,7 @@ species.moss.count = [10, 30]
 """
 
 
+@pytest.mark.slow
 def test_a_sweep_is_collected_into_a_row_for_each_run_and_a_page(tmp_path: Path) -> None:
     sweep = begun(tmp_path, PLAN)
     with pytest.raises(RecordingError, match="no job is done yet"):

@@ -196,6 +196,7 @@ def test_a_task_is_told_ahead_of_its_time_limit_and_queued_again_where_it_is_unf
     assert log(slurm, array, 2) == ["started", "signalled", "requeue", "started", "COMPLETED"]
 
 
+@pytest.mark.slow
 def test_what_is_unfinished_is_submitted_once_more_in_arrays_of_the_size_allowed(
     tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

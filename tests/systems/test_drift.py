@@ -91,6 +91,7 @@ def test_a_current_may_be_a_function(meadow):
     assert p.z.max() < 10.0
 
 
+@pytest.mark.slow
 @settings(max_examples=15, derandomize=True, database=None)
 @given(
     speed=st.floats(0, 1.5, width=32),

@@ -95,10 +95,12 @@ def test_what_the_meadow_says_of_learning_works(meadow):
     assert World.from_config(document).run(3).table("rabbit").n == 120
 
 
+@pytest.mark.slow
 def test_the_test_of_a_new_world_passes(meadow):
     assert passes(meadow).startswith("2 passed")
 
 
+@pytest.mark.slow
 def test_a_new_package_has_components_systems_a_world_and_tests_that_pass(tmp_path):
     files = {path.relative_to(tmp_path).as_posix() for path in new_package(tmp_path / "wool-lab")}
     assert files == {

@@ -5,11 +5,13 @@ import pytest
 from tools.doc_names import PAGES, problems
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_page_names_only_what_is_there(page):
     assert problems(page) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "problem"),
     [

@@ -18,6 +18,7 @@ def tool(monkeypatch):
     return import_module("make_architecture")
 
 
+@pytest.mark.slow
 def test_the_page_and_its_picture_are_up_to_date_and_name_what_is_there():
     done = subprocess.run(
         [sys.executable, "tools/make_architecture.py", "--check"],
@@ -46,6 +47,7 @@ def test_every_room_of_the_contract_is_in_the_table_and_in_the_picture(tool):
         assert f">{room}</text>" in picture
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("was", "becomes", "message"),
     [

@@ -63,6 +63,7 @@ def test_an_island_that_is_none_is_refused_with_the_nearest_name(tmp_path):
     assert "allowed: north, east, south; did you mean 'north'?" in page.got[1]["text"]
 
 
+@pytest.mark.slow
 def test_the_process_of_an_island_takes_no_modules_of_the_folder_that_it_runs_in(tmp_path, monkeypatch):
     for name in ("ecs_eco", "json", "pydantic"):
         (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'mark')!r}, 'w')\n")

@@ -217,6 +217,7 @@ def test_a_stretch_that_comes_out_otherwise_says_so(plain):
     assert stretch.wrong == 25
 
 
+@pytest.mark.slow
 def test_without_a_checkpoint_before_it_a_run_is_run_from_its_start(menagerie, tmp_path):
     record(menagerie(), tmp_path / "run", checkpoint_every=20, keep=1)
     replay = Replay(tmp_path / "run")

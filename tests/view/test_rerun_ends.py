@@ -4,6 +4,8 @@ import subprocess
 import sys
 import time
 
+import pytest
+
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
 
@@ -23,6 +25,7 @@ print("left", flush=True)
 """
 
 
+@pytest.mark.slow
 def test_a_process_ends_while_a_stretch_is_run_again(tmp_path):
     small = {"species.grass.count": 30, "species.deer.count": 5, "species.wolf.count": 2}
     run_to_folder(

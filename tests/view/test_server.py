@@ -304,6 +304,7 @@ def test_a_page_that_stops_reading_waits_with_one_frame_and_the_world_goes_on(se
         assert max(len(client._waiting) for client in served.server.clients) <= 4
 
 
+@pytest.mark.slow
 def test_a_page_that_asks_and_never_reads_is_let_go(served):
     server, raw = served.server, socket.socket()
     raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)

@@ -7,6 +7,8 @@ from collections import deque
 from contextlib import ExitStack, suppress
 from types import SimpleNamespace
 
+import pytest
+
 from ecs_eco import World
 from ecs_eco.view import server as module
 from ecs_eco.view.live import Live
@@ -21,6 +23,7 @@ def connected(server, number):
     return crowd, [crowd.enter_context(socket.create_connection(address)) for _ in range(number)]
 
 
+@pytest.mark.slow
 def test_connections_without_the_credential_take_few_handles_and_no_page_loses_its_own(served):
     handles = len(os.listdir("/proc/self/fd"))
     with page(served.server) as ws:
@@ -48,6 +51,7 @@ def test_a_connection_that_asks_for_nothing_is_ended(served, monkeypatch):
                 assert one.recv(1) == b""
 
 
+@pytest.mark.slow
 def test_a_page_that_asks_without_end_waits_for_itself_alone():
     asked = SimpleNamespace(inbox=deque())
     asked.say = lambda page, request: asked.inbox.append((page, request))

@@ -121,6 +121,7 @@ def test_what_cannot_be_watched_is_refused(words, message, tmp_path):
     assert message in result.output
 
 
+@pytest.mark.slow
 def test_two_worlds_are_watched_beside_each_other_and_have_names_of_their_own():
     words = [*SMALL, "--policies", "random", "--seed", "2"]
     with served("watch", "predator-prey", "predator-prey", *words) as run, page(run.address()) as ws:

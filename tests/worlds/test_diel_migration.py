@@ -21,6 +21,7 @@ def small():
     return load("diel-migration", SMALL)
 
 
+@pytest.mark.slow
 def test_the_sea_keeps_its_promises(small):
     check_world(lambda threads: World.from_config(small, policies="untrained", threads=threads), ticks=60)
 

@@ -72,6 +72,7 @@ def test_what_is_listed_is_compiled_once_and_what_is_gone_stops_nothing(two_kern
     assert made() == kept
 
 
+@pytest.mark.slow
 def test_a_second_process_compiles_what_the_first_has_not_and_takes_no_modules_of_the_folder(
     two_kernels, tmp_path, monkeypatch
 ):

@@ -21,6 +21,7 @@ from ecs_eco.testing import all_threads, check_world, difference, shuffle, state
 from tests.worlds.herd import HERD, F, Wool, gene_for, goats, herd
 
 
+@pytest.mark.slow
 def test_a_herd_with_genes_for_everything_keeps_its_promises():
     check_world(lambda threads: World.from_config(HERD, threads=threads), ticks=60)
 

@@ -156,6 +156,7 @@ def _worlds(draw):
     }
 
 
+@pytest.mark.slow
 @settings(max_examples=30, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
 @given(config=_worlds(), policies=st.sampled_from(["untrained", "random"]))
 def test_every_world_keeps_its_promises(config, policies):
@@ -191,6 +192,7 @@ def test_another_seed_is_another_world(menagerie):
     assert difference(state(one), state(two))
 
 
+@pytest.mark.slow
 def test_learning_is_the_same_on_two_threads_and_in_any_order_of_rows(menagerie):
     """Weights, optimiser states and rollouts too, over several updates."""
     config = menagerie(species={"ram": {"count": 150, "ppo": {"horizon": 8, "minibatch": 300}}})

@@ -25,6 +25,7 @@ def _fed(world, ticks):
         world.run(1)
 
 
+@pytest.mark.slow
 def test_a_parched_deer_walks_to_the_lake_and_drinks():
     world = _island(
         **{

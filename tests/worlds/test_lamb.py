@@ -104,6 +104,7 @@ def test_living_and_walking_burn_glucose_and_oxygen_by_the_second():
     assert blood(world, "oxygen") == pytest.approx([4.9, 4.89, 4.9, 0], abs=1e-5)
 
 
+@pytest.mark.slow
 def test_without_breath_a_lamb_suffocates_in_half_a_minute_and_without_milk_it_starves_in_15_minutes():
     world = meadow(
         **{"species.lamb.policy.kind": "none", "species.lamb.policy.learn": False, "species.lamb.ppo": {}}
@@ -208,6 +209,7 @@ def test_the_kernels_are_their_slow_twins():
     assert left == pytest.approx(slow, abs=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("system", [Breathe, Suckle, Burn])
 def test_the_systems_keep_the_rules(system):
     check_system(system, lambda threads: World.from_config("lamb", threads=threads), ticks=15)

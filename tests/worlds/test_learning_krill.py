@@ -36,6 +36,7 @@ def test_copepods_are_those_of_the_other_sea():
     assert here.species["krill"].reflex is None
 
 
+@pytest.mark.slow
 def test_copepods_go_down_by_day_and_krill_keep_their_number_with_the_bundled_policies():
     world = World.from_config(load("learning-krill"), seed=5).run(300)  # a day
     depths = []

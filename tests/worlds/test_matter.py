@@ -18,6 +18,7 @@ def test_the_ledgers_of_every_shipped_world_close(name):
     assert max(furthest_off(World.from_config(name, policies="random").run(40)).values()) < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.definition("3 chemical rules")
 @settings(max_examples=10, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
 @given(seed=st.integers(0, 2**32))
@@ -28,6 +29,7 @@ def test_the_ledgers_of_worlds_drawn_at_random_close(seed):
     assert max(off.values()) < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_matter_moves_alike_on_two_threads_in_any_order_of_rows_and_again(seed):
     check_world(lambda threads: World.from_config(drawn(seed), policies="random", threads=threads), ticks=30)
@@ -40,6 +42,7 @@ def test_the_lamb_keeps_books_of_what_it_breathes_sucks_and_burns():
     assert page["reacted"][oxygen].max() < 0 < page["brought_in"][oxygen][1:].min()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [3, 5])
 def test_matter_goes_on_from_a_checkpoint_with_its_books(seed, tmp_path):
     world = World.from_config(drawn(seed), policies="random").run(12)
@@ -67,6 +70,7 @@ def test_a_system_that_makes_matter_and_does_not_book_it_is_named():
         watch(World.from_config(drawn(1), policies="random", systems=[Leak()]), 2)
 
 
+@pytest.mark.slow
 def test_the_debug_mode_finds_nothing_wrong_with_what_moves_matter(monkeypatch):
     monkeypatch.setenv("ECS_ECO_DEBUG", "1")
     World.from_config(drawn(1), policies="random").run(15)

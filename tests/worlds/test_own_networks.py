@@ -30,6 +30,7 @@ def herd(meadow, network, kind="shared", learn=True, ppo=None, options=None, **p
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["shared", "individual"])
 @pytest.mark.parametrize("network", [Plain, Gru, Lstm])
 def test_a_world_with_modules_goes_on_from_a_checkpoint_bit_by_bit(meadow, tmp_path, network, kind):
@@ -40,6 +41,7 @@ def test_a_world_with_modules_goes_on_from_a_checkpoint_bit_by_bit(meadow, tmp_p
     assert whole.next_uid > 95  # some were born
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["shared", "individual"])
 @pytest.mark.parametrize("network", [Plain, Gru])
 def test_threads_change_no_bit(meadow, network, kind):
@@ -52,6 +54,7 @@ def test_threads_change_no_bit(meadow, network, kind):
     assert len(digests) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["shared", "individual"])
 @pytest.mark.parametrize("network", [Plain, Gru])
 def test_what_learns_changes_and_what_does_not_stays(meadow, network, kind):
@@ -73,6 +76,7 @@ def test_what_learns_changes_and_what_does_not_stays(meadow, network, kind):
         assert any((before[who] != after[who]).any() for who in stayed) == learn
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["shared", "individual"])
 def test_a_newborn_remembers_nothing_and_a_memory_follows_its_organism(meadow, kind):
     world = herd(meadow, Gru, kind)

@@ -91,6 +91,7 @@ def usual(name, kind):
     return state(living(WORLDS[name], kind, MARKER))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "kind", "trait", "pattern"), CASES)
 def test_a_gene_that_says_one_value_makes_the_world_that_the_value_makes(name, kind, trait, pattern):
     own = traits_of(load(WORLDS[name]).species[kind], 2)[trait]

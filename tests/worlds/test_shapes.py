@@ -37,6 +37,7 @@ YARD = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.definition("1 conformation")
 def test_worlds_of_shapes_go_on_from_a_checkpoint_and_on_two_threads_as_they_were(tmp_path):
     world = World.from_config(YARD, seed=2, policies="untrained").run(10)

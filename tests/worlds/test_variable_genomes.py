@@ -55,6 +55,7 @@ def lived():
     return World.from_config(goats_with(ploidy=2)).run(80)
 
 
+@pytest.mark.slow
 @pytest.mark.definition("3 genome")
 @pytest.mark.parametrize(
     "genome", [{}, {"ploidy": 2, "dominance": "mean"}, {"mate": {"operator": "cxMessyOnePoint"}}]
@@ -119,6 +120,7 @@ def test_an_organism_is_shown_with_every_copy_of_its_genes(lived):
     assert live.frame(0, "gene:size")
 
 
+@pytest.mark.slow
 def test_a_record_has_the_strings_and_who_carries_what(tmp_path):
     run_to_folder(goats_with(ploidy=2), ticks=60, out=tmp_path / "run", report=False)
     lineage = Lineage.read(tmp_path / "run")

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 from typer.testing import CliRunner
 
 from ecs_eco.analysis.report.against import blocks
@@ -33,6 +34,7 @@ def test_table_and_figure_show_both(tmp_path):
     assert (tmp_path / "figures" / "against.svg").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_the_command_takes_a_file_and_which_column_is_which_species(tmp_path, monkeypatch):
     from ecs_eco.cli.app import app
     from ecs_eco.record import run_to_folder

@@ -11,11 +11,27 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from ecs_eco.analysis import figures
 from ecs_eco.analysis.report import rerun, write_report
 from ecs_eco.analysis.report.recorded import ages_at_death, last_snapshot, ledger_gap
 from ecs_eco.analysis.runs import load_series
 
 chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "chains.py")))
+
+
+@pytest.fixture
+def empty_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are made but not laid out and written, which takes most of the time of a report.
+
+    For tests of what a report says; the other tests write the figures of such runs.
+    """
+
+    def save_svg(_: object, path: Path) -> Path:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text('<svg viewBox="0 0 1 1"></svg>', encoding="utf-8")
+        return path
+
+    monkeypatch.setattr(figures, "save_svg", save_svg)
 
 
 def words(page: Path) -> str:
@@ -26,6 +42,7 @@ def words(page: Path) -> str:
     return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", text))
 
 
+@pytest.mark.slow
 def test_a_run_in_which_all_persist_and_cycle(tmp_path: Path) -> None:
     run = chains.write_run(tmp_path / "run", chains.chain(4000, seed=1), events=False)
     page = write_report(run)
@@ -40,6 +57,7 @@ def test_a_run_in_which_all_persist_and_cycle(tmp_path: Path) -> None:
     assert drawn == {"populations", "spectra", "lags", "phase", "deaths", "energy", "flows"}
 
 
+@pytest.mark.usefixtures("empty_pictures")
 def test_interventions_have_a_table_with_a_row_for_what_was_done_many_times(tmp_path: Path) -> None:
     run = chains.write_run(tmp_path / "run", chains.chain(300), events=False)
     assert "Interventions" not in words(write_report(run))
@@ -52,6 +70,7 @@ def test_interventions_have_a_table_with_a_row_for_what_was_done_many_times(tmp_
     assert "a dashed line marks an intervention" in text
 
 
+@pytest.mark.slow
 def test_a_page_asks_for_nothing_from_outside(tmp_path: Path) -> None:
     page = write_report(chains.write_run(tmp_path / "run", chains.chain(200))).read_text()
     assert not re.findall(r"""(?:src|href)=["'](?!data:|#)""", page)
@@ -59,6 +78,7 @@ def test_a_page_asks_for_nothing_from_outside(tmp_path: Path) -> None:
     assert not list((tmp_path / "run").glob(".report*"))
 
 
+@pytest.mark.usefixtures("empty_pictures")
 def test_the_extinct_are_named_with_when_and_why(tmp_path: Path) -> None:
     numbers = chains.chain(300)
     numbers[:, 2] = np.concatenate([np.full(100, 40), np.arange(40, 0, -1), np.zeros(160)])
@@ -75,17 +95,20 @@ def test_the_extinct_are_named_with_when_and_why(tmp_path: Path) -> None:
     assert f"starved {end:.0%}" in text
 
 
+@pytest.mark.usefixtures("empty_pictures")
 def test_a_run_too_short_for_cycles_says_so(tmp_path: Path) -> None:
     text = words(write_report(chains.write_run(tmp_path / "run", chains.chain(20))))
     assert "too short to look for cycles: 18 ticks are left" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ticks", [0, 1, 2])
 def test_a_run_of_hardly_any_ticks_is_reported(tmp_path: Path, ticks: int) -> None:
     text = words(write_report(chains.write_run(tmp_path / "run", chains.chain(5)[:ticks])))
     assert ("The run has no ticks." in text) == (ticks == 0)
 
 
+@pytest.mark.usefixtures("empty_pictures")
 def test_a_single_species_is_reported(tmp_path: Path) -> None:
     run = chains.write_run(tmp_path / "run", chains.chain(1500)[:, :1], species=("grass",))
     text = words(write_report(run))
@@ -93,6 +116,7 @@ def test_a_single_species_is_reported(tmp_path: Path) -> None:
     assert "Which species follows which" not in text or "follows grass" not in text
 
 
+@pytest.mark.usefixtures("empty_pictures")
 def test_a_species_without_animals_is_named_and_does_not_count_as_extinct(tmp_path: Path) -> None:
     numbers = chains.chain(600)
     numbers[:, 2] = 0
@@ -107,6 +131,7 @@ def test_everybody_dead_from_the_start_is_reported(tmp_path: Path) -> None:
     assert "Nobody died." in text
 
 
+@pytest.mark.usefixtures("empty_pictures")
 def test_an_interrupted_run_says_so(tmp_path: Path) -> None:
     run = chains.write_run(tmp_path / "run", chains.chain(50))
     manifest = json.loads((run / "manifest.json").read_text()) | {"finished": False, "ticks": 1000}
@@ -114,6 +139,7 @@ def test_an_interrupted_run_says_so(tmp_path: Path) -> None:
     assert "50 ticks of 1 s of 1,000 asked for: the run was interrupted" in words(write_report(run))
 
 
+@pytest.mark.slow
 def test_names_from_the_world_cannot_break_the_page(tmp_path: Path) -> None:
     names = ("<b>grass", "deer & co", "wolf")
     page = write_report(chains.write_run(tmp_path / "run", chains.chain(30), species=names)).read_text()

@@ -109,6 +109,7 @@ def test_the_logarithm_of_light():
         assert _read(world)["light"] == pytest.approx(reading, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_stationary_emitters_feed_a_smell_in_three_dimensions():
     world = _sea(
         [{"kind": "smell", "field": "smell"}],

@@ -40,6 +40,7 @@ def test_a_policy_that_learns_moves_and_one_that_does_not_stays(learn):
     assert rates({"deer": 0.5, "wolf": None}, 2000) == {"deer": 0.25, "wolf": None}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("learn", [False, True])
 def test_what_individuals_do_on_average_moves_where_they_learn(learn):
     alone = {"species.deer.policy.kind": "individual", "species.deer.policy.inherit": "learned"}

@@ -146,6 +146,7 @@ def test_equivalence_is_the_interval_within_the_margin():
         assert estimate.p == pytest.approx(max(sides))
 
 
+@pytest.mark.slow
 def test_at_the_margin_equivalence_is_claimed_in_one_of_twenty():
     rng = np.random.default_rng(6)
     claimed = np.mean([equivalence(rng.normal(0.05, 0.02, 10), 0.05).equivalent for _ in range(4000)])

@@ -88,6 +88,7 @@ def test_a_result_holds_the_cases_and_where_they_come_from(study: Study) -> None
     assert [p.name for p in study.result.parent.iterdir()] == ["sums.json"]
 
 
+@pytest.mark.slow
 def test_finished_cases_are_kept_when_one_fails_and_not_run_again(study: Study) -> None:
     failed = study.run(FAIL="3")
     assert failed.returncode == 1
@@ -159,6 +160,7 @@ def make_page(study: Study, *words: str) -> subprocess.CompletedProcess:
     )
 
 
+@pytest.mark.slow
 def test_the_page_tells_the_results_and_notices_when_it_is_stale(study: Study) -> None:
     study.run()
     assert make_page(study, "--check").returncode == 1
@@ -199,6 +201,7 @@ def test_what_was_measured_without_a_claim_is_left_out(study: Study) -> None:
     assert make_page(study, "--check").returncode == 0
 
 
+@pytest.mark.slow
 def test_the_committed_page_is_what_the_results_say() -> None:
     if not (ROOT / "docs" / "results.md").exists():
         pytest.skip("docs/results.md is not written yet")
