@@ -201,7 +201,7 @@ def test_worlds_without_heat_have_no_such_system(meadow):
 def test_a_table_made_by_hand_keeps_its_temperature_until_it_is_told_how_to_exchange_heat():
     from ecs_eco import World
     from ecs_eco.components import Body, Position
-    from ecs_eco.config.models.heat import Heat
+    from ecs_eco.config.features.heat import Heat
 
     world = World((10, 10))
     table = world.add_table("pebble", Position, Body, Physical, HeatExchange)

@@ -68,8 +68,6 @@ def _check_known_group(
         yield Problem(at, fault, actions, f"locomotion.{group} > 0, or no such group")
     if group == "climb" and config.dims == 2:
         yield Problem(at, "no up and down in a plane", actions, "a space of three sizes, or no such group")
-    if group == "nurse" and species.care is None:
-        yield Problem(at, "it cares for nobody", actions, "care, or no such group")
     if group == "eat" and not species.diet:
         yield Problem(at, "it has no diet", actions, "a diet, or no such group")
 

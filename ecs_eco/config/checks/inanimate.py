@@ -10,6 +10,7 @@ from ecs_eco.config.checks.matter import Key, check_matter, check_size, longest
 from ecs_eco.config.checks.objects import check_motion
 from ecs_eco.config.checks.physical import check_physical
 from ecs_eco.config.features.feature import of_each
+from ecs_eco.config.features.heat import check_heat
 from ecs_eco.config.models.surroundings import ObjectType
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem
@@ -50,6 +51,7 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
     yield from check_matter(config, key, kind.properties, kind.substances)
     yield from check_size(config, key, kind.body)
     yield from check_physical(key, kind)
+    yield from check_heat(kind, key)
     yield from check_chemistry(config, key, kind)
     yield from check_motion(config, key, kind)
 

@@ -30,26 +30,3 @@ def check_life(config: WorldConfig, key: Key, species: Species) -> Iterator[Prob
             species.age,
             f"[{species.age[1]:g}, {species.age[0]:g}]",
         )
-    grows = species.growth
-    if grows is not None and grows.cost and grows.reserve >= species.metabolism.energy_max:
-        yield Problem(
-            (*key, "growth", "reserve"),
-            "as much as energy_max: nobody would grow",
-            grows.reserve,
-            f"less than {species.metabolism.energy_max:g}",
-        )
-    way, at = species.breeding, (*key, "breeding")
-    if way is None:
-        return
-    if way.end is not None and way.end <= way.maturity:
-        yield Problem((*at, "end"), "not after maturity", way.end, f"more than {way.maturity:g} s")
-    elif way.prime is not None and not (way.maturity < way.prime < (way.end or float("inf"))):
-        allowed = f"more than {way.maturity:g} s" + (f", less than {way.end:g} s" if way.end else "")
-        yield Problem((*at, "prime"), "not between maturity and end", way.prime, allowed)
-    if way.season is not None and config.year is None and (config.sun is None or config.sun.year is None):
-        yield Problem(
-            (*at, "season"),
-            "there is no year for it",
-            way.season,
-            "a section year, or sun.year; or no season",
-        )

@@ -25,6 +25,12 @@ class WorldSections(Protocol):
     @property
     def space(self) -> Any: ...
 
+    @property
+    def sun(self) -> Any: ...
+
+    @property
+    def year(self) -> Any: ...
+
 
 class Feature(Section):
     """One part of what a species is: keys of its section of the world file, and all that follows from them.

@@ -7,15 +7,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr, field_validator, model_validator
 
+from ecs_eco.config.features.breeding import Seasons
 from ecs_eco.config.features.building import Building
+from ecs_eco.config.features.care import Caring
 from ecs_eco.config.features.carrying import Carrying
 from ecs_eco.config.features.ectothermy import Ectothermy
 from ecs_eco.config.features.eggs import Eggs
 from ecs_eco.config.features.feature import assembled, features_of, of_each
+from ecs_eco.config.features.growth import Growing
+from ecs_eco.config.features.heat import Warmth
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.energy import Defence, Diet, Lethal, Locomotion, Metabolism
-from ecs_eco.config.models.heat import BodyHeat
-from ecs_eco.config.models.life import Breeding, Care, Growth
 from ecs_eco.config.models.matter import AnyExchange, Emission, Reaction
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
@@ -53,14 +55,13 @@ GROUPS: dict[str, tuple[str, ...] | None] = {
     "pitch": (),
     "eat": ("eat",),
     "mate": ("mate",),
-    "nurse": ("nurse",),
 }
 MOTIONS = ("speed", "turn", "climb", "pitch")  # that may be continuous
 OWN = ("energy", "age", "fertility")  # values of every organism besides its properties and substances
 
 
 @assembled
-class Species(Ectothermy, Carrying, Building, Eggs):
+class Species(Warmth, Ectothermy, Seasons, Growing, Carrying, Building, Caring, Eggs):
     """One species: all its organisms are born with these values."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
@@ -88,12 +89,6 @@ class Species(Ectothermy, Carrying, Building, Eggs):
     properties: dict[str, Real] = table(
         f"physical properties at birth by name: {', '.join(PROPERTIES)}", dict, entries=FREE, own=COLUMN
     )
-    heat: BodyHeat | None = about(
-        "how its temperature changes; absent: it stays as it was at birth",
-        None,
-        exclude_if=is_absent,
-        change=SHAPE,
-    )
     substances: dict[Name, NonNegative] = table(
         "concentrations at birth by name [mol/L]", dict, entries=FREE, own=MATTER
     )
@@ -114,15 +109,6 @@ class Species(Ectothermy, Carrying, Building, Eggs):
     sex: Literal["none", "female", "male", "random"] = about("sex at birth", "none", change=FREE)
     fertility: Share = quantity(
         "fertility at birth; with breeding, its height", "1", 1.0, change=FREE, own=COLUMN
-    )
-    breeding: Breeding | None = about(
-        "how fertility depends on age and season; absent: it stays", None, exclude_if=is_absent
-    )
-    growth: Growth | None = about(
-        "how the young grow; absent: they are born as large as adults",
-        None,
-        exclude_if=is_absent,
-        change=SHAPE,
     )
     metabolism: Metabolism = table("energy budget", Metabolism)
     locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
@@ -153,9 +139,6 @@ class Species(Ectothermy, Carrying, Building, Eggs):
     components: list[Function] = table("module:name of components of your own for its organisms", list)
     reproduction: AnyReproduction | None = about(
         "how it multiplies; absent: it does not", None, change=ANEW + SWITCH
-    )
-    care: Care | None = about(
-        "how parents feed their young; absent: they do not", None, exclude_if=is_absent, change=SHAPE
     )
     lethal: list[Lethal] = table("what kills it besides being eaten", list, change=FREE)
     remains: str | None = about("object type that the dead leave", None)

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from ecs_eco.config.features.heat import Heat
 from ecs_eco.config.models.body import Body
-from ecs_eco.config.models.heat import Heat
 from ecs_eco.config.models.land import RealLand
 from ecs_eco.config.models.matter import AnyExchange, Decomposition, Emission, Reaction
 from ecs_eco.config.models.objects import Motion, Store

@@ -1,0 +1,98 @@
+"""Heat: the temperature of a body changes, by exchange with its surroundings and by regulation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.section import (
+    COLUMN,
+    FREE,
+    SHAPE,
+    NonNegative,
+    Positive,
+    Section,
+    about,
+    is_absent,
+    quantity,
+)
+
+
+class Heat(Section, change=FREE):
+    """Exchange of heat with the surroundings by Newton's law of cooling; the surface is that of its shape.
+
+    The body needs `properties.temperature`, which is that at the start.
+    """
+
+    specific_heat: Positive = quantity(
+        "heat that warms a kilogram of the body by one kelvin", "J/(kg K)", 3500.0
+    )
+    conductance: NonNegative = quantity(
+        "heat through a square metre of bare surface per kelvin; about 10 in still air, some 100 in water",
+        "W/(m^2 K)",
+        10.0,
+    )
+    insulation: NonNegative = quantity(
+        "resistance of fur, feathers or fat, in series with that of the bare surface",
+        "K m^2/W",
+        0.0,
+        own=COLUMN,
+    )
+
+
+class Regulation(Section, own=True):
+    """Regulation of the body's temperature: at full power until the set point, then as much as holds it.
+
+    It is paid from the energy held, and ends where there is none.
+    """
+
+    set_point: NonNegative = quantity("temperature that is held", "K")
+    warming: NonNegative = quantity("most heat that it makes in addition, as by shivering", "W", 0.0)
+    cooling: NonNegative = quantity("most heat that it gives off in addition, as by panting", "W", 0.0)
+    cost: NonNegative = quantity("energy burnt for each joule made or given off", "energy/J")
+
+
+class BodyHeat(Heat, own=True):
+    """Exchange of heat with the surroundings by Newton's law of cooling, heat of metabolism, and regulation.
+
+    The species needs `properties.temperature`, which is that at birth.
+    """
+
+    metabolic_heat: NonNegative = quantity(
+        "heat set free by each unit of energy burnt, apart from that burnt for regulation", "J/energy", 0.0
+    )
+    regulate: Regulation | None = about("regulation of its temperature; absent: none", None)
+
+
+class Warmth(Feature, after="properties"):
+    """Bodies exchange heat: system `ExchangeHeat`, components `HeatExchange` and, for a gene, `Coat`."""
+
+    heat: BodyHeat | None = about(
+        "how its temperature changes; absent: it stays as it was at birth",
+        None,
+        exclude_if=is_absent,
+        change=SHAPE,
+    )
+
+    @staticmethod
+    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield what is wrong with the heat of a species' bodies."""
+        yield from check_heat(species, key)
+        regulation = None if species.heat is None else species.heat.regulate
+        if regulation is not None and regulation.warming == regulation.cooling == 0:
+            allowed = "a power [W] of warming, of cooling or of both; or no regulate"
+            yield Problem((*key, "heat", "regulate", "warming"), "is 0, and cooling too", 0.0, allowed)
+
+
+def check_heat(kind: Any, key: Key) -> Iterator[Problem]:
+    """Yield what is wrong with the temperature of bodies that exchange heat, of a species or object type."""
+    if kind.heat is None:
+        return
+    at, known = (*key, "properties", "temperature"), kind.properties.get("temperature")
+    if known is None:
+        allowed = "the temperature at the start [K], or no heat"
+        yield Problem(at, "is missing, and heat changes it", allowed=allowed)
+    elif known < 0:
+        yield Problem(at, "below absolute zero", known, "at least 0 K")
