@@ -7,17 +7,28 @@ import sys
 import webbrowser
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 import ecs_eco
-from ecs_eco.cli.terminal import complain, refuse, say
+from ecs_eco.cli.terminal import complain, exits, refuse, say
 
 SITE = Path(ecs_eco.__file__).parent / "_site"  # tools/build_site.py writes it, and the wheel takes it
 SOURCES = Path(ecs_eco.__file__).parents[1] / "docs"  # in a copy of the sources
 BUILD = "pip install -e '.[docs]' && python tools/build_site.py"
 
 
-def open_docs(page: str, browser: bool) -> None:
-    """Print where a page is, and open it in a graphical browser where there is one."""
+@exits
+def docs(
+    page: Annotated[
+        str, typer.Argument(metavar="PAGE", help="A page, such as running, or tutorials.")
+    ] = "index",
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open a browser, or only print where the page is.")
+    ] = True,
+) -> None:
+    """Open the documentation, from the copy on this machine."""
     pages, ending = (SITE, ".html") if (SITE / "index.html").is_file() else (SOURCES, ".md")
     if pages is SOURCES and not all((pages / name).is_file() for name in ("index.md", "../pyproject.toml")):
         refuse(

@@ -1,29 +1,46 @@
-"""lineage: descent in a run."""
+"""The command lineage: descent in a run."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
+import typer
 
-from ecs_eco.analysis.lineage import Lineage
-from ecs_eco.analysis.runs import parts
-from ecs_eco.cli.terminal import refuse, say
-from ecs_eco.engine.errors import listed, nearest
-from ecs_eco.record.archipelago import is_archipelago
+from ecs_eco.cli.terminal import exits, recorded, refuse, say
+
+if TYPE_CHECKING:
+    from ecs_eco.analysis.lineage import Lineage
 
 
-def tell_lineage(
-    folder: Path, csv: Path | None, newick: Path | None, species: str | None, living: bool
+@exits
+def lineage(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
+    csv: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a phylogeny in the ALife standard format.")
+    ] = None,
+    newick: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the tree along first parents.")
+    ] = None,
+    species: Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")] = None,
+    living: Annotated[
+        bool,
+        typer.Option(
+            "--living",
+            help="Write only the living and their ancestors; in a tree, those along first parents.",
+        ),
+    ] = False,
 ) -> None:
-    """Print founders, births, generations and surviving founder lines of each species,
-    and write the files requested."""
-    islands = is_archipelago(folder)
-    if not islands and not (folder / "manifest.json").is_file():
-        fault = "has no manifest.json" if folder.is_dir() else "no such folder"
-        refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
-    if not islands and not parts(folder, "births"):
-        refuse("DIR", "holds no births", str(folder), "a run with organisms")
+    """Print and write the lineages of a run."""
+    from ecs_eco.analysis.lineage import Lineage
+    from ecs_eco.analysis.runs import parts
+    from ecs_eco.engine.errors import listed, nearest
+    from ecs_eco.record.archipelago import is_archipelago
+
+    if not is_archipelago(folder):
+        recorded(folder)
+        if not parts(folder, "births"):
+            refuse("DIR", "holds no births", str(folder), "a run with organisms")
     for option, file in (("--csv", csv), ("--newick", newick)):
         if file is not None and (file.is_dir() or not file.parent.is_dir()):
             refuse(
@@ -33,7 +50,7 @@ def tell_lineage(
                 "a file in a folder that exists",
             )
     try:
-        lineage = Lineage.read(folder)
+        descent = Lineage.read(folder)
     except ValueError as error:
         refuse(
             "DIR",
@@ -41,19 +58,19 @@ def tell_lineage(
             str(folder),
             "a folder as `ecs-eco run` left it",
         )
-    known = list(dict.fromkeys(lineage.species.tolist()))
+    known = list(dict.fromkeys(descent.species.tolist()))
     if species is not None:
         if species not in known:
             refuse(
                 "--species", "no such species in this run", species, listed(known), nearest(species, known)
             )
-        lineage = lineage.of_species(species)
+        descent = descent.of_species(species)
     for name in known if species is None else [species]:
-        say(summary(lineage.of_species(name), name))
+        say(summary(descent.of_species(name), name))
     if csv is not None:
-        say(f"written: {(lineage.living() if living else lineage).to_csv(csv)}")
+        say(f"written: {(descent.living() if living else descent).to_csv(csv)}")
     if newick is not None:
-        lineage.to_newick(newick, living=living)
+        descent.to_newick(newick, living=living)
         say(f"written: {newick}")
 
 
@@ -65,7 +82,7 @@ def summary(lineage: Lineage, name: str) -> str:
         name,
         f"  without parents: {founders:,}",
         f"  born of parents: {len(lineage) - founders:,}",
-        f"  alive at tick {lineage.end:,}: {int(np.count_nonzero(alive)):,}",
+        f"  alive at tick {lineage.end:,}: {int(alive.sum()):,}",
         f"  their mean generation: {mean}",
         f"  founders with surviving lines: {len(lineage.founders_left()):,}",
     ]

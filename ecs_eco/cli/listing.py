@@ -5,20 +5,22 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
-from ecs_eco.config.shipped import titles
+from ecs_eco.cli.terminal import say
 
 ROOT = Path(__file__).parent.parent
 
 
-def listing() -> str:
-    """Worlds, sensors, components and systems, a line each."""
+def list_() -> None:
+    """List worlds, sensors, components and systems."""
+    from ecs_eco.config.shipped import titles
+
     sections = {
         "Worlds": titles(),
         "Sensors": dict(_classes(ROOT / "config" / "models" / "sensors.py", "kind")),
         "Components": dict(_folder("components")),
         "Systems": dict(_folder("systems", "System")),
     }
-    return "\n\n".join(_table(title, rows) for title, rows in sections.items())
+    say("\n\n".join(_table(title, rows) for title, rows in sections.items()))
 
 
 def _folder(name: str, base: str = "") -> list[tuple[str, str]]:

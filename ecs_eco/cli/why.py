@@ -1,31 +1,44 @@
-"""why: what happened in a run, and why."""
+"""The command why: what happened in a run, and why."""
 
 from __future__ import annotations
 
 import json
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from ecs_eco.cli.archipelago import refuse_islands
-from ecs_eco.cli.folders import pages
-from ecs_eco.cli.terminal import printable, refuse, say
+import typer
+
+from ecs_eco.cli.terminal import exits, path_of, printable, recorded, refuse, say
 
 
-def tell_why(folder: Path, out: Path | None, as_json: bool) -> None:
-    """Explain a run folder in sentences or as JSON; write the page and the figure."""
+@exits
+def why(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="A folder written by `run`, finished or not.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            parser=path_of, metavar="PATH", help="Folder for why.html, why.json and the figure. Default: DIR."
+        ),
+    ] = None,
+    json_: Annotated[bool, typer.Option("--json", help="Print why.json instead of sentences.")] = False,
+) -> None:
+    """Explain what happened in a run, why, and which values to change."""
+    from ecs_eco.cli.archipelago import refuse_islands
+
     refuse_islands(folder)
-    if not (folder / "manifest.json").is_file():
-        fault = "has no manifest.json" if folder.is_dir() else "no such folder"
-        refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
+    recorded(folder)
     from ecs_eco.analysis.runs import parts
     from ecs_eco.analysis.why import write_why
+    from ecs_eco.cli.folders import pages
 
     if not parts(folder, "series"):
         refuse("DIR", "holds no series", str(folder), "a run of one tick or more")
     pages(out, folder)
     findings = write_why(folder, out)
-    if as_json:
+    if json_:
         say(json.dumps({k: v for k, v in findings.items() if k != "sentences"}, indent=1, ensure_ascii=False))
         return
     _print(findings["sentences"])
