@@ -262,7 +262,7 @@ def in_words(status: Status) -> str:
 
 def collect_sweep(folder: Path, quiet: bool) -> None:
     """Write the table, the figures and the page of a sweep, and print what they hold."""
-    from ecs_eco.sweeps.collect import collect
+    from ecs_eco.sweeps.table import collect
 
     sweep = read_sweep(folder)
     result = collect(sweep)
