@@ -18,11 +18,10 @@ from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.engine.errors import ConfigError, RecordingError, nearest
 from ecs_eco.record.archipelago import FILE, ISLANDS, read
 from ecs_eco.view.entrance import Entrance
-from ecs_eco.view.inbox import Inbox
 from ecs_eco.view.island_server import Opened
 from ecs_eco.view.messages import text
 from ecs_eco.view.server import Server
-from ecs_eco.view.shown import Page
+from ecs_eco.view.shown import Inbox, Page
 from ecs_eco.view.source import Message
 
 PAGE = "islands.html"

@@ -16,10 +16,9 @@ from typing import Any
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view import panels
 from ecs_eco.view.families import asked
-from ecs_eco.view.inbox import Inbox
 from ecs_eco.view.log import Log
 from ecs_eco.view.messages import refusal, short, text
-from ecs_eco.view.shown import Page, View, beside
+from ecs_eco.view.shown import Inbox, Page, View, beside
 from ecs_eco.view.source import Message, Source
 
 USUAL = 10.0  # ticks a second that are called 1×

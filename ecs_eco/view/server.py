@@ -26,7 +26,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from ecs_eco.view.credentials import MINUTES, Credentials
 from ecs_eco.view.guard import SUBPROTOCOL, Guard
-from ecs_eco.view.inbox import Inbox
+from ecs_eco.view.shown import Inbox
 
 STATIC = Path(__file__).parent / "static"
 HOST = "127.0.0.1"
