@@ -11,15 +11,12 @@ from ecs_eco.cli import (
     comparing,
     docs,
     doctor,
-    lineage,
-    listing,
     living,
     picture,
-    report,
     summary,
     sweeping,
+    telling,
     watch,
-    why,
 )
 from ecs_eco.cli.terminal import REFUSED, complain, say
 from ecs_eco.engine.garbage import of_a_command
@@ -72,10 +69,10 @@ for _command in (
     living.repeat,
     living.resume,
     living.train,
-    report.report,
-    why.why,
-    lineage.lineage,
-    report.tracks,
+    telling.report,
+    telling.why,
+    telling.lineage,
+    telling.tracks,
     comparing.compare,
     comparing.search,
     picture.draw,
@@ -87,7 +84,7 @@ app.add_typer(sweeping.sweep, name="sweep")
 app.add_typer(cache.cache, name="cache")
 app.command()(beginning.new)
 app.add_typer(beginning.world, name="world")
-app.command("list")(listing.list_)
+app.command("list")(docs.list_)
 app.command()(summary.check)
 app.command()(doctor.doctor)
 app.command()(docs.docs)
