@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import Any
 
 FORMER = {  # what the documentation of version 0.1 imported from
+    "ecs_eco.analysis.crossed": "ecs_eco.analysis.seed_grid",
     "ecs_eco.random": "ecs_eco.engine.random",
     "ecs_eco.record.arrow": "ecs_eco.record.parquet",
     "ecs_eco.record.repeat": "ecs_eco.runs.repeat",

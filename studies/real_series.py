@@ -83,8 +83,8 @@ def inside(values: list[float], value: float, measure: str) -> tuple[float, floa
 
 def compare(cases: list[dict[str, Any]]) -> dict[tuple[str, str, str], dict[str, Any]]:
     """Return for each world, pair of it and measured pair: the values, the windows', and what is inside."""
-    from ecs_eco.analysis.signature import signature, windows
     from studies.common.goats import numbers
+    from studies.common.signature import signature, windows
 
     out = {}
     for world, pairs in PAIRS.items():

@@ -16,17 +16,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.runs import Series, load_series
-from ecs_eco.analysis.spectrum import (
-    SHORTEST,
-    Peak,
-    detrend,
-    fisher_g,
-    smooth,
-    spectral_peak,
-    thin,
-    transform,
-    waves,
-)
+from ecs_eco.analysis.spectrum import SHORTEST, Peak, detrend, spectral_peak, thin, transform, waves
 
 __all__ = [
     "CycleStatistics",
@@ -36,11 +26,9 @@ __all__ = [
     "cross_correlation",
     "cross_seed_surrogates",
     "cycle_statistics",
-    "fisher_g",
     "lag",
     "living_stretch",
     "median_lag_interval",
-    "smooth",
     "spectral_peak",
     "thin",
 ]

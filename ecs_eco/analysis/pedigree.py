@@ -207,9 +207,3 @@ class Pedigree:
                 sign * np.bincount(np.searchsorted(ticks, when[selected]), chosen, len(ticks) + 1)
             ).astype(change.dtype)
         return np.cumsum(change[:-1])
-
-    def mean_generation(self, species: str, every: int) -> np.ndarray:
-        """Mean generation of the living of a species at each sample: f64, NaN where nobody lives."""
-        mask, ticks = self.species == species, self.samples(every)
-        n = self.living_sums(ticks, mask=mask)
-        return self.living_sums(ticks, self.generation(), mask) / np.where(n, n, np.nan)

@@ -1,7 +1,7 @@
 """Is there a cycle in a population series? A spectral peak tested against red noise.
 
-Populations are red noise: they drift without cycling, and a test against white noise (`fisher_g`) calls
-nearly every such series periodic. The null here is a series that only relaxes. Two are fitted:
+Populations are red noise: they drift without cycling, and a test against white noise calls nearly every such
+series periodic. The null here is a series that only relaxes. Two are fitted:
 
 - "ar1": one rate of relaxation (AR(1), Ornstein-Uhlenbeck), the usual null of climate and population records;
 - "relaxation": two rates and a root of the moving average, ARMA(2, 1) with real roots, whose spectrum only
@@ -254,15 +254,3 @@ def waves(x: np.ndarray, period: float) -> np.ndarray:
         (octave < 1) & (np.arange(n) <= n // 2), np.cos(np.pi / 2 * np.minimum(octave, 1)) ** 0.5, 0.0
     )
     return np.fft.ifft(2 * np.fft.fft(detrend(np.asarray(x, float))) * gain)
-
-
-def fisher_g(series: np.ndarray) -> tuple[float, float]:
-    """Fisher's g (Fisher 1929) and its p against white noise: the wrong null for populations,
-    here for comparison.
-
-    p is the first term of Fisher's sum, an upper bound that is exact to p²/2.
-    """
-    x = detrend(np.asarray(series, float))
-    power = np.abs(np.fft.rfft(x))[1 : (len(x) - 1) // 2 + 1] ** 2
-    m, g = len(power), power.max() / power.sum()
-    return float(g), float(min(1.0, m * (1 - g) ** (m - 1)))

@@ -5,7 +5,19 @@ from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.commands import asking, beginning, caching, comparing, living, sweeping, telling
+from ecs_eco.cli import (
+    beginning,
+    cache,
+    comparing,
+    docs,
+    doctor,
+    living,
+    picture,
+    summary,
+    sweeping,
+    telling,
+    watch,
+)
 from ecs_eco.cli.terminal import REFUSED, complain, say
 from ecs_eco.engine.garbage import of_a_command
 
@@ -53,7 +65,7 @@ def _options(
 
 for _command in (
     living.run,
-    living.watch,
+    watch.watch,
     living.repeat,
     living.resume,
     living.train,
@@ -63,19 +75,19 @@ for _command in (
     telling.tracks,
     comparing.compare,
     comparing.search,
-    telling.draw,
-    telling.picture,
-    telling.video,
+    picture.draw,
+    picture.picture,
+    picture.video,
 ):
     app.command()(_command)
 app.add_typer(sweeping.sweep, name="sweep")
-app.add_typer(caching.cache, name="cache")
+app.add_typer(cache.cache, name="cache")
 app.command()(beginning.new)
 app.add_typer(beginning.world, name="world")
-app.command("list")(asking.list_)
-app.command()(asking.check)
-app.command()(asking.doctor)
-app.command()(asking.docs)
+app.command("list")(docs.list_)
+app.command()(summary.check)
+app.command()(doctor.doctor)
+app.command()(docs.docs)
 
 
 def main() -> None:

@@ -1,20 +1,31 @@
-"""cache: what is kept of compiled kernels, and where."""
+"""The commands cache show, warm and clear: compiled kernels, which are kept between runs."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
-from ecs_eco.cli.terminal import complain, progress, say
-from ecs_eco.config import load
-from ecs_eco.config.shipped import shipped
-from ecs_eco.engine.kernel_cache import CLAIM, cache_folder
-from ecs_eco.worlds.first_start import MARK, cores, known_to_list, two_processes, warm
+import typer
 
-OURS = ("*.nbc", f"*{CLAIM}", f"*{MARK}", "*.nbc.*.tmp")  # what is in a folder of kernels
+from ecs_eco.cli.options import Quiet, Trust
+from ecs_eco.cli.terminal import complain, exits, progress, say, whole
+from ecs_eco.cli.trust import allow
+
+cache = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    help="Compiled kernels, which are kept between runs: show, warm and clear.",
+)
 
 
-def show_cache() -> None:
-    """Print the folder of compiled kernels, how many they are, and what is left of other versions."""
+@cache.command()
+@exits
+def show() -> None:
+    """Say where compiled kernels are kept, and how many."""
+    from ecs_eco.engine.kernel_cache import cache_folder
+    from ecs_eco.worlds.first_start import MARK
+
     folder = cache_folder()
     say(f"{folder}\n  {_content(folder)}")
     known = sorted(mark.stem for mark in folder.glob(f"*{MARK}"))
@@ -23,17 +34,33 @@ def show_cache() -> None:
         say(f"{other}, of another version, or of other switches of the compiler\n  {_content(other)}")
 
 
-def clear_cache(others: bool) -> None:
-    """Remove compiled kernels, of all versions or of all but this one."""
-    folder = cache_folder()
-    folders = _others(folder) if others else [*_others(folder), folder]
-    removed = sum(_clear(one) for one in folders)
-    say(f"{removed} kernels removed below {folder.parent}")
+@cache.command()
+@exits
+def warm(
+    worlds: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="WORLD...",
+            show_default=False,
+            help="Names of shipped worlds, or TOML files. Default: all shipped worlds.",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(parser=whole(1, 1024), metavar="N", help="Processes. Default: as many as cores."),
+    ] = None,
+    quiet: Quiet = False,
+    trust: Trust = False,
+) -> None:
+    """Compile the kernels of worlds beforehand, so that their first start is as quick as a later one."""
+    for world in worlds or []:
+        allow(trust, world, None)
+    from ecs_eco.config import load
+    from ecs_eco.config.shipped import shipped
+    from ecs_eco.engine.kernel_cache import cache_folder
+    from ecs_eco.worlds.first_start import cores, known_to_list, warm
 
-
-def warm_cache(worlds: list[str], workers: int | None, quiet: bool) -> None:
-    """Compile what worlds need, in several processes; without worlds that of all shipped ones."""
-    configs = {world: load(world) for world in worlds}
+    configs = {world: load(world) for world in worlds or []}
     folder, names = cache_folder(), list(dict.fromkeys(known_to_list(c.name) for c in configs.values()))
     before = len(list(folder.glob("*.nbc")))
     with progress("kernels", quiet, "kernels") as bar:
@@ -47,9 +74,24 @@ def warm_cache(worlds: list[str], workers: int | None, quiet: bool) -> None:
     )
 
 
+@cache.command()
+@exits
+def clear(
+    others: Annotated[bool, typer.Option("--others", help="Only those of other versions.")] = False,
+) -> None:
+    """Remove compiled kernels; they are compiled again when they are called."""
+    from ecs_eco.engine.kernel_cache import cache_folder
+
+    folder = cache_folder()
+    folders = _others(folder) if others else [*_others(folder), folder]
+    removed = sum(_clear(one) for one in folders)
+    say(f"{removed} kernels removed below {folder.parent}")
+
+
 def _try(config: object) -> None:
     """Let a world live for some ticks, which compiles what it calls then."""
     from ecs_eco.ecosystem import World
+    from ecs_eco.worlds.first_start import two_processes
 
     with two_processes("others"):
         World.from_config(config, record=False).run(3)
@@ -65,8 +107,12 @@ def _content(folder: Path) -> str:
 
 
 def _clear(folder: Path) -> int:
+    from ecs_eco.engine.kernel_cache import CLAIM
+    from ecs_eco.worlds.first_start import MARK
+
     removed = len(list(folder.glob("*.nbc")))
-    for file in [path for pattern in OURS for path in folder.glob(pattern)]:
+    ours = ("*.nbc", f"*{CLAIM}", f"*{MARK}", "*.nbc.*.tmp")  # what is in a folder of kernels
+    for file in [path for pattern in ours for path in folder.glob(pattern)]:
         file.unlink(missing_ok=True)
     try:
         folder.rmdir()

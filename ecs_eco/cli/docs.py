@@ -1,23 +1,36 @@
-"""The command docs: these pages, from the copy that came with the package, or from a copy of the sources."""
+"""The commands docs and list: these pages, from the copy that came with the package or from a copy of the sources,
+and what the package has, read from the text of its files, so that nothing is imported."""
 
 from __future__ import annotations
 
+import ast
 import os
 import sys
-import webbrowser
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 import ecs_eco
-from ecs_eco.cli.terminal import complain, refuse, say
+from ecs_eco.cli.terminal import complain, exits, refuse, say
 
-SITE = Path(ecs_eco.__file__).parent / "_site"  # tools/build_site.py writes it, and the wheel takes it
-SOURCES = Path(ecs_eco.__file__).parents[1] / "docs"  # in a copy of the sources
+PACKAGE = Path(ecs_eco.__file__).parent
+SITE = PACKAGE / "_site"  # tools/build_site.py writes it, and the wheel takes it
+SOURCES = PACKAGE.parent / "docs"  # in a copy of the sources
 BUILD = "pip install -e '.[docs]' && python tools/build_site.py"
 
 
-def open_docs(page: str, browser: bool) -> None:
-    """Print where a page is, and open it in a graphical browser where there is one."""
+@exits
+def docs(
+    page: Annotated[
+        str, typer.Argument(metavar="PAGE", help="A page, such as running, or tutorials.")
+    ] = "index",
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open a browser, or only print where the page is.")
+    ] = True,
+) -> None:
+    """Open the documentation, from the copy on this machine."""
     pages, ending = (SITE, ".html") if (SITE / "index.html").is_file() else (SOURCES, ".md")
     if pages is SOURCES and not all((pages / name).is_file() for name in ("index.md", "../pyproject.toml")):
         refuse(
@@ -44,6 +57,8 @@ def open_docs(page: str, browser: bool) -> None:
         )
     say(found.as_uri())
     if browser and _graphical():
+        import webbrowser
+
         webbrowser.open(found.as_uri())
 
 
@@ -57,3 +72,48 @@ def _graphical() -> bool:
     return not sys.platform.startswith("linux") or bool(
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     )
+
+
+def list_() -> None:
+    """List worlds, sensors, components and systems."""
+    from ecs_eco.config.shipped import titles
+
+    sections = {
+        "Worlds": titles(),
+        "Sensors": dict(_classes(PACKAGE / "config" / "models" / "sensors.py", "kind")),
+        "Components": dict(_folder("components")),
+        "Systems": dict(_folder("systems", "System")),
+    }
+    say("\n\n".join(_table(title, rows) for title, rows in sections.items()))
+
+
+def _folder(name: str, base: str = "") -> list[tuple[str, str]]:
+    """Public classes of a folder and the first lines of their docstrings."""
+    return [row for path in sorted((PACKAGE / name).glob("[!_]*.py")) for row in _classes(path, base=base)]
+
+
+def _classes(path: Path, label: str = "", base: str = "") -> list[tuple[str, str]]:
+    """(name, first line) of the public classes of a file, or of those of a base;
+    named by their one choice of `label` if given."""
+    rows = []
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        of_base = not base or (isinstance(node, ast.ClassDef) and base in map(ast.unparse, node.bases))
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_") and of_base:
+            name = _choice(node, label) if label else node.name
+            if name:
+                rows.append((name, " ".join((ast.get_docstring(node) or "").partition("\n\n")[0].split())))
+    return rows
+
+
+def _choice(node: ast.ClassDef, label: str) -> str:
+    for line in node.body:
+        if isinstance(line, ast.AnnAssign) and ast.unparse(line.target) == label:
+            return next(  # type: ignore[return-value]
+                (c.value for c in ast.walk(line.annotation) if isinstance(c, ast.Constant)), ""
+            )
+    return ""
+
+
+def _table(title: str, rows: dict[str, str]) -> str:
+    width = max(map(len, rows), default=0)
+    return "\n".join([title, *(f"  {name:<{width}}  {text}".rstrip() for name, text in rows.items())])

@@ -9,11 +9,12 @@ import stat
 import tempfile
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ecs_eco.cli.terminal import FAILED, complain, progress, say
+from ecs_eco.cli.options import Quiet
+from ecs_eco.cli.terminal import FAILED, complain, exits, progress, say
 from ecs_eco.engine import portable
 
 if TYPE_CHECKING:
@@ -23,8 +24,14 @@ if TYPE_CHECKING:
 Facts = list[tuple[str, str]]
 
 
-def examine_machine(test: bool, quiet: bool) -> None:
-    """Print the facts, run the self-test, and exit with code 1 if something is wrong."""
+@exits
+def doctor(
+    test: Annotated[
+        bool, typer.Option("--test/--no-test", help="Run the self-test, which takes up to a minute.")
+    ] = True,
+    quiet: Quiet = False,
+) -> None:
+    """Print what results depend on here, and whether they agree with the release: exit code 1 if not."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table

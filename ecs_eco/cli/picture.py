@@ -1,20 +1,77 @@
-"""picture and video: pictures of a recorded run without a browser."""
+"""The commands draw, picture and video: pictures without a browser."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from ecs_eco.cli.terminal import complain, progress, refuse, say
+import typer
+
+from ecs_eco.cli.options import Quiet, Run, Set, Size, Trust, World
+from ecs_eco.cli.terminal import complain, exits, progress, recorded, refuse, say, whole
+from ecs_eco.cli.trust import allow
 
 SIZES = (320, 7680)  # [px]
+DRAWINGS = (".png", ".svg", ".pdf")
 
 
-def picture_run(
-    folder: Path, out: Path | None, tick: int | None, organism: int | None, size: str, quiet: bool
+@exits
+def draw(
+    world: World,
+    species: Annotated[
+        str | None, typer.Option(metavar="NAME", help="A species. Default: all that have a nervous system.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="A file ending in .png, .svg or .pdf. Default: WORLD-NAME.png here."
+        ),
+    ] = None,
+    set_: Set = None,
 ) -> None:
-    """Draw a tick of a run, or the nervous system of one organism at that tick, into a file."""
+    """Draw the nervous systems of a world's species."""
+    from ecs_eco.config import load
+
+    config = load(world, set_ or [])
+    path = _file(
+        out or Path(f"{config.name}-{species or 'nerves'}.png"),
+        DRAWINGS,
+        "--out",
+        "no picture that can be written",
+    )
+    from ecs_eco.analysis.nervous_figure import draw_nervous_systems, save  # matplotlib is slow to load
+
+    figure = draw_nervous_systems(config, [species] if species else [])
+    try:
+        say(f"Drawn in {save(figure, path)}")
+    except OSError as error:
+        _unwritable(path, error, "--out")
+
+
+@exits
+def picture(
+    folder: Run,
+    out: Annotated[
+        Path | None, typer.Argument(metavar="FILE", help="A PNG. Default: WORLD-TICK.png here.")
+    ] = None,
+    tick: Annotated[
+        int | None, typer.Option(parser=whole(0), metavar="T", help="The tick. Default: the last one.")
+    ] = None,
+    organism: Annotated[
+        int | None,
+        typer.Option(
+            parser=whole(1, 2**63 - 1),
+            metavar="UID",
+            help="Draw the nervous system of this organism at that tick.",
+        ),
+    ] = None,
+    size: Size = "1280x720",
+    quiet: Quiet = False,
+    trust: Trust = False,
+) -> None:
+    """Draw a tick of a recorded run."""
+    allow(trust, folder)
     replay = _replay(folder)
     tick = _tick(replay, tick, "--tick", replay.recording.last)
     if organism is not None:
@@ -29,17 +86,33 @@ def picture_run(
         _unwritable(path, error)
 
 
-def video_run(
-    folder: Path,
-    out: Path | None,
-    fps: float,
-    first: int | None,
-    last: int | None,
-    step: int | None,
-    size: str,
-    quiet: bool,
+@exits
+def video(
+    folder: Run,
+    out: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="FILE",
+            help="Ends in .mp4, .mkv, .mov or .webm, which need ffmpeg, or in .gif. Default: WORLD.mp4 here.",
+        ),
+    ] = None,
+    fps: Annotated[float, typer.Option(metavar="N", help="Frames a second.")] = 30.0,
+    from_: Annotated[
+        int | None, typer.Option("--from", parser=whole(0), metavar="T", help="First tick.")
+    ] = None,
+    to: Annotated[int | None, typer.Option(parser=whole(0), metavar="T", help="Last tick.")] = None,
+    step: Annotated[
+        int | None,
+        typer.Option(
+            parser=whole(1),
+            metavar="N",
+            help="Ticks between frames. Default: those of a film of at most a minute.",
+        ),
+    ] = None,
+    size: Size = "1280x720",
+    quiet: Quiet = False,
 ) -> None:
-    """Make a film of a run."""
+    """Make a film of a recorded run."""
     from ecs_eco.view import film
 
     replay = _replay(folder)
@@ -49,8 +122,8 @@ def video_run(
     except film.FilmError as error:
         allowed = "a name that ends in .gif, which needs no program, or ffmpeg installed"
         refuse("OUT", str(error), str(path), allowed, f"{path.stem}.gif")
-    first = _tick(replay, first, "--from", replay.recording.first)
-    last = _tick(replay, last, "--to", replay.recording.last)
+    first = _tick(replay, from_, "--from", replay.recording.first)
+    last = _tick(replay, to, "--to", replay.recording.last)
     if first > last:
         refuse("--to", f"lies before --from {first}", last, f"{first} to {replay.recording.last}")
     if not 1 <= fps <= 240:
@@ -76,9 +149,7 @@ def video_run(
 
 def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: int, quiet: bool) -> None:
     """Draw one organism's nervous system, from the recorded details or from a rerun of the stretch."""
-    from ecs_eco.cli.draw import ENDINGS
-
-    path = _file(out or Path(f"{replay.recording.manifest['world']}-{uid}-{tick}.png"), ENDINGS)
+    path = _file(out or Path(f"{replay.recording.manifest['world']}-{uid}-{tick}.png"), DRAWINGS)
     replay.handle({"kind": "seek", "tick": tick})
     try:
         state = replay.organism(uid)
@@ -132,9 +203,7 @@ def _again(replay: Any, uid: int, quiet: bool) -> dict[str, Any]:
 
 
 def _replay(folder: Path) -> Any:
-    if not (folder / "manifest.json").is_file():
-        fault = "has no manifest.json" if folder.is_dir() else "no such folder"
-        refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
+    recorded(folder)
     from ecs_eco.view.replay import Replay
 
     return Replay(folder)
@@ -155,19 +224,15 @@ def _size(text: str) -> tuple[int, int]:
     return int(match[1]) // 2 * 2, int(match[2]) // 2 * 2  # encoders want even numbers
 
 
-def _file(path: Path, endings: tuple[str, ...]) -> Path:
+def _file(
+    path: Path, endings: tuple[str, ...], source: str = "OUT", fault: str = "cannot be written"
+) -> Path:
     if path.suffix.lower() not in endings:
-        refuse(
-            "OUT",
-            "cannot be written",
-            str(path),
-            f"a file ending in {', '.join(endings)}",
-            f"{path.stem}{endings[0]}",
-        )
+        refuse(source, fault, str(path), f"a file ending in {', '.join(endings)}", f"{path.stem}{endings[0]}")
     if path.is_dir():
-        refuse("OUT", "is a folder", str(path), "a file")
+        refuse(source, "is a folder", str(path), "a file")
     return path
 
 
-def _unwritable(path: Path, error: OSError) -> None:
-    refuse("OUT", f"cannot be written: {error.strerror or error}", str(path), "a file that can be made")
+def _unwritable(path: Path, error: OSError, source: str = "OUT") -> None:
+    refuse(source, f"cannot be written: {error.strerror or error}", str(path), "a file that can be made")

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from ecs_eco.cli.folders import results
-from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, now_and_then, refuse, say
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, refuse, say, shown
 from ecs_eco.config import load
 from ecs_eco.config.notes import notes
 from ecs_eco.config.overrides import ALIASES, parse
@@ -146,40 +145,20 @@ def _moved(problem: Problem) -> Problem:
     return problem
 
 
-@contextmanager
-def _shown(name: str, quiet: bool) -> Iterator[Callable[[Search], None] | None]:
+def _shown(name: str, quiet: bool) -> AbstractContextManager[Callable[[Search], None] | None]:
     """A bar on a terminal, a line every half minute elsewhere, nothing when quiet."""
-    if quiet:
-        yield None
-    elif not sys.stderr.isatty():
-        yield now_and_then(lambda search: f"{name}: {search.phase}, {search.share:.0%}, {_status(search)}")
-    else:
-        from rich.console import Console
-        from rich.progress import (
-            BarColumn,
-            Progress,
-            TaskProgressColumn,
-            TextColumn,
-            TimeElapsedColumn,
-            TimeRemainingColumn,
-        )
-
-        named, status = (
-            TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[status]}")
-        )
-        columns = [
-            named,
-            BarColumn(),
-            TaskProgressColumn(),
-            status,
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
-        ]
-        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task(name, total=1.0, status="")
-            yield lambda s: bar.update(
-                task, description=f"{name}: {s.phase}", completed=s.share, status=_status(s)
-            )
+    return shown(
+        name,
+        quiet,
+        lambda search: f"{name}: {search.phase}, {search.share:.0%}, {_status(search)}",
+        lambda search: {
+            "description": f"{name}: {search.phase}",
+            "completed": search.share,
+            "total": 1.0,
+            "text": _status(search),
+        },
+        ("TaskProgressColumn", "{task.fields[text]}", "TimeElapsedColumn", "TimeRemainingColumn"),
+    )
 
 
 def _status(search: Search) -> str:

@@ -1,10 +1,10 @@
-"""run, train and report."""
+"""The work of run, resume, repeat and train."""
 
 from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 import typer
 
 from ecs_eco.cli.archipelago import command_of, has_islands, resume_islands, run_islands
-from ecs_eco.cli.folders import known_policies, pages, results
+from ecs_eco.cli.folders import known_policies, results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, progress, refuse, say
 from ecs_eco.config import load
 from ecs_eco.engine import portable
@@ -357,31 +357,6 @@ def tell_training(result: dict[str, Any]) -> None:
                 f"  {name}: {word} {number(of['trained'][0])}, random {number(of['random'][0])}, "
                 f"difference {number(mean)}{sure}"
             )
-
-
-def report_run(
-    folder: Path, out: Path | None = None, against: Path | None = None, match: Sequence[str] = ()
-) -> None:
-    """Write the report of a run folder there, or in `out`; `against`: beside an outside series."""
-    pairs = dict(text.partition("=")[::2] for text in match)
-    if wrong := next((text for text in match if text.count("=") != 1), None):
-        refuse("--match", "is no pair", wrong, "COLUMN=SPECIES")
-    if match and against is None:
-        refuse("--match", "is given without --against", match[0], "both")
-    if is_archipelago(folder):
-        if against is not None:
-            refuse("--against", "is not possible for an archipelago", str(against), "the folder of an island")
-        from ecs_eco.analysis.report.archipelago import write_archipelago
-
-        pages(out, folder)
-        return say(f"written: {write_archipelago(folder, out)}")
-    if not (folder / "manifest.json").is_file():
-        fault = "has no manifest.json" if folder.is_dir() else "no such folder"
-        refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
-    from ecs_eco.analysis.report import write_report
-
-    pages(out, folder)
-    say(f"written: {write_report(folder, out, against, pairs)}")
 
 
 def stopped(done: int, ticks: int, out: Path) -> None:

@@ -1,15 +1,48 @@
-"""A summary of a world, in a few lines."""
+"""The command check, and a summary of a world in a few lines."""
 
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from ecs_eco.cli.terminal import refuse, say
-from ecs_eco.config import WorldConfig, load
-from ecs_eco.config.memory import require_memory
-from ecs_eco.config.notes import notes
-from ecs_eco.config.notes_on_ticks import notes_on_ticks
+import typer
+
+from ecs_eco.cli.options import Set, Trust
+from ecs_eco.cli.terminal import exits, refuse, say
+from ecs_eco.cli.trust import allow
+
+if TYPE_CHECKING:
+    from ecs_eco.config import WorldConfig
+
+
+@exits
+def check(
+    world: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="WORLD", show_default=False, help="Name of a shipped world (see `list`), or a TOML file."
+        ),
+    ] = None,
+    set_: Set = None,
+    schema: Annotated[
+        bool, typer.Option("--schema", help="Print the JSON schema of world files instead, for editors.")
+    ] = False,
+    trust: Trust = False,
+) -> None:
+    """Check a world file and print a summary."""
+    allow(trust, world, set_)
+    if schema:
+        from ecs_eco.config.json_schema import json_schema
+
+        return say(json.dumps(json_schema(), indent=1, ensure_ascii=False))
+    if world is None:
+        refuse("WORLD", "is missing", "", "a world, or --schema")
+    from ecs_eco.config import load
+    from ecs_eco.config.memory import require_memory
+
+    config = load(world, set_ or [])
+    require_memory(config)
+    say(summary(config))
 
 
 def _layout(config: WorldConfig, name: str) -> Any:
@@ -35,6 +68,9 @@ def _layout(config: WorldConfig, name: str) -> Any:
 
 def summary(config: WorldConfig) -> str:
     """Name, space, species with their channels, actions and genes, and the hash of the configuration."""
+    from ecs_eco.config.notes import notes
+    from ecs_eco.config.notes_on_ticks import notes_on_ticks
+
     space = " × ".join(f"{s:g}" for s in config.space.size)
     lines = [
         f"{config.name}: {config.title}".rstrip(": "),
@@ -77,19 +113,3 @@ def _code(config: WorldConfig) -> list[str]:
         return []
     word = "allowed to run" if config._code.allowed else "NOT loaded: names in it are checked with --trust"
     return [f"  code, {word}:", *(f"    {source}" for source in config._code.sources)]
-
-
-def check_world(world: str | None, changes: list[str]) -> None:
-    """Check a world and print a summary."""
-    if world is None:
-        refuse("WORLD", "is missing", "", "a world, or --schema")
-    config = load(world, changes)
-    require_memory(config)
-    say(summary(config))
-
-
-def tell_schema() -> None:
-    """Print the JSON schema of world files."""
-    from ecs_eco.config.json_schema import json_schema
-
-    say(json.dumps(json_schema(), indent=1, ensure_ascii=False))

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import signal
-import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from ecs_eco.cli.folders import results
-from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, now_and_then, printable, refuse, say
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, refuse, say, shown
 from ecs_eco.experiments.engines import SLURM, check_engine, engine
 from ecs_eco.record.claim import Claim
 from ecs_eco.sweeps.design import design_of
@@ -102,7 +101,7 @@ def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool, sbatch: Se
         submit_sweep(sweep, numbers, workers, sbatch)
         return
     try:
-        with engine(on, workers) as pool, shown(sweep, quiet):
+        with engine(on, workers) as pool, watched(sweep, quiet):
             outcome = do_jobs(sweep, pool, numbers)
     except KeyboardInterrupt:
         complain(f"Stopped; what was done until then is kept. Go on: ecs-eco sweep resume {sweep.folder}")
@@ -228,18 +227,21 @@ def duration(seconds: float | None) -> str:
 
 
 @contextmanager
-def shown(sweep: Sweep, quiet: bool) -> Iterator[None]:
+def watched(sweep: Sweep, quiet: bool) -> Iterator[None]:
     """Show how far a sweep is: a bar on a terminal, a line every half minute elsewhere, nothing if quiet."""
-    if quiet:
-        yield
-        return
     from ecs_eco.sweeps.status import Survey
 
-    end, survey = threading.Event(), Survey(sweep)
-    with _display(sweep.content["world"]) as show:
+    end, survey, name = threading.Event(), Survey(sweep), sweep.content["world"]
+    with shown(
+        name,
+        quiet,
+        lambda status: f"{name}: {in_words(status)}",
+        lambda s: {"completed": s.ticks, "total": s.ticks_in_all, "text": in_words(s)},
+        ("{task.fields[text]}", "TimeElapsedColumn"),
+    ) as show:
 
         def watch() -> None:
-            while not end.wait(max(PACE, len(sweep.jobs) / 1000)):
+            while show and not end.wait(max(PACE, len(sweep.jobs) / 1000)):
                 show(survey.look())
 
         thread = threading.Thread(target=watch, daemon=True)
@@ -251,24 +253,6 @@ def shown(sweep: Sweep, quiet: bool) -> Iterator[None]:
             thread.join()
 
 
-@contextmanager
-def _display(name: str) -> Iterator[Callable[[Status], None]]:
-    if not sys.stderr.isatty():
-        yield now_and_then(lambda status: f"{name}: {in_words(status)}")
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    named, text = (TextColumn(t, markup=False) for t in ("{task.description}", "{task.fields[text]}"))
-    with Progress(
-        named, BarColumn(), text, TimeElapsedColumn(), console=Console(stderr=True), transient=True
-    ) as bar:
-        task = bar.add_task(printable(name), total=1.0, text="")
-        yield lambda status: bar.update(
-            task, completed=status.ticks, total=status.ticks_in_all, text=in_words(status)
-        )
-
-
 def in_words(status: Status) -> str:
     """How far a sweep is, in a line."""
     failed = f", {len(status.failed)} failed" if status.failed else ""
@@ -278,7 +262,7 @@ def in_words(status: Status) -> str:
 
 def collect_sweep(folder: Path, quiet: bool) -> None:
     """Write the table, the figures and the page of a sweep, and print what they hold."""
-    from ecs_eco.sweeps.collect import collect
+    from ecs_eco.sweeps.table import collect
 
     sweep = read_sweep(folder)
     result = collect(sweep)

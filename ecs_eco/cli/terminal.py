@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
@@ -95,6 +95,13 @@ def refuse(source: str, fault: str, value: object, allowed: str, near: str = "")
     raise ConfigError([Problem((), fault, value, allowed, near, source)])
 
 
+def recorded(folder: Path) -> None:
+    """Refuse a folder that no run was recorded in."""
+    if not (folder / "manifest.json").is_file():
+        fault = "has no manifest.json" if folder.is_dir() else "no such folder"
+        refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
+
+
 def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
     """Reads a whole number from the command line; the error for an invalid one shows the value."""
 
@@ -140,20 +147,42 @@ class Progress:
 @contextmanager
 def progress(word: str, quiet: bool, unit: str = "ticks") -> Iterator[Progress]:
     """A progress bar on stderr if that is a terminal, else a line now and then; nothing if quiet."""
-    if quiet:
-        yield Progress()
-    elif not sys.stderr.isatty():
-        yield Progress(now_and_then(lambda done, total: f"{word}: {done} of {total} {unit}"))
-    else:
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
-        from rich.progress import Progress as Bar
+    columns = ("MofNCompleteColumn", unit, "TimeRemainingColumn")
+    with shown(
+        word,
+        quiet,
+        lambda done, total: f"{word}: {done} of {total} {unit}",
+        lambda done, total: {"completed": done, "total": total},
+        columns,
+    ) as show:
+        yield Progress(show)
 
-        named = TextColumn("{task.description}", markup=False)
-        columns = (named, BarColumn(), MofNCompleteColumn(), TextColumn(unit), TimeRemainingColumn())
-        with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task(printable(word), total=None)
-            yield Progress(lambda done, total: bar.update(task, completed=done, total=total))
+
+@contextmanager
+def shown(
+    name: str,
+    quiet: bool,
+    line: Callable[..., str],
+    state: Callable[..., dict[str, Any]],
+    columns: Sequence[str],
+) -> Iterator[Callable[..., None] | None]:
+    """Yield what shows how far a command is, in a `line` now and then or as the `state` of a bar on a terminal,
+    whose columns are classes of rich or texts; None if quiet."""
+    if quiet:
+        yield None
+    elif not sys.stderr.isatty():
+        yield now_and_then(line)
+    else:
+        from rich import progress as rich
+        from rich.console import Console
+
+        made = [
+            getattr(rich, of)() if of.endswith("Column") else rich.TextColumn(of, markup=False)
+            for of in ("{task.description}", "BarColumn", *columns)
+        ]
+        with rich.Progress(*made, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task(printable(name), total=None, text="")
+            yield lambda *told: bar.update(task, **state(*told))
 
 
 def now_and_then(line: Callable[..., str], every: float = 30.0) -> Callable[..., None]:

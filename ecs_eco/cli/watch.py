@@ -6,28 +6,47 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from ecs_eco.cli.terminal import refuse, say
+import typer
+
+from ecs_eco.cli.options import Learn, NoBrowser, Policies, Port, Seed, Set, Threads, Trust
+from ecs_eco.cli.terminal import exits, refuse, say, whole
+from ecs_eco.cli.trust import allow
 from ecs_eco.engine import portable
 
 
-def watch_it(
-    what: str,
-    changes: list[str],
-    ticks: int | None,
-    seed: int | None,
-    threads: int,
-    learn: bool | None,
-    policies: str,
-    port: int,
-    browser: bool,
-    other: str | None = None,
+@exits
+def watch(
+    world: Annotated[
+        str,
+        typer.Argument(
+            metavar="WORLD|DIR",
+            help="A shipped world, a TOML file, or a folder written by `run`: of an archipelago, its map.",
+        ),
+    ],
+    other: Annotated[
+        str | None, typer.Argument(metavar="[WORLD|DIR]", help="Another one, beside it on the same page.")
+    ] = None,
+    ticks: Annotated[
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Last tick. Default: no end.")
+    ] = None,
+    seed: Seed = None,
+    set_: Set = None,
+    threads: Threads = 1,
+    learn: Learn = None,
+    policies: Policies = "trained",
+    port: Port = 0,
+    no_browser: NoBrowser = False,
+    trust: Trust = False,
 ) -> None:
-    """Show a living world or a recorded run until Ctrl-C, or two side by side."""
+    """Watch a living world or a recorded run in the browser, or two side by side."""
+    allow(trust, world, set_)
+    if other is not None:
+        allow(trust, other, set_)
     from ecs_eco.record.archipelago import is_archipelago
 
-    shown = [what] if other is None else [what, other]
+    changes, shown = set_ or [], [world] if other is None else [world, other]
     if other is not None and (maps := [one for one in shown if is_archipelago(one)]):
         refuse(
             "WORLD",
@@ -35,19 +54,19 @@ def watch_it(
             maps[0],
             "worlds and folders of single runs",
         )
-    islands = is_archipelago(what)
+    islands = is_archipelago(world)
     recorded = all(os.path.isfile(Path(one) / "manifest.json") for one in shown) or islands
     if recorded and (changes or ticks or seed is not None or learn is not None):
         allowed = (
             "a world; a recording is shown as it is, and `resume --from-tick T --set … --out NEW` forks it"
         )
-        refuse("WORLD", "is a recorded run, which no option changes", what, allowed)
+        refuse("WORLD", "is a recorded run, which no option changes", world, allowed)
     if islands:
-        _map(Path(what), port, browser)
+        _map(Path(world), port, not no_browser)
         return
     with _port(port):
         from ecs_eco.view.pair import Pair
-        from ecs_eco.view.watch import watch
+        from ecs_eco.view.watch import watch as serve
 
         first, *others = [_source(one, changes, ticks, seed, threads, learn, policies) for one in shown]
         source = (
@@ -55,12 +74,12 @@ def watch_it(
             if others
             else Pair(
                 first,
-                start=_start(first, what, changes, ticks, learn, policies),
-                picker=_picker(first, what, changes, ticks, threads, learn, policies),
+                start=_start(first, world, changes, ticks, learn, policies),
+                picker=_picker(first, world, changes, ticks, threads, learn, policies),
             )
         )
         try:
-            watch(source, _Announcer(source.hello()["title"]), port=port, browser=browser)
+            serve(source, _Announcer(source.hello()["title"]), port=port, browser=not no_browser)
         except KeyboardInterrupt:
             say("")
 

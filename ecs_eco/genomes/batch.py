@@ -123,15 +123,22 @@ class Operators:
         salt: int,
         function: Any,
     ) -> None:
-        size, mate, name = len(self.layout.alphabet), self.toolbox.mate, named(function)
+        mate, name, size = self.toolbox.mate, named(function), len(self.layout.alphabet)
+        length = out.shape[1] if self.layout.longest is None else None
         state = random.getstate()
         try:
             for birth in births:
                 random.seed(seed_of(keys[birth], MATE + 4 * salt))
-                pair = mate(out[birth].tolist(), other[birth].tolist())
-                out[birth] = strings_of("mate", name, pair, out.shape[1], size)[0]
+                pair = mate(self._letters(out[birth]), self._letters(other[birth]))
+                self._take(out[birth], strings_of("mate", name, pair, length, size)[0])
         finally:
             random.setstate(state)
+
+    def _letters(self, string: np.ndarray) -> list[int]:
+        return string.tolist()
+
+    def _take(self, string: np.ndarray, letters: np.ndarray) -> None:
+        string[:] = letters
 
     def _mutate(self, strings: np.ndarray, keys: np.ndarray, salt: int) -> None:
         from deap import tools

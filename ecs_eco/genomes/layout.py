@@ -149,6 +149,16 @@ class Layout:
         for a value beyond a gene's range, unless `clip` takes the nearest; UnknownName for another gene's;
         ValueError for one missing.
         """
+        arrays, n = self._arrays(values)
+        out = np.zeros((n, self.row), np.uint8)
+        for code in (c for c in self.genes if c.name in arrays):
+            numbers = np.broadcast_to(code.numbers(arrays[code.name], clip), (n, code.codons.n))
+            for string in range(self.ploidy):
+                code.codons.write(numbers, out, string * self.length)
+        return out
+
+    def _arrays(self, values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], int]:
+        """Return the values of genes by name, and of how many organisms they are; raises as `encode`."""
         for name in values:
             self[name]
         arrays = {
@@ -157,17 +167,12 @@ class Layout:
             if code.name in values or code.gene.trait
         }
         n = max((len(a) for a in arrays.values()), default=1)
-        out = np.zeros((n, self.row), np.uint8)
-        for code in (c for c in self.genes if c.name in arrays):
-            array = arrays[code.name]
-            if len(array) not in (1, n):
-                raise ValueError(
-                    f"gene {code.name!r}: {len(array)} values, and {n} of another gene; allowed are 1 or {n}"
-                )
-            numbers = np.broadcast_to(code.numbers(array, clip), (n, code.codons.n))
-            for string in range(self.ploidy):
-                code.codons.write(numbers, out, string * self.length)
-        return out
+        wrong = next((name for name, a in arrays.items() if len(a) not in (1, n)), None)
+        if wrong is not None:
+            raise ValueError(
+                f"gene {wrong!r}: {len(arrays[wrong])} values, and {n} of another gene; allowed are 1 or {n}"
+            )
+        return arrays, n
 
     def own(self, n: int = 1) -> np.ndarray:
         """Return n equal rows u8[n, loci] that code for the species' own values;

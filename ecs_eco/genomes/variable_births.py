@@ -10,7 +10,7 @@ import numpy as np
 
 from ecs_eco.engine.code import handed_over
 from ecs_eco.genomes import kernels, variable_kernels
-from ecs_eco.genomes.batch import MATE, MUTATE, Operators, named, seed_of, toss
+from ecs_eco.genomes.batch import MUTATE, Operators, named, seed_of, toss
 from ecs_eco.genomes.operators import strings_of, toolbox_of
 from ecs_eco.genomes.unequal import UnequalCrossover
 
@@ -102,26 +102,6 @@ class VariableOperators(Operators):
             )
         return out
 
-    def _cross_each(
-        self,
-        out: np.ndarray,
-        other: np.ndarray,
-        births: np.ndarray,
-        keys: np.ndarray,
-        salt: int,
-        function: Any,
-    ) -> None:
-        mate, name = self.toolbox.mate, named(function)
-        state = random.getstate()
-        try:
-            for birth in births:
-                random.seed(seed_of(keys[birth], MATE + 4 * salt))
-                pair = mate(self._letters(out[birth]), self._letters(other[birth]))
-                child = strings_of("mate", name, pair, None, self.layout.blank)[0]
-                self._take(out[birth], child, variable_kernels.CROSSING)
-        finally:
-            random.setstate(state)
-
     def _mutate(self, strings: np.ndarray, keys: np.ndarray, salt: int) -> None:
         letters = np.ascontiguousarray(strings)
         size = len(self.layout.alphabet)
@@ -188,7 +168,7 @@ class VariableOperators(Operators):
     def _letters(self, string: np.ndarray) -> list[int]:
         return string[: variable_kernels.end_of(string, self.layout.blank)].tolist()
 
-    def _take(self, string: np.ndarray, letters: np.ndarray, event: int) -> None:
+    def _take(self, string: np.ndarray, letters: np.ndarray, event: int = variable_kernels.CROSSING) -> None:
         """Write new letters into a string, unless they are none or too many, which is counted."""
         if not 0 < letters.size <= string.size:
             self.at_limit[event] += 1

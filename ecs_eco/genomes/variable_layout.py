@@ -179,19 +179,7 @@ class VariableLayout(Layout):
 
         Raises as `Layout.encode`; ValueError where they are longer than `longest`.
         """
-        for name in values:
-            self[name]
-        arrays = {
-            code.name: self._array(code, values)
-            for code in self.genes
-            if code.name in values or code.gene.trait
-        }
-        n = max((len(a) for a in arrays.values()), default=1)
-        wrong = next((name for name, a in arrays.items() if len(a) not in (1, n)), None)
-        if wrong is not None:
-            raise ValueError(
-                f"gene {wrong!r}: {len(arrays[wrong])} values, and {n} of another gene; allowed are 1 or {n}"
-            )
+        arrays, n = self._arrays(values)
         order = [g for g, code in enumerate(self.genes) if code.name in arrays]
         if (needed := int(self.spans[order].sum())) > self.longest:
             raise ValueError(f"genome: these genes need {needed} letters; allowed are {self.longest}")

@@ -23,21 +23,22 @@ def brain_of(
     hidden: tuple[int, ...],
     seed: int,
     device: str = "cpu",
+    trunk: str = "shared",
 ) -> PolicyNetwork:
-    """Return a fresh brain: of `network(n_observations, groups)`, or the built-in one;
+    """Return a fresh brain: of `network(n_observations, groups)`, or the built-in one with a `trunk`;
     without torch where that thinks on the CPU.
 
     Raises ValueError for a module that cannot be a brain, and for a device that is not there.
     """
     if network is None and device == "cpu":
-        return Brain(n_observations, groups, hidden, seed)
+        return Brain(n_observations, groups, hidden, seed, trunk)
     from ecs_eco.learning.mlp import MLP
     from ecs_eco.learning.module_brain import ModuleBrain, make
 
     if network is not None:
         return make(network, n_observations, groups, seed, device)
-    brain = ModuleBrain(MLP(n_observations, groups, hidden), n_observations, groups, device)
-    brain.load(Brain(n_observations, groups, hidden, seed).state())
+    brain = ModuleBrain(MLP(n_observations, groups, hidden, trunk), n_observations, groups, device)
+    brain.load(Brain(n_observations, groups, hidden, seed, trunk).state())
     return brain
 
 

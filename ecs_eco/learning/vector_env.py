@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +11,7 @@ import numpy as np
 
 from ecs_eco.engine.workers import Workers
 from ecs_eco.learning import weights
-from ecs_eco.learning.brain import Brain
-from ecs_eco.learning.brains import learner_of
+from ecs_eco.learning.brains import brain_of, learner_of
 from ecs_eco.learning.choice import choose, choose_best
 from ecs_eco.learning.continuous import draw_numbers
 from ecs_eco.learning.policy_network import PolicyNetwork
@@ -97,7 +95,7 @@ def train(
     envs = as_vector(envs)
     actions, observations, resets_itself = Actions.of(envs), Observations.of(envs), resets_in_same_step(envs)
     seen = observations.rows(envs.reset(seed=seed)[0])
-    brain = _brain(network, seen.shape[1], actions.groups, hidden, trunk, seed, device)
+    brain = brain_of(network, seen.shape[1], actions.groups, hidden, seed, device, trunk)
     learner = learner_of(brain, ppo, seed, workers)
     training = Training(brain, observations=observations, actions=actions)
     rollout, n, split = learner.rollout, envs.num_envs, Workers(workers).split
@@ -143,23 +141,6 @@ def train(
         training.finish(score, over, (step + 1) * n)
         over &= not resets_itself
     return training
-
-
-def _brain(
-    network: Callable[..., Any] | None,
-    n_observations: int,
-    groups: tuple[int, ...],
-    hidden: tuple[int, ...],
-    trunk: str,
-    seed: int,
-    device: str,
-) -> PolicyNetwork:
-    if network is None and device == "cpu":
-        return Brain(n_observations, groups, hidden, seed, trunk)
-    from ecs_eco.learning.mlp import MLP
-    from ecs_eco.learning.module_brain import make
-
-    return make(network or partial(MLP, hidden=hidden, trunk=trunk), n_observations, groups, seed, device)
 
 
 def _decide(

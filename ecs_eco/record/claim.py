@@ -14,8 +14,7 @@ import os
 import re
 import socket
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -79,13 +78,7 @@ def claim_new(path: str | Path) -> Claim:
     path = Path(path)
     if path.exists() and not _is_free(path):
         raise FileExistsError(f"{path} exists and is not an empty folder; name another with --out")
-    made = _make(path)
-    try:
-        claim = Claim(path)
-    except BaseException:
-        _unmake(made)
-        raise
-    claim._made = made
+    claim = _claim(path)
     if not _is_free(path):  # another process came first
         claim.release()
         raise FileExistsError(f"{path} exists and is not an empty folder; name another with --out")
@@ -112,41 +105,33 @@ def claim_next(path: str | Path) -> Claim:
         return claim
 
 
-@contextmanager
-def claimed(out: str | Path | Claim) -> Iterator[Claim]:
+def claimed(out: str | Path | Claim) -> AbstractContextManager[Claim]:
     """Claim a new folder while it is written to; a claim made before stays as it is."""
-    if isinstance(out, Claim):
-        yield out
-        return
-    with claim_new(out) as claim:
-        yield claim
+    return nullcontext(out) if isinstance(out, Claim) else claim_new(out)
 
 
-@contextmanager
-def ours(out: str | Path | Claim) -> Iterator[Claim]:
+def ours(out: str | Path | Claim) -> AbstractContextManager[Claim]:
     """Claim a folder, whatever is in it, and make it if it is missing; a claim made before stays as it is."""
-    if isinstance(out, Claim):
-        yield out
-        return
-    made = _make(Path(out))
+    return nullcontext(out) if isinstance(out, Claim) else _claim(Path(out))
+
+
+def _claim(path: Path) -> Claim:
+    """Make a folder where it is missing, and claim it."""
+    made = _make(path)
     try:
-        claim = Claim(out)
+        claim = Claim(path)
     except BaseException:
         _unmake(made)
         raise
     claim._made = made
-    with claim:
-        yield claim
+    return claim
 
 
 def owner_of(folder: str | Path) -> dict[str, Any] | None:
     """Return what the process that has a folder says of itself, pid, host and since when; None if nobody has
     it. One on another machine counts as alive."""
-    try:
-        owner = json.loads((Path(folder) / LOCK).read_bytes())
-    except (OSError, ValueError):
-        return None
-    return owner if isinstance(owner, dict) and _lives(owner) else None
+    owner = _read(Path(folder) / LOCK)
+    return owner if _lives(owner) else None
 
 
 def remove_start(folder: Path) -> None:
@@ -223,10 +208,9 @@ def _locked(folder: Path) -> int:
     for _ in range(AGAIN):
         handle = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
         try:
-            if not _lock(handle):
+            if not _lock(handle, path):
                 raise FolderInUse(
-                    f"{folder}: is being written by {_owner(handle)}; wait for its end, "
-                    "or name another folder"
+                    f"{folder}: is being written by {_owner(path)}; wait for its end, or name another folder"
                 )
             if _same(handle, path):
                 os.ftruncate(handle, 0)
@@ -240,7 +224,7 @@ def _locked(folder: Path) -> int:
     raise FolderInUse(f"{folder}: is claimed and given back all the time by other processes")
 
 
-def _lock(handle: int) -> bool:
+def _lock(handle: int, path: Path) -> bool:
     """Whether the lock is ours now."""
     if fcntl is not None:
         try:
@@ -260,7 +244,7 @@ def _lock(handle: int) -> bool:
             return True
         except OSError:
             return False
-    return not _lives(_read(handle))  # no locks here: the owner named there has it while it lives
+    return not _lives(_read(path))  # no locks here: the owner named there has it while it lives
 
 
 def _same(handle: int, path: Path) -> bool:
@@ -271,17 +255,16 @@ def _same(handle: int, path: Path) -> bool:
         return False
 
 
-def _read(handle: int) -> dict[str, Any]:
+def _read(path: Path) -> dict[str, Any]:
     try:
-        os.lseek(handle, 0, os.SEEK_SET)
-        owner = json.loads(os.read(handle, 4096))
+        owner = json.loads(path.read_bytes())
     except (OSError, ValueError):
         return {}
     return owner if isinstance(owner, dict) else {}
 
 
-def _owner(handle: int) -> str:
-    owner = _read(handle)
+def _owner(path: Path) -> str:
+    owner = _read(path)
     if not owner:
         return "another process"
     return f"process {owner.get('pid')} on {owner.get('host')} since {owner.get('since')}"

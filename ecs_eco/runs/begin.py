@@ -20,7 +20,6 @@ from ecs_eco.record.folder import Folder
 from ecs_eco.record.genomes import genes_of
 from ecs_eco.record.land import keep_land
 from ecs_eco.record.seal import write_manifest
-from ecs_eco.runs.data import keep_data
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
@@ -73,7 +72,7 @@ def begin(
         "genomes": {name: genes for name in world.recorder.names if (genes := genes_of(world.tables[name]))},
     }
     keep_copies(sources(world.config), claim.path)
-    keep_data(world.config, claim.path)
+    _keep_data(world.config, claim.path)
     if (land := keep_land(world, claim.path)) is not None:
         manifest["land"] = land
     keep_checkpoint(world, folder, manifest)
@@ -191,3 +190,18 @@ def _check_policy(file: Path, wanted: str) -> None:
             f"{file}: is not the policy that this run began with: "
             f"its SHA-256 is {actual[:12]}…, not {wanted[:12]}…"
         )
+
+
+def _keep_data(config: Any, folder: Path) -> None:
+    """Copy the file that [data] names into the folder of a run, where its report finds it.
+
+    There is none where the world has none, or is one of a record whose file is not at hand. Raises
+    ConfigError where the file of a world file cannot be used.
+    """
+    if getattr(config, "data", None) is None:
+        return
+    from ecs_eco.analysis.against import KEPT
+    from ecs_eco.config.measurements import measured
+
+    if measured(config, config._source) is not None:
+        files.write(folder / KEPT, config.file(config.data.file).read_bytes())

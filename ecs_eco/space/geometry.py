@@ -53,11 +53,6 @@ class Space:
         # how many cells a search of a radius [m] spans to each side: few radii are asked for again and again
         self.reach: Callable[[float], int] = lru_cache(256)(partial(cells_within, side, max(self.shape)))
 
-    @property
-    def largest_radius(self) -> float:
-        """The largest radius of a sensor [m]: half the shorter side of a torus, the diagonal between walls."""
-        return min(self.size[:2]) / 2 if self.torus else math.dist([0.0] * len(self.size), self.size)
-
 
 def cells_within(side: float, most: int, radius: float) -> int:
     """Return how many cells of a side [m], at most `most`, a radius [m] spans; 0 for what is no number."""

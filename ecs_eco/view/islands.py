@@ -5,8 +5,6 @@ The folder may belong to a run that goes on: the map follows it from barrier to 
 
 from __future__ import annotations
 
-import threading
-from collections import deque
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -23,7 +21,7 @@ from ecs_eco.view.entrance import Entrance
 from ecs_eco.view.island_server import Opened
 from ecs_eco.view.messages import text
 from ecs_eco.view.server import Server
-from ecs_eco.view.shown import Page
+from ecs_eco.view.shown import Inbox, Page
 from ecs_eco.view.source import Message
 
 PAGE = "islands.html"
@@ -108,29 +106,19 @@ def _record(islands: Islands, end: int, names: list[str]) -> Message:
     }
 
 
-class Map:
+class Map(Inbox):
     """The map of a folder for any number of pages; `say` and `close` may be called from any thread.
 
     Raises RecordingError for a folder without an archipelago.
     """
 
     def __init__(self, folder: Path) -> None:
-        self.folder, self.closing = Path(folder), False
-        self.inbox: deque[tuple[Page, Message]] = deque()
+        super().__init__()
+        self.folder = Path(folder)
         self.islands = Opened(self.folder / ISLANDS)
-        self._wake, self._pages = threading.Event(), list[Page]()
+        self._pages = list[Page]()
         self._seen = self._stamp()
         self.message = describe(self.folder)
-
-    def say(self, page: Page, request: Message) -> None:
-        """Deliver a page's message: {"kind": …}; "join" and "leave" mark its presence."""
-        self.inbox.append((page, request))
-        self._wake.set()
-
-    def close(self) -> None:
-        """End `run`."""
-        self.closing = True
-        self._wake.set()
 
     def run(self) -> None:
         """Serve pages until `close`."""

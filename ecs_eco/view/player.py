@@ -8,9 +8,7 @@ acknowledged the last.
 from __future__ import annotations
 
 import math
-import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -20,7 +18,7 @@ from ecs_eco.view import panels
 from ecs_eco.view.families import asked
 from ecs_eco.view.log import Log
 from ecs_eco.view.messages import refusal, short, text
-from ecs_eco.view.shown import Page, View, beside
+from ecs_eco.view.shown import Inbox, Page, View, beside
 from ecs_eco.view.source import Message, Source
 
 USUAL = 10.0  # ticks a second that are called 1×
@@ -32,7 +30,7 @@ SPEEDS = (0.01, 100_000.0)
 ELSEWHERE = ("act", "params", "seek", "fill", "why", "table", "tree", "scatter", "whatif", "begin")
 
 
-class Player:
+class Player(Inbox):
     """Plays a source to any number of pages.
 
     `speed` [ticks/s], None for as fast as possible; `halted()` says when to stop.
@@ -46,10 +44,8 @@ class Player:
         halted: Callable[[], bool] = lambda: False,
     ) -> None:
         self.source, self.speed, self.playing, self.halted = source, speed, playing, halted
-        self.inbox: deque[tuple[Page, Message]] = deque()
-        self.closing = False
+        super().__init__()
         self.frames = 0  # made so far
-        self._wake = threading.Event()
         self._views: dict[Page, View] = {}
         self._steps = 0
         self._next = time.monotonic()  # when the next tick is due
@@ -64,18 +60,6 @@ class Player:
         hello = source.hello()
         self._colours: list[str] = hello["colours"]
         self._log = Log(self._views, bool(hello.get("acts")))
-
-    # --- from the server's thread ---------------------------------------------------------------------------
-
-    def say(self, page: Page, request: Message) -> None:
-        """Deliver a page's message: {"kind": …}; "join" and "leave" mark its presence."""
-        self.inbox.append((page, request))
-        self._wake.set()
-
-    def close(self) -> None:
-        """End: the next `turn` returns False."""
-        self.closing = True
-        self._wake.set()
 
     # --- from the world's thread ----------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
@@ -26,6 +26,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from ecs_eco.view.credentials import MINUTES, Credentials
 from ecs_eco.view.guard import SUBPROTOCOL, Guard
+from ecs_eco.view.shown import Inbox
 
 STATIC = Path(__file__).parent / "static"
 HOST = "127.0.0.1"
@@ -112,15 +113,6 @@ class Strangers(dict[Any, asyncio.Transport]):
         return Arriving
 
 
-class Listener(Protocol):
-    """Who a server speaks for: a player, or a map."""
-
-    inbox: deque[tuple[Any, dict[str, Any]]]
-
-    def say(self, page: Any, request: dict[str, Any]) -> None:
-        """Deliver a page's message."""
-
-
 class Server:
     """The server of one player, from `start` to `stop`. Raises OSError if the port is taken; 0: any free one.
 
@@ -130,7 +122,7 @@ class Server:
     """
 
     def __init__(
-        self, player: Listener, port: int = 0, frames: tuple[str, ...] = (), page: str = "index.html"
+        self, player: Inbox, port: int = 0, frames: tuple[str, ...] = (), page: str = "index.html"
     ) -> None:
         self.player, self.credentials, self.page = player, Credentials(), page
         self.came: Callable[[str, bool], None] = lambda code, good: None
@@ -178,7 +170,7 @@ class Server:
         which browsers do not send."""
         return f"http://{HOST}:{self.port}/#code={self.credentials.code(minutes)}"
 
-    def show(self, player: Listener) -> None:
+    def show(self, player: Inbox) -> None:
         """Speak for another player from now on: all pages join it."""
 
         def swap() -> None:

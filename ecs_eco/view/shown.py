@@ -1,8 +1,10 @@
-"""What one page shows, and what it is sent beside frames: deaths to be marked, and a field over the scene."""
+"""What one page shows, asks, and is sent beside frames: deaths to be marked, and a field over the scene."""
 
 from __future__ import annotations
 
 import math
+import threading
+from collections import deque
 from typing import Any, NamedTuple, Protocol
 
 from ecs_eco.engine.errors import nearest
@@ -78,3 +80,22 @@ def beside(source: Source, view: View, now: float, out: list[str | bytes]) -> No
     if view.field is not None and view.mapped != (tick, view.field) and now >= view.field_at + FIELDS:
         view.field_at, view.mapped = now, (tick, view.field)
         out.append(text(source.field(view.field)))
+
+
+class Inbox:
+    """Messages of pages that wait for an answer; `say` and `close` may be called from any thread."""
+
+    def __init__(self) -> None:
+        self.inbox: deque[tuple[Page, Message]] = deque()
+        self.closing = False
+        self._wake = threading.Event()
+
+    def say(self, page: Page, request: Message) -> None:
+        """Deliver a page's message: {"kind": …}; "join" and "leave" mark its presence."""
+        self.inbox.append((page, request))
+        self._wake.set()
+
+    def close(self) -> None:
+        """End what serves the pages."""
+        self.closing = True
+        self._wake.set()

@@ -158,13 +158,15 @@ class Story:
         ]
         starved = any(not self.cause(i).startswith("eaten by ") for i in order)
         meals = [food for food in self.foods.get(self.species[s], ()) if starved]
-        return " ".join([text, *self._meanwhile(meals, eaters, high, now)])
+        return " ".join([text, *self._meanwhile(meals, eaters, high, now, fell=True)])
 
-    def _meanwhile(self, foods: Sequence[str], eaters: Sequence[str], then: Turn, now: Turn) -> list[str]:
+    def _meanwhile(
+        self, foods: Sequence[str], enemies: Sequence[str], then: Turn, now: Turn, fell: bool
+    ) -> list[str]:
         lines = []
         for name, word, rises in [
-            *((f, "Its food", False) for f in foods),
-            *((e, "Its enemy", True) for e in eaters),
+            *((food, "Its food", not fell) for food in foods),
+            *((enemy, "Its enemy", fell) for enemy in enemies),
         ]:
             if name not in self.species:
                 continue
@@ -175,18 +177,10 @@ class Story:
 
     def _rise(self, s: int, low: Turn, now: Turn) -> str:
         died, born = int((now.deaths - low.deaths).sum()), now.births - low.births
-        enemies = [e for e, eaten in self.foods.items() if self.species[s] in eaten and e in self.species]
-        lines = [f"{born:,} were born and {died:,} died since tick {low.tick:,}."]
-        for name, word, more in [
-            *((f, "Its food", True) for f in self.foods.get(self.species[s], ())),
-            *((e, "Its enemy", False) for e in enemies),
-        ]:
-            if name not in self.species:
-                continue
-            a, b = (int(turn.others[self.species.index(name)]) for turn in (low, now))
-            if b >= 1.25 * a if more else b <= 0.8 * a:
-                lines.append(f"{word}, {name}, went from {a:,} to {b:,} meanwhile.")
-        return " ".join(lines)
+        enemies = [e for e, eaten in self.foods.items() if self.species[s] in eaten]
+        text = f"{born:,} were born and {died:,} died since tick {low.tick:,}."
+        meals = self.foods.get(self.species[s], ())
+        return " ".join([text, *self._meanwhile(meals, enemies, low, now, fell=False)])
 
 
 def foods_of(config: Any) -> dict[str, list[str]]:

@@ -114,9 +114,16 @@ def carriers(lineage: Any, every: int) -> dict[str, Any]:
     out = {
         "tick": by_gene["blue"].ticks,
         "n": by_gene["blue"].n,
-        "generation": lineage.mean_generation("goat", every),
+        "generation": mean_generation(lineage, "goat", every),
     }
     return out | {gene: carry(f) for gene, f in by_gene.items()}
+
+
+def mean_generation(lineage: Any, species: str, every: int) -> np.ndarray:
+    """Return the mean generation of the living of a species at each sample: f64, NaN where none live."""
+    mask, ticks = lineage.species == species, lineage.samples(every)
+    n = lineage.living_sums(ticks, mask=mask)
+    return lineage.living_sums(ticks, lineage.generation(), mask) / np.where(n, n, np.nan)
 
 
 def carry(frequencies: Any) -> np.ndarray:

@@ -34,11 +34,6 @@ def test_a_generation_is_the_mean_of_the_parents_plus_one():
     assert family().generation().tolist() == [0, 0, 1, 1, 2, 3, 0, 2.5, 0]
 
 
-def test_the_mean_generation_is_that_of_the_living():
-    generations = family().mean_generation("finch", 3)  # ticks 0, 3, 6, 9
-    assert generations.tolist() == [0, (0 + 0 + 1 + 1) / 4, (0 + 1 + 2) / 3, (2 + 3 + 0 + 2.5 + 0) / 5]
-
-
 def test_founders_are_left_while_they_or_their_descendants_live():
     lineage = family()
     assert lineage.founders_left(1).tolist() == [1, 2]
@@ -203,8 +198,8 @@ def test_a_million_births_are_read_and_counted_in_seconds(tmp_path):
     start = time.process_time()
     lineage = Lineage.read(folder)
     share = lineage.frequencies("finch", "red", 20)
-    mean = lineage.mean_generation("finch", 20)
+    generation = lineage.generation()
     seconds = time.process_time() - start
     assert share.count[100].sum() == share.n[100] == ((born <= 2000) & (died > 2000)).sum()
-    assert mean[200] > 1
+    assert generation[lineage.alive(4000)].mean() > 1
     assert seconds < 15

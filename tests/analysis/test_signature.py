@@ -1,9 +1,9 @@
-"""Signatures of cycles: known waves are measured, short series as long ones are sampled, bad ones refused."""
+"""Cycles of short series: known waves are measured, bad ones refused."""
 
 import numpy as np
 import pytest
 
-from ecs_eco.analysis.signature import MEASURES, cycle, logarithms, period_of, signature, spectrum, windows
+from ecs_eco.analysis.signature import cycle, logarithms, period_of, spectrum
 
 
 def wave(n, period, lag=0.0, swing=0.3, noise=0.0, seed=1):
@@ -12,50 +12,14 @@ def wave(n, period, lag=0.0, swing=0.3, noise=0.0, seed=1):
     return 10 ** (2 + x + noise * rng.standard_normal(n))
 
 
-@pytest.mark.parametrize("lag", [0.0, 0.13, 0.25, 0.6])
-def test_period_lag_and_swing_of_waves_are_found(lag):
-    found = signature(wave(60, 10), wave(60, 10, lag, 0.6))
-    assert found.period == pytest.approx(10, rel=0.03)
-    assert found.lag == pytest.approx(lag, abs=0.01) or found.lag == pytest.approx(lag + 1, abs=0.01)
-    assert found.regularity > 0.99
-    assert found.prey_swing == pytest.approx(0.3, rel=0.05)
-    assert found.predator_swing == pytest.approx(0.6, rel=0.05)
-    assert set(MEASURES) < set(found.as_dict())
-
-
-def test_noise_is_not_regular_and_has_any_lag():
-    pairs = [
-        signature(wave(21, 10, swing=0, noise=1, seed=i), wave(21, 10, swing=0, noise=1, seed=1000 + i))
-        for i in range(200)
-    ]
-    assert np.mean([p.regularity for p in pairs]) < 0.5
-    assert abs(np.exp(2j * np.pi * np.array([p.lag for p in pairs])).mean()) < 0.2
-
-
-def test_units_and_trends_do_not_matter():
-    x, y = wave(40, 8, noise=0.05), wave(40, 8, 0.2, noise=0.05, seed=2)
-    growing = 10 ** (0.02 * np.arange(40))
-    a, b = signature(x, y), signature(1000 * x * growing, y / 7)
-    assert a.as_dict() == pytest.approx(b.as_dict())
-
-
 def test_zeros_count_as_half_of_the_smallest():
     x = np.array([0.0, 2.0, 2.0, 0.0] * 4)
     assert np.ptp(logarithms(x)) == pytest.approx(np.log10(2))
 
 
-def test_windows_of_a_long_series_are_sampled_as_a_short_one():
-    prey, predator = wave(9000, 1000, noise=0.02), wave(9000, 1000, 0.25, noise=0.02, seed=3)
-    found = windows(prey, predator, 20, 10.0)
-    assert len(found) == 4  # two periods each
-    assert [w.lag for w in found] == pytest.approx([0.25] * 4, abs=0.03)
-    assert [w.period for w in found] == pytest.approx([10.0] * 4, rel=0.15)
-
-
 @pytest.mark.parametrize(
     ("prey", "predator", "words"),
     [
-        (wave(20, 5), wave(19, 5), "20 numbers of the prey, 19 of the predator"),
         (np.zeros(20), wave(20, 5), "all numbers are 0"),
         (np.where(np.arange(20) == 3, np.nan, 1.0), wave(20, 5), "sample 3 is nan"),
         (-wave(20, 5), wave(20, 5), "0 or more"),
@@ -64,7 +28,7 @@ def test_windows_of_a_long_series_are_sampled_as_a_short_one():
 )
 def test_what_cannot_be_measured_is_refused(prey, predator, words):
     with pytest.raises(ValueError, match=words):
-        signature(prey, predator)
+        cycle(prey, predator)
 
 
 def test_one_series_alone_has_a_period():

@@ -3,7 +3,8 @@
 import pytest
 from typer.testing import CliRunner
 
-from ecs_eco.cli import app, cache
+from ecs_eco.cli import app
+from ecs_eco.engine import kernel_cache
 from ecs_eco.worlds import first_start
 
 
@@ -14,7 +15,7 @@ def folder(tmp_path, monkeypatch):
     for path in (here / "a.nbc", here / "b.nbc", here / "lamb.warm", other / "a.nbc", other / "a.claim"):
         path.parent.mkdir(exist_ok=True)
         path.write_bytes(bytes(500_000))
-    monkeypatch.setattr(cache, "cache_folder", lambda: here)
+    monkeypatch.setattr(kernel_cache, "cache_folder", lambda: here)
     return here
 
 
@@ -45,7 +46,7 @@ def test_clear_removes_what_is_ours_and_nothing_else(folder):
 
 def test_warm_compiles_what_is_listed_of_the_worlds_that_are_named(folder, monkeypatch):
     asked = []
-    monkeypatch.setattr(cache, "warm", lambda worlds, processes, bar: asked.append((worlds, processes)))
+    monkeypatch.setattr(first_start, "warm", lambda worlds, processes, bar: asked.append((worlds, processes)))
     assert "0 kernels compiled, 2 are in" in invoke("warm", "lamb", "--workers", "3", "--quiet")
     invoke("warm", "--workers", "1")
     assert asked[0] == (["lamb"], 3)
@@ -53,5 +54,5 @@ def test_warm_compiles_what_is_listed_of_the_worlds_that_are_named(folder, monke
 
 
 def test_an_unknown_world_is_refused_before_anything_is_compiled(folder, monkeypatch):
-    monkeypatch.setattr(cache, "warm", lambda *_: pytest.fail("compiled"))
+    monkeypatch.setattr(first_start, "warm", lambda *_: pytest.fail("compiled"))
     assert "lamb" in invoke("warm", "lamp", code=2)

@@ -1,5 +1,6 @@
 """`ecs-eco docs` finds pages of the copy in the package, and says what to do where there is none."""
 
+import webbrowser
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,7 @@ def site(tmp_path, monkeypatch):
         (tmp_path / f"{name}.html").write_text("<p>here</p>")
     monkeypatch.setattr(docs, "SITE", tmp_path)
     opened = []
-    monkeypatch.setattr(docs.webbrowser, "open", opened.append)
+    monkeypatch.setattr(webbrowser, "open", opened.append)
     monkeypatch.setenv("DISPLAY", ":0")
     return tmp_path, opened
 

@@ -11,7 +11,7 @@ import pytest
 CODE = """
 import sys
 from pathlib import Path
-from ecs_eco.cli.mode import settle
+from ecs_eco.cli.sweeping import settle
 settle(sys.argv[1] or None, Path(sys.argv[2]))
 from ecs_eco.engine import portable
 print(portable.mode(), "numpy" in sys.modules)

@@ -8,8 +8,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from ecs_eco.engine.errors import RecordingError
-from ecs_eco.sweeps.collect import collect
 from ecs_eco.sweeps.run import do_jobs
+from ecs_eco.sweeps.table import collect
 from tests.sweeps.test_run import Here, begun
 
 PLAN = """

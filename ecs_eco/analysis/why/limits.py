@@ -16,7 +16,6 @@ import numpy as np
 from ecs_eco.analysis.spectrum import smooth
 from ecs_eco.analysis.why.case import KINDS, Case
 
-LIMITS = ("food", "predators", "poison", "age", "room", "removal", "surroundings")
 MOST = 8  # phases reported of one species
 
 

@@ -1,4 +1,4 @@
-"""Commands that run a world: run, watch, repeat, resume, train."""
+"""Commands that run a world: run, repeat, resume, train."""
 
 from pathlib import Path
 from typing import Annotated
@@ -105,39 +105,6 @@ def run(
         workers,
         on,
     )
-
-
-@exits
-def watch(
-    world: Annotated[
-        str,
-        typer.Argument(
-            metavar="WORLD|DIR",
-            help="A shipped world, a TOML file, or a folder written by `run`: of an archipelago, its map.",
-        ),
-    ],
-    other: Annotated[
-        str | None, typer.Argument(metavar="[WORLD|DIR]", help="Another one, beside it on the same page.")
-    ] = None,
-    ticks: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Last tick. Default: no end.")
-    ] = None,
-    seed: Seed = None,
-    set_: Set = None,
-    threads: Threads = 1,
-    learn: Learn = None,
-    policies: Policies = "trained",
-    port: Port = 0,
-    no_browser: NoBrowser = False,
-    trust: Trust = False,
-) -> None:
-    """Watch a living world or a recorded run in the browser, or two side by side."""
-    allow(trust, world, set_)
-    if other is not None:
-        allow(trust, other, set_)
-    from ecs_eco.cli.watch import watch_it
-
-    watch_it(world, set_ or [], ticks, seed, threads, learn, policies, port, not no_browser, other)
 
 
 @exits

@@ -1,0 +1,207 @@
+"""The commands report, why, lineage and tracks: what happened in a run."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ecs_eco.cli.terminal import exits, path_of, printable, recorded, refuse, say
+
+if TYPE_CHECKING:
+    from ecs_eco.analysis.lineage import Lineage
+
+
+@exits
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            parser=path_of, metavar="PATH", help="Folder for report.html and the figures. Default: DIR."
+        ),
+    ] = None,
+    against: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Show measurements beside it: a CSV, time and then numbers."),
+    ] = None,
+    match: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMN=SPECIES",
+            help="The species that a column of FILE stands beside. Repeatable. Default: that of its name.",
+        ),
+    ] = None,
+) -> None:
+    """Draw the figures of a run."""
+    from ecs_eco.cli.folders import pages
+    from ecs_eco.record.archipelago import is_archipelago
+
+    pairs = dict(text.partition("=")[::2] for text in match or ())
+    if wrong := next((text for text in match or () if text.count("=") != 1), None):
+        refuse("--match", "is no pair", wrong, "COLUMN=SPECIES")
+    if match and against is None:
+        refuse("--match", "is given without --against", match[0], "both")
+    if is_archipelago(folder):
+        if against is not None:
+            refuse("--against", "is not possible for an archipelago", str(against), "the folder of an island")
+        from ecs_eco.analysis.report.archipelago import write_archipelago
+
+        pages(out, folder)
+        return say(f"written: {write_archipelago(folder, out)}")
+    recorded(folder)
+    from ecs_eco.analysis.report import write_report
+
+    pages(out, folder)
+    say(f"written: {write_report(folder, out, against, pairs)}")
+
+
+@exits
+def why(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="A folder written by `run`, finished or not.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            parser=path_of, metavar="PATH", help="Folder for why.html, why.json and the figure. Default: DIR."
+        ),
+    ] = None,
+    json_: Annotated[bool, typer.Option("--json", help="Print why.json instead of sentences.")] = False,
+) -> None:
+    """Explain what happened in a run, why, and which values to change."""
+    from ecs_eco.cli.archipelago import refuse_islands
+
+    refuse_islands(folder)
+    recorded(folder)
+    from ecs_eco.analysis.runs import parts
+    from ecs_eco.analysis.why import write_why
+    from ecs_eco.cli.folders import pages
+
+    if not parts(folder, "series"):
+        refuse("DIR", "holds no series", str(folder), "a run of one tick or more")
+    pages(out, folder)
+    findings = write_why(folder, out)
+    if json_:
+        say(json.dumps({k: v for k, v in findings.items() if k != "sentences"}, indent=1, ensure_ascii=False))
+        return
+    _print_blocks(findings["sentences"])
+    say(f"\nwritten: {(out or folder) / 'why.html'}")
+
+
+def _print_blocks(blocks: dict[str, list[str]]) -> None:
+    """Sentences under their headings, as wide as the terminal."""
+    from rich.console import Console
+    from rich.padding import Padding
+    from rich.text import Text
+
+    console: Any = Console(file=sys.stdout, highlight=False, width=None if sys.stdout.isatty() else 110)
+    for head, lines in blocks.items():
+        console.print(Text(printable(f"\n{head}" if head != next(iter(blocks)) else head), style="bold"))
+        for line in lines:
+            console.print(Padding(Text(printable(line)), (0, 0, 0, 2)))
+
+
+@exits
+def lineage(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
+    csv: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a phylogeny in the ALife standard format.")
+    ] = None,
+    newick: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the tree along first parents.")
+    ] = None,
+    species: Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")] = None,
+    living: Annotated[
+        bool,
+        typer.Option(
+            "--living",
+            help="Write only the living and their ancestors; in a tree, those along first parents.",
+        ),
+    ] = False,
+) -> None:
+    """Print and write the lineages of a run."""
+    from ecs_eco.analysis.lineage import Lineage
+    from ecs_eco.analysis.runs import parts
+    from ecs_eco.engine.errors import listed, nearest
+    from ecs_eco.record.archipelago import is_archipelago
+
+    if not is_archipelago(folder):
+        recorded(folder)
+        if not parts(folder, "births"):
+            refuse("DIR", "holds no births", str(folder), "a run with organisms")
+    for option, file in (("--csv", csv), ("--newick", newick)):
+        if file is not None and (file.is_dir() or not file.parent.is_dir()):
+            refuse(
+                option,
+                "is a folder" if file.is_dir() else "its folder does not exist",
+                str(file),
+                "a file in a folder that exists",
+            )
+    try:
+        descent = Lineage.read(folder)
+    except ValueError as error:
+        refuse(
+            "DIR",
+            f"its births and deaths are inconsistent: {error}",
+            str(folder),
+            "a folder as `ecs-eco run` left it",
+        )
+    known = list(dict.fromkeys(descent.species.tolist()))
+    if species is not None:
+        if species not in known:
+            refuse(
+                "--species", "no such species in this run", species, listed(known), nearest(species, known)
+            )
+        descent = descent.of_species(species)
+    for name in known if species is None else [species]:
+        say(_summary(descent.of_species(name), name))
+    if csv is not None:
+        say(f"written: {(descent.living() if living else descent).to_csv(csv)}")
+    if newick is not None:
+        descent.to_newick(newick, living=living)
+        say(f"written: {newick}")
+
+
+def _summary(lineage: Lineage, name: str) -> str:
+    """A summary of a species' lineage, in a few lines."""
+    founders, alive = int(lineage.founders.sum()), lineage.alive(lineage.end)
+    mean = f"{lineage.generation()[alive].mean():.1f}" if alive.any() else "nobody lives"
+    lines = [
+        name,
+        f"  without parents: {founders:,}",
+        f"  born of parents: {len(lineage) - founders:,}",
+        f"  alive at tick {lineage.end:,}: {int(alive.sum()):,}",
+        f"  their mean generation: {mean}",
+        f"  founders with surviving lines: {len(lineage.founders_left()):,}",
+    ]
+    return "\n".join(lines)
+
+
+@exits
+def tracks(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            parser=path_of,
+            help="Ends in .gpkg (GeoPackage, needs pyogrio), .parquet (GeoParquet) or .csv.",
+        ),
+    ],
+    species: Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")] = None,
+    lines: Annotated[
+        bool, typer.Option("--lines", help="Write the way of each organism, not its places.")
+    ] = False,
+) -> None:
+    """Write where organisms were, as geographic data."""
+    from ecs_eco.record.geodata import write_tracks
+
+    written = write_tracks(folder, file, species, lines)
+    say(
+        f"{written.places:,} places of {written.individuals:,} organisms in {file}, in "
+        f"{written.crs or 'metres from the south-west corner of the world'}"
+    )

@@ -1,0 +1,58 @@
+"""The cycle of a prey and its predator, in measures that any two series share: years or ticks, pelts or
+animals."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from ecs_eco.analysis.signature import cycle, period_of
+
+MEASURES = ("lag", "regularity", "prey swing", "predator swing")
+"""Those that do not depend on the unit of time."""
+
+
+@dataclass(frozen=True)
+class Signature:
+    """The cycle of a pair of series."""
+
+    period: float  # [samples]
+    lag: float  # of the predator behind its prey, a share of the period in [0, 1)
+    regularity: float  # share of the variance of both that a wave of this period explains, geometric mean
+    prey_swing: float  # standard deviation of log10 of the numbers, trend removed
+    predator_swing: float
+
+    def as_dict(self) -> dict[str, float]:
+        """Return the numbers by name, with spaces as in MEASURES."""
+        return {name.replace("_", " "): value for name, value in asdict(self).items()}
+
+
+def signature(prey: np.ndarray, predator: np.ndarray) -> Signature:
+    """Return the cycle of a prey and its predator: f[n] each, sampled at the same times.
+
+    Raises ValueError where the series differ in length, or one cannot be measured.
+    """
+    if len(prey) != len(predator):
+        raise ValueError(
+            f"{len(prey)} numbers of the prey, {len(predator)} of the predator; they must be of "
+            "the same times"
+        )
+    both = cycle(prey, predator)
+    return Signature(
+        both.period, float(both.phases[1]), float(np.sqrt(both.shares.prod())), *map(float, both.swings)
+    )
+
+
+def windows(prey: np.ndarray, predator: np.ndarray, samples: int, per_period: float) -> list[Signature]:
+    """Return the cycle in each of the stretches, one after the other, of a long pair of series f[ticks].
+
+    A stretch is sampled as a short series is: `samples` numbers, `per_period` of them in a period of the long
+    one. Stretches in which one of both is never there are left out.
+    """
+    step = period_of(prey, predator) / per_period
+    length = int(np.floor(step * samples))
+    at = np.floor(step * np.arange(samples)).astype(int)
+    starts = range(0, len(prey) - length + 1, length)
+    pairs = [(np.asarray(prey)[s + at], np.asarray(predator)[s + at]) for s in starts]
+    return [signature(x, y) for x, y in pairs if x.any() and y.any()]
