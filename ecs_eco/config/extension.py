@@ -35,9 +35,9 @@ def world_with(features: Features, any_key: bool = False) -> type[WorldConfig]:
         return WorldConfig
     config = {"model_config": ConfigDict(extra="allow")} if any_key else {}
     members = {"__module__": __name__, "__doc__": Species.__doc__, **config}
-    species = assembled(type("Species", (*features, Species), members))
+    species: Any = assembled(type("Species", (*features, Species), members))
     known = WorldConfig.model_fields["species"]
-    table = Annotated[dict[Name, species], Field(min_length=1, max_length=128)]  # type: ignore[valid-type]
+    table = Annotated[dict[Name, species], Field(min_length=1, max_length=128)]
     model = create_model(
         "WorldConfig",
         __base__=WorldConfig,
@@ -45,7 +45,7 @@ def world_with(features: Features, any_key: bool = False) -> type[WorldConfig]:
         __doc__=WorldConfig.__doc__,
         species=(table, Field(description=known.description)),
     )
-    model.__reduce__ = _reduced  # type: ignore[method-assign]
+    setattr(model, "__reduce__", _reduced)  # noqa: B010 (mypy takes no assignment to a method)
     return model
 
 

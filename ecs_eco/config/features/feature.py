@@ -108,9 +108,13 @@ def of_each(species: Any, what: str, *more: Any) -> Iterator[Any]:
         yield from getattr(feature, what)(species, *more)
 
 
-@cache
 def features_of(model: type[Section]) -> tuple[type[Feature], ...]:
     """Return the features of a model of species, in the order of its keys."""
+    return _features_of(model)
+
+
+@cache
+def _features_of(model: type[Section]) -> tuple[type[Feature], ...]:
     return tuple(c for c in model.__mro__ if Feature in c.__bases__ and "after" in vars(c) and c is not model)
 
 
