@@ -217,4 +217,5 @@ WORLDS = {
     ),
     "shore": world(FORAGER, **SHORE),
     "drift": world(DRIFTER, **STONES),
+    "winter": world(DRIFTER | {"ectothermy": {"q10": 2.0, "reference": 288.0, "torpor": 284.0}}, **STONES),
 }

@@ -44,6 +44,7 @@ ONLY = {  # what each world shows; the meadow shows all others
         "metabolism.energy_max",
     ),
     "drift": ("neutral.", "actions.turn.continuous.0"),
+    "winter": ("ectothermy.",),
 }
 
 
