@@ -25,19 +25,25 @@ def check(
     ] = None,
     set_: Set = None,
     schema: Annotated[
-        bool, typer.Option("--schema", help="Print the JSON schema of world files instead, for editors.")
+        bool,
+        typer.Option(
+            "--schema",
+            help="Print the JSON schema of world files for editors instead; of WORLD, with its custom features.",
+        ),
     ] = False,
     trust: Trust = False,
 ) -> None:
     """Check a world file and print a summary."""
+    from ecs_eco.config import load
+
     allow(trust, world, set_)
     if schema:
         from ecs_eco.config.json_schema import json_schema
 
-        return say(json.dumps(json_schema(), indent=1, ensure_ascii=False))
+        model = () if world is None else (type(load(world, set_ or [])),)
+        return say(json.dumps(json_schema(*model), indent=1, ensure_ascii=False))
     if world is None:
         refuse("WORLD", "is missing", "", "a world, or --schema")
-    from ecs_eco.config import load
     from ecs_eco.config.memory import require_memory
 
     config = load(world, set_ or [])

@@ -30,13 +30,13 @@ RANGED: dict[str, Any] = {  # a value, and the range in which `ecs-eco search` l
 TYPES = {"int": "integer", "float": "number", "bool": "boolean"}
 
 
-def json_schema() -> dict[str, Any]:
+def json_schema(model: type[WorldConfig] = WorldConfig) -> dict[str, Any]:
     """The schema (JSON Schema 2020-12) of a world file: every key with its description, `unit`,
-    default and limits.
+    default and limits. `model` is the class of a loaded world, which may have custom features.
 
     It limits single values; only `ecs-eco check` checks that values fit together.
     """
-    schema = _without_null(WorldConfig.model_json_schema())
+    schema = _without_null(model.model_json_schema())
     sections = {name: part if name in PLAIN else _ranged(part) for name, part in schema["$defs"].items()}
     schema = {
         **_ranged({k: v for k, v in schema.items() if k != "$defs"}),

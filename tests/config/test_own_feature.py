@@ -8,6 +8,7 @@ from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.config.features.eggs import Eggs
 from ecs_eco.config.features.feature import Feature, features_of, of_each
+from ecs_eco.config.json_schema import json_schema
 from ecs_eco.config.models.species import Species
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.runs.run import resume, run_to_folder
@@ -169,6 +170,14 @@ def test_a_living_world_takes_new_values_and_a_checkpoint_and_a_pickle_keep_them
     passed_on = ForkingPickler.loads(bytes(ForkingPickler.dumps(world.config)))
     assert passed_on.config_hash == world.config.config_hash
     assert passed_on.species["rat"].teeth == world.config.species["rat"].teeth
+
+
+def test_the_schema_of_a_world_has_its_keys_with_units(burrow):
+    schema = json_schema(type(load(burrow, trust=True)))
+    wear = schema["$defs"]["Teeth"]["properties"]["wear"]
+    assert (wear["unit"], wear["maximum"]) == ("1/s", 1.0)
+    assert "teeth" in schema["$defs"]["Species"]["properties"]
+    assert "teeth" not in json_schema()["$defs"]["Species"]["properties"]
 
 
 def test_it_may_be_handed_over_in_python(burrow):
