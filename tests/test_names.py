@@ -78,10 +78,13 @@ strict = True
 follow_imports = silent
 allow_untyped_defs = True
 allow_untyped_calls = True
+[mypy-wool_lab.*,test_*]
+allow_untyped_defs = False
+allow_untyped_calls = False
 [mypy-torch.*,matplotlib.*,pyarrow.*,scipy.*,numba.*,optuna.*]
 follow_imports = skip
 ignore_missing_imports = True
-"""  # kernels have no annotations; the package is as silent as an installed one
+"""  # the kernels of a world's own file need no annotations; the package is as silent as an installed one
 
 
 @pytest.mark.slow
@@ -100,6 +103,7 @@ def test_components_systems_and_worlds_of_users_pass_mypy_and_slips_in_them_do_n
         "herd.py",
         "wrong.py",
         "wool-lab/src/wool_lab",
+        *(str(file.relative_to(tmp_path)) for file in (tmp_path / "wool-lab" / "tests").glob("*.py")),
     ]
     done = subprocess.run(
         command,

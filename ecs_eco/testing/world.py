@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 
-def check_world(world: World, ticks: int = 30) -> None:
+def check_world(world: Any, ticks: int = 30) -> None:
     """Check a world: a name, a file or a configuration, or a function of the number of threads
     that returns a new world.
 
