@@ -73,9 +73,9 @@ def check_where(on: str, sbatch: Sequence[str]) -> None:
 def allow_code(world: str, folder: Path) -> None:
     """Allow the code that a plan's world lists, and print it."""
     from ecs_eco.cli.trust import allow
-    from ecs_eco.config.shipped import shipped
+    from ecs_eco.config.shipped import named
 
-    allow(True, world if world.replace("_", "-") in shipped() else folder / world)
+    allow(True, world if named(world) is not None else folder / world)
 
 
 def allow_kept(sweep: Sweep) -> None:

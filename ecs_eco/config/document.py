@@ -15,7 +15,7 @@ from ecs_eco.config.features.feature import Feature
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.reading import read_toml, too_deep
-from ecs_eco.config.shipped import shipped
+from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.code import Code
 from ecs_eco.engine.errors import MISSING, ConfigError, Problem, how_many, listed, nearest
 
@@ -80,17 +80,17 @@ def read_document(world: Any) -> Document:
 
 
 def _path(world: str | Path) -> Path:
-    """The file of a world: the name of a shipped one, a file, or a folder with one world file."""
-    worlds = shipped()
-    if str(world).replace("_", "-") in worlds:
-        return worlds[str(world).replace("_", "-")]
-    path = Path(world)
+    """The file of a world: the name of a shipped one, or of one in an installed package; a file, or a folder
+    with one world file."""
+    if (known := named(world)) is not None:
+        return known
+    worlds, path = shipped(), Path(world)
     if os.path.isdir(path) and len(files := sorted(path.glob("*.toml"))) == 1:
         return files[0]
     if os.path.isfile(path):
         return path
     fault = "no world file in this folder" if os.path.isdir(path) else "no such world, and no such file"
-    allowed = f"a path, or one of {listed(worlds)}"
+    allowed = f"a path, package:world of an installed package, or one of {listed(worlds)}"
     problem = Problem((), fault, str(world), allowed, nearest(world, worlds), "WORLD")
     raise ConfigError([problem], "cannot load the world")
 

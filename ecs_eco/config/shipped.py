@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib.util
+import re
 import tomllib
 from pathlib import Path
 
@@ -11,6 +13,25 @@ WORLDS = Path(__file__).parent.parent / "worlds"
 def shipped() -> dict[str, Path]:
     """The world files that come with the package, by name."""
     return {path.parent.name.replace("_", "-"): path for path in sorted(WORLDS.glob("*/*.toml"))}
+
+
+def named(world: object) -> Path | None:
+    """The file of a world that has a name: a shipped one, or "package:world" of an installed package, whose
+    folder has world.toml; None for any other text. The package is not imported."""
+    worlds, text = shipped(), str(world)
+    if (path := worlds.get(text.replace("_", "-"))) is not None:
+        return path
+    package, _, name = text.partition(":")
+    if not (package.isidentifier() and re.fullmatch(r"[A-Za-z][\w-]*", name)):
+        return None
+    try:
+        found = importlib.util.find_spec(package)
+    except ValueError:  # a module without a place
+        return None
+    for folder in (found.submodule_search_locations or []) if found is not None else []:
+        if (path := Path(folder) / f"{name.replace('-', '_')}.toml").is_file():
+            return path
+    return None
 
 
 def titles() -> dict[str, str]:

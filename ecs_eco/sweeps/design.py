@@ -16,7 +16,7 @@ from pydantic import ConfigDict, Field
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import read_document
 from ecs_eco.config.ranges import key_of
-from ecs_eco.config.shipped import shipped
+from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
 from ecs_eco.engine.section import Section
 from ecs_eco.experiments.arm import Arm, arm_of
@@ -132,8 +132,7 @@ def design_of(file: PlanFile, *, trust: bool = False) -> Design:
 def _base(file: PlanFile, trust: bool) -> WorldConfig:
     """Return the world of a plan with the values and reporters that all runs share."""
     plan = file.plan
-    known = plan.world.replace("_", "-") in shipped()
-    world = plan.world if known else str(file.folder / plan.world)
+    world = plan.world if named(plan.world) is not None else str(file.folder / plan.world)
     document = read_document(_there(file, world))
     document.set_by = file.document.source
     values = plan.set | {f'reporters."{name}"': what for name, what in plan.reporters.items()}
