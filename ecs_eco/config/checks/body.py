@@ -9,6 +9,7 @@ from ecs_eco.config.checks.chemistry import check_chemistry
 from ecs_eco.config.checks.life import check_life
 from ecs_eco.config.checks.matter import Key, check_matter, check_size
 from ecs_eco.config.checks.physical import check_physical
+from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
@@ -43,6 +44,7 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
     yield from _check_diet(config, key, species)
     yield from _check_reproduction(config, key, species)
     yield from _check_lethal(config, key, species)
+    yield from of_each(species, "problems", config, key)
 
 
 def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:

@@ -62,7 +62,6 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
         yield from check_object(config, name, kind)
     for name in config.species:
         yield from check_body(config, name)
-        yield from of_each(config.species[name], "problems", config, ("species", name))
         yield from check_nerves(config, name, folder)
         yield from check_genome(config, name)
     yield from check_resolution(config)
@@ -100,8 +99,7 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
             yield ("species", name, "diet", i), f"eaten by {name}"
             if food.deadly:
                 yield ("species", name, "diet", i), f"poisoned by {food.eats}"
-        for part, cause in of_each(species, "causes"):
-            yield ("species", name, part), cause
+        yield from of_each(species, "causes", ("species", name))
         for i, limit in enumerate(species.lethal):
             ends = {"min": limit.low, "max": limit.high}
             for end, cause in ends.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import Any, ClassVar, Protocol, TypeVar
 
@@ -62,7 +62,7 @@ class Feature(Section):
         yield from ()
 
     @staticmethod
-    def causes(species: Any) -> Iterator[tuple[str, str]]:
+    def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
         """Yield the causes of death that it adds, each with the key that adds it."""
         yield from ()
 
@@ -104,8 +104,15 @@ class Feature(Section):
 
 def of_each(species: Any, what: str, *more: Any) -> Iterator[Any]:
     """Yield what the features of a species yield: `what` is the name of a function of `Feature`."""
-    for feature in features_of(type(species)):
-        yield from getattr(feature, what)(species, *more)
+    model: type[Section] = type(species)
+    for hook in _hooks_of(model, what):
+        yield from hook(species, *more)
+
+
+@cache
+def _hooks_of(model: type[Section], what: str) -> tuple[Callable[..., Iterator[Any]], ...]:
+    hooks = dict.fromkeys(getattr(feature, what) for feature in features_of(model))
+    return tuple(hook for hook in hooks if hook is not getattr(Feature, what))
 
 
 def features_of(model: type[Section]) -> tuple[type[Feature], ...]:
