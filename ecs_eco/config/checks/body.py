@@ -35,9 +35,6 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
         yield Problem(
             (*key, "metabolism", "energy"), "more than energy_max", species.metabolism.energy, allowed
         )
-    for field in species.emits:
-        if field not in config.fields:
-            yield unknown((*key, "emits", field), "field", field, config.fields)
     if species.remains is not None and species.remains not in config.objects:
         yield unknown((*key, "remains"), "object type", species.remains, config.objects)
     yield from _check_locomotion(config, key, species)

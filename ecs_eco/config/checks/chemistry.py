@@ -1,11 +1,12 @@
-"""Checks of how substances move: reactions, exchange, decay, smells, newborn, and their fields."""
+"""Checks of how substances move: reactions, exchange, decay, newborn, and their fields."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from ecs_eco.config.checks.matter import Key
-from ecs_eco.config.models.matter import Emission, Release
+from ecs_eco.config.features.substances import substances_of
+from ecs_eco.config.models.matter import Release
 from ecs_eco.config.models.reproduction import Spread
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import ObjectType
@@ -24,7 +25,7 @@ def check_chemistry(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Probl
         "born_with": getattr(kind, "born_with", "declared") != "declared",
     }
     used = next((name for name, ways in moves.items() if ways), None)
-    if used is not None and not _substances(config, key[1]):
+    if used is not None and not substances_of(config, key[1]):
         yield Problem(
             (*key, "substances"),
             f"is missing, and {used} changes them",
@@ -32,7 +33,6 @@ def check_chemistry(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Probl
         )
     yield from _check_reactions(config, key, kind)
     yield from _check_exchange(config, key, kind)
-    yield from _check_emissions(config, key, kind)
     if isinstance(kind, Species):
         yield from _check_newborn(config, key, kind)
 
@@ -55,13 +55,6 @@ def check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Problem
     ground = config.terrain
     if field.only == "lakes" and (ground is None or not (ground.lakes or ground.raster)):
         yield Problem((*key, "only"), "there are no lakes", field.only, "terrain.lakes, or no `only`")
-
-
-def _substances(config: WorldConfig, name: str | int) -> set[str]:
-    """The substances that bodies of a kind are declared to hold, of remains those of the dead too."""
-    kind: Kind = config.species.get(str(name)) or config.objects[str(name)]
-    dead = [s.substances for s in config.species.values() if s.remains == name]
-    return {substance for held in (kind.substances, *dead) for substance in held}
 
 
 def _check_reactions(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Problem]:
@@ -100,24 +93,6 @@ def _check_action(at: Key, kind: Kind, action: str | None) -> Iterator[Problem]:
         yield unknown(at, "action of the species", action, kind.action_rows())
     elif kind.action_list()[kind.action_rows()[action]][0] in kind.ranges():
         yield Problem(at, "is continuous", action, "an action that is done or not")
-
-
-def _check_emissions(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Problem]:
-    for name, way in kind.emits.items():
-        holds = config.fields[name].substance if name in config.fields else None
-        at = (*key, "emits", name)
-        if isinstance(way, Emission) and way.substance not in config.substances:
-            yield unknown((*at, "substance"), "substance", way.substance, config.substances)
-        elif isinstance(way, Emission) and not _substances(config, key[1]):
-            yield Problem(
-                (*at, "substance"), "its bodies hold no substances", way.substance, "substances, or a number"
-            )
-        elif holds is not None and not (isinstance(way, Emission) and way.consume and way.substance == holds):
-            yield Problem(
-                at,
-                f"the field holds {holds}, which cannot come from nothing",
-                allowed=f'{{ substance = "{holds}", rate = …, consume = true }}, or `exchange`',
-            )
 
 
 def _check_newborn(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:

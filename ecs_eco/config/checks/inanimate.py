@@ -54,6 +54,7 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
     yield from check_heat(kind, key)
     yield from check_chemistry(config, key, kind)
     yield from check_motion(config, key, kind)
+    yield from of_each(kind, "problems", config, key)
 
 
 def _check_ways(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Problem]:

@@ -9,7 +9,6 @@ from pydantic import Field, create_model
 from ecs_eco.engine.section import (
     CHEMISTRY,
     FREE,
-    SHAPE,
     Name,
     NonNegative,
     Point,
@@ -128,11 +127,3 @@ class Decomposition(Section, change=FREE):
     left: Annotated[float, Field(gt=0, lt=1)] = quantity(
         "share after whose time it gives back the rest at once and vanishes", "1", 0.01
     )
-
-
-class Emission(Section, own=True):
-    """A smell of what the body is made of: rate × amount of a substance in the body [mol] each second."""
-
-    substance: str = about("what smells")
-    rate: NonNegative = quantity("share of the substance in the body, in a second", "1/s")
-    consume: bool = about("whether the body loses what it emits", False, change=SHAPE)

@@ -13,12 +13,13 @@ from ecs_eco.config.features.care import Caring
 from ecs_eco.config.features.carrying import Carrying
 from ecs_eco.config.features.ectothermy import Ectothermy
 from ecs_eco.config.features.eggs import Eggs
+from ecs_eco.config.features.emissions import Emitting
 from ecs_eco.config.features.feature import assembled, features_of, of_each
 from ecs_eco.config.features.growth import Growing
 from ecs_eco.config.features.heat import Warmth
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.energy import Defence, Diet, Lethal, Locomotion, Metabolism
-from ecs_eco.config.models.matter import AnyExchange, Emission, Reaction
+from ecs_eco.config.models.matter import AnyExchange, Reaction
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
@@ -61,7 +62,7 @@ OWN = ("energy", "age", "fertility")  # values of every organism besides its pro
 
 
 @assembled
-class Species(Warmth, Ectothermy, Seasons, Growing, Carrying, Building, Caring, Eggs):
+class Species(Warmth, Ectothermy, Seasons, Growing, Emitting, Carrying, Building, Caring, Eggs):
     """One species: all its organisms are born with these values."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
@@ -113,9 +114,6 @@ class Species(Warmth, Ectothermy, Seasons, Growing, Carrying, Building, Caring, 
     metabolism: Metabolism = table("energy budget", Metabolism)
     locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
     defence: Defence = table("defence against being eaten", Defence)
-    emits: dict[Name, NonNegative | Emission] = table(
-        "field = amount put into it [1/s], or { substance, rate, consume }", dict, change=FREE, own=True
-    )
     diet: list[Diet] = table("what it eats", list, change=FREE)
     sensors: list[AnySensor] = table("what it senses", list, change=SHAPE)
     actions: dict[str, Group] = table(

@@ -7,10 +7,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from ecs_eco.config.features.emissions import Emitting
+from ecs_eco.config.features.feature import assembled
 from ecs_eco.config.features.heat import Heat
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.land import RealLand
-from ecs_eco.config.models.matter import AnyExchange, Decomposition, Emission, Reaction
+from ecs_eco.config.models.matter import AnyExchange, Decomposition, Reaction
 from ecs_eco.config.models.objects import Motion, Store
 from ecs_eco.engine.section import (
     FREE,
@@ -159,7 +161,8 @@ def _is_empty(value: list[Any]) -> bool:
     return not value
 
 
-class ObjectType(Section):
+@assembled
+class ObjectType(Emitting):
     """A type of inanimate objects."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
@@ -198,9 +201,6 @@ class ObjectType(Section):
     )
     decomposition: Decomposition | None = about(
         "how they decay; absent: they do not", None, exclude_if=is_absent, change=SHAPE
-    )
-    emits: dict[Name, NonNegative | Emission] = table(
-        "field = amount that each puts into it [1/s], or { substance, rate, consume }", dict, change=FREE
     )
     energy: Store | None = about(
         "energy that they hold, as food; absent: none", None, exclude_if=is_absent, change=SHAPE
