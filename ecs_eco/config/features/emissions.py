@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.config.features.substances import substances_of
@@ -43,7 +44,7 @@ class Emitting(Feature, after=("defence", "decomposition")):
                 yield Problem(at, fault, allowed=allowed)
 
     @staticmethod
-    def undivided(species: Emitting) -> Iterator[tuple[str, str]]:
+    def undivided(species: Any) -> Iterator[tuple[str, str]]:
         """Yield that bodies cannot whose emissions follow from what they hold."""
         if any(isinstance(way, Emission) for way in species.emits.values()):
             yield "emits", "that emits what its bodies are made of"

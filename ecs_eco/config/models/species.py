@@ -14,12 +14,13 @@ from ecs_eco.config.features.carrying import Carrying
 from ecs_eco.config.features.ectothermy import Ectothermy
 from ecs_eco.config.features.eggs import Eggs
 from ecs_eco.config.features.emissions import Emitting
+from ecs_eco.config.features.exchange import Exchanging
 from ecs_eco.config.features.feature import assembled, features_of, of_each
 from ecs_eco.config.features.growth import Growing
 from ecs_eco.config.features.heat import Warmth
+from ecs_eco.config.features.reactions import Reacting
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.energy import Defence, Diet, Lethal, Locomotion, Metabolism
-from ecs_eco.config.models.matter import AnyExchange, Reaction
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
@@ -62,7 +63,9 @@ OWN = ("energy", "age", "fertility")  # values of every organism besides its pro
 
 
 @assembled
-class Species(Warmth, Ectothermy, Seasons, Growing, Emitting, Carrying, Building, Caring, Eggs):
+class Species(
+    Warmth, Ectothermy, Reacting, Exchanging, Seasons, Growing, Emitting, Carrying, Building, Caring, Eggs
+):
     """One species: all its organisms are born with these values."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
@@ -92,12 +95,6 @@ class Species(Warmth, Ectothermy, Seasons, Growing, Emitting, Carrying, Building
     )
     substances: dict[Name, NonNegative] = table(
         "concentrations at birth by name [mol/L]", dict, entries=FREE, own=MATTER
-    )
-    reactions: list[Reaction] = about(
-        "what its metabolism makes of its substances, in this order", [], exclude_if=is_absent, change=SHAPE
-    )
-    exchange: list[AnyExchange] = about(
-        "what it takes up from fields and gives off, in this order", [], exclude_if=is_absent, change=SHAPE
     )
     born_with: Literal["declared", "mother", "soil"] = about(
         "where the substances of newborn come from: declared: from nowhere; mother: she shares what she "

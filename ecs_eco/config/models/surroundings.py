@@ -8,11 +8,13 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from ecs_eco.config.features.emissions import Emitting
+from ecs_eco.config.features.exchange import Exchanging
 from ecs_eco.config.features.feature import assembled
 from ecs_eco.config.features.heat import Heat
+from ecs_eco.config.features.reactions import Reacting
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.land import RealLand
-from ecs_eco.config.models.matter import AnyExchange, Decomposition, Reaction
+from ecs_eco.config.models.matter import Decomposition
 from ecs_eco.config.models.objects import Motion, Store
 from ecs_eco.engine.section import (
     FREE,
@@ -162,7 +164,7 @@ def _is_empty(value: list[Any]) -> bool:
 
 
 @assembled
-class ObjectType(Emitting):
+class ObjectType(Reacting, Exchanging, Emitting):
     """A type of inanimate objects."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
@@ -193,12 +195,6 @@ class ObjectType(Emitting):
         "how their temperature changes; absent: it stays", None, exclude_if=is_absent, change=SHAPE
     )
     substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict, entries=FREE)
-    reactions: list[Reaction] = about(
-        "what becomes of their substances, in this order", [], exclude_if=is_absent, change=SHAPE
-    )
-    exchange: list[AnyExchange] = about(
-        "what they take up from fields and give off, in this order", [], exclude_if=is_absent, change=SHAPE
-    )
     decomposition: Decomposition | None = about(
         "how they decay; absent: they do not", None, exclude_if=is_absent, change=SHAPE
     )
