@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.chemistry import check_chemistry
 from ecs_eco.config.checks.life import check_life
 from ecs_eco.config.checks.matter import Key, check_matter, check_size
 from ecs_eco.config.checks.physical import check_physical
@@ -27,7 +26,6 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
     yield from check_size(config, key, species.body)
     yield from check_physical(key, species)
     yield from check_life(config, key, species)
-    yield from check_chemistry(config, key, species)
     if species.max_count is not None and species.count > species.max_count:
         yield Problem((*key, "count"), "more than max_count", species.count, f"at most {species.max_count}")
     if species.metabolism.energy > species.metabolism.energy_max:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.chemistry import check_chemistry
 from ecs_eco.config.checks.matter import Key, check_matter, check_size, longest
 from ecs_eco.config.checks.objects import check_motion
 from ecs_eco.config.checks.physical import check_physical
@@ -52,7 +51,6 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
     yield from check_size(config, key, kind.body)
     yield from check_physical(key, kind)
     yield from check_heat(kind, key)
-    yield from check_chemistry(config, key, kind)
     yield from check_motion(config, key, kind)
     yield from of_each(kind, "problems", config, key)
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from ecs_eco.config.checks.archipelago import check_archipelago
 from ecs_eco.config.checks.body import check_body
-from ecs_eco.config.checks.chemistry import check_field_of_substance
 from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.data import check_data
+from ecs_eco.config.checks.fields import check_field_of_substance
 from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.checks.inanimate import check_object, outside
 from ecs_eco.config.checks.interventions import Changed, check_interventions, check_line
@@ -108,8 +108,7 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
     for name, kind in config.objects.items():
         if kind.energy is not None:
             yield ("objects", name, "energy"), "decayed"
-        if kind.decomposition is not None:
-            yield ("objects", name, "decomposition"), "decomposed"
+        yield from of_each(kind, "causes", ("objects", name))
     for i, use in enumerate(config.land_use):
         if isinstance(use, Harvest):
             yield ("land_use", i, "cause"), use.cause

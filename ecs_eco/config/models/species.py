@@ -18,6 +18,7 @@ from ecs_eco.config.features.exchange import Exchanging
 from ecs_eco.config.features.feature import assembled, features_of, of_each
 from ecs_eco.config.features.growth import Growing
 from ecs_eco.config.features.heat import Warmth
+from ecs_eco.config.features.provision import Provision
 from ecs_eco.config.features.reactions import Reacting
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.energy import Defence, Diet, Lethal, Locomotion, Metabolism
@@ -64,7 +65,18 @@ OWN = ("energy", "age", "fertility")  # values of every organism besides its pro
 
 @assembled
 class Species(
-    Warmth, Ectothermy, Reacting, Exchanging, Seasons, Growing, Emitting, Carrying, Building, Caring, Eggs
+    Warmth,
+    Ectothermy,
+    Reacting,
+    Exchanging,
+    Provision,
+    Seasons,
+    Growing,
+    Emitting,
+    Carrying,
+    Building,
+    Caring,
+    Eggs,
 ):
     """One species: all its organisms are born with these values."""
 
@@ -95,14 +107,6 @@ class Species(
     )
     substances: dict[Name, NonNegative] = table(
         "concentrations at birth by name [mol/L]", dict, entries=FREE, own=MATTER
-    )
-    born_with: Literal["declared", "mother", "soil"] = about(
-        "where the substances of newborn come from: declared: from nowhere; mother: she shares what she "
-        "holds, at equal concentration; soil: from the first field of each, where a seed falls, and it "
-        "sprouts only where there is enough",
-        "declared",
-        exclude_if=lambda value: value == "declared",
-        change=SHAPE,
     )
     sex: Literal["none", "female", "male", "random"] = about("sex at birth", "none", change=FREE)
     fertility: Share = quantity(

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from ecs_eco.config.features.decomposition import Decomposing
 from ecs_eco.config.features.emissions import Emitting
 from ecs_eco.config.features.exchange import Exchanging
 from ecs_eco.config.features.feature import assembled
@@ -14,7 +15,6 @@ from ecs_eco.config.features.heat import Heat
 from ecs_eco.config.features.reactions import Reacting
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.land import RealLand
-from ecs_eco.config.models.matter import Decomposition
 from ecs_eco.config.models.objects import Motion, Store
 from ecs_eco.engine.section import (
     FREE,
@@ -164,7 +164,7 @@ def _is_empty(value: list[Any]) -> bool:
 
 
 @assembled
-class ObjectType(Reacting, Exchanging, Emitting):
+class ObjectType(Reacting, Exchanging, Decomposing, Emitting):
     """A type of inanimate objects."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
@@ -195,9 +195,6 @@ class ObjectType(Reacting, Exchanging, Emitting):
         "how their temperature changes; absent: it stays", None, exclude_if=is_absent, change=SHAPE
     )
     substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict, entries=FREE)
-    decomposition: Decomposition | None = about(
-        "how they decay; absent: they do not", None, exclude_if=is_absent, change=SHAPE
-    )
     energy: Store | None = about(
         "energy that they hold, as food; absent: none", None, exclude_if=is_absent, change=SHAPE
     )
