@@ -173,7 +173,6 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
     yield "body", "without places" if Position not in table else ""
     yield "body.shape", "of capsules or boxes" if Shape in table else ""
     yield "body", "with solid bodies" if s.solid or s.pushed else ""
-    yield "remains", "whose dead become objects" if s.remains else ""
     way = s.reproduction
     spreads = way is not None and way.kind == "spread"
     yield "genome", "of plants with genes" if spreads and (s.heredity or Growth in table) else ""

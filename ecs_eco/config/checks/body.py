@@ -33,12 +33,9 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
         yield Problem(
             (*key, "metabolism", "energy"), "more than energy_max", species.metabolism.energy, allowed
         )
-    if species.remains is not None and species.remains not in config.objects:
-        yield unknown((*key, "remains"), "object type", species.remains, config.objects)
     yield from _check_locomotion(config, key, species)
     yield from _check_diet(config, key, species)
     yield from _check_reproduction(config, key, species)
-    yield from _check_lethal(config, key, species)
     yield from of_each(species, "problems", config, key)
 
 
@@ -178,33 +175,6 @@ def _room(config: WorldConfig, species: Species) -> float:
     if isinstance(way, Spread):
         return math.prod(max(1, round(s / way.spacing)) for s in size[:2])
     return int(JAMMED[len(size)] * math.prod(max(s / way.spacing, 1.0) for s in size))
-
-
-def _check_lethal(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
-    born = {"energy": species.metabolism.energy, "age": 0.0, "fertility": species.fertility}
-    born |= species.properties | species.substances | ({"load": 0.0} if species.carries else {})
-    born |= (own := config.own_fields(str(key[1])))
-    for i, lethal in enumerate(species.lethal):
-        at, value = (*key, "lethal", i), born.get(lethal.property)
-        low = -math.inf if lethal.min is None else lethal.min
-        high = math.inf if lethal.max is None else lethal.max
-        if value is None and config.may_have(str(key[1]), lethal.property):
-            continue
-        if value is None:
-            yield unknown(
-                (*at, "property"),
-                "property or substance of the species",
-                lethal.property,
-                (*species.own(), *own),
-            )
-        elif lethal.min is None and lethal.max is None:
-            yield Problem((*at, "min"), "is missing, and max too", allowed="min, max or both")
-        elif low >= high:
-            yield Problem((*at, "min"), "not below max", low, f"less than {high:g}")
-        elif not low < value < high and not (lethal.property == "age" and value == 0.0 < high):
-            end = "min" if value <= low else "max"
-            fault = f"deadly at birth, when {lethal.property} is {value:g}"
-            yield Problem((*at, end), fault, getattr(lethal, end), "an interval around the value at birth")
 
 
 def farthest(config: WorldConfig, species: Species) -> float:

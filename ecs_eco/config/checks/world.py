@@ -100,11 +100,6 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
             if food.deadly:
                 yield ("species", name, "diet", i), f"poisoned by {food.eats}"
         yield from of_each(species, "causes", ("species", name))
-        for i, limit in enumerate(species.lethal):
-            ends = {"min": limit.low, "max": limit.high}
-            for end, cause in ends.items():
-                if getattr(limit, end) is not None:
-                    yield ("species", name, "lethal", i, end), cause
     for name, kind in config.objects.items():
         if kind.energy is not None:
             yield ("objects", name, "energy"), "decayed"

@@ -1,11 +1,11 @@
-"""The energy of an organism: what it burns, moves by and eats; its defence; and what kills it."""
+"""The energy of an organism: what it burns, moves by and eats; and its defence."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from ecs_eco.engine.section import (
     COLUMN,
@@ -98,29 +98,3 @@ class Defence(Section, change=FREE, own=COLUMN):
     cost: NonNegative = quantity(
         "share of growth and of sprouting seeds lost per unit of toughness and of poison", "1", 0.0, own=True
     )
-
-
-class Lethal(Section, own=True):
-    """The interval of one property outside of which the organism dies."""
-
-    property: str = about(
-        "energy, age, fertility, a property or substance that the species has, or "
-        "Component.field of a component of your own"
-    )
-    min: Real | None = quantity("dies at or below", "unit of the property", None)
-    max: Real | None = quantity("dies at or above", "unit of the property", None)
-    low: Annotated[str, Field(max_length=60)] = about("cause of death below min", "")
-    high: Annotated[str, Field(max_length=60)] = about("cause of death above max", "")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _name_causes(cls, data: Any) -> Any:
-        if isinstance(data, dict) and isinstance(data.get("property"), str):
-            words = {"low": ("min", "too low"), "high": ("max", "too high")}
-            named = {
-                w: f"{data['property']} {text}"
-                for w, (end, text) in words.items()
-                if data.get(end) is not None
-            }
-            return named | {k: v for k, v in data.items() if not (k in named and v == "")}
-        return data

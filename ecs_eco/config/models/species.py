@@ -11,6 +11,7 @@ from ecs_eco.config.features.breeding import Seasons
 from ecs_eco.config.features.building import Building
 from ecs_eco.config.features.care import Caring
 from ecs_eco.config.features.carrying import Carrying
+from ecs_eco.config.features.death import Mortality
 from ecs_eco.config.features.ectothermy import Ectothermy
 from ecs_eco.config.features.eggs import Eggs
 from ecs_eco.config.features.emissions import Emitting
@@ -21,7 +22,7 @@ from ecs_eco.config.features.heat import Warmth
 from ecs_eco.config.features.provision import Provision
 from ecs_eco.config.features.reactions import Reacting
 from ecs_eco.config.models.body import Body
-from ecs_eco.config.models.energy import Defence, Diet, Lethal, Locomotion, Metabolism
+from ecs_eco.config.models.energy import Defence, Diet, Locomotion, Metabolism
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
@@ -77,6 +78,7 @@ class Species(
     Building,
     Caring,
     Eggs,
+    Mortality,
 ):
     """One species: all its organisms are born with these values."""
 
@@ -139,8 +141,6 @@ class Species(
     reproduction: AnyReproduction | None = about(
         "how it multiplies; absent: it does not", None, change=ANEW + SWITCH
     )
-    lethal: list[Lethal] = table("what kills it besides being eaten", list, change=FREE)
-    remains: str | None = about("object type that the dead leave", None)
 
     _words: tuple[str, ...] = PrivateAttr(default=())  # of others, for hyperparameters
 
