@@ -34,7 +34,6 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
             (*key, "metabolism", "energy"), "more than energy_max", species.metabolism.energy, allowed
         )
     yield from _check_locomotion(config, key, species)
-    yield from _check_diet(config, key, species)
     yield from _check_reproduction(config, key, species)
     yield from of_each(species, "problems", config, key)
 
@@ -50,31 +49,6 @@ def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterat
     for gait in species.locomotion.cost:
         if gait not in species.locomotion.speed:
             yield unknown((*key, "cost", gait), "gait", gait, species.locomotion.speed)
-
-
-def _check_diet(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
-    food = [*config.species, *config.objects]
-    eaten: set[str] = set()
-    for i, diet in enumerate(species.diet):
-        at = (*key, "diet", i)
-        if diet.eats not in food:
-            yield unknown((*at, "eats"), "species or object type", diet.eats, food)
-        elif diet.eats in eaten:
-            yield Problem((*at, "eats"), "named twice in this diet", diet.eats, "one entry for each food")
-        eaten.add(diet.eats)
-        if "gain" not in diet.model_fields_set and "efficiency" not in diet.model_fields_set:
-            yield Problem((*at, "gain"), "is missing, and efficiency too", allowed="gain, efficiency or both")
-        if diet.efficiency and diet.eats in config.objects and config.objects[diet.eats].energy is None:
-            yield Problem(
-                (*at, "efficiency"),
-                f"{diet.eats} holds no energy",
-                diet.efficiency,
-                f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
-            )
-        if diet.reach > config.space.widest:
-            yield Problem(
-                (*at, "reach"), config.space.too_wide, diet.reach, f"at most {config.space.widest:g} m"
-            )
 
 
 def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:

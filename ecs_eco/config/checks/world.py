@@ -95,10 +95,6 @@ def _check_causes(config: WorldConfig) -> Iterator[Problem]:
 
 def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
     for name, species in config.species.items():
-        for i, food in enumerate(species.diet):
-            yield ("species", name, "diet", i), f"eaten by {name}"
-            if food.deadly:
-                yield ("species", name, "diet", i), f"poisoned by {food.eats}"
         yield from of_each(species, "causes", ("species", name))
     for name, kind in config.objects.items():
         if kind.energy is not None:

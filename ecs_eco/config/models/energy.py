@@ -1,4 +1,4 @@
-"""The energy of an organism: what it burns, moves by and eats; and its defence."""
+"""The energy of an organism: what it burns, and moves by."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from ecs_eco.engine.section import (
     Name,
     NonNegative,
     Positive,
-    Real,
     Section,
     Share,
     about,
@@ -68,33 +67,4 @@ class Locomotion(Section, change=FREE, own=True):
     )
     drag: NonNegative = quantity(
         "rate at which speed approaches that of the gait, by drag; 0: at once", "1/s", 0.0
-    )
-
-
-class Diet(Section, own=True):
-    """One kind of food."""
-
-    eats: str = about("a species or an object type")
-    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
-    chance: Share = quantity("chance of success in one second of contact", "1", 1.0)
-    gain: Real = quantity("energy gained from each, whatever it holds", "energy", 0.0)
-    efficiency: Share = quantity("share of the energy held by the eaten that is gained in addition", "1", 0.0)
-    deadly: bool = about("whether its poison kills the eater", False)
-    until: Real | None = quantity("eats only below this energy; absent: while it is not full", "energy", None)
-    assimilation: Share | None = quantity(
-        "share of the eaten's substances that its body keeps, where both hold substances; the rest goes to "
-        "the first field of each, or is lost; absent: all of it",
-        "1",
-        None,
-        exclude_if=is_absent,
-    )
-
-
-class Defence(Section, change=FREE, own=COLUMN):
-    """Defence against being eaten, and its cost."""
-
-    toughness: Share = quantity("share of the bites into it that fail", "1", 0.0)
-    poison: NonNegative = quantity("energy that its eater loses", "energy", 0.0)
-    cost: NonNegative = quantity(
-        "share of growth and of sprouting seeds lost per unit of toughness and of poison", "1", 0.0, own=True
     )

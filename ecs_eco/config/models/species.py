@@ -17,12 +17,13 @@ from ecs_eco.config.features.eggs import Eggs
 from ecs_eco.config.features.emissions import Emitting
 from ecs_eco.config.features.exchange import Exchanging
 from ecs_eco.config.features.feature import assembled, features_of, of_each
+from ecs_eco.config.features.feeding import Defending, Feeding
 from ecs_eco.config.features.growth import Growing
 from ecs_eco.config.features.heat import Warmth
 from ecs_eco.config.features.provision import Provision
 from ecs_eco.config.features.reactions import Reacting
 from ecs_eco.config.models.body import Body
-from ecs_eco.config.models.energy import Defence, Diet, Locomotion, Metabolism
+from ecs_eco.config.models.energy import Locomotion, Metabolism
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
@@ -73,7 +74,9 @@ class Species(
     Provision,
     Seasons,
     Growing,
+    Defending,
     Emitting,
+    Feeding,
     Carrying,
     Building,
     Caring,
@@ -116,8 +119,6 @@ class Species(
     )
     metabolism: Metabolism = table("energy budget", Metabolism)
     locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
-    defence: Defence = table("defence against being eaten", Defence)
-    diet: list[Diet] = table("what it eats", list, change=FREE)
     sensors: list[AnySensor] = table("what it senses", list, change=SHAPE)
     actions: dict[str, Group] = table(
         "group = actions, of which the policy takes one at a time, or { continuous = [least, most] }",
