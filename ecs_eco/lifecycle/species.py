@@ -10,7 +10,7 @@ from ecs_eco.engine.section import Section
 if TYPE_CHECKING:
     import numpy as np
 
-    from ecs_eco.config.features.emissions import Emission
+    from ecs_eco.config.features.chemistry import Emission
     from ecs_eco.config.features.feeding import Diet
     from ecs_eco.config.models.reproduction import AnyReproduction
     from ecs_eco.config.models.species import Species as SpeciesConfig

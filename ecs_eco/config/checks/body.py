@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.life import check_life
 from ecs_eco.config.checks.matter import Key, check_matter, check_size
-from ecs_eco.config.checks.physical import check_physical
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.models.species import Species
@@ -22,10 +20,15 @@ JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}
 def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
     """All problems of the species except those of its nerves."""
     species, key = config.species[name], ("species", name)
-    yield from check_matter(config, key, species.properties, species.substances)
+    yield from check_matter(config, key, species)
     yield from check_size(config, key, species.body)
-    yield from check_physical(key, species)
-    yield from check_life(config, key, species)
+    if species.age is not None and species.age[0] > species.age[1]:
+        yield Problem(
+            (*key, "age"),
+            "the least is more than the most",
+            species.age,
+            f"[{species.age[1]:g}, {species.age[0]:g}]",
+        )
     if species.max_count is not None and species.count > species.max_count:
         yield Problem((*key, "count"), "more than max_count", species.count, f"at most {species.max_count}")
     if species.metabolism.energy > species.metabolism.energy_max:

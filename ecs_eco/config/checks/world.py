@@ -11,13 +11,11 @@ from ecs_eco.config.checks.archipelago import check_archipelago
 from ecs_eco.config.checks.body import check_body
 from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.data import check_data
-from ecs_eco.config.checks.fields import check_field_of_substance
 from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.checks.inanimate import check_object, outside
 from ecs_eco.config.checks.interventions import Changed, check_interventions, check_line
 from ecs_eco.config.checks.land import check_land
 from ecs_eco.config.checks.land_use import check_land_use
-from ecs_eco.config.checks.life import check_year
 from ecs_eco.config.checks.nerves import check_nerves
 from ecs_eco.config.checks.reporters import check_reporters
 from ecs_eco.config.checks.resolution import check_resolution
@@ -26,7 +24,7 @@ from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.interventions import Cull
 from ecs_eco.config.models.land_use import Harvest
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import MOST, Problem
+from ecs_eco.engine.errors import MOST, Problem, unknown
 from ecs_eco.engine.section import RESERVED
 
 Key = tuple[str | int, ...]
@@ -55,7 +53,7 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
         check_land,
         check_code,
         check_water,
-        check_year,
+        _check_year,
     ):
         yield from part(config)
     for name, kind in config.objects.items():
@@ -128,7 +126,7 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
     space = config.space
     most = min(space.size[:2]) / 2 if space.edges == "torus" else min(space.size[:2])
     for name, field in config.fields.items():
-        yield from check_field_of_substance(config, name)
+        yield from _check_field_of_substance(config, name)
         cells = math.prod(max(1.0, s / field.cell) for s in space.size)
         sides = [min(field.cell, s) for s in space.size]
         # a square may be 0
@@ -143,6 +141,37 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
             fault = f"too fast for these cells: {steps:.3g} steps a tick"
             allowed = f"at most {field.diffusion * MOST_STEPS / steps:.3g} m^2/s"
             yield Problem(("fields", name, "diffusion"), fault, field.diffusion, allowed)
+
+
+def _check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Problem]:
+    """All problems of what a field holds."""
+    field, key = config.fields[name], ("fields", name)
+    if field.substance is not None and field.substance not in config.substances:
+        yield unknown((*key, "substance"), "substance", field.substance, config.substances)
+    for part in ("depth", "initial", "renewal", "only"):
+        if field.substance is None and getattr(field, part) is not None:
+            yield Problem(
+                (*key, part),
+                "given without a substance",
+                getattr(field, part),
+                "a substance that the field holds, or none of these",
+            )
+    if field.depth is not None and config.dims == 3:
+        yield Problem((*key, "depth"), "a volume has a depth of its own", field.depth, "no depth")
+    ground = config.terrain
+    if field.only == "lakes" and (ground is None or not (ground.lakes or ground.raster)):
+        yield Problem((*key, "only"), "there are no lakes", field.only, "terrain.lakes, or no `only`")
+
+
+def _check_year(config: WorldConfig) -> Iterator[Problem]:
+    """The problem of a year that is given twice."""
+    if config.year is not None and config.sun is not None and config.sun.year is not None:
+        yield Problem(
+            ("sun", "year"),
+            "given together with the world's own year",
+            config.sun.year,
+            "one of year.length and sun.year",
+        )
 
 
 def _check_terrain(config: WorldConfig) -> Iterator[Problem]:

@@ -55,13 +55,28 @@ class Mortality(Feature, after="hatch"):
         born |= (own := config.own_fields(str(key[1])))
         for i, lethal in enumerate(species.lethal):
             at, value = (*key, "lethal", i), born.get(lethal.property)
-            if value is None and not config.may_have(str(key[1]), lethal.property):
-                known = (*species.own(), *own)
-                yield unknown(
-                    (*at, "property"), "property or substance of the species", lethal.property, known
+            low = -math.inf if lethal.min is None else lethal.min
+            high = math.inf if lethal.max is None else lethal.max
+            if value is None:
+                if not config.may_have(str(key[1]), lethal.property):
+                    yield unknown(
+                        (*at, "property"),
+                        "property or substance of the species",
+                        lethal.property,
+                        (*species.own(), *own),
+                    )
+            elif lethal.min is None and lethal.max is None:
+                yield Problem((*at, "min"), "is missing, and max too", allowed="min, max or both")
+            elif low >= high:
+                yield Problem((*at, "min"), "not below max", low, f"less than {high:g}")
+            elif not low < value < high and not (lethal.property == "age" and value == 0.0 < high):
+                end, fault = (
+                    "min" if value <= low else "max",
+                    f"deadly at birth, when {lethal.property} is {value:g}",
                 )
-            elif value is not None:
-                yield from _check_limits(lethal, at, value)
+                yield Problem(
+                    (*at, end), fault, getattr(lethal, end), "an interval around the value at birth"
+                )
 
     @staticmethod
     def causes(species: Mortality, key: Key) -> Iterator[tuple[Key, str]]:
@@ -76,16 +91,3 @@ class Mortality(Feature, after="hatch"):
         """Yield that remains cannot be handed over."""
         if species.remains is not None:
             yield "remains", "whose dead become objects"
-
-
-def _check_limits(lethal: Lethal, at: Key, born: float) -> Iterator[Problem]:
-    low = -math.inf if lethal.min is None else lethal.min
-    high = math.inf if lethal.max is None else lethal.max
-    if lethal.min is None and lethal.max is None:
-        yield Problem((*at, "min"), "is missing, and max too", allowed="min, max or both")
-    elif low >= high:
-        yield Problem((*at, "min"), "not below max", low, f"less than {high:g}")
-    elif not low < born < high and not (lethal.property == "age" and born == 0.0 < high):
-        end = "min" if born <= low else "max"
-        fault = f"deadly at birth, when {lethal.property} is {born:g}"
-        yield Problem((*at, end), fault, getattr(lethal, end), "an interval around the value at birth")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import Any, ClassVar, Protocol, TypeVar
 
@@ -16,30 +16,17 @@ Model = TypeVar("Model", bound=Section)
 class WorldSections(Protocol):
     """What checks across sections read of a `WorldConfig`."""
 
-    @property
-    def species(self) -> Mapping[str, Any]: ...
-
-    @property
-    def objects(self) -> Mapping[str, Any]: ...
-
-    @property
-    def fields(self) -> Mapping[str, Any]: ...
-
-    @property
-    def substances(self) -> Collection[str]: ...
+    species: Any
+    objects: Any
+    fields: Any
+    substances: Any
+    space: Any
+    sun: Any
+    year: Any
 
     def own_fields(self, kind: str) -> dict[str, float]: ...
 
     def may_have(self, kind: str, name: str) -> bool: ...
-
-    @property
-    def space(self) -> Any: ...
-
-    @property
-    def sun(self) -> Any: ...
-
-    @property
-    def year(self) -> Any: ...
 
 
 class Feature(Section):

@@ -74,12 +74,16 @@ class Feeding(Feature, after="emits"):
                 yield Problem((*at, "eats"), "named twice in this diet", diet.eats, "one entry for each food")
             eaten.add(diet.eats)
             if diet.model_fields_set.isdisjoint(("gain", "efficiency")):
-                allowed = "gain, efficiency or both"
-                yield Problem((*at, "gain"), "is missing, and efficiency too", allowed=allowed)
+                yield Problem(
+                    (*at, "gain"), "is missing, and efficiency too", allowed="gain, efficiency or both"
+                )
             if diet.efficiency and diet.eats in config.objects and config.objects[diet.eats].energy is None:
-                allowed = f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}"
-                fault = f"{diet.eats} holds no energy"
-                yield Problem((*at, "efficiency"), fault, diet.efficiency, allowed)
+                yield Problem(
+                    (*at, "efficiency"),
+                    f"{diet.eats} holds no energy",
+                    diet.efficiency,
+                    f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
+                )
             if diet.reach > space.widest:
                 yield Problem((*at, "reach"), space.too_wide, diet.reach, f"at most {space.widest:g} m")
 

@@ -11,17 +11,14 @@ from ecs_eco.config.features.breeding import Seasons
 from ecs_eco.config.features.building import Building
 from ecs_eco.config.features.care import Caring
 from ecs_eco.config.features.carrying import Carrying
+from ecs_eco.config.features.chemistry import Chemistry, Emitting, Provision
 from ecs_eco.config.features.death import Mortality
 from ecs_eco.config.features.ectothermy import Ectothermy
 from ecs_eco.config.features.eggs import Eggs
-from ecs_eco.config.features.emissions import Emitting
-from ecs_eco.config.features.exchange import Exchanging
 from ecs_eco.config.features.feature import assembled, features_of, of_each
 from ecs_eco.config.features.feeding import Defending, Feeding
 from ecs_eco.config.features.growth import Growing
 from ecs_eco.config.features.heat import Warmth
-from ecs_eco.config.features.provision import Provision
-from ecs_eco.config.features.reactions import Reacting
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.energy import Locomotion, Metabolism
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
@@ -69,8 +66,7 @@ OWN = ("energy", "age", "fertility")  # values of every organism besides its pro
 class Species(
     Warmth,
     Ectothermy,
-    Reacting,
-    Exchanging,
+    Chemistry,
     Provision,
     Seasons,
     Growing,

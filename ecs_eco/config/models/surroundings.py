@@ -7,15 +7,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from ecs_eco.config.features.decomposition import Decomposing
-from ecs_eco.config.features.emissions import Emitting
-from ecs_eco.config.features.exchange import Exchanging
+from ecs_eco.config.features.chemistry import Chemistry, Decomposing, Emitting
 from ecs_eco.config.features.feature import assembled
 from ecs_eco.config.features.heat import Heat
-from ecs_eco.config.features.reactions import Reacting
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.land import RealLand
-from ecs_eco.config.models.objects import Motion, Store
 from ecs_eco.engine.section import (
     FREE,
     NUMBERS,
@@ -26,6 +22,7 @@ from ecs_eco.engine.section import (
     Positive,
     Real,
     Section,
+    Share,
     about,
     is_absent,
     is_empty,
@@ -41,6 +38,8 @@ PROPERTIES = {  # physical properties a body may have besides mass, and their un
 }
 BODY = ("mass", "radius", "volume")  # of the body itself
 Way = Annotated[list[Real], Field(min_length=4, max_length=4)]
+Velocity = Annotated[list[Real], Field(min_length=2, max_length=3)]
+Path = Annotated[list[Point], Field(min_length=2, max_length=1000)]
 Color = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")]
 
 
@@ -158,13 +157,39 @@ class ScalarField(Section):
     )
 
 
+class Store(Section, change=FREE):
+    """Energy in objects, for those who eat them (`diet.efficiency`); remains hold what the dead body held."""
+
+    initial: NonNegative = quantity("energy of each object but remains", "energy", 0.0)
+    decay: NonNegative = quantity("share that rots away in a second; what rots vanishes at last", "1/s", 0.0)
+    left: Share = quantity(
+        "share of a store that rots: the object vanishes when so much would be left of it", "1", 0.01
+    )
+
+
+class Motion(Section, change=FREE):
+    """How objects move by themselves: with a velocity, or along a path; give one of them. Water carries them
+    in addition, as it carries all bodies."""
+
+    velocity: Velocity | None = quantity(
+        "along each axis; rocks, lakes, fences and walls stop it", "m/s", None
+    )
+    path: Path | None = quantity(
+        "places that they go to one after the other, around and around, wherever "
+        "they begin; nothing stops them",
+        "m",
+        None,
+    )
+    speed: Positive | None = quantity("along the path", "m/s", None)
+
+
 def _is_empty(value: list[Any]) -> bool:
     """Whether there is nothing to write: worlds without such objects have the hashes that they had."""
     return not value
 
 
 @assembled
-class ObjectType(Reacting, Exchanging, Decomposing, Emitting):
+class ObjectType(Chemistry, Decomposing, Emitting):
     """A type of inanimate objects."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
