@@ -1,4 +1,4 @@
-"""Checks of one species' body, chemistry, food, reproduction and death."""
+"""Checks of one species' body, movement and reproduction, and of its features."""
 
 from __future__ import annotations
 

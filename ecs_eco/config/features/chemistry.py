@@ -1,4 +1,4 @@
-"""Chemistry: what bodies do with their substances: reactions, exchange with fields, emissions, decay."""
+"""Chemistry: what bodies do with their substances: reactions, exchange, newborn, decomposition, emissions."""
 
 from __future__ import annotations
 
@@ -220,7 +220,7 @@ class Decomposing(Feature, after="exchange"):
     )
 
     @staticmethod
-    def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
+    def causes(species: Decomposing, key: Key) -> Iterator[tuple[Key, str]]:
         """Yield how objects end."""
         if species.decomposition is not None:
             yield (*key, "decomposition"), "decomposed"
