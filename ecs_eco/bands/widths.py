@@ -153,9 +153,11 @@ def _of_world(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
 
 
 def _of_tables(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
+    kinds = {} if world.config is None else {**world.config.objects, **world.config.species}
     for name, table in world.tables.items():
         species, section = table.species, "objects" if table.species.is_object else "species"
-        for part, found in _of_table(table):
+        of_features = of_each(kinds[name], "undivided") if name in kinds else ()
+        for part, found in (*_of_table(table), *of_features):
             if found:
                 yield (section, name, *part.split(".")), f"{species_word(species)} {found}"
 
@@ -171,9 +173,6 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
     yield "body", "without places" if Position not in table else ""
     yield "body.shape", "of capsules or boxes" if Shape in table else ""
     yield "body", "with solid bodies" if s.solid or s.pushed else ""
-    yield "remains", "whose dead become objects" if s.remains else ""
-    yield from () if config is None else of_each(config, "undivided")
-    yield "emits", "that emits what its bodies are made of" if s.emissions else ""
     way = s.reproduction
     spreads = way is not None and way.kind == "spread"
     yield "genome", "of plants with genes" if spreads and (s.heredity or Growth in table) else ""

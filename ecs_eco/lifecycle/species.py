@@ -10,8 +10,8 @@ from ecs_eco.engine.section import Section
 if TYPE_CHECKING:
     import numpy as np
 
-    from ecs_eco.config.models.energy import Diet
-    from ecs_eco.config.models.matter import Emission
+    from ecs_eco.config.features.chemistry import Emission
+    from ecs_eco.config.features.feeding import Diet
     from ecs_eco.config.models.reproduction import AnyReproduction
     from ecs_eco.config.models.species import Species as SpeciesConfig
     from ecs_eco.engine.table import Table

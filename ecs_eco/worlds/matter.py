@@ -8,7 +8,7 @@ import numpy as np
 
 from ecs_eco.components import Chemistry, Matter, Shape
 from ecs_eco.config import WorldConfig
-from ecs_eco.config.models.matter import Emission
+from ecs_eco.config.features.chemistry import Emission
 from ecs_eco.lifecycle.matter import Books
 from ecs_eco.space.field import Field
 from ecs_eco.space.geometry import cells_of

@@ -218,7 +218,7 @@ def test_shipped_features_are_found_in_the_order_of_keys_and_asked_in_turn():
         {"count": 1, "body": {"radius": 0.1}, "hatch": {"into": "hen", "incubation": 9.0}}
     )
     assert list(of_each(egg, "becomes")) == ["hen"]
-    assert list(of_each(egg, "causes")) == [("hatch", "hatched")]
+    assert list(of_each(egg, "causes", ("species", "egg"))) == [(("species", "egg", "hatch"), "hatched")]
     assert list(of_each(egg, "times")) == [("hatch.incubation", 9.0)]
     assert list(Feature.problems(egg, None, ())) == []
     assert issubclass(Species, Eggs)

@@ -175,6 +175,17 @@ def test_a_brain_in_the_genome_has_as_many_codons_as_the_form_says() -> None:
     )
 
 
+def test_a_gene_is_refused_whose_values_a_feature_refuses() -> None:
+    def fat(goat: dict) -> None:
+        goat["growth"] = {"rate": 0.01, "cost": 0.1, "reserve": 0.5}
+        reserve = {"name": "thrift", "trait": "growth.reserve", "letters": 3, "low": 0.0, "high": 3.0}
+        goat["genome"]["genes"].append(reserve)
+
+    (problem,) = check_genome(world(fat), "goat")
+    assert problem.key == ("species", "goat", "genome", "genes", 2, "high")
+    assert "growth.reserve would be as much as energy_max" in problem.what
+
+
 @pytest.mark.parametrize("letters", ["A", "AA", "ACGTA"])
 def test_an_alphabet_has_at_least_two_letters_each_once(letters: str) -> None:
     with pytest.raises(ValueError, match="alphabet"):

@@ -1,14 +1,12 @@
-"""Checks of one species' body, chemistry, food, reproduction and death."""
+"""Checks of one species' body, movement and reproduction, and of its features."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.chemistry import check_chemistry
-from ecs_eco.config.checks.life import check_life
 from ecs_eco.config.checks.matter import Key, check_matter, check_size
-from ecs_eco.config.checks.physical import check_physical
+from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
@@ -22,11 +20,15 @@ JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}
 def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
     """All problems of the species except those of its nerves."""
     species, key = config.species[name], ("species", name)
-    yield from check_matter(config, key, species.properties, species.substances)
+    yield from check_matter(config, key, species)
     yield from check_size(config, key, species.body)
-    yield from check_physical(key, species)
-    yield from check_life(config, key, species)
-    yield from check_chemistry(config, key, species)
+    if species.age is not None and species.age[0] > species.age[1]:
+        yield Problem(
+            (*key, "age"),
+            "the least is more than the most",
+            species.age,
+            f"[{species.age[1]:g}, {species.age[0]:g}]",
+        )
     if species.max_count is not None and species.count > species.max_count:
         yield Problem((*key, "count"), "more than max_count", species.count, f"at most {species.max_count}")
     if species.metabolism.energy > species.metabolism.energy_max:
@@ -34,15 +36,9 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
         yield Problem(
             (*key, "metabolism", "energy"), "more than energy_max", species.metabolism.energy, allowed
         )
-    for field in species.emits:
-        if field not in config.fields:
-            yield unknown((*key, "emits", field), "field", field, config.fields)
-    if species.remains is not None and species.remains not in config.objects:
-        yield unknown((*key, "remains"), "object type", species.remains, config.objects)
     yield from _check_locomotion(config, key, species)
-    yield from _check_diet(config, key, species)
     yield from _check_reproduction(config, key, species)
-    yield from _check_lethal(config, key, species)
+    yield from of_each(species, "problems", config, key)
 
 
 def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -56,31 +52,6 @@ def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterat
     for gait in species.locomotion.cost:
         if gait not in species.locomotion.speed:
             yield unknown((*key, "cost", gait), "gait", gait, species.locomotion.speed)
-
-
-def _check_diet(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
-    food = [*config.species, *config.objects]
-    eaten: set[str] = set()
-    for i, diet in enumerate(species.diet):
-        at = (*key, "diet", i)
-        if diet.eats not in food:
-            yield unknown((*at, "eats"), "species or object type", diet.eats, food)
-        elif diet.eats in eaten:
-            yield Problem((*at, "eats"), "named twice in this diet", diet.eats, "one entry for each food")
-        eaten.add(diet.eats)
-        if "gain" not in diet.model_fields_set and "efficiency" not in diet.model_fields_set:
-            yield Problem((*at, "gain"), "is missing, and efficiency too", allowed="gain, efficiency or both")
-        if diet.efficiency and diet.eats in config.objects and config.objects[diet.eats].energy is None:
-            yield Problem(
-                (*at, "efficiency"),
-                f"{diet.eats} holds no energy",
-                diet.efficiency,
-                f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
-            )
-        if diet.reach > config.space.widest:
-            yield Problem(
-                (*at, "reach"), config.space.too_wide, diet.reach, f"at most {config.space.widest:g} m"
-            )
 
 
 def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -181,33 +152,6 @@ def _room(config: WorldConfig, species: Species) -> float:
     if isinstance(way, Spread):
         return math.prod(max(1, round(s / way.spacing)) for s in size[:2])
     return int(JAMMED[len(size)] * math.prod(max(s / way.spacing, 1.0) for s in size))
-
-
-def _check_lethal(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
-    born = {"energy": species.metabolism.energy, "age": 0.0, "fertility": species.fertility}
-    born |= species.properties | species.substances | ({"load": 0.0} if species.carries else {})
-    born |= (own := config.own_fields(str(key[1])))
-    for i, lethal in enumerate(species.lethal):
-        at, value = (*key, "lethal", i), born.get(lethal.property)
-        low = -math.inf if lethal.min is None else lethal.min
-        high = math.inf if lethal.max is None else lethal.max
-        if value is None and config.may_have(str(key[1]), lethal.property):
-            continue
-        if value is None:
-            yield unknown(
-                (*at, "property"),
-                "property or substance of the species",
-                lethal.property,
-                (*species.own(), *own),
-            )
-        elif lethal.min is None and lethal.max is None:
-            yield Problem((*at, "min"), "is missing, and max too", allowed="min, max or both")
-        elif low >= high:
-            yield Problem((*at, "min"), "not below max", low, f"less than {high:g}")
-        elif not low < value < high and not (lethal.property == "age" and value == 0.0 < high):
-            end = "min" if value <= low else "max"
-            fault = f"deadly at birth, when {lethal.property} is {value:g}"
-            yield Problem((*at, end), fault, getattr(lethal, end), "an interval around the value at birth")
 
 
 def farthest(config: WorldConfig, species: Species) -> float:

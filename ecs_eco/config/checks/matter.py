@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from ecs_eco.config.models.body import Body
-from ecs_eco.config.models.surroundings import PROPERTIES
+from ecs_eco.config.models.species import Species
+from ecs_eco.config.models.surroundings import PROPERTIES, ObjectType
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem, unknown
 
 Key = tuple[str | int, ...]
 
 
-def check_matter(
-    config: WorldConfig, key: Key, properties: Iterable[str], substances: Iterable[str]
-) -> Iterator[Problem]:
-    """Problems of undeclared properties and substances."""
-    for name in properties:
+def check_matter(config: WorldConfig, key: Key, kind: Species | ObjectType) -> Iterator[Problem]:
+    """Problems of undeclared properties and substances, and of compressible bodies without a pressure."""
+    for name in kind.properties:
         if name not in PROPERTIES:
             yield unknown((*key, "properties", name), "property", name, PROPERTIES)
-    for name in substances:
+    for name in kind.substances:
         if name not in config.substances:
             yield unknown((*key, "substances", name), "substance", name, config.substances)
+    if kind.body.compressible and "pressure" not in kind.properties:
+        yield Problem(
+            (*key, "properties", "pressure"),
+            "is missing, and body.compressible changes it",
+            allowed="the pressure at the start [Pa], or compressible = false",
+        )
 
 
 def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:

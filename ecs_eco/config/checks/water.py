@@ -58,7 +58,3 @@ def _check_volume(config: WorldConfig) -> Iterator[Problem]:
             yield Problem(
                 ("species", name, "locomotion", "pitch"), "given together with climb", way.pitch, allowed
             )
-    for name, kind in config.objects.items():
-        for field in kind.emits:
-            if field not in config.fields:
-                yield unknown(("objects", name, "emits", field), "field", field, config.fields)

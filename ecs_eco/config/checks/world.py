@@ -9,7 +9,6 @@ from pathlib import Path
 
 from ecs_eco.config.checks.archipelago import check_archipelago
 from ecs_eco.config.checks.body import check_body
-from ecs_eco.config.checks.chemistry import check_field_of_substance
 from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.data import check_data
 from ecs_eco.config.checks.genome import check_genome
@@ -17,7 +16,6 @@ from ecs_eco.config.checks.inanimate import check_object, outside
 from ecs_eco.config.checks.interventions import Changed, check_interventions, check_line
 from ecs_eco.config.checks.land import check_land
 from ecs_eco.config.checks.land_use import check_land_use
-from ecs_eco.config.checks.life import check_year
 from ecs_eco.config.checks.nerves import check_nerves
 from ecs_eco.config.checks.reporters import check_reporters
 from ecs_eco.config.checks.resolution import check_resolution
@@ -26,7 +24,7 @@ from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.interventions import Cull
 from ecs_eco.config.models.land_use import Harvest
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import MOST, Problem
+from ecs_eco.engine.errors import MOST, Problem, unknown
 from ecs_eco.engine.section import RESERVED
 
 Key = tuple[str | int, ...]
@@ -55,14 +53,13 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
         check_land,
         check_code,
         check_water,
-        check_year,
+        _check_year,
     ):
         yield from part(config)
     for name, kind in config.objects.items():
         yield from check_object(config, name, kind)
     for name in config.species:
         yield from check_body(config, name)
-        yield from of_each(config.species[name], "problems", config, ("species", name))
         yield from check_nerves(config, name, folder)
         yield from check_genome(config, name)
     yield from check_resolution(config)
@@ -96,22 +93,11 @@ def _check_causes(config: WorldConfig) -> Iterator[Problem]:
 
 def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
     for name, species in config.species.items():
-        for i, food in enumerate(species.diet):
-            yield ("species", name, "diet", i), f"eaten by {name}"
-            if food.deadly:
-                yield ("species", name, "diet", i), f"poisoned by {food.eats}"
-        for part, cause in of_each(species, "causes"):
-            yield ("species", name, part), cause
-        for i, limit in enumerate(species.lethal):
-            ends = {"min": limit.low, "max": limit.high}
-            for end, cause in ends.items():
-                if getattr(limit, end) is not None:
-                    yield ("species", name, "lethal", i, end), cause
+        yield from of_each(species, "causes", ("species", name))
     for name, kind in config.objects.items():
         if kind.energy is not None:
             yield ("objects", name, "energy"), "decayed"
-        if kind.decomposition is not None:
-            yield ("objects", name, "decomposition"), "decomposed"
+        yield from of_each(kind, "causes", ("objects", name))
     for i, use in enumerate(config.land_use):
         if isinstance(use, Harvest):
             yield ("land_use", i, "cause"), use.cause
@@ -140,7 +126,7 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
     space = config.space
     most = min(space.size[:2]) / 2 if space.edges == "torus" else min(space.size[:2])
     for name, field in config.fields.items():
-        yield from check_field_of_substance(config, name)
+        yield from _check_field_of_substance(config, name)
         cells = math.prod(max(1.0, s / field.cell) for s in space.size)
         sides = [min(field.cell, s) for s in space.size]
         # a square may be 0
@@ -155,6 +141,37 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
             fault = f"too fast for these cells: {steps:.3g} steps a tick"
             allowed = f"at most {field.diffusion * MOST_STEPS / steps:.3g} m^2/s"
             yield Problem(("fields", name, "diffusion"), fault, field.diffusion, allowed)
+
+
+def _check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Problem]:
+    """All problems of what a field holds."""
+    field, key = config.fields[name], ("fields", name)
+    if field.substance is not None and field.substance not in config.substances:
+        yield unknown((*key, "substance"), "substance", field.substance, config.substances)
+    for part in ("depth", "initial", "renewal", "only"):
+        if field.substance is None and getattr(field, part) is not None:
+            yield Problem(
+                (*key, part),
+                "given without a substance",
+                getattr(field, part),
+                "a substance that the field holds, or none of these",
+            )
+    if field.depth is not None and config.dims == 3:
+        yield Problem((*key, "depth"), "a volume has a depth of its own", field.depth, "no depth")
+    ground = config.terrain
+    if field.only == "lakes" and (ground is None or not (ground.lakes or ground.raster)):
+        yield Problem((*key, "only"), "there are no lakes", field.only, "terrain.lakes, or no `only`")
+
+
+def _check_year(config: WorldConfig) -> Iterator[Problem]:
+    """The problem of a year that is given twice."""
+    if config.year is not None and config.sun is not None and config.sun.year is not None:
+        yield Problem(
+            ("sun", "year"),
+            "given together with the world's own year",
+            config.sun.year,
+            "one of year.length and sun.year",
+        )
 
 
 def _check_terrain(config: WorldConfig) -> Iterator[Problem]:

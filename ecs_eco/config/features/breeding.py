@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 
@@ -68,7 +68,7 @@ class Seasons(Feature, after="fertility"):
     )
 
     @staticmethod
-    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+    def problems(species: Seasons, config: WorldSections, key: Key) -> Iterator[Problem]:
         """Yield ages that are not in order, and a season without a year."""
         way, at = species.breeding, (*key, "breeding")
         if way is None:

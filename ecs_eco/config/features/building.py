@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.config.features.named_objects import check_named, check_used
@@ -41,17 +40,17 @@ class Building(Feature, after="carries"):
     builds: list[Build] = about("what it can make", [], exclude_if=is_empty)
 
     @staticmethod
-    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+    def problems(species: Building, config: WorldSections, key: Key) -> Iterator[Problem]:
         """Yield what is wrong with what a species builds."""
         yield from check_named(config, (*key, "builds"), species.builds, "spacing")
         yield from check_used(species, key, "builds", "build")
 
     @staticmethod
-    def acting(species: Any) -> Iterator[tuple[str, str, list[str]]]:
+    def acting(species: Building) -> Iterator[tuple[str, str, list[str]]]:
         """Yield the group of what it builds."""
         yield "build", "object in builds", [way.object for way in species.builds]
 
     @staticmethod
-    def makes(species: Any) -> Iterator[str]:
+    def makes(species: Building) -> Iterator[str]:
         """Yield what it builds."""
         yield from (way.object for way in species.builds)

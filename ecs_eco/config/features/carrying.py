@@ -28,7 +28,7 @@ class Carrying(Feature, after="diet"):
     carries: list[Carry] = about("what it can pick up and put down", [], exclude_if=is_empty, change=SHAPE)
 
     @staticmethod
-    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+    def problems(species: Carrying, config: WorldSections, key: Key) -> Iterator[Problem]:
         """Yield what is wrong with what a species carries."""
         yield from check_named(config, (*key, "carries"), species.carries, "reach")
         for i, way in enumerate(species.carries):
@@ -39,13 +39,13 @@ class Carrying(Feature, after="diet"):
         yield from check_used(species, key, "carries", "carry")
 
     @staticmethod
-    def feels(species: Any) -> Iterator[str]:
+    def feels(species: Carrying) -> Iterator[str]:
         """Yield whether it carries something."""
         if species.carries:
             yield "load"
 
     @staticmethod
-    def brings(species: Any) -> Iterator[tuple[str | None, type[Any]]]:
+    def brings(species: Carrying) -> Iterator[tuple[str | None, type[Any]]]:
         """Yield what tells carriers and what they carry of each other."""
         if species.carries:
             yield None, Load

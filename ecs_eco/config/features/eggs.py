@@ -46,10 +46,10 @@ class Eggs(Feature, after="care"):
             yield from _of_eggs(species, config, key)
 
     @staticmethod
-    def causes(species: Any) -> Iterator[tuple[str, str]]:
+    def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
         """Yield how eggs end."""
         if species.hatch is not None:
-            yield "hatch", "hatched"
+            yield (*key, "hatch"), "hatched"
 
     @staticmethod
     def becomes(species: Any) -> Iterator[str]:

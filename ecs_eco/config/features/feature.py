@@ -1,8 +1,8 @@
-"""What a feature declares, and how the model of species is assembled from features."""
+"""What a feature declares, and how the models of species and object types are assembled from features."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import Any, ClassVar, Protocol, TypeVar
 
@@ -16,40 +16,37 @@ Model = TypeVar("Model", bound=Section)
 class WorldSections(Protocol):
     """What checks across sections read of a `WorldConfig`."""
 
-    @property
-    def species(self) -> Mapping[str, Any]: ...
+    species: Any
+    objects: Any
+    fields: Any
+    substances: Any
+    space: Any
+    sun: Any
+    year: Any
 
-    @property
-    def objects(self) -> Mapping[str, Any]: ...
+    def own_fields(self, kind: str) -> dict[str, float]: ...
 
-    @property
-    def space(self) -> Any: ...
-
-    @property
-    def sun(self) -> Any: ...
-
-    @property
-    def year(self) -> Any: ...
+    def may_have(self, kind: str, name: str) -> bool: ...
 
 
 class Feature(Section):
     """One part of what a species is: keys of its section of the world file, and all that follows from them.
 
-    A subclass declares its keys as fields, which follow the key `after` among those of a species, and
-    overrides what it needs of the functions below. `species` is the whole section, `key` its place,
-    ("species", name).
+    A subclass declares its keys as fields, which follow the key `after` among those of a species, or the
+    first of several that there is; and overrides what it needs of the functions below. `species` is the whole
+    section, `key` its place, ("species", name). Object types may have features, too: ("objects", name).
     """
 
-    after: ClassVar[str] = ""
+    after: ClassVar[tuple[str, ...]] = ()
     systems: ClassVar[tuple[type[Any], ...]] = ()
     """The systems of a feature of your own, each at the end of its phase; the shipped ones are in
     `ecs_eco.systems.schedule`."""
     acts: ClassVar[Mapping[str, tuple[str, ...] | None]] = {}
     """The groups of actions that it adds, and their actions; None: `acting` gives them."""
 
-    def __init_subclass__(cls, after: str | None = None, **other: Any) -> None:
+    def __init_subclass__(cls, after: str | tuple[str, ...] = (), **other: Any) -> None:
         super().__init_subclass__(**other)
-        cls.after = cls.after if after is None else after
+        cls.after = (after,) if isinstance(after, str) else after
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
@@ -62,7 +59,7 @@ class Feature(Section):
         yield from ()
 
     @staticmethod
-    def causes(species: Any) -> Iterator[tuple[str, str]]:
+    def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
         """Yield the causes of death that it adds, each with the key that adds it."""
         yield from ()
 
@@ -103,13 +100,20 @@ class Feature(Section):
 
 
 def of_each(species: Any, what: str, *more: Any) -> Iterator[Any]:
-    """Yield what the features of a species yield: `what` is the name of a function of `Feature`."""
-    for feature in features_of(type(species)):
-        yield from getattr(feature, what)(species, *more)
+    """Yield what the features of a species or object type yield: `what` is the name of a function of `Feature`."""
+    model: type[Section] = type(species)
+    for hook in _hooks_of(model, what):
+        yield from hook(species, *more)
+
+
+@cache
+def _hooks_of(model: type[Section], what: str) -> tuple[Callable[..., Iterator[Any]], ...]:
+    hooks = dict.fromkeys(getattr(feature, what) for feature in features_of(model))
+    return tuple(hook for hook in hooks if hook is not getattr(Feature, what))
 
 
 def features_of(model: type[Section]) -> tuple[type[Feature], ...]:
-    """Return the features of a model of species, in the order of its keys."""
+    """Return the features of a model of species or object types, in the order of its keys."""
     return _features_of(model)
 
 
@@ -124,7 +128,7 @@ def assembled(model: type[Model]) -> type[Model]:
     for feature in features_of(model):
         own = {name: fields.pop(name) for name in feature.model_fields}
         names = list(fields)
-        at = names.index(feature.after) + 1 if feature.after in fields else len(names)
+        at = next((names.index(key) + 1 for key in feature.after if key in fields), len(names))
         fields = {n: fields[n] for n in names[:at]} | own | {n: fields[n] for n in names[at:]}
     model.__pydantic_fields__ = fields
     model.model_rebuild(force=True)

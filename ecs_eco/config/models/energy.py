@@ -1,11 +1,11 @@
-"""The energy of an organism: what it burns, moves by and eats; its defence; and what kills it."""
+"""The energy of an organism: what it burns, and moves by."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from ecs_eco.engine.section import (
     COLUMN,
@@ -14,7 +14,6 @@ from ecs_eco.engine.section import (
     Name,
     NonNegative,
     Positive,
-    Real,
     Section,
     Share,
     about,
@@ -69,58 +68,3 @@ class Locomotion(Section, change=FREE, own=True):
     drag: NonNegative = quantity(
         "rate at which speed approaches that of the gait, by drag; 0: at once", "1/s", 0.0
     )
-
-
-class Diet(Section, own=True):
-    """One kind of food."""
-
-    eats: str = about("a species or an object type")
-    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
-    chance: Share = quantity("chance of success in one second of contact", "1", 1.0)
-    gain: Real = quantity("energy gained from each, whatever it holds", "energy", 0.0)
-    efficiency: Share = quantity("share of the energy held by the eaten that is gained in addition", "1", 0.0)
-    deadly: bool = about("whether its poison kills the eater", False)
-    until: Real | None = quantity("eats only below this energy; absent: while it is not full", "energy", None)
-    assimilation: Share | None = quantity(
-        "share of the eaten's substances that its body keeps, where both hold substances; the rest goes to "
-        "the first field of each, or is lost; absent: all of it",
-        "1",
-        None,
-        exclude_if=is_absent,
-    )
-
-
-class Defence(Section, change=FREE, own=COLUMN):
-    """Defence against being eaten, and its cost."""
-
-    toughness: Share = quantity("share of the bites into it that fail", "1", 0.0)
-    poison: NonNegative = quantity("energy that its eater loses", "energy", 0.0)
-    cost: NonNegative = quantity(
-        "share of growth and of sprouting seeds lost per unit of toughness and of poison", "1", 0.0, own=True
-    )
-
-
-class Lethal(Section, own=True):
-    """The interval of one property outside of which the organism dies."""
-
-    property: str = about(
-        "energy, age, fertility, a property or substance that the species has, or "
-        "Component.field of a component of your own"
-    )
-    min: Real | None = quantity("dies at or below", "unit of the property", None)
-    max: Real | None = quantity("dies at or above", "unit of the property", None)
-    low: Annotated[str, Field(max_length=60)] = about("cause of death below min", "")
-    high: Annotated[str, Field(max_length=60)] = about("cause of death above max", "")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _name_causes(cls, data: Any) -> Any:
-        if isinstance(data, dict) and isinstance(data.get("property"), str):
-            words = {"low": ("min", "too low"), "high": ("max", "too high")}
-            named = {
-                w: f"{data['property']} {text}"
-                for w, (end, text) in words.items()
-                if data.get(end) is not None
-            }
-            return named | {k: v for k, v in data.items() if not (k in named and v == "")}
-        return data

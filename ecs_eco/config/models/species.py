@@ -11,14 +11,16 @@ from ecs_eco.config.features.breeding import Seasons
 from ecs_eco.config.features.building import Building
 from ecs_eco.config.features.care import Caring
 from ecs_eco.config.features.carrying import Carrying
+from ecs_eco.config.features.chemistry import Chemistry, Emitting, Provision
+from ecs_eco.config.features.death import Mortality
 from ecs_eco.config.features.ectothermy import Ectothermy
 from ecs_eco.config.features.eggs import Eggs
 from ecs_eco.config.features.feature import assembled, features_of, of_each
+from ecs_eco.config.features.feeding import Defending, Feeding
 from ecs_eco.config.features.growth import Growing
 from ecs_eco.config.features.heat import Warmth
 from ecs_eco.config.models.body import Body
-from ecs_eco.config.models.energy import Defence, Diet, Lethal, Locomotion, Metabolism
-from ecs_eco.config.models.matter import AnyExchange, Emission, Reaction
+from ecs_eco.config.models.energy import Locomotion, Metabolism
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
@@ -61,7 +63,22 @@ OWN = ("energy", "age", "fertility")  # values of every organism besides its pro
 
 
 @assembled
-class Species(Warmth, Ectothermy, Seasons, Growing, Carrying, Building, Caring, Eggs):
+class Species(
+    Warmth,
+    Ectothermy,
+    Chemistry,
+    Provision,
+    Seasons,
+    Growing,
+    Defending,
+    Emitting,
+    Feeding,
+    Carrying,
+    Building,
+    Caring,
+    Eggs,
+    Mortality,
+):
     """One species: all its organisms are born with these values."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
@@ -92,31 +109,12 @@ class Species(Warmth, Ectothermy, Seasons, Growing, Carrying, Building, Caring, 
     substances: dict[Name, NonNegative] = table(
         "concentrations at birth by name [mol/L]", dict, entries=FREE, own=MATTER
     )
-    reactions: list[Reaction] = about(
-        "what its metabolism makes of its substances, in this order", [], exclude_if=is_absent, change=SHAPE
-    )
-    exchange: list[AnyExchange] = about(
-        "what it takes up from fields and gives off, in this order", [], exclude_if=is_absent, change=SHAPE
-    )
-    born_with: Literal["declared", "mother", "soil"] = about(
-        "where the substances of newborn come from: declared: from nowhere; mother: she shares what she "
-        "holds, at equal concentration; soil: from the first field of each, where a seed falls, and it "
-        "sprouts only where there is enough",
-        "declared",
-        exclude_if=lambda value: value == "declared",
-        change=SHAPE,
-    )
     sex: Literal["none", "female", "male", "random"] = about("sex at birth", "none", change=FREE)
     fertility: Share = quantity(
         "fertility at birth; with breeding, its height", "1", 1.0, change=FREE, own=COLUMN
     )
     metabolism: Metabolism = table("energy budget", Metabolism)
     locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
-    defence: Defence = table("defence against being eaten", Defence)
-    emits: dict[Name, NonNegative | Emission] = table(
-        "field = amount put into it [1/s], or { substance, rate, consume }", dict, change=FREE, own=True
-    )
-    diet: list[Diet] = table("what it eats", list, change=FREE)
     sensors: list[AnySensor] = table("what it senses", list, change=SHAPE)
     actions: dict[str, Group] = table(
         "group = actions, of which the policy takes one at a time, or { continuous = [least, most] }",
@@ -140,8 +138,6 @@ class Species(Warmth, Ectothermy, Seasons, Growing, Carrying, Building, Caring, 
     reproduction: AnyReproduction | None = about(
         "how it multiplies; absent: it does not", None, change=ANEW + SWITCH
     )
-    lethal: list[Lethal] = table("what kills it besides being eaten", list, change=FREE)
-    remains: str | None = about("object type that the dead leave", None)
 
     _words: tuple[str, ...] = PrivateAttr(default=())  # of others, for hyperparameters
 

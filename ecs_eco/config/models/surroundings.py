@@ -7,11 +7,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from ecs_eco.config.features.chemistry import Chemistry, Decomposing, Emitting
+from ecs_eco.config.features.feature import assembled
 from ecs_eco.config.features.heat import Heat
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.land import RealLand
-from ecs_eco.config.models.matter import AnyExchange, Decomposition, Emission, Reaction
-from ecs_eco.config.models.objects import Motion, Store
 from ecs_eco.engine.section import (
     FREE,
     NUMBERS,
@@ -22,6 +22,7 @@ from ecs_eco.engine.section import (
     Positive,
     Real,
     Section,
+    Share,
     about,
     is_absent,
     is_empty,
@@ -37,6 +38,8 @@ PROPERTIES = {  # physical properties a body may have besides mass, and their un
 }
 BODY = ("mass", "radius", "volume")  # of the body itself
 Way = Annotated[list[Real], Field(min_length=4, max_length=4)]
+Velocity = Annotated[list[Real], Field(min_length=2, max_length=3)]
+Path = Annotated[list[Point], Field(min_length=2, max_length=1000)]
 Color = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")]
 
 
@@ -154,12 +157,39 @@ class ScalarField(Section):
     )
 
 
+class Store(Section, change=FREE):
+    """Energy in objects, for those who eat them (`diet.efficiency`); remains hold what the dead body held."""
+
+    initial: NonNegative = quantity("energy of each object but remains", "energy", 0.0)
+    decay: NonNegative = quantity("share that rots away in a second; what rots vanishes at last", "1/s", 0.0)
+    left: Share = quantity(
+        "share of a store that rots: the object vanishes when so much would be left of it", "1", 0.01
+    )
+
+
+class Motion(Section, change=FREE):
+    """How objects move by themselves: with a velocity, or along a path; give one of them. Water carries them
+    in addition, as it carries all bodies."""
+
+    velocity: Velocity | None = quantity(
+        "along each axis; rocks, lakes, fences and walls stop it", "m/s", None
+    )
+    path: Path | None = quantity(
+        "places that they go to one after the other, around and around, wherever "
+        "they begin; nothing stops them",
+        "m",
+        None,
+    )
+    speed: Positive | None = quantity("along the path", "m/s", None)
+
+
 def _is_empty(value: list[Any]) -> bool:
     """Whether there is nothing to write: worlds without such objects have the hashes that they had."""
     return not value
 
 
-class ObjectType(Section):
+@assembled
+class ObjectType(Chemistry, Decomposing, Emitting):
     """A type of inanimate objects."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
@@ -190,18 +220,6 @@ class ObjectType(Section):
         "how their temperature changes; absent: it stays", None, exclude_if=is_absent, change=SHAPE
     )
     substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict, entries=FREE)
-    reactions: list[Reaction] = about(
-        "what becomes of their substances, in this order", [], exclude_if=is_absent, change=SHAPE
-    )
-    exchange: list[AnyExchange] = about(
-        "what they take up from fields and give off, in this order", [], exclude_if=is_absent, change=SHAPE
-    )
-    decomposition: Decomposition | None = about(
-        "how they decay; absent: they do not", None, exclude_if=is_absent, change=SHAPE
-    )
-    emits: dict[Name, NonNegative | Emission] = table(
-        "field = amount that each puts into it [1/s], or { substance, rate, consume }", dict, change=FREE
-    )
     energy: Store | None = about(
         "energy that they hold, as food; absent: none", None, exclude_if=is_absent, change=SHAPE
     )

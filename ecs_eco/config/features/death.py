@@ -1,0 +1,93 @@
+"""Death: the limits within which members live, and the objects that the dead leave."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+from pydantic import Field, model_validator
+
+from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.engine.errors import Problem, unknown
+from ecs_eco.engine.section import FREE, Real, Section, about, quantity, table
+
+
+class Lethal(Section, own=True):
+    """The interval of one property outside of which the organism dies."""
+
+    property: str = about(
+        "energy, age, fertility, a property or substance that the species has, or "
+        "Component.field of a component of your own"
+    )
+    min: Real | None = quantity("dies at or below", "unit of the property", None)
+    max: Real | None = quantity("dies at or above", "unit of the property", None)
+    low: Annotated[str, Field(max_length=60)] = about("cause of death below min", "")
+    high: Annotated[str, Field(max_length=60)] = about("cause of death above max", "")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _name_causes(cls, data: Any) -> Any:
+        if isinstance(data, dict) and isinstance(data.get("property"), str):
+            words = {"low": ("min", "too low"), "high": ("max", "too high")}
+            named = {
+                w: f"{data['property']} {text}"
+                for w, (end, text) in words.items()
+                if data.get(end) is not None
+            }
+            return named | {k: v for k, v in data.items() if not (k in named and v == "")}
+        return data
+
+
+class Mortality(Feature, after="hatch"):
+    """Members die outside of their limits, and become objects: systems `Perish` and `LeaveRemains`."""
+
+    lethal: list[Lethal] = table("what kills it besides being eaten", list, change=FREE)
+    remains: str | None = about("object type that the dead leave", None)
+
+    @staticmethod
+    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield unknown remains, and limits that kill at birth."""
+        if species.remains is not None and species.remains not in config.objects:
+            yield unknown((*key, "remains"), "object type", species.remains, config.objects)
+        born = {"energy": species.metabolism.energy, "age": 0.0, "fertility": species.fertility}
+        born |= species.properties | species.substances | ({"load": 0.0} if species.carries else {})
+        born |= (own := config.own_fields(str(key[1])))
+        for i, lethal in enumerate(species.lethal):
+            at, value = (*key, "lethal", i), born.get(lethal.property)
+            low = -math.inf if lethal.min is None else lethal.min
+            high = math.inf if lethal.max is None else lethal.max
+            if value is None:
+                if not config.may_have(str(key[1]), lethal.property):
+                    yield unknown(
+                        (*at, "property"),
+                        "property or substance of the species",
+                        lethal.property,
+                        (*species.own(), *own),
+                    )
+            elif lethal.min is None and lethal.max is None:
+                yield Problem((*at, "min"), "is missing, and max too", allowed="min, max or both")
+            elif low >= high:
+                yield Problem((*at, "min"), "not below max", low, f"less than {high:g}")
+            elif not low < value < high and not (lethal.property == "age" and value == 0.0 < high):
+                end, fault = (
+                    "min" if value <= low else "max",
+                    f"deadly at birth, when {lethal.property} is {value:g}",
+                )
+                yield Problem(
+                    (*at, end), fault, getattr(lethal, end), "an interval around the value at birth"
+                )
+
+    @staticmethod
+    def causes(species: Mortality, key: Key) -> Iterator[tuple[Key, str]]:
+        """Yield a cause for each end of each interval."""
+        for i, limit in enumerate(species.lethal):
+            for end, cause in (("min", limit.low), ("max", limit.high)):
+                if getattr(limit, end) is not None:
+                    yield (*key, "lethal", i, end), cause
+
+    @staticmethod
+    def undivided(species: Mortality) -> Iterator[tuple[str, str]]:
+        """Yield that remains cannot be handed over."""
+        if species.remains is not None:
+            yield "remains", "whose dead become objects"

@@ -1,0 +1,96 @@
+"""Feeding: what members eat, and their defence against being eaten."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.engine.errors import Problem, unknown
+from ecs_eco.engine.section import (
+    COLUMN,
+    FREE,
+    NonNegative,
+    Real,
+    Section,
+    Share,
+    about,
+    is_absent,
+    quantity,
+    table,
+)
+
+
+class Diet(Section, own=True):
+    """One kind of food."""
+
+    eats: str = about("a species or an object type")
+    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
+    chance: Share = quantity("chance of success in one second of contact", "1", 1.0)
+    gain: Real = quantity("energy gained from each, whatever it holds", "energy", 0.0)
+    efficiency: Share = quantity("share of the energy held by the eaten that is gained in addition", "1", 0.0)
+    deadly: bool = about("whether its poison kills the eater", False)
+    until: Real | None = quantity("eats only below this energy; absent: while it is not full", "energy", None)
+    assimilation: Share | None = quantity(
+        "share of the eaten's substances that its body keeps, where both hold substances; the rest goes to "
+        "the first field of each, or is lost; absent: all of it",
+        "1",
+        None,
+        exclude_if=is_absent,
+    )
+
+
+class Defence(Section, change=FREE, own=COLUMN):
+    """Defence against being eaten, and its cost."""
+
+    toughness: Share = quantity("share of the bites into it that fail", "1", 0.0)
+    poison: NonNegative = quantity("energy that its eater loses", "energy", 0.0)
+    cost: NonNegative = quantity(
+        "share of growth and of sprouting seeds lost per unit of toughness and of poison", "1", 0.0, own=True
+    )
+
+
+class Defending(Feature, after="locomotion"):
+    """Members are tough or poisonous: component `Defence`, read by system `Feed`."""
+
+    defence: Defence = table("defence against being eaten", Defence)
+
+
+class Feeding(Feature, after="emits"):
+    """Members eat others and objects: system `Feed`."""
+
+    diet: list[Diet] = table("what it eats", list, change=FREE)
+
+    @staticmethod
+    def problems(species: Feeding, config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield unknown food, food that gives nothing, and a reach beyond the world."""
+        food, space = [*config.species, *config.objects], config.space
+        eaten: set[str] = set()
+        for i, diet in enumerate(species.diet):
+            at = (*key, "diet", i)
+            if diet.eats not in food:
+                yield unknown((*at, "eats"), "species or object type", diet.eats, food)
+            elif diet.eats in eaten:
+                yield Problem((*at, "eats"), "named twice in this diet", diet.eats, "one entry for each food")
+            eaten.add(diet.eats)
+            if diet.model_fields_set.isdisjoint(("gain", "efficiency")):
+                yield Problem(
+                    (*at, "gain"), "is missing, and efficiency too", allowed="gain, efficiency or both"
+                )
+            if diet.efficiency and diet.eats in config.objects and config.objects[diet.eats].energy is None:
+                yield Problem(
+                    (*at, "efficiency"),
+                    f"{diet.eats} holds no energy",
+                    diet.efficiency,
+                    f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
+                )
+            if diet.reach > space.widest:
+                yield Problem((*at, "reach"), space.too_wide, diet.reach, f"at most {space.widest:g} m")
+
+    @staticmethod
+    def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
+        """Yield how its food dies, and how members die of deadly food."""
+        for i, food in enumerate(species.diet):
+            yield (*key, "diet", i), f"eaten by {key[1]}"
+            if food.deadly:
+                yield (*key, "diet", i), f"poisoned by {food.eats}"
