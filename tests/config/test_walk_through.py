@@ -18,5 +18,5 @@ def test_the_files_that_the_walk_through_names_are_those_that_name_the_feature()
         if file != Path(__file__) and SLOWS_DOWN.search(file.read_text(encoding="utf-8"))
     }
     assert named == touched
-    assert len(touched) <= 6
+    assert len(touched) <= 7  # 6 without numbers that a gene codes for
     assert sum(len((ROOT / file).read_text("utf-8").splitlines()) for file in touched if "slow" in file) < 120

@@ -219,3 +219,26 @@ WORLDS = {
     "drift": world(DRIFTER, **STONES),
     "winter": world(DRIFTER | {"ectothermy": {"q10": 2.0, "reference": 288.0, "torpor": 284.0}}, **STONES),
 }
+
+ONLY = {  # what each world shows; the meadow shows all others
+    "desert": ("heat.regulate.cooling", "lethal.temperature.max"),
+    "division": ("reproduction.", "growth."),
+    "pond": ("locomotion.climb", "body."),
+    "dive": ("locomotion.pitch",),
+    "shore": (
+        "reactions.",
+        "exchange.",
+        "emits.sweetness",
+        "diet.grass.assimilation",
+        "carries.",
+        "builds.",
+        "care.",
+        "growth.pace",
+        "growth.store",
+        "sensors.",
+        "actions.",
+        "metabolism.energy_max",
+    ),
+    "drift": ("neutral.", "actions.turn.continuous.0"),
+    "winter": ("ectothermy.",),
+}

@@ -11,7 +11,7 @@ from ecs_eco.config import load
 from ecs_eco.config.numbers import with_value
 from ecs_eco.config.traits import numbers_of_species, traits_of
 from ecs_eco.testing import difference, state
-from tests.worlds.own_worlds import WORLDS
+from tests.worlds.own_worlds import ONLY, WORLDS
 
 OWN = {name for name, number in numbers_of_species().items() if number.own is True}
 TICKS = 24
@@ -23,28 +23,6 @@ VALUES = {  # others are halved
     "growth.store": 8.0,
     "metabolism.energy_max": 0.75,
     "heat.regulate.set_point": 300.0,
-}
-ONLY = {  # what each world shows; the meadow shows all others
-    "desert": ("heat.regulate.cooling", "lethal.temperature.max"),
-    "division": ("reproduction.", "growth."),
-    "pond": ("locomotion.climb", "body."),
-    "dive": ("locomotion.pitch",),
-    "shore": (
-        "reactions.",
-        "exchange.",
-        "emits.sweetness",
-        "diet.grass.assimilation",
-        "carries.",
-        "builds.",
-        "care.",
-        "growth.pace",
-        "growth.store",
-        "sensors.",
-        "actions.",
-        "metabolism.energy_max",
-    ),
-    "drift": ("neutral.", "actions.turn.continuous.0"),
-    "winter": ("ectothermy.",),
 }
 
 
