@@ -14,6 +14,7 @@ from ecs_eco.components import Position
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
 from ecs_eco.testing import check_system
+from tools.sizes import code_lines
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -59,7 +60,7 @@ def test_example_runs(
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
 def test_example_is_one_idea_on_one_screen(example: Path) -> None:
     text = example.read_text(encoding="utf-8")
-    assert len(text.splitlines()) < 80
+    assert len(code_lines(text)) < 80
     assert text.startswith('"""')
 
 

@@ -51,7 +51,7 @@ def module(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
 def test_a_group_that_no_system_carries_out_is_refused() -> None:
     with pytest.raises(ConfigError, match="shelter") as error:
         load(world_of())
-    assert error.value.problems[0].allowed == "speed, turn, climb, pitch, eat, mate, nurse, carry, build"
+    assert error.value.problems[0].allowed == "speed, turn, climb, pitch, eat, mate, carry, build, nurse"
 
 
 def test_a_misspelt_group_of_ones_own_is_refused_with_the_right_name() -> None:

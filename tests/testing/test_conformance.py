@@ -21,8 +21,8 @@ from ecs_eco.testing import (
 )
 from ecs_eco.testing import system as system_checks
 from tests.worlds.aviary import AVIARY
+from tests.worlds.own_worlds import WORLDS
 
-OF_LIVES = ("GrowUp", "Hatch", "Mature", "Nurse")  # systems that the menagerie does without
 CHECKS = {name: getattr(components, name) for name in components.__all__} | {
     name: getattr(systems, name) for name in systems.__all__
 }
@@ -32,6 +32,12 @@ CHECKS = {name: getattr(components, name) for name in components.__all__} | {
 def watched():
     """The worlds that have run in debug mode, which watches all of their systems at once."""
     return set()
+
+
+def has(config, name):
+    """Whether a world has a system."""
+    world = World.from_config(config, policies="untrained", learn=name == "Learn")
+    return name in {type(system).__name__ for system in world.systems}
 
 
 @pytest.mark.parametrize(
@@ -46,7 +52,7 @@ def test_what_ships_conforms(name, menagerie, watched, monkeypatch):
         check_component(CHECKS[name])
     else:
         training = name == "Respawn"
-        config = AVIARY if name in OF_LIVES else menagerie()
+        config = next(c for c in (menagerie(), AVIARY, WORLDS["winter"]) if training or has(c, name))
         world = name if name in ("Learn", "Respawn") else config["name"]
         if world in watched:
             monkeypatch.setattr(system_checks, "_watch", lambda world, ticks: None)
