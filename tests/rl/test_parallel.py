@@ -34,8 +34,8 @@ def lived(env, cycles, seed=None):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("pool", "cycles"), [(None, 2_000), (600, 1_000)])
-def test_it_passes_the_api_test_over_thousands_of_cycles_with_births_and_deaths(pool, cycles, monkeypatch):
+@pytest.mark.parametrize(("pool", "cycles"), [(None, 10_000), (600, 1_000)])
+def test_it_passes_the_api_test_over_10_000_cycles_with_births_and_deaths(pool, cycles, monkeypatch):
     env = parallel_env(PASTURE, "deer", pool)
     seen, step = set(), env.step
     monkeypatch.setattr(env, "step", lambda actions: seen.update(actions) or step(actions))
