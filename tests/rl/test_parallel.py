@@ -47,9 +47,10 @@ def test_it_passes_the_api_test_over_10_000_cycles_with_births_and_deaths(pool, 
     assert env.arena.world.tick == cycles
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pool", [None, 400])
 def test_it_passes_the_seed_test(pool):
-    parallel_seed_test(lambda: parallel_env(PASTURE, "deer", pool), 1_000)
+    parallel_seed_test(lambda: parallel_env(PASTURE, "deer", pool), 10_000)
 
 
 @pytest.mark.slow

@@ -46,7 +46,7 @@ class Carrying(Feature, after="diet"):
 
     @staticmethod
     def brings(species: Carrying) -> Iterator[tuple[str | None, type[Any]]]:
-        """Yield what tells carriers and what they carry of each other."""
+        """Yield `Load` for the species, and `Carrier` for each object type that it can carry."""
         if species.carries:
             yield None, Load
         for way in species.carries:
