@@ -1,20 +1,13 @@
-"""The sign of a reading's effect on a formula: +1, −1, 0 for none, None: it depends.
-
-It is read off the formula's numbers, at readings drawn at random and around every number of its text.
-"""
+"""The sign of a reading's effect on a formula, as far as the text alone shows: +1, −1, 0 for none, None:
+it depends."""
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Collection, Iterable
 
-import numpy as np
-
-from ecs_eco.config.formula import Compiler
-
 Sign = int | None
-DRAWS = 512  # of the other readings, for each value of one
-ROUNDING = 1e-5  # of a value: smaller steps are float32's
+RISING = ("exp", "log", "sqrt", "tanh")
 
 
 def directions(text: str, positive: Collection[str]) -> dict[str, Sign]:
@@ -31,15 +24,16 @@ def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
     other terms have that of their direction.
     """
     tree = _parsed(text)
-    return {
-        name: _one(
-            _push(term, name, positive, sign) for sign, term in _terms(tree, 1) if name in _names(term)
+    directions: dict[str, Sign] = {}
+    for name in _names(tree):
+        terms = [(sign, term) for sign, term in _terms(tree, 1) if name in _names(term)]
+        directions[name] = _sum(
+            _times(_value(term, positive) or _direction(term, name, positive), sign) for sign, term in terms
         )
-        for name in _names(tree)
-    }
+    return directions
 
 
-def _parsed(text: str) -> ast.expr:
+def _parsed(text: str) -> ast.AST:
     return _Fields().visit(ast.parse(" ".join(text.split()), mode="eval")).body
 
 
@@ -59,7 +53,7 @@ def _names(tree: ast.AST) -> list[str]:
     return list(dict.fromkeys(n.id for n in sorted(nodes, key=lambda n: n.col_offset)))
 
 
-def _terms(tree: ast.expr, sign: int) -> list[tuple[int, ast.expr]]:
+def _terms(tree: ast.AST, sign: int) -> list[tuple[int, ast.AST]]:
     """The terms of a sum with their signs."""
     if isinstance(tree, ast.BinOp) and isinstance(tree.op, ast.Add | ast.Sub):
         return _terms(tree.left, sign) + _terms(tree.right, sign if isinstance(tree.op, ast.Add) else -sign)
@@ -68,41 +62,131 @@ def _terms(tree: ast.expr, sign: int) -> list[tuple[int, ast.expr]]:
     return [(sign, tree)]
 
 
-def _one(signs: Iterable[Sign]) -> Sign:
-    """The sign that some have in common, besides those of no effect."""
+def _sum(signs: Iterable[Sign]) -> Sign:
+    """The sign of a sum: that of its terms where they agree."""
     distinct = set(signs) - {0}
     return 0 if not distinct else distinct.pop() if len(distinct) == 1 else None
 
 
-def _signs(numbers: np.ndarray) -> list[int]:
-    return [int(sign) for sign in np.unique(np.sign(numbers))]
+def _times(a: Sign, b: Sign) -> Sign:
+    """The sign of a product."""
+    return 0 if a == 0 or b == 0 else None if a is None or b is None else a * b
 
 
-def _push(term: ast.expr, name: str, positive: Collection[str], sign: int) -> Sign:
-    """The sign of a term where it has one, else that of its direction, times the one that it counts with."""
-    values = _values(term, name, positive)
-    push = _one(_signs(values[np.isfinite(values)])) or _direction(term, name, positive)
-    return sign * push if push else push
+def _value(tree: ast.AST, positive: Collection[str]) -> Sign:
+    """+1 where an expression is never below 0, −1 where it is never above, 0 where it is 0,
+    None where it may be both."""
+
+    def value(part: ast.AST) -> Sign:
+        return _value(part, positive)
+
+    match tree:
+        case ast.Constant(value=number):
+            return (number > 0) - (number < 0)  # type: ignore[operator]
+        case ast.Name(id=name):
+            return 1 if name in positive else None
+        case ast.UnaryOp(op=ast.USub(), operand=inner):
+            return _times(-1, value(inner))
+        case ast.UnaryOp(op=ast.UAdd(), operand=inner):
+            return value(inner)
+        case ast.UnaryOp() | ast.Compare() | ast.BoolOp():
+            return 1
+        case ast.BinOp(left=a, op=ast.Add(), right=b):
+            return _sum((value(a), value(b)))
+        case ast.BinOp(left=a, op=ast.Sub(), right=b):
+            return _sum((value(a), _times(-1, value(b))))
+        case ast.BinOp(left=a, op=ast.Mult() | ast.Div(), right=b):
+            return _times(value(a), value(b))
+        case ast.BinOp(left=a, op=ast.Pow(), right=b):
+            even = isinstance(b, ast.Constant) and b.value % 2 == 0  # type: ignore[operator]
+            return 1 if even or value(a) == 1 else None
+        case ast.IfExp(body=a, orelse=b):
+            return _sum((value(a), value(b)))
+        case ast.Call(func=ast.Name(id=name), args=arguments):
+            return _value_of_call(name, [value(a) for a in arguments])
+    return None
 
 
-def _direction(tree: ast.expr, name: str, positive: Collection[str]) -> Sign:
-    """+1 where an expression never falls as the name rises, −1 where it never rises, else None."""
-    values = _values(tree, name, positive)
-    with np.errstate(invalid="ignore"):
-        steps, size = np.diff(values), np.maximum(np.abs(values[..., 1:]), np.abs(values[..., :-1]))
-    kept = np.isfinite(steps) & (np.abs(steps) > ROUNDING * size)
-    return _one(_signs(steps[kept]))
+def _value_of_call(name: str, signs: list[Sign]) -> Sign:
+    if name in ("abs", "exp", "sqrt"):
+        return 1
+    if name == "tanh":
+        return signs[0]
+    if (name == "max" and 1 in signs) or (name == "min" and -1 in signs):
+        return 1 if name == "max" else -1
+    if name == "clip":  # min(max(x, low), high)
+        x, low, high = signs
+        return -1 if high in (-1, 0) else 1 if high == 1 and (x == 1 or low in (0, 1)) else None
+    return _sum(signs) if name in ("min", "max") else None
 
 
-def _values(tree: ast.expr, name: str, positive: Collection[str]) -> np.ndarray:
-    """The values of an expression: f64[draws of the other readings, ascending values of the name]."""
-    numbers = [abs(float(n.value)) for n in ast.walk(tree) if isinstance(n, ast.Constant)]  # type: ignore[arg-type]
-    near = np.outer([0.0, *numbers, 0.1, 1.0, 10.0], [0.5, 0.99, 1.0, 1.01, 2.0])
-    at, random = np.unique([near, -near]), np.random.default_rng(0)
-    given = {}
-    for other in _names(tree):
-        allowed = at[at >= 0] if other in positive else at
-        chosen = allowed if other == name else random.choice(allowed, (DRAWS, 1))
-        given[other] = chosen.astype(np.float32)
-    with np.errstate(all="ignore"):
-        return np.asarray(Compiler("", 0, tuple(given)).node(tree)(given), float)
+def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
+    """+1 where an expression never falls as the name rises, −1 where it never rises, 0 without the name,
+    else None."""
+
+    def way(part: ast.AST) -> Sign:
+        return _direction(part, name, positive)
+
+    def value(part: ast.AST) -> Sign:
+        return _value(part, positive)
+
+    if name not in _names(tree):
+        return 0
+    match tree:
+        case ast.Name():
+            return 1
+        case ast.UnaryOp(op=op, operand=inner):
+            up = 1 if isinstance(op, ast.UAdd) else -1
+            return _times(up, way(inner)) if not isinstance(op, ast.Not) or value(inner) == 1 else None
+        case ast.BinOp(left=a, op=ast.Add(), right=b):
+            return _sum((way(a), way(b)))
+        case ast.BinOp(left=a, op=ast.Sub(), right=b):
+            return _sum((way(a), _times(-1, way(b))))
+        case ast.BinOp(left=a, op=ast.Mult(), right=b):
+            return _sum((_times(way(a), value(b)), _times(way(b), value(a))))
+        case ast.BinOp(left=a, op=ast.Div(), right=b):
+            return _sum(
+                (
+                    _times(way(a), value(b)),
+                    _times(_times(-1, way(b)), _times(value(a), abs(value(b) or 0) or None)),
+                )
+            )
+        case ast.BinOp(left=a, op=ast.Pow(), right=ast.Constant(value=power)):
+            odd = power > 0 and (power % 2 == 1 or value(a) == 1)  # type: ignore[operator]
+            return way(a) if odd else None
+        case ast.Compare(left=a, ops=ops, comparators=others):
+            operands = [a, *others]
+            return _sum(
+                _way_of_comparison(op, way(x), way(y))
+                for op, x, y in zip(ops, operands, others, strict=False)
+            )
+        case ast.BoolOp(values=parts):
+            return _sum(way(p) if value(p) == 1 else _times(None, way(p)) for p in parts)
+        case ast.IfExp(test=test, body=a, orelse=b):
+            if way(test) == 0:
+                return _sum((way(a), way(b)))
+            x, y = _number(a), _number(b)
+            return (
+                None if x is None or y is None or value(test) != 1 else _times(way(test), (x > y) - (x < y))
+            )
+        case ast.Call(func=ast.Name(id=function), args=arguments):
+            if function == "abs":
+                return _times(way(arguments[0]), value(arguments[0]))
+            return _sum(way(a) for a in arguments) if function in (*RISING, "min", "max", "clip") else None
+    return None
+
+
+def _number(tree: ast.AST) -> float | None:
+    """The number that an expression is, with its sign; None for any other."""
+    if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub):
+        inner = _number(tree.operand)
+        return None if inner is None else -inner
+    return float(tree.value) if isinstance(tree, ast.Constant) else None  # type: ignore[arg-type]
+
+
+def _way_of_comparison(op: ast.cmpop, left: Sign, right: Sign) -> Sign:
+    if isinstance(op, ast.Gt | ast.GtE):
+        return _sum((left, _times(-1, right)))
+    if isinstance(op, ast.Lt | ast.LtE):
+        return _sum((_times(-1, left), right))
+    return None if (left, right) != (0, 0) else 0

@@ -26,7 +26,7 @@ from ecs_eco.config import compile_formula
         ("not (x > 0.5)", {"x": -1}),
         ("not x", {"x": None}),
         ("-1 if x < 0.5 else 0", {"x": 1}),
-        ("x - x", {"x": 0}),
+        ("x - x", {"x": None}),
         ("min(x, 3) - max(smell, 0.5)", {"x": 1, "smell": -1}),
     ],
 )
