@@ -91,14 +91,19 @@ def test_a_current_may_be_a_function(meadow):
     assert p.z.max() < 10.0
 
 
+def _coarse(low, high):
+    """Numbers in a range, none so near to 0 that a world refuses them as too small for float32."""
+    return st.floats(low, high, width=32).map(lambda v: v if abs(v) > 1e-3 else 0.0)
+
+
 @pytest.mark.slow
 @settings(max_examples=15, derandomize=True, database=None)
 @given(
-    speed=st.floats(0, 1.5, width=32),
-    pitch=st.floats(0, 1.5, width=32),
-    sinking=st.floats(-3, 3, width=32).map(lambda v: v if abs(v) > 1e-3 else 0.0),
+    speed=_coarse(0, 1.5),
+    pitch=_coarse(0, 1.5),
+    sinking=_coarse(-3, 3),
     drag=st.sampled_from([0.0, 0.5, 9.0]),
-    flow=st.floats(-2, 2, width=32),
+    flow=_coarse(-2, 2),
     dt=st.sampled_from([0.25, 1.0, 2.0]),
     edges=st.sampled_from(["torus", "walls"]),
     seed=st.integers(0, 99),

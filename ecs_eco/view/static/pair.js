@@ -142,11 +142,10 @@ export function pair(connection, calls) {
     follow() {
       const page = calls.page();
       if (!two || !page) return;
-      const [mine, theirs] = [page.stage.eye, two.stage.eye];
+      const mine = page.stage.eye;
       const seen = sight(mine);
       if (seen.some((value, k) => Math.abs(value - (two?.seen[k] ?? Infinity)) > 1e-9 * mine.span)) look(page.stage, two.stage);
       two.seen = seen;
-      if (String(theirs.shift) !== String(mine.shift)) theirs.move(mine.shift), (two.stage.dirty = true);
       for (const layer of two.stage.layers) {
         const shown = page.stage.layers.find(({ kind }) => kind.name === layer.kind.name)?.shown ?? true;
         if (layer.shown !== shown) layer.show(shown), two.stage.meadow.draw(true), (two.stage.dirty = true);
@@ -175,8 +174,8 @@ function say(two, { text, clauses, there }) {
   $("stage").classList.toggle("alone", !there);
 }
 
-/** Where a camera is, and where it looks. @param {Eye} eye */
-const sight = ({ camera, controls }) => [...camera.position.toArray(), ...controls.target.toArray()];
+/** Where a camera is, where it looks, and the shift of its picture. @param {Eye} eye */
+const sight = ({ camera, controls, shift }) => [...camera.position.toArray(), ...controls.target.toArray(), ...shift];
 
 /** How to have this fork again, without the page. @param {{toml: string, command: string}} recipe */
 function again({ toml, command }) {
