@@ -20,7 +20,7 @@ FORMER = {  # what the documentation of version 0.1 imported from
     "ecs_eco.record.repeat": "ecs_eco.runs.repeat",
     "ecs_eco.record.run": "ecs_eco.runs.run",
     "ecs_eco.worlds.pretrain": "ecs_eco.experiments.pretraining",
-    "ecs_eco.worlds.retune": "ecs_eco.worlds.reconfigure",
+    "ecs_eco.worlds.retune": "ecs_eco.life.reconfigure",
 }
 
 

@@ -7,17 +7,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NoReturn, Self
+from typing import Any, NoReturn, Self
 
 from ecs_eco import debug
 from ecs_eco._lazy import lazy
+from ecs_eco.engine import html
+from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.table import Table
-from ecs_eco.lifecycle.species import Species
+from ecs_eco.life.reconfigure import reconfigure
+from ecs_eco.life.species import Species
+from ecs_eco.nervous.external import External
+from ecs_eco.record import checkpoint, copying
+from ecs_eco.record.digest import digest
+from ecs_eco.record.frame import SeriesTable
+from ecs_eco.record.recorder import Recorder
+from ecs_eco.record.reports import add_reporter, said_by
 from ecs_eco.space.world import SpatialWorld
-
-if TYPE_CHECKING:
-    from ecs_eco.nervous.external import External
+from ecs_eco.systems.intervene import Intervene
+from ecs_eco.worlds.build import build
+from ecs_eco.worlds.policies import policy
 
 _above = lazy(__name__, {"view": "ecs_eco.view.notebook"})  # rooms above, for methods that lead there
 
@@ -65,9 +74,7 @@ class World(SpatialWorld):
     ) -> Self:
         """Build a world from a shipped world's name, a TOML file, a dict or a WorldConfig;
         see `ecs_eco.worlds.build`."""
-        from ecs_eco.worlds.build import build
-
-        return build(
+        world = build(
             cls,
             config,
             seed=seed,
@@ -75,7 +82,6 @@ class World(SpatialWorld):
             threads=threads,
             learn=learn,
             training=training,
-            record=record,
             populate=populate,
             systems=systems,
             features=features,
@@ -83,6 +89,9 @@ class World(SpatialWorld):
             controls=controls,
             trust=trust,
         )
+        if record:
+            Recorder(world)
+        return world
 
     def add_table(
         self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None
@@ -99,8 +108,6 @@ class World(SpatialWorld):
         Raises ConfigError for one that would be wrong in a file. `intervened` lists those
         that were carried out.
         """
-        from ecs_eco.systems.intervene import Intervene
-
         system = next((s for s in self.systems if isinstance(s, Intervene)), None)
         if system is None:
             raise RuntimeError(
@@ -111,9 +118,7 @@ class World(SpatialWorld):
         system.ask(what)
 
     def reconfigure(self, config: Any, learners: Iterable[str] = ()) -> None:
-        """Give this living world another configuration; see `ecs_eco.worlds.reconfigure`."""
-        from ecs_eco.worlds.reconfigure import reconfigure
-
+        """Give this living world another configuration; see `ecs_eco.life.reconfigure`."""
         self._undivided("reconfigure")
         reconfigure(self, config, learners)
 
@@ -131,15 +136,11 @@ class World(SpatialWorld):
         at the end of each recorded tick, and changes nothing. Raises ValueError for a name that is taken, and
         ConfigError for a formula that is wrong.
         """
-        from ecs_eco.record.reports import add_reporter
-
         add_reporter(self, name, what)
 
     def report(self, name: str) -> Any:
         """Return what a reporter says now: a number, or a dict species → number. KeyError for an unknown
         one."""
-        from ecs_eco.engine.errors import UnknownName, unknown_name
-        from ecs_eco.record.reports import said_by
 
         if name not in self.reporters:
             raise UnknownName(unknown_name(f"world {self.name!r}", "reporter", name, self.reporters))
@@ -151,8 +152,6 @@ class World(SpatialWorld):
 
         It is a pyarrow.Table in all that it does, and has `to_pandas()`, `to_polars()` and `wide()`.
         """
-        from ecs_eco.record.frame import SeriesTable
-
         if self.recorder is None:
             raise RuntimeError(
                 "this world has no recorder; build it with World.from_config, or add one: "
@@ -174,15 +173,11 @@ class World(SpatialWorld):
         return _above("view")(self, ticks, **how)
 
     def _repr_html_(self) -> str:
-        from ecs_eco.engine.html import of_world
-
-        return of_world(self)
+        return html.of_world(self)
 
     def policy(self, species: str, uid: int | None = None) -> Any:
         """Return a copy of a species' policy as a torch module, or of one organism's; see
         `ecs_eco.worlds.policies.policy`."""
-        from ecs_eco.worlds.policies import policy
-
         return policy(self, species, uid)
 
     def external(self, species: str, partial: bool = False) -> External:
@@ -192,17 +187,13 @@ class World(SpatialWorld):
         `partial`: it decides for some only, and the species' own policy for the others; by chance where it
         has no network. Raises UnknownName, ConfigError.
         """
-        from ecs_eco.nervous.external import External
-
         return External(self, species, partial)
 
     # --- kept on disk, copied -------------------------------------------------------------------------------
 
     def save(self, path: Any) -> Any:
-        """Write a checkpoint, from which the world continues bit for bit; see `ecs_eco.checkpoint.file`."""
-        from ecs_eco.checkpoint.file import save
-
-        return save(self, path)
+        """Write a checkpoint, from which the world continues bit for bit; see `ecs_eco.record.checkpoint`."""
+        return checkpoint.save(self, path)
 
     @classmethod
     def restore(
@@ -216,10 +207,8 @@ class World(SpatialWorld):
         record: bool = True,
         trust: bool = False,
     ) -> Self:
-        """Return the world that a checkpoint holds; see `ecs_eco.checkpoint.file.restore`."""
-        from ecs_eco.checkpoint.file import restore
-
-        return restore(
+        """Return the world that a checkpoint holds; see `ecs_eco.record.checkpoint.restore`."""
+        return checkpoint.restore(
             cls,
             path,
             threads=threads,
@@ -232,9 +221,7 @@ class World(SpatialWorld):
 
     def load(self, path: Any, *, trust: bool = False) -> None:
         """Bring this world, built by hand in the same way, to the state that a checkpoint holds."""
-        from ecs_eco.checkpoint.file import load
-
-        load(self, path, trust=trust)
+        checkpoint.load(self, path, trust=trust)
 
     def copy(
         self,
@@ -243,10 +230,8 @@ class World(SpatialWorld):
         systems: Sequence[Any] = (),
         prepare: Callable[[Any], None] | None = None,
     ) -> Self:
-        """Return an independent copy with the same future, to the bit; see `ecs_eco.checkpoint.copying.copy`."""
-        from ecs_eco.checkpoint.copying import copy
-
-        return copy(self, threads=threads, systems=systems, prepare=prepare)
+        """Return an independent copy with the same future, to the bit; see `ecs_eco.record.copying.copy`."""
+        return copying.copy(self, threads=threads, systems=systems, prepare=prepare)
 
     def fork(
         self,
@@ -256,20 +241,16 @@ class World(SpatialWorld):
         systems: Sequence[Any] = (),
         prepare: Callable[[Any], None] | None = None,
     ) -> Self:
-        """Return a copy with other random numbers from here on; see `ecs_eco.checkpoint.copying.fork`."""
-        from ecs_eco.checkpoint.copying import fork
-
-        return fork(self, seed, threads=threads, systems=systems, prepare=prepare)
+        """Return a copy with other random numbers from here on; see `ecs_eco.record.copying.fork`."""
+        return copying.fork(self, seed, threads=threads, systems=systems, prepare=prepare)
 
     def digest(self) -> str:
         """Return a hash of all that decides this world's future, pending requests included;
-        see `ecs_eco.digest`.
+        see `ecs_eco.record.digest`.
 
         Equal runs have equal digests on one target: the same versions and processor, compiled
         (docs/reference/promises.md). With NUMBA_DISABLE_JIT=1, which interprets kernels, digests are others.
         """
-        from ecs_eco.digest import digest
-
         return digest(self)
 
     def __copy__(self) -> NoReturn:

@@ -140,7 +140,7 @@ class FirstYellow:
         if table is not self.table:
             return
         from ecs_eco.components import Genome
-        from ecs_eco.lifecycle.births import rows_of
+        from ecs_eco.life.births import rows_of
 
         layout = table.species.heredity.layout
         copies = layout.copy_numbers(table[Genome].loci[rows])

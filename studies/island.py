@@ -109,7 +109,7 @@ def distance(world: Any, lake: Any) -> float:
 
 def locked(world: Any) -> float:
     """Share of the nitrogen outside of the soil that is in carcasses."""
-    from ecs_eco.lifecycle.matter import stocks
+    from ecs_eco.life.matter import stocks
 
     books, nitrogen = world.matter, world.substances.index("nitrogen")
     held = dict(zip(books.names, stocks(world, books)[:, nitrogen], strict=True))

@@ -256,15 +256,3 @@ def test_another_thread_may_not_touch_a_world(world):
     thread.start()
     thread.join()
     assert errors == ["one thread alone touches a world: the one that made it, 'MainThread'"]
-
-
-def test_from_config_takes_what_build_takes_with_the_same_defaults():
-    import inspect
-
-    from ecs_eco.worlds.build import build
-
-    ours, theirs = (
-        [(p.name, p.kind, p.default) for p in inspect.signature(f).parameters.values()][skip:]
-        for f, skip in ((World.from_config, 1), (build, 2))
-    )
-    assert ours == theirs

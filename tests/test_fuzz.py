@@ -66,7 +66,7 @@ def test_damaged_files_are_refused_by_name_or_hold_the_same(judge, recorded, tmp
 
 
 def test_the_judge_sees_a_wrong_load(recorded, tmp_path, monkeypatch):
-    from ecs_eco.checkpoint import file as checkpoint
+    from ecs_eco.record import checkpoint
 
     judge, read = files._Checkpoints(recorded, tmp_path / "damaged"), checkpoint.read
 

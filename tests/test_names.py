@@ -12,7 +12,7 @@ import pytest
 
 import ecs_eco
 from ecs_eco import World, column, component, f32, u8
-from ecs_eco.checkpoint import copying, file
+from ecs_eco.record import checkpoint, copying
 from ecs_eco.templates import new_package
 from ecs_eco.testing import check_component
 from ecs_eco.worlds.build import build
@@ -190,12 +190,14 @@ def test_a_name_that_is_not_there_is_refused_with_those_that_are():
 
 @pytest.mark.parametrize(
     ("method", "does"),
-    [(World.from_config, build), (World.restore, file.restore), (World.copy, copying.copy)],
+    [(World.from_config, build), (World.restore, checkpoint.restore), (World.copy, copying.copy)],
 )
 def test_arguments_are_written_out_and_are_those_of_what_does_the_work(method, does):
     front, behind = (inspect.signature(f).parameters for f in (method, does))
     assert not any(p.kind is p.VAR_KEYWORD for p in front.values())
     named = {name: p.default for name, p in front.items() if p.kind is p.KEYWORD_ONLY}
+    if does is build:
+        assert named.pop("record") is True  # the recorder is World's own
     assert named == {name: p.default for name, p in behind.items() if p.kind is p.KEYWORD_ONLY}
     fork, copy = (inspect.signature(f).parameters for f in (World.fork, World.copy))
     assert [*fork] == ["self", "seed", *[name for name in copy if name != "self"]]

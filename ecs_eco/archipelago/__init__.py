@@ -1,6 +1,6 @@
 """Islands that exchange migrants: the run of a whole archipelago, from barrier to barrier.
 
-What happens to migrants within a world belongs to `ecs_eco.lifecycle.migration`, what a run of one world
+What happens to migrants within a world belongs to `ecs_eco.life.migration`, what a run of one world
 leaves to `ecs_eco.runs`.
 """
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.engine.errors import CheckpointError, ForeignFile
-from ecs_eco.lifecycle.migration import Migrants, copied
+from ecs_eco.life.migration import Migrants, copied
+from ecs_eco.record import checkpoint
 from ecs_eco.record.archipelago import ISLANDS
 from ecs_eco.record.container import inside
 

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ecs_eco.archipelago import exports
-from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.loading import island_of
 from ecs_eco.engine.errors import CheckpointError, FolderInUse, ForeignFile
 from ecs_eco.experiments.workers import finishing
-from ecs_eco.lifecycle.migration import admit, leave
-from ecs_eco.record import container
+from ecs_eco.life.migration import admit, leave
+from ecs_eco.record import checkpoint, container
 from ecs_eco.record.archipelago import FILE, ISLANDS, Manifest, check_island, read
 from ecs_eco.record.claim import Claim, claim_new
 from ecs_eco.record.container import inside

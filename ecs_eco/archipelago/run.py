@@ -114,8 +114,8 @@ class Archipelago:
 
     def world(self, name: str, trust: bool = False) -> Any:
         """Return the world of one island as it is in its checkpoint of this tick."""
-        from ecs_eco.checkpoint.file import name_of
         from ecs_eco.ecosystem import World
+        from ecs_eco.record.checkpoint import name_of
 
         return World.restore(
             self.islands[name] / "checkpoints" / name_of(self.tick), record=False, trust=trust

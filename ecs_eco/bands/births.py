@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Genome, Policy, Position
-from ecs_eco.lifecycle.births import Litters, rows_of
-from ecs_eco.lifecycle.places import Around
+from ecs_eco.life.births import Litters, rows_of
+from ecs_eco.life.places import Around
 from ecs_eco.space.geometry import cells_of
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ import numpy as np
 
 from ecs_eco.bands.fields import complete
 from ecs_eco.bands.rollout import last_of
-from ecs_eco.checkpoint import freeze as frozen
 from ecs_eco.learning.rollout import Rollout
+from ecs_eco.record import freeze as frozen
 
 Arrays = dict[str, np.ndarray]
 

@@ -26,7 +26,7 @@ class Arm:
     config: WorldConfig
     policies: Any = "trained"  # or a dict: species → policies
     learn: bool | None = None  # None: as the world says
-    controls: tuple[str, ...] = ()  # of ecs_eco.worlds.treatments
+    controls: tuple[str, ...] = ()  # of ecs_eco.life.treatments
     treatment: Treatment | None = None  # None: the world as it is
 
     @property

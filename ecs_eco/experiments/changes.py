@@ -1,7 +1,7 @@
 """Treatments that change values of a world, by dotted key, in any world that has these keys.
 
 Policies can be trained in a world with other values, unlike in one that is treated as it is built
-(`ecs_eco.worlds.treatments`).
+(`ecs_eco.life.treatments`).
 """
 
 from __future__ import annotations

@@ -17,8 +17,8 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.loading import changed
 from ecs_eco.engine.arguments import called_with, seed_number, whole_number
 from ecs_eco.experiments.training_worlds import TrainingWorlds
+from ecs_eco.life.reconfigure import reconfigure
 from ecs_eco.worlds.policies import names_of
-from ecs_eco.worlds.reconfigure import reconfigure
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World

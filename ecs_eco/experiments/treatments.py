@@ -1,7 +1,7 @@
 """Treatments: what an arm of a comparison changes in a world. One table holds all named ones.
 
 A treatment may change values of the configuration (`changes.py`), the initial policies, whether they learn,
-or the species as a world is built (`ecs_eco.worlds.treatments`). On the command line they are `--control`.
+or the species as a world is built (`ecs_eco.life.treatments`). On the command line they are `--control`.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Treatment:
     assignment: str = ""  # KEY=VALUE, if it changes nothing else
     policies: Any = "trained"  # or a word for all species, or a dict: species → word
     learn: bool | None = None  # whether policies learn in the run; None: as the world says
-    at_build: bool = False  # whether it is one of `ecs_eco.worlds.treatments`
+    at_build: bool = False  # whether it is one of `ecs_eco.life.treatments`
     needs_learning: bool = False  # whether a run in which nothing learns is the same with and without it
     check: Callable[[WorldConfig], None] = anywhere  # raises NotApplicable
 

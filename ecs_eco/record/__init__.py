@@ -1,6 +1,6 @@
-"""Records of a run: series, births and deaths, snapshots, in sealed files.
+"""What a run leaves and is resumed from: series, births and deaths, snapshots, checkpoints and digests.
 
-Writing and reading them belongs here; statistics belong to `ecs_eco.analysis`, running to `ecs_eco.runs`.
+Writing and reading these files belongs here; statistics belong to `ecs_eco.analysis`, running to `ecs_eco.runs`.
 """
 
 from typing import TYPE_CHECKING

@@ -17,6 +17,7 @@ from typing import Any, ClassVar, Literal
 from ecs_eco.engine import files, portable
 from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.engine.section import Section
+from ecs_eco.engine.versions import versions
 from ecs_eco.record import seal
 from ecs_eco.record.manifest import Sha
 
@@ -125,8 +126,6 @@ def may_continue(folder: Path, manifest: Mapping[str, Any], model: Model) -> Non
 
 def begin(folder: Path, model: Model, content: Mapping[str, Any]) -> dict[str, Any]:
     """Write the manifest of a new container, or find it in a folder that was begun with this plan; return it."""
-    from ecs_eco.record.folder import versions
-
     if has(folder, model):
         return check(folder, model, content)
     folder.mkdir(parents=True, exist_ok=True)

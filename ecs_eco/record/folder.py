@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Mapping
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +15,6 @@ from ecs_eco.record.claim import Claim, half_written
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
-
-VERSIONS = ("ecs-eco", "esper", "numpy", "numba", "torch", "pyarrow")
 
 
 class Folder:
@@ -133,21 +129,6 @@ def leftovers(path: Path) -> list[Path]:
         for folder in [path, *(own for name in FOLDERS for own in path.glob(name))]
         for half in half_written(folder)
     ]
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of the packages that decide a result."""
-    import platform
-
-    return {"python": platform.python_version()} | {name: _installed(name) for name in VERSIONS}
-
-
-@cache
-def _installed(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not installed"
 
 
 def git_commit() -> str | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.lifecycle.matter import FLOWS, MIGRATION, Books, stocks
+from ecs_eco.life.matter import FLOWS, MIGRATION, Books, stocks
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld

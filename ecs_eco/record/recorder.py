@@ -11,7 +11,7 @@ from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.engine.addresses import Addresses
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.islands import is_island
+from ecs_eco.life.islands import is_island
 from ecs_eco.record.details import Details, how_many
 from ecs_eco.record.events import EVENTS, MIGRATION, as_numbers, as_text
 from ecs_eco.record.genomes import has_text, letters_of, texts_of

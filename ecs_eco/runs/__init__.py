@@ -1,5 +1,4 @@
 """Runs that leave a folder: begun, stopped, resumed, forked, repeated.
 
-One run belongs here, many runs to `ecs_eco.experiments`, the files in a run's folder to `ecs_eco.record` and
-`ecs_eco.checkpoint`.
+One run belongs here, many runs to `ecs_eco.experiments`, the files in a run's folder to `ecs_eco.record`.
 """

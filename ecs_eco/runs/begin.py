@@ -7,22 +7,23 @@ import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ecs_eco.checkpoint import file as checkpoint
-from ecs_eco.checkpoint import freeze as frozen
+from ecs_eco.analysis.against import KEPT
+from ecs_eco.config.measurements import measured
+from ecs_eco.ecosystem import World
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import RecordingError
-from ecs_eco.record import belonging
+from ecs_eco.learning.weights import hash_of
+from ecs_eco.record import belonging, checkpoint
+from ecs_eco.record import freeze as frozen
 from ecs_eco.record.claim import Claim, claimed, remove_start
-from ecs_eco.record.code import keep_copies, noted, sources
+from ecs_eco.record.code import keep_copies, noted, recorded, sources
 from ecs_eco.record.folder import Folder
 from ecs_eco.record.genomes import genes_of
 from ecs_eco.record.land import keep_land
+from ecs_eco.record.recorder import Recorder
 from ecs_eco.record.seal import write_manifest
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
 
 POLICIES = "policies"  # the folder of the policies that a run starts from
 
@@ -50,7 +51,6 @@ def begin(
 
     Raises ConfigError where a species waits for choices from outside.
     """
-    from ecs_eco.record.recorder import Recorder
 
     if world.awaited is not None:
         world.awaited.require()
@@ -148,7 +148,6 @@ def config_of(
 ) -> Any:
     """Return the configuration of a recorded run, which names no files of policies: they are in the run's
     folder. Raises ConfigError."""
-    from ecs_eco.record.code import recorded
 
     data = dict(manifest["config"] if config is None else config)
     if "id" in manifest:
@@ -177,7 +176,6 @@ def _copy(file: Path, into: Path) -> str:
 
 
 def _check_policy(file: Path, wanted: str) -> None:
-    from ecs_eco.learning.weights import hash_of
 
     try:
         actual = hash_of(file)
@@ -200,8 +198,6 @@ def _keep_data(config: Any, folder: Path) -> None:
     """
     if getattr(config, "data", None) is None:
         return
-    from ecs_eco.analysis.against import KEPT
-    from ecs_eco.config.measurements import measured
 
     if measured(config, config._source) is not None:
         files.write(folder / KEPT, config.file(config.data.file).read_bytes())

@@ -6,11 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.config.models.interventions import coming
+from ecs_eco.config.models.interventions import AnyIntervention, coming
+from ecs_eco.ecosystem import World
 from ecs_eco.engine import portable
 from ecs_eco.engine.errors import RecordingError
+from ecs_eco.engine.versions import versions
 from ecs_eco.record.claim import Claim
-from ecs_eco.record.folder import versions
 from ecs_eco.runs.begin import start_of
 from ecs_eco.runs.run import read_manifest, run_to_folder
 
@@ -35,8 +36,6 @@ def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
     each from its next tick on."""
     from pydantic import TypeAdapter
 
-    from ecs_eco.config.models.interventions import AnyIntervention
-
     planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
     return [
         intervention.model_dump(mode="json", exclude_none=True)
@@ -58,7 +57,6 @@ def repeat(
     differ. `trust` allows the code that its folder keeps to run in this process.
     Raises RecordingError for a fork, whose start is not in its folder, and for a folder without a run.
     """
-    from ecs_eco.ecosystem import World
 
     manifest = read_manifest(Path(path))
     if "forked" in manifest:

@@ -4,12 +4,10 @@ repeated when ticks are rerun."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ecs_eco.ecosystem import World
 from ecs_eco.systems.intervene import Intervene
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
 
 
 def waiting(world: World) -> list[dict[str, Any]]:

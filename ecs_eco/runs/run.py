@@ -8,17 +8,22 @@ import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ecs_eco.checkpoint import file as checkpoint
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.loading import changed
+from ecs_eco.ecosystem import World
 from ecs_eco.engine import portable
 from ecs_eco.engine.arguments import called_with, whole_number
 from ecs_eco.engine.errors import CheckpointError, RecordingError
 from ecs_eco.engine.hooks import listening
-from ecs_eco.record import belonging, seal
+from ecs_eco.engine.versions import versions
+from ecs_eco.life.reconfigure import reconfigure
+from ecs_eco.record import belonging, checkpoint, seal
 from ecs_eco.record.claim import Claim, stopped_early
 from ecs_eco.record.details import how_many
-from ecs_eco.record.folder import Folder, check_content, git_commit, versions
+from ecs_eco.record.folder import Folder, check_content, git_commit
+from ecs_eco.record.recorder import Recorder
 from ecs_eco.runs.begin import (
     begin,
     begun,
@@ -30,9 +35,7 @@ from ecs_eco.runs.begin import (
 )
 from ecs_eco.runs.requests import RequestLog, forget, repeat_requests
 from ecs_eco.runs.signals import stopping
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
+from ecs_eco.worlds.policies import weights_files
 
 Progress = Callable[[int, int], None]
 KEEP = 3  # checkpoints
@@ -66,7 +69,7 @@ def run_to_folder(
     prepare: Callable[[Any], None] | None = None,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Run a world, with these treatments of `ecs_eco.worlds.treatments`, and leave a folder;
+    """Run a world, with these treatments of `ecs_eco.life.treatments`, and leave a folder;
     return its manifest.
 
     `trust` allows the code that the world lists in `code` to run in this process;
@@ -81,8 +84,6 @@ def run_to_folder(
     if `out` is not empty, FolderInUse if another process writes there, RecordingError if nothing can be
     written any more.
     """
-    from ecs_eco.config import WorldConfig, load
-    from ecs_eco.worlds.policies import weights_files
 
     start = time.perf_counter()
     called_with("progress", progress, "done", "ticks")
@@ -192,9 +193,6 @@ def fork(
         world = world_at(path, manifest, from_tick, threads, complain, trust)
         forget(world)
         if changes:
-            from ecs_eco.config.loading import changed
-            from ecs_eco.worlds.reconfigure import reconfigure
-
             reconfigure(world, changed(world.config, changes))
         until = max(manifest["ticks"], world.tick) if until is None else until
         if until < world.tick:
@@ -235,7 +233,6 @@ def world_at(
     trust: bool,
 ) -> Any:
     """Return the world of a recorded run at a tick, at its last checkpoint where that is None, unrecorded."""
-    from ecs_eco.ecosystem import World
 
     file = checkpoint.latest(
         path / "checkpoints", before=tick, complain=complain, check=partial(_of_run, manifest)
@@ -286,7 +283,6 @@ def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
 
 def built(config: Any, seed: Any, policies: Any, threads: int, learn: Any, controls: Sequence[str]) -> Any:
     """Return the world of a run, built without a recorder."""
-    from ecs_eco.ecosystem import World
 
     return World.from_config(
         config, seed=seed, policies=policies, threads=threads, learn=learn, controls=controls, record=False
@@ -330,8 +326,6 @@ def restored(
 ) -> tuple[Any, Folder]:
     """Restore a checkpoint of a run, and its recorder as it was then,
     after checking that all parts up to there are the run's."""
-    from ecs_eco.ecosystem import World
-    from ecs_eco.record.recorder import Recorder
 
     written = belonging.check_checkpoint(file, checkpoint.describe(file), manifest)
     del written["id"]
@@ -350,7 +344,6 @@ def restored(
 
 def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: bool) -> tuple[Any, Folder]:
     """Restart a run that has no checkpoints left."""
-    from ecs_eco.record.recorder import Recorder
 
     start = start_of(claim.path, manifest, trust=trust)
     world = built(start.pop("config"), threads=threads, **start)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from ecs_eco.analysis.survival import wilson
 from ecs_eco.engine.files import write_json
-from ecs_eco.record.folder import git_commit, versions
+from ecs_eco.engine.versions import versions
+from ecs_eco.record.folder import git_commit
 from ecs_eco.search.importance import importances
 from ecs_eco.search.optimise import merit, space_of
 from ecs_eco.search.outcome import BEST, Outcome, Runs

@@ -57,7 +57,7 @@ class SpatialWorld(World):
         self.recorder: Any = None
         self.own_systems: list[Any] = []  # those that the configuration lists, in its order
         self.reporters: dict[str, Any] = {}  # what is measured in every tick, by name
-        self.matter: Any = None  # the Books of its substances (ecs_eco.lifecycle.matter)
+        self.matter: Any = None  # the Books of its substances (ecs_eco.life.matter)
         self.origin: dict[str, Any] = {}  # the arguments of `build`
         self.awaited: Any = None  # ecs_eco.nervous.external.Awaited, where choices come from outside
         self.intervened: list[tuple[int, Any]] = []  # (tick, intervention) carried out

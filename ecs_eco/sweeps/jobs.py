@@ -235,7 +235,7 @@ def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
 
 def _tick_of(run: Path) -> int:
     """Return the tick of the last checkpoint of a run, 0 without one."""
-    from ecs_eco.checkpoint.file import SUFFIX, tick_of
+    from ecs_eco.record.checkpoint import SUFFIX, tick_of
 
     return max((tick_of(file) for file in (run / "checkpoints").glob(f"tick-*{SUFFIX}")), default=0)
 

@@ -1,6 +1,6 @@
 """What happens to entities, one system a file: it picks columns and calls one kernel.
 
-Systems never import each other; what two of them share belongs to `ecs_eco.lifecycle`, `ecs_eco.nervous`,
+Systems never import each other; what two of them share belongs to `ecs_eco.life`, `ecs_eco.nervous`,
 `ecs_eco.space` or a component. Their order belongs to `schedule.py`.
 """
 

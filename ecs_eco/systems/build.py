@@ -11,7 +11,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
-from ecs_eco.lifecycle.torpor import awake
+from ecs_eco.life.torpor import awake
 from ecs_eco.space.sight import offset
 
 if TYPE_CHECKING:

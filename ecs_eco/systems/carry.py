@@ -11,7 +11,7 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import lots
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value
-from ecs_eco.lifecycle.torpor import LEAST_ENERGY, awake
+from ecs_eco.life.torpor import LEAST_ENERGY, awake
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

@@ -11,7 +11,7 @@ from ecs_eco.components import Chemistry, Matter, Position
 from ecs_eco.engine.elementary import scalars
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.matter import bodies, held, hold, release
+from ecs_eco.life.matter import bodies, held, hold, release
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

@@ -11,7 +11,7 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.lifecycle.matter import bodies, held, hold, part_lost
+from ecs_eco.life.matter import bodies, held, hold, part_lost
 from ecs_eco.space.index import Index
 from ecs_eco.space.world import SpatialWorld
 

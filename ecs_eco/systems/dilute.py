@@ -9,7 +9,7 @@ import numpy as np
 from ecs_eco.components import Body, Chemistry, Matter
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.matter import held, hold, volumes
+from ecs_eco.life.matter import held, hold, volumes
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

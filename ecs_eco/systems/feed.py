@@ -15,12 +15,12 @@ from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
-from ecs_eco.lifecycle.births import ticks
-from ecs_eco.lifecycle.causes import register_eaters
-from ecs_eco.lifecycle.ingestion import swallow
-from ecs_eco.lifecycle.meals import Meals, award, courses, hungry, in_order, to_surfaces, void
-from ecs_eco.lifecycle.sizes import of_size
-from ecs_eco.lifecycle.torpor import LEAST_ENERGY
+from ecs_eco.life.births import ticks
+from ecs_eco.life.causes import register_eaters
+from ecs_eco.life.ingestion import swallow
+from ecs_eco.life.meals import Meals, award, courses, hungry, in_order, to_surfaces, void
+from ecs_eco.life.sizes import of_size
+from ecs_eco.life.torpor import LEAST_ENERGY
 from ecs_eco.space.land import at_places
 from ecs_eco.space.nearest import nearest, seek
 from ecs_eco.space.surfaces import nearest_surface

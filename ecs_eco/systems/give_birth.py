@@ -11,8 +11,8 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
-from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, ticks
-from ecs_eco.lifecycle.sizes import of_size
+from ecs_eco.life.births import affordable, bring_forth, life_history, ticks
+from ecs_eco.life.sizes import of_size
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

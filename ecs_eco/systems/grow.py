@@ -11,8 +11,8 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.lifecycle.defence import left_by_defence
-from ecs_eco.lifecycle.sizes import of_size
+from ecs_eco.life.defence import left_by_defence
+from ecs_eco.life.sizes import of_size
 from ecs_eco.space.land import at_places
 
 if TYPE_CHECKING:

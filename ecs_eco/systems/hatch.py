@@ -9,10 +9,10 @@ import numpy as np
 from ecs_eco.components import Body, Chemistry, Genome, Incubation, Metabolism, Parentage, Policy, Position
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle import sizes
-from ecs_eco.lifecycle.births import headings, newborn
-from ecs_eco.lifecycle.climate import temperatures
-from ecs_eco.lifecycle.matter import bodies, newborn_volumes
+from ecs_eco.life import sizes
+from ecs_eco.life.births import headings, newborn
+from ecs_eco.life.climate import temperatures
+from ecs_eco.life.matter import bodies, newborn_volumes
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

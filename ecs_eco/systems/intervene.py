@@ -13,9 +13,9 @@ from ecs_eco.components import Biology, Metabolism, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.errors import unknown_name
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.births import room
-from ecs_eco.lifecycle.doses import dose_bodies, dose_field
-from ecs_eco.lifecycle.founders import future, newcomers
+from ecs_eco.life.births import room
+from ecs_eco.life.doses import dose_bodies, dose_field
+from ecs_eco.life.founders import future, newcomers
 from ecs_eco.space.gate import newborn
 from ecs_eco.space.region import Region
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ecs_eco.components import Body, Chemistry, Matter, Metabolism, Physical, Position, Shape
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.matter import bodies, remaining
+from ecs_eco.life.matter import bodies, remaining
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

@@ -16,8 +16,8 @@ from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import bits, draw, mix
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
-from ecs_eco.lifecycle.births import life_history, rows_of, ticks, whole
-from ecs_eco.lifecycle.torpor import awake
+from ecs_eco.life.births import life_history, rows_of, ticks, whole
+from ecs_eco.life.torpor import awake
 from ecs_eco.space.bodies import bound, solids
 from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import gather, offset

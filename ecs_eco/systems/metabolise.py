@@ -12,7 +12,7 @@ from ecs_eco.engine.jit import lone_njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.lifecycle.torpor import LEAST_ENERGY
+from ecs_eco.life.torpor import LEAST_ENERGY
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

@@ -13,9 +13,9 @@ from ecs_eco.engine.per_row import is_own, of_row, row_of
 from ecs_eco.engine.system import System
 from ecs_eco.engine.trigonometry import sine_and_cosine
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.lifecycle.gaits import own_gaits
-from ecs_eco.lifecycle.sizes import share_of_adult
-from ecs_eco.lifecycle.torpor import awake
+from ecs_eco.life.gaits import own_gaits
+from ecs_eco.life.sizes import share_of_adult
+from ecs_eco.life.torpor import awake
 from ecs_eco.nervous.decision import first_of, first_on
 from ecs_eco.space.barriers import barriers, stop
 from ecs_eco.space.geometry import cells_of, half_cells, into

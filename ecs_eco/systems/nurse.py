@@ -11,8 +11,8 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
-from ecs_eco.lifecycle.births import rows_of
-from ecs_eco.lifecycle.sizes import of_size
+from ecs_eco.life.births import rows_of
+from ecs_eco.life.sizes import of_size
 from ecs_eco.space.bodies import form_of
 from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import offset

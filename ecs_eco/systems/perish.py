@@ -16,7 +16,7 @@ from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.schema import Columns
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
-from ecs_eco.lifecycle.causes import register_limits
+from ecs_eco.life.causes import register_limits
 from ecs_eco.nervous.networks import last_reward
 from ecs_eco.nervous.sensors.own import own_column
 from ecs_eco.space.world import SpatialWorld

@@ -9,8 +9,8 @@ import numpy as np
 from ecs_eco.components import Chemistry, Matter
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.births import rows_of
-from ecs_eco.lifecycle.matter import book, held, hold
+from ecs_eco.life.births import rows_of
+from ecs_eco.life.matter import book, held, hold
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

@@ -11,8 +11,8 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row, row_of
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
-from ecs_eco.lifecycle.matter import bodies, book, held, hold
-from ecs_eco.lifecycle.sizes import of_size
+from ecs_eco.life.matter import bodies, book, held, hold
+from ecs_eco.life.sizes import of_size
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

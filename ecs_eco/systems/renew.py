@@ -10,7 +10,7 @@ from ecs_eco.components import Position
 from ecs_eco.engine import random
 from ecs_eco.engine.elementary import scalars
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.founders import future, newcomers
+from ecs_eco.life.founders import future, newcomers
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

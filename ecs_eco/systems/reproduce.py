@@ -16,7 +16,7 @@ from ecs_eco.engine.random import draw
 from ecs_eco.engine.rows import FEW
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.lifecycle.births import LITTER_MAX, affordable, bring_forth, life_history, whole
+from ecs_eco.life.births import LITTER_MAX, affordable, bring_forth, life_history, whole
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

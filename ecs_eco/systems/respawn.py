@@ -8,8 +8,8 @@ import numpy as np
 
 from ecs_eco.components import Biology, Metabolism, Nervous, Position
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle import sizes
-from ecs_eco.lifecycle.founders import scatter
+from ecs_eco.life import sizes
+from ecs_eco.life.founders import scatter
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

@@ -10,7 +10,7 @@ from ecs_eco.components import Metabolism, Position, Vigour
 from ecs_eco.engine.elementary import power
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value, own_values
-from ecs_eco.lifecycle.climate import temperatures
+from ecs_eco.life.climate import temperatures
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

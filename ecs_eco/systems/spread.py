@@ -15,10 +15,10 @@ from ecs_eco.engine.random import draw
 from ecs_eco.engine.rows import NOBODY, changes
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.lifecycle import sizes
-from ecs_eco.lifecycle.births import room
-from ecs_eco.lifecycle.defence import left_by_defence
-from ecs_eco.lifecycle.provision import root
+from ecs_eco.life import sizes
+from ecs_eco.life.births import room
+from ecs_eco.life.defence import left_by_defence
+from ecs_eco.life.provision import root
 from ecs_eco.space.bodies import rocks
 from ecs_eco.space.geometry import BLOCK, cell_of, cells_at
 from ecs_eco.space.terrain import ROCK, WATER, ground_at

@@ -6,7 +6,7 @@ from typing import Any
 
 from ecs_eco.components import Matter
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.matter import NUMBER, stocks
+from ecs_eco.life.matter import NUMBER, stocks
 from ecs_eco.space.world import SpatialWorld
 
 

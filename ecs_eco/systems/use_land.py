@@ -11,8 +11,8 @@ from ecs_eco.components import Body, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.elementary import scalars
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.births import room
-from ecs_eco.lifecycle.founders import future, newcomers
+from ecs_eco.life.births import room
+from ecs_eco.life.founders import future, newcomers
 from ecs_eco.space.gate import newborn
 from ecs_eco.space.region import Region
 

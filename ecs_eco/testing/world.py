@@ -148,7 +148,7 @@ def _check_matter(world: World) -> None:
         raise AssertionError(
             f"{world.name}, tick {pages['tick'][i]}: the ledger of {pages['substance'][i]} "
             f"in {pages['holder'][i]} is off by {off[i]:g} mol; a system that changes "
-            "concentrations books it, with ecs_eco.lifecycle.matter.booked"
+            "concentrations books it, with ecs_eco.life.matter.booked"
         )
 
 

@@ -10,9 +10,9 @@ from functools import partial
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
-from ecs_eco.checkpoint import freeze as frozen
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.section import Use, function_name
+from ecs_eco.record import freeze as frozen
 from ecs_eco.runs.requests import repeat_requests, waiting, without
 from ecs_eco.systems.intervene import checked
 from ecs_eco.view.live import Live

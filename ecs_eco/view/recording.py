@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.land import Land, land_at
-from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
-from ecs_eco.record import seal
+from ecs_eco.record import checkpoint, seal
 from ecs_eco.record.details import KIND
 from ecs_eco.runs.run import read_manifest
 from ecs_eco.view.interpolate import STATE, Chapter, Organisms, chapter

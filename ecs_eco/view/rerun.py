@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.components import Biology
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.engine.turns import apart, turn
+from ecs_eco.record import checkpoint
 from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.details import KIND
 from ecs_eco.runs.begin import start_of

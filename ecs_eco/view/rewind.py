@@ -8,8 +8,8 @@ from collections import deque
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ecs_eco.checkpoint import freeze as frozen
 from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.record import freeze as frozen
 from ecs_eco.record import rewinding
 
 if TYPE_CHECKING:

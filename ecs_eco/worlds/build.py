@@ -32,17 +32,18 @@ from ecs_eco.config.models.land import RealLand
 from ecs_eco.config.names import own_features
 from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem
-from ecs_eco.lifecycle.founders import newcomers
+from ecs_eco.life.apply import apply, apply_object, begin_learning, cell, learner_seed, matter
+from ecs_eco.life.containing import add_matter, contain, keep_books
+from ecs_eco.life.founders import newcomers
+from ecs_eco.life.heredity import add_heredity
+from ecs_eco.life.land import lay
+from ecs_eco.life.placed import placed
+from ecs_eco.life.treatments import apply as treat
 from ecs_eco.nervous.nerves import Nerves
 from ecs_eco.nervous.readings import Readings
 from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.schedule import schedule
-from ecs_eco.worlds.apply import apply, apply_object, begin_learning, cell, learner_seed, matter
-from ecs_eco.worlds.heredity import add_heredity
-from ecs_eco.worlds.land import lay
-from ecs_eco.worlds.matter import add_matter, contain, keep_books
-from ecs_eco.worlds.placed import placed
 from ecs_eco.worlds.policies import (
     fresh_brain,
     fresh_individuals,
@@ -53,7 +54,6 @@ from ecs_eco.worlds.policies import (
     take_weights,
     weights_file,
 )
-from ecs_eco.worlds.treatments import apply as treat
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -69,7 +69,6 @@ def build(
     threads: int = 1,
     learn: Any = None,
     training: bool = False,
-    record: bool = True,
     populate: bool = True,
     systems: Sequence[Any] = (),
     features: Sequence[Any] = (),
@@ -86,7 +85,7 @@ def build(
     `policy.learn`: true, false, or a dict species → these. `populate`: whether there are organisms at the
     start. `training`: numbers held constant by respawn, no births. `systems`, `reporters` (name → what) and
     `features` join those of the world file and its code. `controls` are names of
-    `ecs_eco.worlds.treatments`, of what is removed. `trust` allows the code in the world's `code` to run
+    `ecs_eco.life.treatments`, of what is removed. `trust` allows the code in the world's `code` to run
     here. Raises ConfigError, also for code not allowed.
     """
     if not isinstance(config, WorldConfig) or systems or reporters or features or trust:
@@ -127,10 +126,6 @@ def build(
     keep_books(world)
     _populate(world, config, populate)
     world.flush()
-    if record:
-        from ecs_eco.record.recorder import Recorder
-
-        Recorder(world)
     return world
 
 

@@ -16,7 +16,7 @@ from ecs_eco.config.reading import read_bytes
 from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.engine.section import function_name
-from ecs_eco.record.folder import versions
+from ecs_eco.engine.versions import versions
 
 if TYPE_CHECKING:
     from ecs_eco.learning.policy_network import PolicyNetwork

@@ -152,7 +152,7 @@ def _last(me: int, suitors: list[int], *_: Any) -> int:
 
 @cache
 def _kept(source: str) -> list[Any]:
-    from ecs_eco.checkpoint import freeze as frozen
+    from ecs_eco.record import freeze as frozen
 
     world = fresh(source)
     meta, arrays = frozen.freeze(world)
@@ -163,7 +163,7 @@ def _kept(source: str) -> list[Any]:
 
 def _world(source: str) -> Any:
     """The world as it was at first: loaded again, which is quicker than to build it."""
-    from ecs_eco.checkpoint import freeze as frozen
+    from ecs_eco.record import freeze as frozen
 
     kept = _kept(source)
     if kept[0] is None:
@@ -356,8 +356,8 @@ def within(world: Any, chance: random.Random) -> None:
 
 def checkpoint(world: Any, chance: random.Random) -> None:
     """Load a sealed checkpoint with odd numbers, types, shapes and rows."""
-    from ecs_eco.checkpoint import freeze as frozen
-    from ecs_eco.checkpoint.file import write
+    from ecs_eco.record import freeze as frozen
+    from ecs_eco.record.checkpoint import write
 
     meta, arrays = frozen.freeze(world)
     meta, arrays = copy.deepcopy(meta), {name: array.copy() for name, array in arrays.items()}

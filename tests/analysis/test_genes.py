@@ -11,7 +11,7 @@ from ecs_eco.analysis.genes_figures import alleles, courses
 from ecs_eco.analysis.lineage import ALIVE, Lineage
 from ecs_eco.genomes import Gene, Layout, layout_of
 from ecs_eco.genomes.models import GenomeSection
-from ecs_eco.lifecycle.species import Species
+from ecs_eco.life.species import Species
 from ecs_eco.record.genomes import genes_of
 from tests.analysis.families import FAMILY, GENES, family
 

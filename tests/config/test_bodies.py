@@ -6,7 +6,7 @@ from ecs_eco import World
 from ecs_eco.components import Body, Position, Shape
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.worlds.reconfigure import reconfigure
+from ecs_eco.life.reconfigure import reconfigure
 
 
 def _world(deer=None, space=None, **thing):

@@ -12,8 +12,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.checkpoint.file import tick_of
 from ecs_eco.experiments.engines import executor, prepare
+from ecs_eco.record.checkpoint import tick_of
 
 WORLD, TICKS, EVERY = "reflexes", 300, 20
 SEEDS = (1, 2, 3, 4)

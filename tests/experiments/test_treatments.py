@@ -14,8 +14,8 @@ from ecs_eco.experiments.arm import arms_of, check_training
 from ecs_eco.experiments.changes import NotApplicable
 from ecs_eco.experiments.comparison import Comparison
 from ecs_eco.experiments.treatments import TREATMENTS, find
+from ecs_eco.life import treatments as at_build
 from ecs_eco.view.inspect import state_of
-from ecs_eco.worlds import treatments as at_build
 
 SMALL = {
     "species.phytoplankton.count": 60,

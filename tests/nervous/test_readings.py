@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from ecs_eco import System, World
-from ecs_eco.checkpoint.freeze import freeze
 from ecs_eco.components import Genome, Metabolism, Nervous, Position, Senses, Sensor
 from ecs_eco.config import load
 from ecs_eco.debug import StaleHandle
 from ecs_eco.engine.errors import UnknownName
+from ecs_eco.record.freeze import freeze
 
 SMALL = {
     "space.size": [30.0, 30.0],

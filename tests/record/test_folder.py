@@ -9,8 +9,9 @@ import pytest
 from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.engine.files import write_json
+from ecs_eco.engine.versions import versions
 from ecs_eco.record import run_to_folder
-from ecs_eco.record.folder import git_commit, versions
+from ecs_eco.record.folder import git_commit
 from ecs_eco.record.parquet import read_parts
 
 TICKS = 40
@@ -239,7 +240,7 @@ def test_the_manifest_names_the_genes_of_a_layout():
 
     from ecs_eco.analysis.carriers import codon_number
     from ecs_eco.genomes import Gene, Layout
-    from ecs_eco.lifecycle.species import Species
+    from ecs_eco.life.species import Species
     from ecs_eco.record.genomes import genes_of
 
     genes = [

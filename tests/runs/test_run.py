@@ -169,7 +169,7 @@ def test_the_first_signal_stops_after_the_tick_with_a_checkpoint(menagerie, tmp_
 def test_a_full_disk_ends_a_run_with_one_message_and_what_was_recorded_is_whole(
     menagerie, tmp_path, monkeypatch, whole
 ):
-    from ecs_eco.checkpoint import file as checkpoint
+    from ecs_eco.record import checkpoint
 
     write = checkpoint.write
 

@@ -150,7 +150,7 @@ def test_a_manifest_that_names_other_code_is_refused(run: Path, mark: Path) -> N
 
 
 def test_a_sealed_checkpoint_that_names_other_code_is_refused_with_its_name(run: Path, mark: Path) -> None:
-    from ecs_eco.checkpoint import file
+    from ecs_eco.record import checkpoint as file
 
     path = sorted((run / "checkpoints").iterdir())[-1]
     meta, arrays = file.read(path)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ecs_eco.components import Body, Matter, Metabolism, Parentage, Physical, Position, Shape
-from ecs_eco.lifecycle.places import around, find_places
+from ecs_eco.life.places import around, find_places
 from ecs_eco.systems import Collide, Decide, ExchangeHeat, Feed, LeaveRemains, Mate, Nurse, Sense
 from ecs_eco.testing import act, arrange, check_system
 from tests.systems.couples import FEMALE, MALE, WAY, mate

@@ -8,7 +8,7 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Chemistry, Position
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.lifecycle.matter import litres, stocks
+from ecs_eco.life.matter import litres, stocks
 from ecs_eco.record.matter import LEDGER, imbalance
 from ecs_eco.systems.decompose import give_back
 

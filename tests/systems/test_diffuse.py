@@ -3,7 +3,7 @@ import math
 import pytest
 
 from ecs_eco.components import Chemistry
-from ecs_eco.lifecycle.matter import NUMBER, stocks
+from ecs_eco.life.matter import NUMBER, stocks
 from ecs_eco.systems import Diffuse
 from ecs_eco.testing import act, arrange
 

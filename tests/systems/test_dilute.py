@@ -3,7 +3,7 @@
 import pytest
 
 from ecs_eco.components import Body, Chemistry, Matter
-from ecs_eco.lifecycle.matter import litres, stocks
+from ecs_eco.life.matter import litres, stocks
 from ecs_eco.systems import Dilute
 from ecs_eco.testing import act
 

@@ -7,7 +7,7 @@ import pytest
 
 from ecs_eco.components import Chemistry, Matter
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.lifecycle.matter import NUMBER, litres, stocks
+from ecs_eco.life.matter import NUMBER, litres, stocks
 from ecs_eco.systems import ExchangeMatter
 from ecs_eco.systems.exchange_matter import give, pass_skin, share, take, want
 from ecs_eco.testing import act, arrange

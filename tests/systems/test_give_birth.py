@@ -3,7 +3,7 @@ import pytest
 
 from ecs_eco.components import Biology, Genome, Gestation, LifeHistory, Metabolism, Position
 from ecs_eco.engine import random
-from ecs_eco.lifecycle.births import affordable
+from ecs_eco.life.births import affordable
 from ecs_eco.systems import GiveBirth, Mate
 from ecs_eco.testing import act, arrange, shuffle
 from tests.systems.couples import FEMALE, MALE, WAY, WIDE, mate_and_give_birth, mix

@@ -6,7 +6,7 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Body, Chemistry, Matter, Position
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.lifecycle.matter import litres, stocks
+from ecs_eco.life.matter import litres, stocks
 from ecs_eco.record.matter import LEDGER, imbalance
 from ecs_eco.systems import Spread
 from ecs_eco.systems.provide import divide

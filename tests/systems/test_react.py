@@ -5,7 +5,7 @@ import pytest
 
 from ecs_eco.components import Chemistry, Matter, Metabolism, Nervous
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.lifecycle.matter import NUMBER
+from ecs_eco.life.matter import NUMBER
 from ecs_eco.systems import Metabolise, React
 from ecs_eco.systems.react import react
 from ecs_eco.testing import act, arrange

@@ -4,7 +4,7 @@ from scipy.stats import poisson
 
 from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Position
 from ecs_eco.engine import random
-from ecs_eco.lifecycle import broods
+from ecs_eco.life import broods
 from ecs_eco.systems import Reproduce
 from ecs_eco.testing import act, arrange, shuffle
 

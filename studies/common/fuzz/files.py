@@ -134,7 +134,7 @@ class _Checkpoints(_Judge):
         return [sorted((self.whole / "checkpoints").glob("tick-*"))[-1].relative_to(self.whole)]
 
     def asked(self, path: Path, seed: int) -> dict[str, Any]:
-        from ecs_eco.checkpoint import file as checkpoint
+        from ecs_eco.record import checkpoint
         from ecs_eco.engine.errors import CheckpointError
 
         damaged, (meta, arrays) = self.folder / path, checkpoint.read(self.whole / path)
@@ -157,7 +157,7 @@ class _Checkpoints(_Judge):
 
     def _without(self, damaged: Path, message: str, seed: int) -> dict[str, Any]:
         """Whether the one before is used; and, now and then, whether the run goes on to the same end."""
-        from ecs_eco.checkpoint import file as checkpoint
+        from ecs_eco.record import checkpoint
         from ecs_eco.engine.errors import CheckpointError
 
         try:

@@ -152,7 +152,7 @@ class Ground:
     @cached_property
     def checkpoint(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Meta and arrays of its last checkpoint."""
-        from ecs_eco.checkpoint import file
+        from ecs_eco.record import checkpoint as file
 
         return file.read(sorted((self.run / "checkpoints").iterdir())[-1])
 

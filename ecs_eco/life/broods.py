@@ -1,0 +1,225 @@
+"""The newborn of a few parents among a few thousand others: who they are and where they come to be, in one
+call of a kernel, that looks at all who may be in their way.
+
+It finds what `ecs_eco.life.places` does by indexes of neighbours. Deaths have just made these stale, and
+to bring one up to date takes longer.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ecs_eco.components import Body, Position, Shape
+from ecs_eco.engine import random
+from ecs_eco.engine.addresses import column_at
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.random import by_lot, draw, mix
+from ecs_eco.life.places import APART, TRIES, draw_places, keep_apart, radius_of, range_of
+from ecs_eco.space.bodies import rocks
+from ecs_eco.space.sight import offset
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+MOST_PAIRS = 1 << 16  # of newborn and those who may be in their way: an index is faster for more
+
+
+class Brood(NamedTuple):
+    """Newborn that have found a place, in the order of their parents' uids, arrays [n]."""
+
+    which: np.ndarray  # i64, of which litter
+    identity: np.ndarray  # u64, tells its random draws apart
+    mother: np.ndarray  # u64, uids
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    heading: np.ndarray
+    energy: np.ndarray
+
+
+def small_brood(
+    table: Table,
+    world: SpatialWorld,
+    way: Any,
+    parents: np.ndarray,
+    number: np.ndarray,
+    given: np.ndarray,
+    n: int,
+) -> tuple[Brood, np.ndarray] | None:
+    """Return the `n` newborn of parents in rows i64[k], as `bring_forth` has them, without those for
+    whom there is no place, and the number of each parent i64[k]; None where others must look for places."""
+    dispersal, spacing = range_of(table, way)
+    others = None if isinstance(spacing, np.ndarray) else in_the_way(table, world, n, spacing > 0)
+    if others is None:
+        return None
+    space, (place, high, apart) = world.space, others
+    which, born = np.empty(n, np.int64), np.zeros(parents.size, np.int64)
+    names, values = np.empty((2, n), np.uint64), np.empty((5, n), np.float32)
+    m = settle(
+        parents,
+        number,
+        given,
+        dispersal,
+        spacing,
+        place,
+        world.whereabouts(),
+        high,
+        apart,
+        space.lengths,
+        space.torus,
+        space.volume,
+        *rocks(world),
+        world.key,
+        which,
+        names,
+        values,
+        born,
+    )
+    if m < n:
+        which, names, values = which[:m], names[:, :m], values[:, :m]
+    # one by one: to unpack an array ends with an IndexError within numpy, which takes longer than all else
+    return Brood(which, names[0], names[1], values[0], values[1], values[2], values[3], values[4]), born
+
+
+def in_the_way(
+    table: Table, world: SpatialWorld, n: int, kin: bool
+) -> tuple[int, np.ndarray, np.ndarray] | None:
+    """Return the number of a table among all, how many rows of each table to look at, and how near the
+    surfaces of its bodies may be to a newborn's place f32 [m], below 0: they are not in the way; `kin` is
+    whether its own kind is to be looked at. None where there are many, or bodies other than spheres."""
+    tables = world.tables.values()
+    high, apart = np.zeros(len(tables), np.int64), np.zeros(len(tables), np.float32) - 1
+    pairs, place, radius = 0, 0, radius_of(table)
+    for k, other in enumerate(tables):
+        opaque = other.species.opaque and other.n and Body in other
+        if other is table:
+            place = k
+        elif not opaque:
+            continue
+        if opaque:
+            if Shape in other or Position not in other:
+                return None
+            apart[k] = radius
+        if opaque or kin:
+            high[k] = other.high
+            pairs += n * other.high
+    return (place, high, apart) if pairs <= MOST_PAIRS else None
+
+
+@njit
+def name(uid, number, which, identity):
+    """Write of which litter each newborn of a tick is, and its identity: its parent's uid for the first of a
+    litter, a hash of it for the others."""
+    n = 0
+    for i in range(uid.size):
+        for nth in range(min(number[i], which.size - n)):
+            which[n] = i
+            identity[n] = uid[i] if nth == 0 else mix(mix(uid[i]) + np.uint64(nth))
+            n += 1
+
+
+@njit
+def settle(
+    parents,
+    number,
+    given,
+    dispersal,
+    spacing,
+    table,
+    columns,
+    high,
+    apart,
+    lengths,
+    torus,
+    volume,
+    ground,
+    ground_inverse,
+    key,
+    which,
+    names,
+    values,
+    born,
+):
+    """Name the newborn, find a place for each, and write those that have one, in order: `which` litter,
+    `names` u64[2, n] identity and mother, `values` f32[5, n] place, heading and energy; count those of each
+    parent, and return their number. `columns` u64[tables, …] are addresses of `SpatialWorld.whereabouts`."""
+    n, m, uid, rows = which.size, 0, np.empty(parents.size, np.uint64), 0
+    for row in parents:
+        rows = max(rows, row + 1)
+    own, at = column_at(columns[table, 1], np.uint64, rows), np.empty((3, n), np.float32)
+    for i in range(parents.size):
+        uid[i] = own[parents[i]]
+    name(uid, number, which, names[0])
+    for axis in range(3):
+        column = column_at(columns[table, 2 + axis], np.float32, rows)
+        for i in range(n):
+            at[axis, i] = column[parents[which[i]]]
+    px, py, pz = at[0], at[1], at[2]
+    free, out, left = np.zeros(n, np.bool_), np.zeros((n, 4), np.float32), n
+    homeless = by_lot(key, names[0], APART) if spacing > 0 else np.arange(n)
+    for attempt in range(TRIES):
+        some = homeless[:left]
+        draw_places(
+            some,
+            names[0],
+            px,
+            py,
+            pz,
+            dispersal,
+            lengths,
+            torus,
+            volume,
+            ground,
+            ground_inverse,
+            key,
+            attempt,
+            out,
+            free,
+        )
+        crowded, taken = np.zeros(left, np.bool_), np.zeros(left, np.bool_)
+        look(some, free, out, spacing, table, columns, high, apart, lengths, torus, crowded, taken)
+        left = keep_apart(some, spacing, lengths, torus, crowded, taken, free, out)
+        if left == 0:
+            break
+    for i in homeless[:left]:
+        out[i, 3] = 0
+    for i in range(n):
+        if out[i, 3] > 0:
+            litter, identity = which[i], names[0, i]
+            which[m], names[0, m], names[1, m] = litter, identity, uid[litter]
+            values[0, m], values[1, m], values[2, m] = out[i, 0], out[i, 1], out[i, 2]
+            values[3, m] = draw(key, identity, random.SEX + (1 << 8)) * np.float32(6.2831855)
+            values[4, m] = given[litter]
+            born[litter] += 1
+            m += 1
+    return m
+
+
+@njit
+def look(homeless, free, places, spacing, table, columns, high, apart, lengths, torus, crowded, taken):
+    """Find out at which places of newborn i of `homeless` one of `table` lives within `spacing`, and where
+    the surface of a body of any table is nearer than `apart` of it."""
+    for t in range(high.size):
+        rows = high[t]
+        alive = column_at(columns[t, 0], np.bool_, rows)
+        x, y, z = (
+            column_at(columns[t, 2], np.float32, rows),
+            column_at(columns[t, 3], np.float32, rows),
+            column_at(columns[t, 4], np.float32, rows),
+        )
+        close = spacing * spacing if t == table and spacing > 0 else np.float32(0.0)
+        # a table without bodies that are in the way has no radius to be read
+        radius = column_at(columns[t, 5 if apart[t] >= 0 else 2], np.float32, rows)
+        for k in range(homeless.size):
+            i = homeless[k]
+            ax, ay, az, kin, body = places[i, 0], places[i, 1], places[i, 2], False, False
+            for row in range(rows if free[i] else 0):  # without branches: this becomes vector code
+                dx, dy, dz = offset(ax, ay, az, x[row], y[row], z[row], lengths, torus)
+                distance2, near = dx * dx + dy * dy + dz * dz, apart[t] + radius[row]
+                kin |= alive[row] & (distance2 < close)
+                body |= alive[row] & (distance2 < near * near)
+            crowded[k] |= kin
+            taken[k] |= body & (apart[t] >= 0)

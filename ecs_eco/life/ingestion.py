@@ -1,0 +1,56 @@
+"""What becomes of the substances of the eaten."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Chemistry, Matter, Position
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
+from ecs_eco.life.matter import bodies, book, held, hold, release
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+
+def swallow(
+    world: SpatialWorld,
+    table: Table,
+    eaters: np.ndarray,
+    prey: Table,
+    eaten: np.ndarray,
+    share: float | np.ndarray,
+) -> None:
+    """Move the substances of the eaten (rows i64[k]) into their eaters (rows i64[k], in canonical order).
+
+    The share that is assimilated, of all or of each row of the eaters' table, mixes with what the eater's
+    body holds; the rest goes where it stands.
+    """
+    if not eaten.size or Matter not in table or Chemistry not in prey:
+        return
+    left = np.zeros((eaten.size, len(world.substances)))
+    taken = ingest(eaters, eaten, share, *bodies(table), *bodies(prey), left)
+    book(world, prey, "eaten", -taken)
+    book(world, table, "eaten", taken)
+    p = table[Position]
+    release(world, table, left, p.x[eaters], p.y[eaters], p.z[eaters])
+
+
+@njit
+def ingest(eaters, eaten, share, volume, molarity, residue, food_volume, food_molarity, food_residue, left):
+    """Empty the eaten, fill the eaters, write what is not assimilated to `left` f64[k, substances] [mol];
+    return the amounts eaten f64[substances] [mol]."""
+    taken = np.zeros(molarity.shape[1])
+    for i in range(eaten.size):
+        row, food = eaters[i], eaten[i]
+        for s in range(taken.size):
+            amount = held(food_molarity, food_residue, food, s) * food_volume[food]
+            hold(food_molarity, food_residue, food, s, 0.0)
+            before = held(molarity, residue, row, s)
+            now = hold(molarity, residue, row, s, before + of_row(share, row) * amount / volume[row])
+            taken[s] += amount
+            left[i, s] = amount - (now - before) * volume[row]
+    return taken

@@ -1,0 +1,147 @@
+"""Migrants between islands: who leaves, what goes along, and how they arrive.
+
+Who leaves follows from (seed, tick, uid) alone, between two ticks. A copy of the columns of the emigrants is
+what their new island takes; only the place is new. Leaving is no death, and arriving no birth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ecs_eco.components import Load, Position
+from ecs_eco.engine import random
+from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.engine.flushes import arrive, depart
+from ecs_eco.life.founders import scatter
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+
+class Migrants(NamedTuple):
+    """Organisms of one species on their way, in the order of uids."""
+
+    uid: np.ndarray  # u64[k]
+    born: np.ndarray  # i64[k], the tick of birth
+    to: np.ndarray  # i64[k], the number of the island that they go to
+    columns: dict[str, np.ndarray]  # "Component.field" → [k, …]
+
+
+def emigrants(world: SpatialWorld) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return who leaves this island before the next tick: species → rows i64[k] in the order of uids, and
+    numbers of islands i64[k]."""
+    plan = world.config.archipelago
+    targets = np.array(plan.neighbours()[plan.number], np.int64)
+    out = {}
+    for name, chance in plan.emigration.items() if targets.size and plan.meets(world.tick) else ():
+        table = world.tables[name]
+        rows = table.by_uid()
+        rows = rows[table.cause[rows] == 0]
+        rows = rows[random.draw_many(world.key, table.uid[rows], random.MIGRATE) < chance]
+        if rows.size:
+            where = random.draw_many(world.key, table.uid[rows], random.MIGRATE + (1 << 8))
+            out[name] = rows, targets[(where * np.float32(targets.size)).astype(np.int64)]
+    return out
+
+
+def copied(world: SpatialWorld) -> dict[str, Migrants]:
+    """Return copies of those that leave before the next tick, by species; the world stays as it is.
+
+    Raises RuntimeError for one with a plain component on its entity of esper, which is no column.
+    """
+    leaving = emigrants(world)
+    for name, (rows, _) in leaving.items():
+        _refuse_plain(world, world.tables[name], rows)
+    return {
+        name: Migrants(
+            world.tables[name].uid[rows],
+            world.tables[name].born[rows],
+            to,
+            _columns(world.tables[name], rows),
+        )
+        for name, (rows, to) in leaving.items()
+    }
+
+
+def leave(world: SpatialWorld) -> None:
+    """Let those go that leave before the next tick."""
+    for name, (rows, to) in emigrants(world).items():
+        table = world.tables[name]
+        nerves = table.species.nerves
+        if nerves is not None and nerves.learning:
+            nerves.leave(rows)
+        depart(world, table, rows, to)
+
+
+def admit(world: SpatialWorld, groups: Iterable[tuple[int, Mapping[str, Migrants]]]) -> None:
+    """Let migrants arrive at random places: (number of the island that they come from, species → migrants),
+    in the order of these numbers; within a group they come in the order of uids. Those that go elsewhere are
+    left out.
+
+    Raises CheckpointError for migrants whose columns are not those of this island.
+    """
+    here = world.config.archipelago.number
+    for origin, species in groups:
+        for name, all_ in species.items():
+            mine = all_.to == here
+            if mine.any():
+                uid = all_.uid[mine]
+                values = _values(world.tables[name], {key: v[mine] for key, v in all_.columns.items()})
+                places = scatter(world.tables[name], world, uid)
+                values |= {(Position, axis): places[Position, axis] for axis in "xyz"}
+                arrive(
+                    world,
+                    world.tables[name],
+                    uid,
+                    all_.born[mine],
+                    values,
+                    np.full(uid.size, origin, np.int64),
+                )
+
+
+def _columns(table: Table, rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Return copies of all columns of some rows; what they carry stays on the island."""
+    out = {
+        f"{component.__name__}.{field}": np.array(array[rows])
+        for component, held in table.columns.items()
+        for field, array in vars(held).items()
+    }
+    for name in out:
+        if name.startswith(f"{Load.__name__}."):
+            out[name][:] = 0
+    return out
+
+
+def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type, str], np.ndarray]:
+    """Return columns by component and field."""
+    known = {
+        f"{component.__name__}.{field}": (component, field, array)
+        for component, held in table.columns.items()
+        for field, array in vars(held).items()
+    }
+    for name in {**known, **columns}:
+        mine, theirs = (
+            [] if array is None else [array.dtype.str, list(array.shape[1:])]
+            for array in (known[name][2] if name in known else None, columns.get(name))
+        )
+        if mine != theirs:
+            raise CheckpointError(
+                f"{table.name}: migrants have {name} as {theirs or 'no column'}, and this "
+                f"island as {mine or 'no column'}; a species that wanders has the same "
+                "columns on all islands"
+            )
+    return {known[name][:2]: values for name, values in columns.items()}
+
+
+def _refuse_plain(world: SpatialWorld, table: Table, rows: np.ndarray) -> None:
+    for row in rows[table.entity[rows] != 0].tolist():
+        for thing in world.context.registry.plain(table, row):
+            raise RuntimeError(
+                f"organism {table.uid[row]} of {table.name!r} has a plain "
+                f"{type(thing).__name__}, which cannot go to another island; declare it "
+                "with @component, and name it in `components`"
+            )

@@ -1,0 +1,325 @@
+"""Places for newborn: drawn near their parents or anywhere, where nothing is in the way."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ecs_eco.components import Body, Position, Shape
+from ecs_eco.engine import random
+from ecs_eco.engine.elementary import power
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
+from ecs_eco.engine.random import draw
+from ecs_eco.genomes.own_values import own_values
+from ecs_eco.life.sizes import radii_differ
+from ecs_eco.space.barriers import POINT
+from ecs_eco.space.bodies import rocks, solids
+from ecs_eco.space.geometry import into
+from ecs_eco.space.shapes import touching
+from ecs_eco.space.sight import gather, offset
+from ecs_eco.space.solids import around as solids_around
+from ecs_eco.space.terrain import ROCK, WATER, ground_at
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+TRIES = 8  # places tried before a birth fails because there is no room
+APART = random.LOT + (1 << 8)  # purpose of the draws that order newborn which keep apart from each other
+
+
+class Around(NamedTuple):
+    """Where newborn may come to be: around x, y, z f32[k] [m], no further than `dispersal` [m] (below 0:
+    anywhere) and no nearer than `spacing` [m] to others of their kind: both f32, or both f32[k]."""
+
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    dispersal: Any
+    spacing: Any
+
+    def of(self, which: np.ndarray) -> Around:
+        """Return that of some of them, i64[n]."""
+        x, y, z, dispersal, spacing = self
+        if isinstance(spacing, np.ndarray):
+            dispersal, spacing = dispersal[which], spacing[which]
+        return Around(x[which], y[which], z[which], dispersal, spacing)
+
+
+def range_of(table: Table, way: Any) -> tuple[Any, Any]:
+    """Return the `dispersal` and `spacing` of a table's newborn, as `Around` has them: both f32, or both
+    f32[high] of their parents' rows."""
+    spacing: Any = np.float32(way.spacing)
+    near: Any = np.float32(-1.0)
+    if way.place != "anywhere":
+        near = np.float32(way.dispersal or 4 * bound_of(table) * float(table.defaults[Body]["radius"]))
+        if way.dispersal is None and radii_differ(table):
+            near = np.float32(4 * bound_of(table)) * table[Body].radius[: table.high]
+            spacing = np.full(table.high, spacing)
+    if table.species.traits:
+        spacing, near = own_values(table, {"reproduction.spacing": spacing, "reproduction.dispersal": near})
+    return near, spacing
+
+
+def around(table: Table, way: Any, parents: np.ndarray) -> Around:
+    """Return where the newborn of parents in rows i64[k] may come to be."""
+    p, (near, spacing) = table[Position], range_of(table, way)
+    if isinstance(spacing, np.ndarray):
+        spacing, near = spacing[parents], near[parents]
+    return Around(p.x[parents], p.y[parents], p.z[parents], near, spacing)
+
+
+def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.ndarray) -> np.ndarray:
+    """Return (x, y, z, whether there is room) for each newborn, drawn for `identity` u64[k]: f32[k, 4]."""
+    space, ground = world.space, rocks(world)
+    out, free = np.zeros((identity.size, 4), np.float32), np.zeros(identity.size, np.bool_)
+    homeless = random.by_lot(world.key, identity, APART)
+    for attempt in range(TRIES):
+        draw_places(
+            homeless,
+            identity,
+            where.x,
+            where.y,
+            where.z,
+            where.dispersal,
+            space.lengths,
+            space.torus,
+            space.volume,
+            *ground,
+            world.key,
+            attempt,
+            out,
+            free,
+        )
+        forbidden = _forbidden(table, world, where, homeless, out, free)
+        if world.bands.divided:
+            forbidden = world.bands.either(forbidden)
+        left = keep_apart(homeless, where.spacing, space.lengths, space.torus, *forbidden, free, out)
+        homeless = homeless[:left]
+        if not homeless.size:
+            return out
+    out[homeless, 3] = 0
+    return out
+
+
+def _forbidden(
+    table: Table, world: SpatialWorld, where: Around, who: np.ndarray, out: np.ndarray, free: np.ndarray
+) -> np.ndarray:
+    """Return whether one of its kind is too near to the place of each newborn of `who` i64[n], and whether a
+    body occupies it: bool[2, n]; false for places that others judge."""
+    space, own, spacing = world.space, world.index(table), where.spacing
+    asked, forbidden = free, np.zeros((2, who.size), np.bool_)
+    if world.bands.divided:
+        asked = free.copy()
+        asked[who] &= world.bands.holds(out[who, 1])
+    crowded, taken = forbidden
+    widest = float(spacing.max() if isinstance(spacing, np.ndarray) else spacing)
+    if widest > 0:
+        _crowded(
+            who,
+            asked,
+            out,
+            spacing,
+            own.x,
+            own.y,
+            own.z,
+            own.start,
+            space.reach(widest),
+            *space.shape,
+            space.inverse,
+            space.lengths,
+            space.torus,
+            crowded,
+        )
+    radius = radius_of(table)
+    for other in world.tables.values():
+        if other.n and other.species.opaque and Body in other.columns:
+            if Shape in other.columns:
+                bodies = solids(world, [other.name])
+                _occupied_by_solids(
+                    who,
+                    asked,
+                    out,
+                    bodies.form,
+                    *space.shape,
+                    space.inverse,
+                    space.lengths,
+                    space.torus,
+                    space.volume,
+                    *bodies.cells,
+                    np.float32(radius),
+                    POINT,
+                    taken,
+                )
+                continue
+            index = own if other is table else world.index(other)
+            apart = np.float32(radius) + other[Body].radius[index.rows]
+            _occupied(
+                who,
+                asked,
+                out,
+                index.x,
+                index.y,
+                index.z,
+                index.start,
+                apart,
+                space.reach(float(np.maximum.reduce(apart, initial=0))),
+                *space.shape,
+                space.inverse,
+                space.lengths,
+                space.torus,
+                taken,
+            )
+    return forbidden
+
+
+def radius_of(table: Table) -> float:
+    """Return the radius of the smallest sphere around a newborn without genes of its own [m]."""
+    radius, way = float(table.defaults[Body]["radius"]), table.species.growth
+    if Shape in table:
+        radius *= bound_of(table)
+    return radius if way is None else radius * float(power(np.float64(way.newborn), 1 / 3))
+
+
+def bound_of(table: Table) -> float:
+    """Return the radius of the smallest sphere around a body of a table, in radii of that body."""
+    if Shape not in table:
+        return 1.0
+    form = {field: float(value) for field, value in table.defaults[Shape].items()}
+    return form.pop("rounding") + math.hypot(*form.values())
+
+
+@njit
+def draw_places(
+    homeless,
+    identity,
+    px,
+    py,
+    pz,
+    dispersal,
+    lengths,
+    torus,
+    volume,
+    ground,
+    ground_inverse,
+    key,
+    attempt,
+    out,
+    free,
+):
+    """Draw a place for each newborn i of `homeless`; free[i] says that neither water nor rock forbids it."""
+    salt = attempt << 10
+    for i in homeless:
+        u, v, w = (
+            draw(key, identity[i], random.PLACE + salt),
+            draw(key, identity[i], random.PLACE + (1 << 8) + salt),
+            draw(key, identity[i], random.PLACE + (2 << 8) + salt),
+        )
+        furthest = of_row(dispersal, i)
+        if furthest < 0:
+            x, y, z = u * lengths[0], v * lengths[1], w * lengths[2]
+        else:
+            r, a = furthest * np.sqrt(u), np.float32(6.2831855) * v
+            x, y = (
+                into(px[i] + r * np.cos(a), lengths[0], torus),
+                into(py[i] + r * np.sin(a), lengths[1], torus),
+            )
+            z = (
+                into(pz[i] + furthest * (np.float32(2) * w - np.float32(1)), lengths[2], False)
+                if volume
+                else pz[i]
+            )
+        free[i] = True
+        if ground.size > 1:  # fences leave a place free
+            kind = ground_at(ground, ground_inverse, x, y)
+            free[i] = kind not in (WATER, ROCK)
+        out[i, 0], out[i, 1], out[i, 2] = x, y, z
+
+
+@njit
+def _crowded(
+    who, asked, places, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse, lengths, torus, crowded
+):
+    """Find out at which places one of its kind lives within `spacing`, of those newborn i of `who` for whom
+    it is asked."""
+    near = np.empty(ox.size, np.int64)
+    for k in range(who.size):
+        i = who[k]
+        x, y, z, apart = places[i, 0], places[i, 1], places[i, 2], of_row(spacing, i)
+        if not (asked[i] and apart > 0):
+            continue
+        n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
+        for q in range(n):
+            dx, dy, dz = offset(x, y, z, ox[near[q]], oy[near[q]], oz[near[q]], lengths, torus)
+            if dx * dx + dy * dy + dz * dz < apart * apart:
+                crowded[k] = True
+                break
+
+
+@njit
+def keep_apart(homeless, spacing, lengths, torus, crowded, taken, free, out):
+    """Give each newborn i of `homeless` its place, out[i, 3] = 1, where that is free and not crowded, and no
+    other of this tick has one within `spacing`; move those whose place is taken to the front of `homeless`,
+    and return their number."""
+    n = 0
+    for k in range(homeless.size):
+        if crowded[k]:
+            free[homeless[k]] = False
+        out[homeless[k], 3] = 0
+    for i in homeless:
+        apart, x, y, z = of_row(spacing, i), out[i, 0], out[i, 1], out[i, 2]
+        for j in range(len(out) if free[i] and apart > 0 else 0):
+            dx, dy, dz = offset(x, y, z, out[j, 0], out[j, 1], out[j, 2], lengths, torus)
+            if out[j, 3] > 0 and dx * dx + dy * dy + dz * dz < apart * apart:
+                free[i] = False
+        out[i, 3] = 1 if free[i] else 0
+    for k in range(homeless.size):
+        if taken[k] and out[homeless[k], 3] > 0:
+            homeless[n] = homeless[k]
+            n += 1
+    return n
+
+
+@njit
+def _occupied(
+    who, asked, places, ox, oy, oz, start, apart, reach, nx, ny, nz, inverse, lengths, torus, taken
+):
+    near = np.empty(ox.size, np.int64)
+    for k in range(who.size):
+        i = who[k]
+        if taken[k] or not asked[i]:
+            continue
+        x, y, z = places[i, 0], places[i, 1], places[i, 2]
+        n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
+        for q in range(n):
+            e = near[q]
+            dx, dy, dz = offset(x, y, z, ox[e], oy[e], oz[e], lengths, torus)
+            if dx * dx + dy * dy + dz * dz < apart[e] * apart[e]:
+                taken[k] = True
+                break
+
+
+@njit
+def _occupied_by_solids(
+    who, asked, places, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, radius, point, taken
+):
+    """`_occupied` for capsules and boxes, whose surfaces are no nearer than `radius` [m] to a free place."""
+    near, seen = np.empty(len(form), np.int64), np.zeros(len(form) + 1, np.int64)
+    r = np.float64(radius)
+    for k in range(who.size):
+        i = who[k]
+        if taken[k] or not asked[i]:
+            continue
+        x, y, z = np.float64(places[i, 0]), np.float64(places[i, 1]), np.float64(places[i, 2])
+        n = solids_around(x, y, z, r, r, r, nx, ny, nz, inverse, lengths, torus, start, entry, seen, near)
+        for q in range(n):
+            e = near[q]
+            gap, _, _, _ = touching(
+                point, 0, form, e, x - form[e, 0], y - form[e, 1], z - form[e, 2], lengths, torus, volume
+            )
+            if gap < r:
+                taken[k] = True
+                break

@@ -1,0 +1,149 @@
+"""Checks that the numbers in a checkpoint are valid: a seal proves that a file is unchanged,
+not that it makes sense."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.engine.uids import island_of
+from ecs_eco.life.islands import is_island
+from ecs_eco.space import gate
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+Arrays = Mapping[str, np.ndarray]
+OWN = {"row": np.int64, "uid": np.uint64, "born": np.int64, "cause": np.uint8, "killer": np.uint64}
+MOST_ROWS = 1 << 31
+COUNTERS = ("learner.steps", "learner.updates")
+
+
+class ArrayChecks:
+    """The checks of one file against the world that is to take it;
+    each raises CheckpointError that names the file and the part."""
+
+    def __init__(self, world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
+        self.world, self.meta, self.arrays, self.where = world, meta, arrays, where
+        self.clock()
+        seen = [self.table(name, table) for name, table in world.tables.items()]
+        uids = np.sort(np.concatenate([np.zeros(0, np.uint64), *seen]))
+        if (again := np.flatnonzero(uids[1:] == uids[:-1])).size:
+            self.fail(f"uid {uids[again[0]]} lives twice; a uid is given once")
+        for name, array in arrays.items():
+            if name.endswith(COUNTERS):
+                self.counter(name, array)
+        for name, field in world.fields.items():
+            value = self.array(f"field/{name}", field.value.dtype, field.value.shape)
+            if not np.isfinite(value).all():
+                self.fail(
+                    f"the part 'field/{name}' holds {value[~np.isfinite(value)][0]}; "
+                    "allowed are finite numbers"
+                )
+
+    def fail(self, what: str) -> None:
+        """Raise the error."""
+        raise CheckpointError(f"{self.where}: {what}")
+
+    def array(self, name: str, dtype: Any, shape: tuple[int, ...]) -> np.ndarray:
+        """Return a part of the file that must have this type and shape."""
+        kept = self.arrays.get(name)
+        if kept is None:
+            raise CheckpointError(f"{self.where}: the part {name!r} is missing")
+        if kept.dtype != dtype or kept.shape != shape:
+            self.fail(
+                f"the part {name!r} is {kept.dtype}{list(kept.shape)}; "
+                f"this world needs {np.dtype(dtype)}{list(shape)}"
+            )
+        return kept
+
+    def clock(self) -> None:
+        """Check the clock, the causes of death and the surroundings."""
+        clock, causes, ambient = self.meta["clock"], self.meta["causes"], self.meta["ambient"]
+        for key, least, most in (("tick", 0, 2**62), ("next_uid", 1, 2**62), ("seed", -(2**64), 2**64)):
+            if type(clock[key]) is not int or not least <= clock[key] <= most:
+                self.fail(f"clock.{key} is {clock[key]!r}; allowed: a whole number, at least {least}")
+        if not all(isinstance(c, str) for c in causes) or len(causes) > 255 or len(set(causes)) < len(causes):
+            self.fail(f"causes are {str(causes)[:80]}; allowed: at most 255 names, each once")
+        for key, value in ambient.items():
+            if not isinstance(value, int | float) or not math.isfinite(value):
+                self.fail(f"ambient.{key} is {value!r}; allowed are finite numbers")
+
+    def table(self, name: str, table: Table) -> np.ndarray:
+        """Check the living and the newborn of one table; return the uids of the living."""
+        prefix, made = f"table/{name}", self.meta["tables"][name]
+        rows = self.arrays.get(f"{prefix}/row")
+        n = 0 if rows is None else len(np.atleast_1d(rows))
+        own = {word: self.array(f"{prefix}/{word}", dtype, (n,)) for word, dtype in OWN.items()}
+        rows, uid, capacity = own["row"], own["uid"], made["capacity"]
+        if n and (rows[0] < 0 or (rows[1:] <= rows[:-1]).any()):
+            self.fail(f"the part '{prefix}/row' does not ascend from 0 or more: {rows[:9].tolist()}")
+        if type(capacity) is not int or not (rows[-1] if n else 0) < capacity <= MOST_ROWS:
+            self.fail(
+                f"{name} has a capacity of {capacity!r}, and its last row is {rows[-1] if n else 'none'}"
+            )
+        # on an island those of others live, too
+        next_uid = self.meta["clock"]["next_uid"]
+        mine = uid[(uid == 0) | (island_of(uid) == island_of(next_uid))] if is_island(self.world) else uid
+        self.range(f"{prefix}/uid", mine, 1, next_uid - 1)
+        self.range(f"{prefix}/born", own["born"], np.iinfo(np.int64).min, self.meta["clock"]["tick"])
+        self.range(f"{prefix}/cause", own["cause"], 0, len(self.meta["causes"]))
+        for component, held in table.columns.items():
+            for field, column in vars(held).items():
+                self.array(f"{prefix}/{component.__name__}.{field}", column.dtype, (n, *column.shape[1:]))
+        self.limits(table, prefix, f"{name}, uid {{}}", uid)
+        for i, birth in enumerate(made["births"]):
+            self.births(table, f"{prefix}/births/{i}", birth)
+        return uid
+
+    def range(self, part: str, values: np.ndarray, least: int, most: int) -> None:
+        """Check that whole numbers are within limits."""
+        wrong = (
+            [v for v in (values.min(), values.max()) if not least <= int(v) <= most] if values.size else []
+        )
+        if wrong:
+            self.fail(f"the part {part!r} holds {wrong[0]}; allowed: {least} to {most}")
+
+    def counter(self, part: str, array: np.ndarray) -> None:
+        """Check one whole number, a counter."""
+        if array.dtype.kind not in "iu" or array.size != 1:
+            self.fail(f"the part {part!r} is {array.dtype}{list(array.shape)}; allowed: one whole number")
+        self.range(part, array, 0, 2**53)
+
+    def limits(self, table: Table, prefix: str, label: str, uid: np.ndarray | None = None) -> None:
+        """Check that the fields in the file are within the limits of the gate."""
+        for limits in gate.limits_of(self.world, table, heavy=True):
+            values = self.arrays.get(f"{prefix}/{limits.name}")
+            if values is not None and (wrong := limits.outside(values)).any():
+                first = int(np.flatnonzero(wrong)[0])
+                try:
+                    limits.refuse(label.format(first if uid is None else uid[first]), values[wrong])
+                except ValueError as error:
+                    self.fail(str(error))
+
+    def births(self, table: Table, prefix: str, birth: Mapping[str, Any]) -> None:
+        """Check requested births."""
+        k = len(np.atleast_1d(self.arrays.get(f"{prefix}/parent", np.zeros(0))))
+        for word in ("parent", *(["second"] if birth["second"] else [])):
+            self.array(f"{prefix}/{word}", np.uint64, (k,))
+        known = {f"{c.__name__}.{f}": d for c, fields in table.defaults.items() for f, d in fields.items()}
+        for word in birth["values"]:
+            if word not in known:
+                self.fail(f"newborn of {table.name!r} have {word!r}, which their table lacks")
+            self.array(f"{prefix}/{word}", known[word].dtype, (k, *known[word].shape))
+        self.limits(table, prefix, f"newborn {{}} of {table.name!r}")
+
+
+def check_arrays(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
+    """Raise CheckpointError that names the file and the part if these numbers are not valid for the world."""
+    try:
+        ArrayChecks(world, meta, arrays, where)
+    except (KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
+        raise CheckpointError(
+            f"{where}: its description of the world is malformed: {type(error).__name__}: {error}"
+        ) from None

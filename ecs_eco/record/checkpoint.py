@@ -1,0 +1,246 @@
+"""Checkpoints: all that decides a world's future in one file, from which it continues bit for bit.
+
+A checkpoint is a safetensors file. Its tensors are the columns of the living, fields, weights, optimisers,
+rollouts and whatever else has `state()`; its metadata holds `meta` (JSON: format, versions, configuration,
+clock, tables), `parts` (JSON: a CRC-32 of every tensor with its type and shape) and `seal` (SHA-256 of both).
+Nothing in it can run code.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import warnings
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from safetensors import SafetensorError, safe_open
+
+from ecs_eco.engine import files, portable
+from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.life.births import ticks
+from ecs_eco.record import freeze as frozen
+from ecs_eco.record.recorder import Recorder
+
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
+
+FORMAT = 3
+SUFFIX = ".safetensors"
+Arrays = dict[str, np.ndarray]
+
+
+RENAMED = {"Bear": "GiveBirth", "Leave": "LeaveRemains", "Reckon": "ResetFlows"}  # systems, since format 1
+
+
+def _from_1(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
+    """From format 1: some systems had other names; ages had no head start beside them,
+    which `Age` then computes itself."""
+    meta["systems"] = [RENAMED.get(name, name) for name in meta["systems"]]
+    for owner in [owner for owner in meta["stateful"] if owner.startswith("system/")]:
+        place, _, name = owner.rpartition("/")
+        if name in RENAMED:
+            meta["stateful"][f"{place}/{RENAMED[name]}"] = meta["stateful"].pop(owner)
+            for key in [key for key in arrays if key.startswith(f"{owner}/")]:
+                arrays[f"{place}/{RENAMED[name]}{key.removeprefix(owner)}"] = arrays.pop(key)
+    for name, made in meta["tables"].items():
+        if "Biology" in made["columns"]:
+            made["columns"]["Biology"]["head_start"] = ["<f8", []]
+            arrays[f"table/{name}/Biology.head_start"] = np.zeros(len(arrays[f"table/{name}/row"]))
+    return meta | {"format": 2}, arrays
+
+
+def _from_2(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
+    """From format 2: the rest of a digestion was counted in seconds."""
+    for name, made in meta["tables"].items():
+        if "Metabolism" in made["columns"]:
+            made["columns"]["Metabolism"]["digesting"] = ["<i4", []]
+            key = f"table/{name}/Metabolism.digesting"
+            arrays[key] = ticks(arrays[key].astype(float), meta["clock"]["dt"]).astype(np.int32)
+    return meta | {"format": 3}, arrays
+
+
+MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], Arrays]]]
+MIGRATIONS = {1: _from_1, 2: _from_2}
+"""From each older format to the next; a format without one is refused."""
+
+
+def save(world: SpatialWorld, path: str | Path) -> Path:
+    """Write a checkpoint of a world between two ticks, completely or not at all. Returns its path.
+
+    Of a world whose state is divided between processes (`ecs_eco.bands`) process 0 writes the whole. Raises
+    RuntimeError within a tick, CheckpointError for something that could not be restored, OSError where
+    nothing can be written.
+    """
+    path = Path(path)
+    meta, arrays = frozen.freeze(world)
+    if meta:
+        write(path, meta, arrays)
+    return path
+
+
+def restore(
+    cls: Any,
+    path: str | Path,
+    *,
+    threads: int = 1,
+    config: Any = None,
+    systems: Sequence[Any] = (),
+    prepare: Callable[[Any], None] | None = None,
+    record: bool = True,
+    trust: bool = False,
+) -> Any:
+    """Return the world that a checkpoint holds; `threads` may differ from before.
+
+    `config` is needed if the world was built from one with functions that no module names, `systems` if
+    systems were passed as instances: both as they were. `prepare(world)` is called before the state is
+    loaded, to add again what was added by hand. `trust` allows the code that it names to run in this process,
+    as it is now. Warns where it was written in the other mode (`engine.portable`). Raises CheckpointError;
+    ConfigError for code that nobody allowed.
+    """
+    meta, arrays = read(path)
+    if why := portable.other_mode(meta):
+        warnings.warn(f"{path}: {why}", RuntimeWarning, stacklevel=3)
+    world = frozen.thaw(cls, meta, threads, config, systems, str(path), trust)
+    if prepare is not None:
+        prepare(world)
+    if record and "recorder" in meta:
+        Recorder(world)
+    frozen.load(world, meta, arrays, str(path), trust)
+    return world
+
+
+def load(world: SpatialWorld, path: str | Path, *, trust: bool = False) -> None:
+    """Bring a world built in the same way to the state that a checkpoint holds; `trust` as of `restore`.
+
+    Raises CheckpointError.
+    """
+    meta, arrays = read(path)
+    if why := portable.other_mode(meta):
+        warnings.warn(f"{path}: {why}", RuntimeWarning, stacklevel=3)
+    frozen.load(world, meta, arrays, str(path), trust)
+
+
+def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:
+    """Write meta and arrays, completely or not at all; raises OSError that names the file."""
+    arrays = {name: np.ascontiguousarray(array).reshape(np.shape(array)) for name, array in arrays.items()}
+    # in order: the order of species and tables matters
+    text = json.dumps({"format": FORMAT, **meta}, allow_nan=False)
+    parts = json.dumps({name: _sum(array) for name, array in arrays.items()})
+    path.parent.mkdir(parents=True, exist_ok=True)
+    files.write_tensors(path, arrays, {"meta": text, "parts": parts, "seal": _seal(text, parts)})
+
+
+def read(path: str | Path) -> tuple[dict[str, Any], Arrays]:
+    """Return meta and arrays of a checkpoint; raises CheckpointError that says what is wrong with the file."""
+    meta, parts, arrays = _open(Path(path))
+    for name, wanted in parts.items():
+        if name not in arrays:
+            raise CheckpointError(f"{path}: the part {name!r} is missing")
+        if _sum(arrays[name]) != wanted:
+            raise CheckpointError(
+                f"{path}: the part {name!r} is damaged: "
+                f"its checksum is {_sum(arrays[name])[0]}, not {wanted[0]}"
+            )
+    if more := sorted(set(arrays) - set(parts)):
+        raise CheckpointError(f"{path}: holds {more[0]!r}, which it should not")
+    arrays = {name: arrays[name] for name in parts}  # in the order in which they were given
+    while (number := meta.get("format")) != FORMAT:
+        if number not in MIGRATIONS:
+            raise CheckpointError(
+                f"{path}: has the format {number}; this version of ecs-eco reads format {FORMAT}"
+            )
+        meta, arrays = MIGRATIONS[number](meta, arrays)
+    return meta, arrays
+
+
+def describe(path: str | Path) -> dict[str, Any]:
+    """Return meta of a checkpoint without reading its parts; raises CheckpointError."""
+    try:
+        files.require_regular(path)
+        with safe_open(str(path), framework="numpy") as file:
+            return _meta(Path(path), file.metadata())[0]
+    except (SafetensorError, OSError) as error:
+        raise CheckpointError(f"{path}: is no checkpoint: {error}") from None
+
+
+def latest(
+    folder: Path,
+    before: int | None = None,
+    complain: Callable[[str], None] | None = None,
+    check: Callable[[Path, dict[str, Any]], None] | None = None,
+) -> Path | None:
+    """Return the newest intact checkpoint in a folder, at or before a tick;
+    `complain` is told of damaged ones that are skipped.
+
+    `check(path, meta)` raises for an intact one that must not be used.
+    """
+    for path in sorted(folder.glob(f"tick-*{SUFFIX}"), reverse=True):
+        try:
+            if before is None or tick_of(path) <= before:
+                meta, _ = read(path)
+                if check is not None:
+                    check(path, meta)
+                return path
+        except CheckpointError as error:
+            if complain is not None:
+                complain(f"{error}; trying the one before")
+    return None
+
+
+def name_of(tick: int) -> str:
+    """Return the file name of the checkpoint of a tick."""
+    return f"tick-{tick:012d}{SUFFIX}"
+
+
+def tick_of(path: Path) -> int:
+    """Return the tick that a file name says; raises CheckpointError where it says none."""
+    word = path.name.removeprefix("tick-").removesuffix(SUFFIX)
+    if not word.isdecimal():
+        raise CheckpointError(f"{path}: a checkpoint in this folder is named like {name_of(1000)}")
+    return int(word)
+
+
+def _open(path: Path) -> tuple[dict[str, Any], dict[str, list[Any]], Arrays]:
+    try:
+        files.require_regular(path)
+        with safe_open(str(path), framework="numpy") as file:
+            meta, parts = _meta(path, file.metadata())
+            return meta, parts, {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+    except FileNotFoundError:
+        raise CheckpointError(f"{path}: no such file") from None
+    except CheckpointError:
+        raise
+    except (
+        SafetensorError,
+        OSError,
+        ValueError,
+        TypeError,
+        KeyError,
+        AttributeError,
+        MemoryError,
+        OverflowError,
+    ) as error:
+        raise CheckpointError(f"{path}: is no whole checkpoint: {error}") from None
+
+
+def _meta(path: Path, metadata: Mapping[str, str] | None) -> tuple[dict[str, Any], dict[str, list[Any]]]:
+    """Return meta and the list of parts from a file's metadata, once the seal is right."""
+    content = dict(metadata or {})
+    if set(content) != {"meta", "parts", "seal"}:
+        raise CheckpointError(f"{path}: is no checkpoint of ecs-eco, or its head is damaged")
+    if _seal(content["meta"], content["parts"]) != content["seal"]:
+        raise CheckpointError(f"{path}: its head is damaged: the seal does not fit")
+    return json.loads(content["meta"]), json.loads(content["parts"])
+
+
+def _sum(array: np.ndarray) -> list[Any]:
+    data: Any = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+    return [zlib.crc32(data), array.dtype.str, list(array.shape)]
+
+
+def _seal(text: str, parts: str) -> str:
+    return hashlib.sha256(f"{len(text)} {text}{parts}".encode()).hexdigest()

@@ -1,0 +1,70 @@
+"""A second world from a living one: frozen and restored in memory, as a checkpoint would be."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ecs_eco.engine.arguments import seed_number
+from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.engine.section import Use, function_name
+from ecs_eco.life.reconfigure import reseed
+from ecs_eco.record import freeze as frozen
+from ecs_eco.record.recorder import Recorder
+
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
+
+
+def copy(
+    world: SpatialWorld,
+    *,
+    threads: int | None = None,
+    systems: Sequence[Any] = (),
+    prepare: Callable[[Any], None] | None = None,
+) -> Any:
+    """Return a world that has its own organisms, brains and clock, the same digest, and the same future.
+
+    `threads` defaults to that of the world. `systems` are new instances of those that were passed as
+    instances; `prepare(copy)` is called before the state is loaded, to add again what was added by hand
+    (systems, tables, functions of the environment). Not copied: hooks, and where a recorder writes to; a
+    recorder of the copy keeps its records in memory. Raises CheckpointError, before anything is made, if a
+    world cannot be copied so.
+    """
+    where = f"copy of the world {world.name!r}"
+    meta, arrays = frozen.freeze(world)
+    arrays = {name: array.copy() for name, array in arrays.items()}
+    meta = json.loads(json.dumps(meta))
+    if meta["config"] is None:
+        raise CheckpointError(
+            f"{where}: it was made by hand; make another in the same way, "
+            "world.save(path), then other.load(path)"
+        )
+    handed = [s for s in world.config.systems if not isinstance(s, str | type | Use)]
+    if handed and not systems:
+        raise CheckpointError(
+            f"{where}: the system {function_name(handed[0])} was handed in as an instance, "
+            "and an instance is of one "
+            "world; hand in another: world.copy(systems=[…])"
+        )
+    config = None if handed else world.config
+    made = frozen.thaw(
+        type(world), meta, world.threads if threads is None else threads, config, systems, where
+    )
+    made.reporters = {**world.reporters, **made.reporters}  # those that were added by hand, too
+    if prepare is not None:
+        prepare(made)
+    if world.recorder is not None:
+        Recorder(made)
+    frozen.load(made, meta, arrays, where)
+    return made
+
+
+def fork(world: SpatialWorld, seed: int, **how: Any) -> Any:
+    """Return a copy with another seed: the same organisms, with other random numbers
+    from the next tick on; arguments as of `copy`."""
+    seed = seed_number(seed)
+    made = copy(world, **how)
+    reseed(made, seed)
+    return made

@@ -1,0 +1,377 @@
+"""A world as JSON and arrays, and back: the content of a checkpoint (see file.py for the file)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.config.names import names_in
+from ecs_eco.engine import portable
+from ecs_eco.engine.code import NONE, Code, CodeError
+from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.engine.interruption import require_whole, whole
+from ecs_eco.engine.section import Use, function_name
+from ecs_eco.engine.versions import versions
+from ecs_eco.life.matter import stocks
+from ecs_eco.record.check_arrays import check_arrays
+from ecs_eco.record.code import FOLDER, check_code, noted, sources
+from ecs_eco.record.land import take_land
+from ecs_eco.record.order import InOrderOf
+from ecs_eco.record.plain import Arrays, freeze_plain, load_plain, of_code, put, take
+from ecs_eco.worlds.build import build
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+OWN = ("uid", "born", "cause", "killer")  # columns of a table that belong to no component
+
+
+def freeze(world: SpatialWorld, recording: bool = True) -> tuple[dict[str, Any], Arrays]:
+    """Return all that decides a world's future: meta for JSON, and arrays by name; where its recording stands
+    too, unless that is left out; nothing where another process has it all. Raises RuntimeError within a tick.
+    """
+    require_whole(world, "save")
+    recorder = world.recorder if recording else None
+    if recorder is not None:
+        recorder.flush()
+    if (whole := world.bands.undivided(world)) is None:
+        return {}, {}
+    meta, arrays = parts_of(whole)
+    if recorder is not None:
+        meta["recorder"] = recorder.names
+        put(arrays, "recorder", recorder.state())
+    return meta, arrays
+
+
+def parts_of(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
+    """Return all that decides the future of what this process holds of a world: as `freeze`."""
+    arrays: Arrays = {}
+    meta: dict[str, Any] = {
+        "versions": versions(),
+        "target": portable.target(),
+        "name": world.name,
+        "clock": {"tick": world.tick, "seed": world.seed, "dt": world.dt, "next_uid": world.next_uid},
+        "config": None if world.config is None else world.config.resolved(),
+        "viewer": None if world.config is None else world.config.viewer.model_dump(mode="json"),
+        "folder": None if world.config is None else str(world.config.folder.absolute()),
+        "options": world.origin,
+        "reproduction": world.reproduction,
+        "ambient": world.ambient,
+        "causes": world.causes,
+        "environment": sorted(world.environment),
+        "instances": _instances(world),
+        "tables": {name: _freeze_table(table, arrays) for name, table in world.tables.items()},
+        "substances": world.substances,
+        "fields": sorted(world.fields),
+        "systems": [type(s).__name__ for s in world.systems],
+        "intervened": world.intervened,
+    }
+    for name, field in world.fields.items():
+        arrays[f"field/{name}"] = field.value
+        if field.source.any():  # emitted after the fields' turn in this tick
+            arrays[f"emitted/{name}"] = field.source
+    kept = meta["stateful"] = {}
+    for owner, part in stateful(world).items():
+        if state := part.state():
+            kept[owner] = sorted(state)
+            put(arrays, owner, state)
+    meta["plain"] = freeze_plain(world, arrays)
+    if (land := getattr(world.config, "_land", None)) is not None:
+        meta["land"] = land.sha256
+    meta["code"] = noted(sources(world.config, (name for _, name in meta["plain"])))
+    return meta, arrays
+
+
+def code_of(meta: Mapping[str, Any], where: str, trust: bool) -> Code:
+    """Return the code that a checkpoint needs: from the run that it lies in, or from where its world file
+    was. Raises CheckpointError."""
+    places = [
+        Path(where).parent.parent / FOLDER,
+        *([Path(meta["folder"])] if meta["folder"] is not None else []),
+    ]
+    return check_code(meta.get("code", []), places, where, trust)
+
+
+def thaw(
+    cls: Any,
+    meta: Mapping[str, Any],
+    threads: int,
+    config: Any,
+    systems: Sequence[Any],
+    where: str,
+    trust: bool = False,
+) -> Any:
+    """Return a world without organisms, built as the frozen one was;
+    raises CheckpointError that says what must be passed.
+
+    Raises CodeError where it needs code that nobody allowed to run here.
+    """
+    from ecs_eco.config import WorldConfig, load
+    from ecs_eco.config.extension import model_for
+    from ecs_eco.config.models.species import Species
+    from ecs_eco.engine.errors import ConfigError
+
+    if meta["config"] is None:
+        raise CheckpointError(
+            f"{where}: holds a world that was made by hand; make it again, then world.load(path)"
+        )
+    handed = {function_name(s): s for s in systems}
+    if missing := [name for name in meta["instances"] if name not in handed and config is None]:
+        raise CheckpointError(
+            f"{where}: the system {missing[0]} was handed in as an instance; "
+            "hand it in again: World.restore(path, systems=[…])"
+        )
+    try:
+        if config is None:
+            data = dict(meta["config"]) | {"viewer": meta.get("viewer") or {}}
+            data["systems"] = [
+                handed.get(name, name) if isinstance(name, str) else name for name in data["systems"]
+            ]
+            known = Species.model_fields.keys()
+            featured = any(section.keys() - known for section in data["species"].values())
+            code = code_of(meta, where, trust) if featured else None
+            loaded = (WorldConfig if code is None else model_for(code)).model_validate(data)
+            take_land(loaded, meta, where)
+            # else all of it was passed as objects
+            if code is not None or any(isinstance(value, str) for _, value in names_in(loaded)):
+                loaded._code = code or code_of(meta, where, trust)
+            else:
+                loaded = loaded.model_copy(update={"code": []})
+        else:
+            loaded = (
+                config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
+            )
+            if loaded.resolved() != meta["config"]:
+                raise CheckpointError(f"{where}: was saved with another configuration than the one handed in")
+        options = dict(meta["options"])
+        options["policies"] = {
+            name: "random" if source == "random" else "untrained"
+            for name, source in options["policies"].items()
+        }
+        options["learn"] = {
+            name: made["learning"] for name, made in meta["tables"].items() if name in loaded.species
+        }
+        world = build(cls, loaded, seed=meta["clock"]["seed"], threads=threads, populate=False, **options)
+    except CodeError as error:
+        raise of_code(where, error) from None
+    except (
+        ConfigError,
+        ImportError,
+        AttributeError,
+        ValueError,
+        TypeError,
+        LookupError,
+        ArithmeticError,
+    ) as error:
+        if isinstance(error, CheckpointError):
+            raise
+        raise CheckpointError(f"{where}: its world cannot be built here: {error}") from error
+    return world
+
+
+def load(
+    world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, trust: bool = False
+) -> None:
+    """Bring a world to a frozen state; raises CheckpointError if it is built differently,
+    before anything changes.
+
+    Raises CodeError where organisms have components of the user's own whose code nobody allowed to run here.
+    """
+    require_whole(world, "load")
+    code = code_of(meta, where, trust) if meta["plain"] else NONE
+    code.require(where)
+    _check(world, meta, arrays, where)
+    check_arrays(world, meta, arrays, where)
+    with whole(world, f"a load of {where}"):
+        _load(world, meta, arrays, where, code)
+
+
+def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, code: Code) -> None:
+    clock = meta["clock"]
+    world.seed, world.tick, world.next_uid = int(clock["seed"]), int(clock["tick"]), int(clock["next_uid"])
+    world.reproduction, world.ambient, world.causes[:] = (
+        meta["reproduction"],
+        dict(meta["ambient"]),
+        meta["causes"],
+    )
+    world.codes.clear()
+    world.intervened = [tuple(done) for done in meta["intervened"]]
+    for name, table in world.tables.items():
+        _load_table(table, meta["tables"][name], arrays)
+    for name, field in world.fields.items():
+        field.value[...] = arrays[f"field/{name}"]
+        field.source[...] = arrays.get(f"emitted/{name}", 0)
+    for owner, part in stateful(world).items():
+        if owner in meta["stateful"]:
+            _load_part(part, owner, arrays, where)
+    if world.matter is not None:
+        world.matter.turn(stocks(world, world.matter))
+    if world.recorder is not None and "recorder" in meta:
+        _load_part(InOrderOf(world, meta["recorder"], list(meta["tables"])), "recorder", arrays, where)
+    world.forget_neighbours()
+    load_plain(world, meta["plain"], arrays, where, code)
+
+
+# --- tables -------------------------------------------------------------------------------------------------
+
+
+def _freeze_table(table: Table, arrays: Arrays) -> dict[str, Any]:
+    """Put the columns of the living into `arrays`; return the description of the table."""
+    rows, prefix = table.rows(), f"table/{table.name}"
+    arrays[f"{prefix}/row"] = rows
+    for name in OWN:
+        arrays[f"{prefix}/{name}"] = getattr(table, name)[rows]
+    columns: dict[str, dict[str, Any]] = {}
+    for component, held in table.columns.items():
+        fields = columns[component.__name__] = {}
+        for field, array in vars(held).items():
+            arrays[f"{prefix}/{component.__name__}.{field}"] = array[rows]
+            fields[field] = [array.dtype.str, list(array.shape[1:])]
+    births = []
+    for i, (parents, second, values) in enumerate(table.births):
+        arrays[f"{prefix}/births/{i}/parent"] = parents
+        if second is not None:
+            arrays[f"{prefix}/births/{i}/second"] = second
+        for (component, field), array in values.items():
+            arrays[f"{prefix}/births/{i}/{component.__name__}.{field}"] = np.asarray(
+                array, table.defaults[component][field].dtype
+            )
+        births.append({"second": second is not None, "values": [f"{c.__name__}.{f}" for c, f in values]})
+    nerves = table.species.nerves
+    return {
+        "columns": columns,
+        "capacity": table.capacity,
+        "births": births,
+        "learning": bool(nerves is not None and nerves.learning),
+    }
+
+
+def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
+    prefix = f"table/{table.name}"
+    rows = arrays[f"{prefix}/row"]
+    table.reserve(int(made["capacity"]))
+    table.alive[:] = False
+    for name in OWN:
+        column = getattr(table, name)
+        column[:] = 0
+        column[rows] = arrays[f"{prefix}/{name}"]
+    table.alive[rows] = True
+    table.n, table.high = rows.size, int(rows[-1]) + 1 if rows.size else 0
+    if table.registry is not None:
+        table.registry.empty(table)
+    known = {c.__name__: c for c in table.columns}
+    for component, held in table.columns.items():
+        for field, array in vars(held).items():
+            array[rows] = arrays[f"{prefix}/{component.__name__}.{field}"]
+    table.births = []
+    for i, birth in enumerate(made["births"]):
+        values = {}
+        for word in birth["values"]:
+            component, _, field = word.rpartition(".")
+            values[known[component], field] = arrays[f"{prefix}/births/{i}/{word}"]
+        second = arrays[f"{prefix}/births/{i}/second"] if birth["second"] else None
+        table.births.append((arrays[f"{prefix}/births/{i}/parent"], second, values))
+
+
+def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
+    """Raise CheckpointError if a world's tables, fields, systems or parts differ from those frozen."""
+    tables, saved = list(world.tables), list(meta["tables"])
+    former = [] if world.config is None else list(world.config.substances)  # the order of the file
+    if not any(
+        array.any() for name, array in arrays.items() if name.endswith("/barren")
+    ):  # else it follows their order
+        tables, saved = sorted(tables), sorted(saved)
+    pairs: Any = (
+        ("tables", tables, saved),
+        ("substances", list(world.substances), meta.get("substances", former)),
+        ("fields", sorted(world.fields), meta["fields"]),
+        ("functions of the environment", sorted(world.environment), meta["environment"]),
+    )
+    for part_name, mine, theirs in pairs:
+        if mine != theirs:
+            raise CheckpointError(
+                f"{where}: was saved with the {part_name} {_words(theirs)}, and this world has {_words(mine)}"
+            )
+    if world.dt != meta["clock"]["dt"]:
+        raise CheckpointError(
+            f"{where}: was saved with dt = {meta['clock']['dt']!r:.40} s, and this world has {world.dt:g} s"
+        )
+    systems = [s for s in meta["systems"] if s != "Recorder"]
+    if (mine := [type(s).__name__ for s in world.systems if type(s).__name__ != "Recorder"]) != systems:
+        raise CheckpointError(
+            f"{where}: was saved with the systems {_words(systems)}, and this world has {_words(mine)}"
+        )
+    for name, table in world.tables.items():
+        made = {
+            c.__name__: {f: [a.dtype.str, list(a.shape[1:])] for f, a in vars(held).items()}
+            for c, held in table.columns.items()
+        }
+        theirs = meta["tables"][name]["columns"]
+        for component in {**made, **theirs}:
+            if made.get(component) != theirs.get(component):
+                raise CheckpointError(
+                    f"{where}: {component} of {name} was saved with the columns "
+                    f"{theirs.get(component)}, "
+                    f"and this world has {made.get(component)}"
+                )
+    kept: dict[str, list[str]] = {
+        owner: sorted(state) for owner, part in stateful(world).items() if (state := part.state())
+    }
+    for owner in {**kept, **meta["stateful"]}:
+        if kept.get(owner) != meta["stateful"].get(owner):
+            raise CheckpointError(
+                f"{where}: of {owner} it holds {_words(meta['stateful'].get(owner, []))}, "
+                f"and this world has {_words(kept.get(owner, []))}"
+            )
+
+
+def _words(names: Sequence[str]) -> str:
+    return ", ".join(names) or "none"
+
+
+# --- what has a state of its own ----------------------------------------------------------------------------
+
+
+def stateful(world: SpatialWorld) -> dict[str, Any]:
+    """Return everything that has state() and load(), by a name that follows from how the world is built."""
+    kept = {
+        f"table/{t.name}/trait/{key}": part
+        for t in world.tables.values()
+        for key, part in sorted(t.parts().items())
+        if _has(part)
+    }
+    kept |= {
+        f"system/{i}/{type(s).__name__}": s
+        for i, s in enumerate(world.systems)
+        if _has(s) and s is not world.recorder
+    }
+    if _has(world.terrain):
+        kept["terrain"] = world.terrain
+    return kept
+
+
+def _load_part(part: Any, owner: str, arrays: Arrays, where: str) -> None:
+    """Let a part take its state; raises CheckpointError that names it where it cannot."""
+    try:
+        part.load(take(arrays, owner))
+    except (ValueError, TypeError, KeyError, IndexError, OverflowError) as error:
+        raise CheckpointError(f"{where}: {owner} cannot take what it holds: {error}") from error
+
+
+def _has(part: Any) -> bool:
+    return (
+        callable(getattr(part, "state", None))
+        and callable(getattr(part, "load", None))
+        and not isinstance(part, type)
+    )
+
+
+def _instances(world: SpatialWorld) -> list[str]:
+    """Return the names of systems in the configuration that were handed in as instances
+    and have no state() to say what they were."""
+    listed = () if world.config is None else world.config.systems
+    return [function_name(s) for s in listed if not isinstance(s, str | type | Use) and not _has(s)]
