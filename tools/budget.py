@@ -23,7 +23,8 @@ LIMITS = ROOT / "tests" / "budget.toml"
 NAMES = {  # of a feature: its keys, classes and modules
     "eggs": {"eggs", "hatch", "hatching", "incubation", "Eggs", "Hatch", "Hatching", "Incubation"},
     "building": {"builds", "building", "Build", "Building"},
-    "carrying": {"carry", "carries", "carrying", "Carry", "Carrying", "Carrier", "Load"},
+    # not "carry" and "carrying": mothers carry young, currents carry bodies
+    "carrying": {"carries", "Carry", "Carrying", "Carrier", "Load"},
     "heat": {"heat", "Heat", "BodyHeat", "Warmth", "HeatExchange", "ExchangeHeat", "Coat", "exchange_heat"},
     "ectothermy": {"ectothermy", "Ectothermy", "SlowDown", "slow_down"},
 }
