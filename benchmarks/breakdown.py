@@ -20,7 +20,7 @@ _bench.pin_threads()
 import numpy as np
 
 from ecs_eco import World, njit
-from ecs_eco.engine.workers import Workers
+from ecs_eco.compiled.workers import Workers
 
 
 def timed(world: World) -> Counter[str]:

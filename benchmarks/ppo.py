@@ -23,7 +23,7 @@ _bench.pin_threads()
 import numpy as np
 import torch
 
-from ecs_eco.engine.workers import Workers
+from ecs_eco.compiled.workers import Workers
 from ecs_eco.learning import PPO, Brain, Learner, backward, choose
 from ecs_eco.learning.backward import BLOCK, CHUNK
 from ecs_eco.learning.ppo_kernels import loss_slopes

@@ -19,7 +19,7 @@ if (
 from typing import TYPE_CHECKING
 
 from ecs_eco._lazy import find_former_names, lazy, listing
-from ecs_eco.engine.portable import begin as _begin_portable
+from ecs_eco.compiled.portable import begin as _begin_portable
 
 if TYPE_CHECKING:
     from ecs_eco import (
@@ -40,8 +40,8 @@ if TYPE_CHECKING:
         view,
         worlds,
     )
+    from ecs_eco.compiled.jit import njit
     from ecs_eco.ecosystem import World
-    from ecs_eco.engine.jit import njit
     from ecs_eco.engine.phases import PHASES
     from ecs_eco.engine.random import draw
     from ecs_eco.engine.schema import (
@@ -104,7 +104,7 @@ _HOME = {
     "System": "engine.system",
     "PHASES": "engine.phases",
     "Table": "engine.table",
-    "njit": "engine.jit",
+    "njit": "compiled.jit",
     "draw": "engine.random",
 }
 _TYPES = (

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 from studies.common.study import Study, verdict
 
 # ruff: noqa: NPY002 (numba knows this generator, and each run seeds it)

@@ -34,7 +34,7 @@ FROZEN = """
 import json, sys
 from pathlib import Path
 from ecs_eco.cli import app
-from ecs_eco.engine.kernel import Kernel
+from ecs_eco.compiled.kernel import Kernel
 
 app(["run", "predator-prey", "--ticks", "100", "--seed", "1", "--no-report", "--quiet", "--out", sys.argv[1]],
     standalone_mode=False)

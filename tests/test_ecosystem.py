@@ -142,7 +142,7 @@ def test_surroundings_are_constant_or_a_function_of_place(world):
 
 
 def test_split_hands_every_item_to_the_kernel_once(monkeypatch):
-    monkeypatch.setattr("ecs_eco.engine.workers.PARALLEL_FROM", 10)
+    monkeypatch.setattr("ecs_eco.compiled.workers.PARALLEL_FROM", 10)
     for threads, n, parts in ((1, 100, 1), (3, 9, 1), (3, 100, 3)):
         out, calls = np.zeros(n, int), []
 
@@ -157,7 +157,7 @@ def test_split_hands_every_item_to_the_kernel_once(monkeypatch):
 
 
 def test_an_error_in_a_kernel_on_a_thread_arrives(monkeypatch):
-    monkeypatch.setattr("ecs_eco.engine.workers.PARALLEL_FROM", 0)
+    monkeypatch.setattr("ecs_eco.compiled.workers.PARALLEL_FROM", 0)
 
     def kernel(first, last):
         raise FloatingPointError("here")

@@ -13,8 +13,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from ecs_eco.engine import signatures
-from ecs_eco.engine.kernel import Kernel
+from ecs_eco.compiled import signatures
+from ecs_eco.compiled.kernel import Kernel
 from ecs_eco.worlds.first_start import LIST, kernel_of
 
 TICKS = 100
@@ -22,8 +22,8 @@ CALLS = """
 import json, sys, tempfile
 from pathlib import Path
 from ecs_eco.config import load
-from ecs_eco.engine import signatures
-from ecs_eco.engine.kernel import Kernel
+from ecs_eco.compiled import signatures
+from ecs_eco.compiled.kernel import Kernel
 from ecs_eco.runs.run import run_to_folder
 
 with tempfile.TemporaryDirectory() as folder:

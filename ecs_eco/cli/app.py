@@ -19,7 +19,7 @@ from ecs_eco.cli import (
     watch,
 )
 from ecs_eco.cli.terminal import REFUSED, complain, say
-from ecs_eco.engine.garbage import of_a_command
+from ecs_eco.compiled.garbage import of_a_command
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -54,7 +54,7 @@ def _options(
         ),
     ] = False,
 ) -> None:
-    from ecs_eco.engine.portable import PortableError, check, enable
+    from ecs_eco.compiled.portable import PortableError, check, enable
 
     try:
         enable() if portable else check()

@@ -10,7 +10,7 @@ import typer
 
 from ecs_eco.cli.folders import known_policies, results
 from ecs_eco.cli.terminal import INTERRUPTED, complain, progress, refuse, say
-from ecs_eco.engine import portable
+from ecs_eco.compiled import portable
 from ecs_eco.experiments.engines import LOCAL, check_engine
 
 UNIT = "ticks of islands"

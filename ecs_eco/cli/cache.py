@@ -23,7 +23,7 @@ cache = typer.Typer(
 @exits
 def show() -> None:
     """Say where compiled kernels are kept, and how many."""
-    from ecs_eco.engine.kernel_cache import cache_folder
+    from ecs_eco.compiled.kernel_cache import cache_folder
     from ecs_eco.worlds.first_start import MARK
 
     folder = cache_folder()
@@ -55,9 +55,9 @@ def warm(
     """Compile the kernels of worlds beforehand, so that their first start is as quick as a later one."""
     for world in worlds or []:
         allow(trust, world, None)
+    from ecs_eco.compiled.kernel_cache import cache_folder
     from ecs_eco.config import load
     from ecs_eco.config.shipped import shipped
-    from ecs_eco.engine.kernel_cache import cache_folder
     from ecs_eco.worlds.first_start import cores, known_to_list, warm
 
     configs = {world: load(world) for world in worlds or []}
@@ -80,7 +80,7 @@ def clear(
     others: Annotated[bool, typer.Option("--others", help="Only those of other versions.")] = False,
 ) -> None:
     """Remove compiled kernels; they are compiled again when they are called."""
-    from ecs_eco.engine.kernel_cache import cache_folder
+    from ecs_eco.compiled.kernel_cache import cache_folder
 
     folder = cache_folder()
     folders = _others(folder) if others else [*_others(folder), folder]
@@ -107,7 +107,7 @@ def _content(folder: Path) -> str:
 
 
 def _clear(folder: Path) -> int:
-    from ecs_eco.engine.kernel_cache import CLAIM
+    from ecs_eco.compiled.kernel_cache import CLAIM
     from ecs_eco.worlds.first_start import MARK
 
     removed = len(list(folder.glob("*.nbc")))

@@ -15,7 +15,7 @@ import typer
 
 from ecs_eco.cli.options import Quiet
 from ecs_eco.cli.terminal import FAILED, complain, exits, progress, say
-from ecs_eco.engine import portable
+from ecs_eco.compiled import portable
 
 if TYPE_CHECKING:
     from ecs_eco.testing.self_test import Outcome
@@ -145,7 +145,7 @@ def _processor(here: Target) -> Facts:
 
 
 def _disk() -> Facts:
-    from ecs_eco.engine.jit import FOLDER
+    from ecs_eco.compiled.jit import FOLDER
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

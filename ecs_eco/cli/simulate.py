@@ -14,8 +14,8 @@ import typer
 from ecs_eco.cli.archipelago import command_of, has_islands, resume_islands, run_islands
 from ecs_eco.cli.folders import known_policies, results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, progress, refuse, say
+from ecs_eco.compiled import portable
 from ecs_eco.config import load
-from ecs_eco.engine import portable
 from ecs_eco.experiments.engines import LOCAL, check_engine, engine
 from ecs_eco.record.archipelago import is_archipelago
 

@@ -13,7 +13,7 @@ from typer.core import TyperGroup
 
 from ecs_eco.cli.options import Quiet
 from ecs_eco.cli.terminal import REFUSED, complain, exits, path_of, whole
-from ecs_eco.engine import portable
+from ecs_eco.compiled import portable
 
 SEVERAL = ("ray", "slurm")  # engines whose machines may have different processors
 

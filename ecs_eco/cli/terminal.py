@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 
 import typer
 
-from ecs_eco.engine.garbage import loaded
+from ecs_eco.compiled.garbage import loaded
 
 _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"

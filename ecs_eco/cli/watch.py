@@ -13,7 +13,7 @@ import typer
 from ecs_eco.cli.options import Learn, NoBrowser, Policies, Port, Seed, Set, Threads, Trust
 from ecs_eco.cli.terminal import exits, refuse, say, whole
 from ecs_eco.cli.trust import allow
-from ecs_eco.engine import portable
+from ecs_eco.compiled import portable
 
 
 @exits

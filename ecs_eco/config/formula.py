@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.elementary import arrays
+from ecs_eco.compiled.elementary import arrays
 from ecs_eco.engine.errors import listed, nearest
 
 Values = Mapping[str, np.ndarray]

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.vectors import LANES, prefetch
 from ecs_eco.engine.addresses import address_of, column_at
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.vectors import LANES, prefetch
 
 BLOCK = 256  # rows of one block
 SPARE = 16  # numbers behind a block that may be read: a vector of the last row's goes beyond it

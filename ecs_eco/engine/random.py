@@ -11,7 +11,7 @@ import functools
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 
 _MASK = (1 << 64) - 1
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
+from ecs_eco.compiled.garbage import uncollected
 from ecs_eco.engine.doors import Cache, Components, Dead, Entities, Events, Kinds, Processors
 from ecs_eco.engine.entity import WAITING, Entity, is_column, name_of
 from ecs_eco.engine.errors import listed
-from ecs_eco.engine.garbage import uncollected
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.schema import Handle
 

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.engine.addresses import address_of, column_at
-from ecs_eco.engine.jit import njit
 
 EIGHT_ALIVE = np.uint64(0x0101010101010101)  # bytes of `alive`
 FEW = 64  # rows that are brought into order one by one

@@ -11,6 +11,7 @@ from typing import Any, Self
 import esper
 import numpy as np
 
+from ecs_eco.compiled.workers import Workers
 from ecs_eco.engine import random, turns
 from ecs_eco.engine.arguments import called_with, positive, seed_number, whole_number
 from ecs_eco.engine.bands import OneBand
@@ -24,7 +25,6 @@ from ecs_eco.engine.phases import PHASES, Scheduled
 from ecs_eco.engine.running import live
 from ecs_eco.engine.schema import C
 from ecs_eco.engine.table import Table
-from ecs_eco.engine.workers import Workers
 
 
 class World:

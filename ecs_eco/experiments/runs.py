@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.engine import portable
+from ecs_eco.compiled import portable
 from ecs_eco.engine.errors import ForeignFile
 from ecs_eco.experiments.arm import Arm
 from ecs_eco.experiments.workers import finishing

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.engine.elementary import arrays, power, scalars
+from ecs_eco.compiled.elementary import arrays, power, scalars
 
 if TYPE_CHECKING:
     from ecs_eco.genomes.models import Gene

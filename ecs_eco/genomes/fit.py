@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ecs_eco.engine.threads import one_torch_thread
+from ecs_eco.compiled.threads import one_torch_thread
 
 if TYPE_CHECKING:
     import torch

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Genome, Policy, Traits
 from ecs_eco.engine import random
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw, mix
 
 Values = dict[tuple[type, str], np.ndarray]

@@ -7,7 +7,7 @@ the same for many pairs of small numbers. A draw is a multiple of 2**-24: a chan
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 from ecs_eco.engine.random import draw, mix
 
 # The purposes of a birth's draws.

@@ -8,7 +8,7 @@ What would make a string longer than `longest`, or take its last letter, does no
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.genomes.kernels import LETTER, MUTATE, POINT_1, SALT
 

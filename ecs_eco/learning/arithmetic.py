@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.vectors import spread, where_less
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.vectors import spread, where_less
 
 # The numpy error model lets loops become vectors: Python's division by zero would need a branch. "contract"
 # permits a * b + c in one instruction, everywhere alike: a row's result does not depend on where in a block

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ecs_eco.engine.vectors import LANES, WIDE, every, load, store
+from ecs_eco.compiled.vectors import LANES, WIDE, every, load, store
 from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
 from ecs_eco.learning.brain import Brain, padded
 from ecs_eco.learning.ppo_kernels import loss_slopes

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ecs_eco.engine import portable
-from ecs_eco.engine.threads import one_blas_thread
+from ecs_eco.compiled import portable
+from ecs_eco.compiled.threads import one_blas_thread
 from ecs_eco.learning.continuous import laid_out, spreads
 from ecs_eco.learning.inference import infer
 from ecs_eco.learning.policy_network import Split

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ecs_eco.engine.vectors import LANES, load, spread, store
+from ecs_eco.compiled.vectors import LANES, load, spread, store
 from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
 from ecs_eco.learning.tiles import ROWS, column_sums, product, up
 

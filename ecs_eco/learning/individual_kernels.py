@@ -14,9 +14,9 @@ import math
 
 import numpy as np
 
+from ecs_eco.compiled.vectors import LANES, every, load, prefetch, spread, store
 from ecs_eco.engine.blocks import BLOCK, apart, block_of, flat_block_of, prefetch_row
 from ecs_eco.engine.random import draw, mix
-from ecs_eco.engine.vectors import LANES, every, load, prefetch, spread, store
 from ecs_eco.learning.arithmetic import fused_njit, largest, lone_fused_njit, tanh
 from ecs_eco.learning.individual_gradient import backward, fetch, forward, layout
 from ecs_eco.learning.individual_loss import desk_for, lay_out, loss_slopes, tell

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ecs_eco.engine.vectors import LANES, load, store, where_less
+from ecs_eco.compiled.vectors import LANES, load, store, where_less
 from ecs_eco.learning.arithmetic import exp, fused_njit, log, lone_fused_njit
 from ecs_eco.learning.tiles import up
 

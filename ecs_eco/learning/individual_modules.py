@@ -15,9 +15,9 @@ import numpy as np
 import torch
 from torch.func import functional_call, grad_and_value, vmap
 
-from ecs_eco.engine.elementary import power
+from ecs_eco.compiled.elementary import power
+from ecs_eco.compiled.threads import one_torch_thread
 from ecs_eco.engine.random import mix_int
-from ecs_eco.engine.threads import one_torch_thread
 from ecs_eco.learning.individual import Individuals, require_finite, summary
 from ecs_eco.learning.module_brain import ModuleBrain, made
 from ecs_eco.learning.policy_network import PolicyNetwork, Split

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ecs_eco.engine.vectors import LANES, WIDE, every, load, store
+from ecs_eco.compiled.vectors import LANES, WIDE, every, load, store
 from ecs_eco.learning.arithmetic import fused_njit, largest, tanh
 
 BLOCK = 64  # organisms: four vectors of the widest kind

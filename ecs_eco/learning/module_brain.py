@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from ecs_eco.engine.threads import one_torch_thread
+from ecs_eco.compiled.threads import one_torch_thread
 from ecs_eco.learning.brain import Brain
 from ecs_eco.learning.continuous import laid_out
 from ecs_eco.learning.mlp import MLP, plain

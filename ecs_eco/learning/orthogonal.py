@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ecs_eco.engine.elementary import arrays
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.elementary import arrays
+from ecs_eco.compiled.jit import njit
 
 
 def orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.threads import in_parallel
+from ecs_eco.compiled.threads import in_parallel
 from ecs_eco.learning.backward import CHUNK, Passes
 from ecs_eco.learning.brain import Brain
 from ecs_eco.learning.ppo_kernels import adam

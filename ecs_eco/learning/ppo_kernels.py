@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 from ecs_eco.learning.arithmetic import exp, fused_njit, log, lone_fused_njit
 from ecs_eco.learning.continuous import log_likelihood, slopes
 

@@ -6,7 +6,7 @@ atomic steps, who holds it.
 
 from __future__ import annotations
 
-from ecs_eco.engine.vectors import LANES, every, load, store
+from ecs_eco.compiled.vectors import LANES, every, load, store
 from ecs_eco.learning.arithmetic import fused_njit
 
 ROWS = 4  # of a tile: with two registers each, as many sums as AVX2 has to have under way at once

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.engine.workers import Workers
+from ecs_eco.compiled.workers import Workers
 from ecs_eco.learning import weights
 from ecs_eco.learning.brains import brain_of, learner_of
 from ecs_eco.learning.choice import choose, choose_best

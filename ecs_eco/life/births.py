@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Biology, Genome, LifeHistory, Metabolism, Parentage, Policy, Position
 from ecs_eco.engine import random
-from ecs_eco.engine.jit import njit
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.life import sizes
 from ecs_eco.life.broods import Brood, name, small_brood

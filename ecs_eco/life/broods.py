@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Position, Shape
 from ecs_eco.engine import random
 from ecs_eco.engine.addresses import column_at
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import by_lot, draw, mix
 from ecs_eco.life.places import APART, TRIES, draw_places, keep_apart, radius_of, range_of
 from ecs_eco.space.bodies import rocks

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Chemistry, Position
 from ecs_eco.engine.errors import UnknownName, unknown_name
-from ecs_eco.engine.jit import njit
 from ecs_eco.life.matter import bodies, held, hold
 from ecs_eco.space.geometry import cells_of
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.engine.elementary import power
+from ecs_eco.compiled.elementary import power
 from ecs_eco.space.drainage import drained
 from ecs_eco.space.land import LandMaps
 from ecs_eco.space.terrain import OPEN, ROCK, WATER, Road

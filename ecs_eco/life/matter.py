@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import arrays, power, scalars
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Chemistry, Matter, Shape
-from ecs_eco.engine.elementary import arrays, power, scalars
-from ecs_eco.engine.jit import njit
 from ecs_eco.life.islands import is_island
 from ecs_eco.space.shapes import volume as volume_of
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Body, Shape
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import lot, lots
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import arrays
 from ecs_eco.components import Body, Position, Shape
 from ecs_eco.config.models.body import Body as BodyConfig
-from ecs_eco.engine.elementary import arrays
 
 if TYPE_CHECKING:
     from ecs_eco.config.models.surroundings import ObjectType

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Chemistry, Position
 from ecs_eco.engine import random
-from ecs_eco.engine.jit import njit
 from ecs_eco.life.matter import book, first_fields, newborn_volumes
 from ecs_eco.space.geometry import cells_of
 

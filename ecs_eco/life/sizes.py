@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import power
 from ecs_eco.components import Body, Stature, Traits
-from ecs_eco.engine.elementary import power
 from ecs_eco.genomes.own_values import own_value
 
 if TYPE_CHECKING:

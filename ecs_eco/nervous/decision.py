@@ -3,8 +3,8 @@ decision-making)."""
 
 import numpy as np
 
+from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.engine import random
-from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.random import draw
 
 HIGHEST = np.finfo(np.float32).max

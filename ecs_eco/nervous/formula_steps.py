@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ecs_eco.engine.jit import lone_njit
+from ecs_eco.compiled.jit import lone_njit
 
 BLOCK = 256  # organisms that take a step at once
 NUMBER, READ, ADD, SUBTRACT, MULTIPLY, DIVIDE, LEAST, MOST = range(8)

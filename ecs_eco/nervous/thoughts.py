@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import arrays
 from ecs_eco.components import Motor, Nervous
-from ecs_eco.engine.elementary import arrays
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

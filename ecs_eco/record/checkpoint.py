@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from safetensors import SafetensorError, safe_open
 
-from ecs_eco.engine import files, portable
+from ecs_eco.compiled import portable
+from ecs_eco.engine import files
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.life.births import ticks
 from ecs_eco.record import freeze as frozen
@@ -98,7 +99,7 @@ def restore(
     `config` is needed if the world was built from one with functions that no module names, `systems` if
     systems were passed as instances: both as they were. `prepare(world)` is called before the state is
     loaded, to add again what was added by hand. `trust` allows the code that it names to run in this process,
-    as it is now. Warns where it was written in the other mode (`engine.portable`). Raises CheckpointError;
+    as it is now. Warns where it was written in the other mode (`compiled.portable`). Raises CheckpointError;
     ConfigError for code that nobody allowed.
     """
     meta, arrays = read(path)

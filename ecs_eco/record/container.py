@@ -14,7 +14,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
-from ecs_eco.engine import files, portable
+from ecs_eco.compiled import portable
+from ecs_eco.engine import files
 from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.engine.section import Section
 from ecs_eco.engine.versions import versions

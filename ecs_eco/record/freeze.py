@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled import portable
 from ecs_eco.config.names import names_in
-from ecs_eco.engine import portable
 from ecs_eco.engine.code import NONE, Code, CodeError
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.interruption import require_whole, whole

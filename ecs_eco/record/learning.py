@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Nervous
-from ecs_eco.engine.jit import njit
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

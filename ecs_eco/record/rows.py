@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.engine.addresses import column_at
-from ecs_eco.engine.jit import njit
 from ecs_eco.record.ledger import FLOWS, LEDGER
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from ecs_eco.compiled import portable
 from ecs_eco.config.models.interventions import AnyIntervention, coming
 from ecs_eco.ecosystem import World
-from ecs_eco.engine import portable
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.engine.versions import versions
 from ecs_eco.record.claim import Claim

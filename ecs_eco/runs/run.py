@@ -10,10 +10,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.loading import changed
 from ecs_eco.ecosystem import World
-from ecs_eco.engine import portable
 from ecs_eco.engine.arguments import called_with, whole_number
 from ecs_eco.engine.errors import CheckpointError, RecordingError
 from ecs_eco.engine.hooks import listening
@@ -121,7 +121,7 @@ def resume(
     `code` to run in this process, as it is now.
 
     Everything after that checkpoint is recorded again, with the same result. Raises RecordingError for a
-    folder without a run, or whose run is past `until` or was begun in the other mode (`engine.portable`);
+    folder without a run, or whose run is past `until` or was begun in the other mode (`compiled.portable`);
     FolderInUse if another process writes there; ForeignFile if a checkpoint or a part belongs to another run;
     CheckpointError.
     """

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Position, Shape, Velocity
-from ecs_eco.engine.jit import njit
 from ecs_eco.space.bodies import solids
 from ecs_eco.space.geometry import back_into
 from ecs_eco.space.shapes import contact, ray, shift_to

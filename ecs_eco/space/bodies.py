@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import arrays
 from ecs_eco.components import Body, Position, Shape
-from ecs_eco.engine.elementary import arrays
 from ecs_eco.space import sight
 from ecs_eco.space.solids import Solids
 from ecs_eco.space.terrain import ROCK

@@ -7,7 +7,7 @@ import heapq
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 
 
 def drained(height: np.ndarray, sea: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

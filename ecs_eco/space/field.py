@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.elementary import power, scalars
-from ecs_eco.engine.jit import lone_njit, njit
-from ecs_eco.engine.per_row import of_row
+from ecs_eco.compiled.elementary import power, scalars
+from ecs_eco.compiled.jit import lone_njit, njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.space.geometry import BLOCK, Space, cells_at, floor_between
 
 NOWHERE = np.empty(0, np.float32)

@@ -6,7 +6,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from ecs_eco.engine.jit import lone_njit, njit
+from ecs_eco.compiled.jit import lone_njit, njit
 
 BLOCK = 128  # places whose cells are found at once
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.jit import lone_njit, njit
+from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.engine.rows import changes
 from ecs_eco.space.geometry import Space, cell_of
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.vectors import LANES, every, floor, load, spread, store, where_less
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.vectors import LANES, every, floor, load, spread, store, where_less
 from ecs_eco.space.index import Index
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.elementary import arrays
+from ecs_eco.compiled.elementary import arrays
 
 CORNERS = 64  # of the border of a circle
 

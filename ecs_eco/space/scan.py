@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.engine.addresses import address_of, column_at
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.table import Table
 
 

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.elementary import power
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.elementary import power
+from ecs_eco.compiled.jit import njit
 
 X, Y, Z, LENGTH, WIDTH, HEIGHT, ROUND, COS, SIN = range(9)
 CONCENTRIC = 1e-9  # [m] a distance without a direction

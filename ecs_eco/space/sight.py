@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.per_row import of_row, row_of
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.per_row import of_row, row_of
 from ecs_eco.space.geometry import Space, cell_of, floor_between, half_cells, wrapped
 from ecs_eco.space.index import Index
 from ecs_eco.space.terrain import ROCK, ground_at, hill_between

@@ -3,8 +3,8 @@ nearest of a kind, by the place of it that is nearest."""
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.per_row import of_row, row_of
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.per_row import of_row, row_of
 from ecs_eco.space.shapes import nearest_on, ray, shift_to
 from ecs_eco.space.sight import ahead, hidden, rock_between
 from ecs_eco.space.solids import around

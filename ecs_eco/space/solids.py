@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 from ecs_eco.space.geometry import Space, floor_between
 from ecs_eco.space.shapes import COS, LENGTH, ROUND, SIN, WIDTH, bounds
 

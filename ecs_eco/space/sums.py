@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 from ecs_eco.space.geometry import floor_between
 from ecs_eco.space.index import Index
 

@@ -2,7 +2,7 @@
 
 import math
 
-from ecs_eco.engine.elementary import scalars
+from ecs_eco.compiled.elementary import scalars
 
 HALF_DAY = 0.5
 

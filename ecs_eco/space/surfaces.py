@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 from ecs_eco.space.bodies import solids
 from ecs_eco.space.shapes import bounds, touching
 from ecs_eco.space.solids import around

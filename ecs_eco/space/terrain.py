@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import arrays, power
+from ecs_eco.compiled.jit import njit
 from ecs_eco.engine import random
-from ecs_eco.engine.elementary import arrays, power
-from ecs_eco.engine.jit import njit
 from ecs_eco.space.geometry import Space, cell_of, cells_of, floor_between, half_cells, into
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ecs_eco.engine.elementary import arrays
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.per_row import of_row
+from ecs_eco.compiled.elementary import arrays
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.space.geometry import cell_of, into
 
 GRAVITY = 9.81  # [m/s^2]

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Metabolism, Position
 from ecs_eco.engine import random
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.life.torpor import awake

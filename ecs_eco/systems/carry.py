@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Carrier, Load, Metabolism, Position
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import lots
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value

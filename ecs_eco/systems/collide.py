@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Position, Shape, Velocity
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.space.barriers import barriers, hold_back
 from ecs_eco.space.bodies import merged, rocks, solids

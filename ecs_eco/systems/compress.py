@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Physical, Position
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:

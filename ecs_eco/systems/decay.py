@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import scalars
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Metabolism
-from ecs_eco.engine.elementary import scalars
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Memory, Motor, Nervous
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.learning import choose
 from ecs_eco.learning.continuous import draw_numbers

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import scalars
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Chemistry, Matter, Position
-from ecs_eco.engine.elementary import scalars
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.life.matter import bodies, held, hold, release
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.per_row import of_row
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.matter import bodies, held, hold, part_lost

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Body, Coat, HeatExchange, Metabolism, Physical, Position, Shape
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.space.bodies import extents

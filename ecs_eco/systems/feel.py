@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Nervous
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.formula_steps import AS_READ, BLOCK, Steps, take_steps
 from ecs_eco.nervous.networks import HappinessNetwork

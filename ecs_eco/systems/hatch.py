@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Chemistry, Genome, Incubation, Metabolism, Parentage, Policy, Position
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.life import sizes
 from ecs_eco.life.births import headings, newborn

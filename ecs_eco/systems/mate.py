@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import power
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Biology, Body, Genome, Gestation, Metabolism, Nervous, Position, Shape
 from ecs_eco.components.biology import FEMALE, MALE
 from ecs_eco.engine import random
-from ecs_eco.engine.elementary import power
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import bits, draw, mix
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Biology, Breeding
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:

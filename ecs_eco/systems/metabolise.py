@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import power
+from ecs_eco.compiled.jit import lone_njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Body, Metabolism, Velocity
-from ecs_eco.engine.elementary import power
-from ecs_eco.engine.jit import lone_njit
-from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.torpor import LEAST_ENERGY

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import arrays, power
+from ecs_eco.compiled.jit import lone_njit, njit
+from ecs_eco.compiled.per_row import is_own, of_row, row_of
+from ecs_eco.compiled.trigonometry import sine_and_cosine
 from ecs_eco.components import Motor, Nervous, Position, Velocity, Vigour
-from ecs_eco.engine.elementary import arrays, power
-from ecs_eco.engine.jit import lone_njit, njit
-from ecs_eco.engine.per_row import is_own, of_row, row_of
 from ecs_eco.engine.system import System
-from ecs_eco.engine.trigonometry import sine_and_cosine
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.gaits import own_gaits
 from ecs_eco.life.sizes import share_of_adult

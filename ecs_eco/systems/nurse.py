@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Biology, Body, Metabolism, Nervous, Parentage, Position, Shape
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.life.births import rows_of

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.compiled.jit import lone_njit, njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Biology, LifeHistory, Nervous
 from ecs_eco.config.numbers import labels
 from ecs_eco.engine.addresses import address_of, column_at
-from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.noted import Noted
-from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.schema import Columns
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Chemistry, Matter
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.life.births import rows_of
 from ecs_eco.life.matter import book, held, hold

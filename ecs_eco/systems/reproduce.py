@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import arrays
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Biology, Body, Metabolism, Position
 from ecs_eco.engine import random
-from ecs_eco.engine.elementary import arrays
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.rows import FEW
 from ecs_eco.engine.system import System

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import power
 from ecs_eco.components import Metabolism, Position, Vigour
-from ecs_eco.engine.elementary import power
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value, own_values
 from ecs_eco.life.climate import temperatures

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import scalars
+from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.engine import random
-from ecs_eco.engine.elementary import scalars
-from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.rows import NOBODY, changes
 from ecs_eco.engine.system import System

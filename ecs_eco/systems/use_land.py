@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import scalars
 from ecs_eco.components import Body, Position
 from ecs_eco.engine import random
-from ecs_eco.engine.elementary import scalars
 from ecs_eco.engine.system import System
 from ecs_eco.life.births import room
 from ecs_eco.life.founders import future, newcomers

@@ -94,7 +94,7 @@ def act(world: World, kind: type[System]) -> None:
 @contextmanager
 def all_threads() -> Iterator[None]:
     """Within this block worlds use all their threads, however few organisms they have."""
-    from ecs_eco.engine import workers
+    from ecs_eco.compiled import workers
 
     before, workers.PARALLEL_FROM = workers.PARALLEL_FROM, 0
     try:

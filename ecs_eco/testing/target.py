@@ -9,7 +9,7 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import NamedTuple
 
-from ecs_eco.engine import portable
+from ecs_eco.compiled import portable
 
 COMPUTING = ("numpy", "numba", "llvmlite", "torch", "deap", "scipy")  # whose versions results may depend on
 OTHERS = (

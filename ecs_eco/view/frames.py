@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 
 MAGIC = 0x31434545  # "EEC1"
 HEADER = struct.Struct("<IIIIffI")

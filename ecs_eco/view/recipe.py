@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ecs_eco.engine import portable
+from ecs_eco.compiled import portable
 from ecs_eco.view.source import Message
 
 

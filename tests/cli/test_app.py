@@ -205,7 +205,7 @@ def test_commands_that_repeat_a_run_allow_its_code_and_name_the_mode(monkeypatch
         fork = of_run("my-run", bool(code), 3, None)["command"]
         assert ["--trust" in command.split() for command in (run, fork)] == [bool(code)] * 2
         assert "--portable" not in run + fork
-    monkeypatch.setattr("ecs_eco.engine.portable._on", True)
+    monkeypatch.setattr("ecs_eco.compiled.portable._on", True)
     assert command_of("own.toml", SimpleNamespace(code=[]), 1, 5, "random", [], None, None) == (
         "ecs-eco --portable run own.toml --seed 1 --ticks 5 --policies random --out DIR"
     )

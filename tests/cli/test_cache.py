@@ -4,7 +4,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ecs_eco.cli import app
-from ecs_eco.engine import kernel_cache
+from ecs_eco.compiled import kernel_cache
 from ecs_eco.worlds import first_start
 
 

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from ecs_eco.cli.sweeping import settle
 settle(sys.argv[1] or None, Path(sys.argv[2]))
-from ecs_eco.engine import portable
+from ecs_eco.compiled import portable
 print(portable.mode(), "numpy" in sys.modules)
 """
 BARE = {key: value for key, value in os.environ.items() if key != "ECS_ECO_PORTABLE"}

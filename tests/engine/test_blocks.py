@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from ecs_eco import Table, World, component, f32, njit
+from ecs_eco.compiled.vectors import LANES, load, store
 from ecs_eco.engine.blocks import BLOCK, SPARE, Blocked, apart, block_of, flat_block_of, prefetch_row
-from ecs_eco.engine.vectors import LANES, load, store
 from ecs_eco.testing import check_component
 
 

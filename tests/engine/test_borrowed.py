@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 
 
 @njit

@@ -159,7 +159,7 @@ def test_a_handler_of_ones_own_is_asked_as_before():
 
 
 def test_after_an_error_nobody_is_at_work_on_the_world(monkeypatch):
-    monkeypatch.setattr("ecs_eco.engine.workers.PARALLEL_FROM", 0)
+    monkeypatch.setattr("ecs_eco.compiled.workers.PARALLEL_FROM", 0)
     done = np.zeros(2)
 
     def kernel(first, last):

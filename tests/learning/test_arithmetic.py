@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from ecs_eco.engine.vectors import LANES, load, store
+from ecs_eco.compiled.vectors import LANES, load, store
 from ecs_eco.learning.arithmetic import exp, fused_njit, log, tanh
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from ecs_eco.engine.workers import Workers
+from ecs_eco.compiled.workers import Workers
 from ecs_eco.learning import Brain
 from ecs_eco.learning.backward import CHUNK
 

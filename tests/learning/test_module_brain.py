@@ -7,7 +7,7 @@ import pytest
 import torch
 from torch import nn
 
-from ecs_eco.engine.workers import Workers
+from ecs_eco.compiled.workers import Workers
 from ecs_eco.learning import MLP, Brain, ModuleBrain, from_torch
 from ecs_eco.learning.brains import brain_of
 from ecs_eco.learning.module_brain import as_brain, as_module, make

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ecs_eco.engine.vectors import LANES
+from ecs_eco.compiled.vectors import LANES
 from ecs_eco.learning.tiles import ROWS, column_sums, product, up
 
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from ecs_eco import World
-from ecs_eco.engine import portable
+from ecs_eco.compiled import portable
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record import resume, run_to_folder
 

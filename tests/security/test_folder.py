@@ -67,7 +67,7 @@ def test_settings_of_numba_in_that_folder_are_not_in_force(folder: Path) -> None
         f"disable_jit: 1\ncache_dir: {folder}/kernels\n", encoding="utf-8"
     )
     asked = "print(numba.config.DISABLE_JIT, numba.config.CACHE_DIR)"
-    script = f"import numba\nprint(numba.config.DISABLE_JIT)\nimport ecs_eco.engine.jit\n{asked}"
+    script = f"import numba\nprint(numba.config.DISABLE_JIT)\nimport ecs_eco.compiled.jit\n{asked}"
     output = python(folder, script, NUMBA_CACHE_DIR="").split()
     assert output == ["1", "0"], "first by numba alone, then as this package has it"
     assert not (folder / "kernels").exists()

@@ -8,16 +8,16 @@ import time
 
 import pytest
 
+from ecs_eco.compiled import jit, signatures
+from ecs_eco.compiled.kernel import Kernel
+from ecs_eco.compiled.kernel_cache import CLAIM, Folder
 from ecs_eco.config.shipped import shipped
-from ecs_eco.engine import jit, signatures
-from ecs_eco.engine.kernel import Kernel
-from ecs_eco.engine.kernel_cache import CLAIM, Folder
 from ecs_eco.engine.processes import python
 from ecs_eco.worlds import first_start
 from tools import make_kernels
 
 KERNEL = """
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 
 
 @njit

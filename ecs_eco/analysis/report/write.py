@@ -19,9 +19,9 @@ from ecs_eco.analysis.report.pictures import draw
 from ecs_eco.analysis.report.recorded import ages_at_death
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.style import as_delivered
+from ecs_eco.compiled.garbage import uncollected
 from ecs_eco.config.measurements import Outside, read_outside
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.engine.garbage import uncollected
 
 
 def write_report(

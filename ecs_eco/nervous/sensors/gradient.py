@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.per_row import of_row
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor
 from ecs_eco.space.field import at as field_at
 from ecs_eco.space.geometry import into

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import arrays, scalars
+from ecs_eco.compiled.jit import lone_njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Shape
-from ecs_eco.engine.elementary import arrays, scalars
-from ecs_eco.engine.jit import lone_njit
-from ecs_eco.engine.per_row import of_row
 from ecs_eco.nervous.sensors.kin import nearest_kin
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, in_light, of_sensor, own_range, place_of
 from ecs_eco.space import sight

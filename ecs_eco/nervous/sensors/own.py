@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numba
 import numpy as np
 
+from ecs_eco.compiled.elementary import power
+from ecs_eco.compiled.jit import lone_njit
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Biology, Body, Chemistry, Load, Metabolism, Physical, Shape
 from ecs_eco.engine.addresses import address_of, column_at
-from ecs_eco.engine.elementary import power
-from ecs_eco.engine.jit import lone_njit
-from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.schema import Columns
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, place_of
 from ecs_eco.space.bodies import extents

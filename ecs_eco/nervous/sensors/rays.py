@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import arrays
 from ecs_eco.components import Body, Shape
-from ecs_eco.engine.elementary import arrays
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, in_light, of_sensor, own_range, place_of
 from ecs_eco.space import sight
 from ecs_eco.space.bodies import merged, opaque_ground, relief, solids, tops

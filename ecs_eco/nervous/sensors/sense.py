@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.compiled.elementary import arrays
 from ecs_eco.components import Body, Position, Senses, Shape
-from ecs_eco.engine.elementary import arrays
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.geometry import back_into

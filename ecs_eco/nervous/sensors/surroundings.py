@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.engine.elementary import arrays
+from ecs_eco.compiled.elementary import arrays
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, place_of
 
 if TYPE_CHECKING:

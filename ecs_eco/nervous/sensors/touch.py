@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Position, Shape
-from ecs_eco.engine.jit import njit
 from ecs_eco.nervous.sensors.sense import Seekers, Sense
 from ecs_eco.space import sight
 from ecs_eco.space.bodies import merged, solids

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Chemistry, Nervous, Velocity
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.schema import component, f32
 from ecs_eco.engine.system import System
 from ecs_eco.life.matter import booked

@@ -134,8 +134,8 @@ class _Checkpoints(_Judge):
         return [sorted((self.whole / "checkpoints").glob("tick-*"))[-1].relative_to(self.whole)]
 
     def asked(self, path: Path, seed: int) -> dict[str, Any]:
-        from ecs_eco.record import checkpoint
         from ecs_eco.engine.errors import CheckpointError
+        from ecs_eco.record import checkpoint
 
         damaged, (meta, arrays) = self.folder / path, checkpoint.read(self.whole / path)
         try:
@@ -157,8 +157,8 @@ class _Checkpoints(_Judge):
 
     def _without(self, damaged: Path, message: str, seed: int) -> dict[str, Any]:
         """Whether the one before is used; and, now and then, whether the run goes on to the same end."""
-        from ecs_eco.record import checkpoint
         from ecs_eco.engine.errors import CheckpointError
+        from ecs_eco.record import checkpoint
 
         try:
             if checkpoint.describe(damaged) != checkpoint.describe(

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ecs_eco.engine.inner import Linked
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.inner import Linked
+from ecs_eco.compiled.jit import njit
 
 
 @njit
@@ -53,7 +53,7 @@ def outer(array):
 SCRIPT = """
 import numpy as np
 from inner_kept import roots, factorials
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 
 @njit
 def twice(array):  # without a file: compiled in each process, with what is kept of `root`

@@ -1,7 +1,7 @@
 """The functions of the portable mode in the places of the C library's.
 
 Kernels call `exp`, `cosf` and others by name; LLVM asks here first where a name leads. So a kernel needs no
-word about it, and what it calls can be read off its object code (`ecs_eco.engine.elf`).
+word about it, and what it calls can be read off its object code (`ecs_eco.compiled.elf`).
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 from numba import carray, types
 from numba.core.ccallback import CFunc
 
-from ecs_eco.engine import libm
-from ecs_eco.engine.kernel_cache import Folder, KernelCache
+from ecs_eco.compiled import libm
+from ecs_eco.compiled.kernel_cache import Folder, KernelCache
 
 NAMES = frozenset(f"{name}{kind}" for name in (*libm.ONE, *libm.TWO, "sincos") for kind in ("", "f"))
 """The names of the C library that lead to functions of the portable mode."""

@@ -8,9 +8,9 @@ import numba
 from numba.core.cpu import CPUTargetOptions
 from numba.core.options import TargetOptions
 
-from ecs_eco.engine import portable
-from ecs_eco.engine.kernel import Kernel, kernel
-from ecs_eco.engine.kernel_cache import Folder, KernelCache, cache_folder
+from ecs_eco.compiled import portable
+from ecs_eco.compiled.kernel import Kernel, kernel
+from ecs_eco.compiled.kernel_cache import Folder, KernelCache, cache_folder
 
 numba.core.config._config_fname = ""  # no .numba_config.yaml of the folder that a command happens to run in
 numba.config.reload_config()  # type: ignore[no-untyped-call]
@@ -21,7 +21,7 @@ if portable.on():
     numba.config.CPU_NAME, numba.config.CPU_FEATURES = portable.CPU, ""  # type: ignore[attr-defined]
 FOLDER = Folder(cache_folder())
 if portable.on():
-    from ecs_eco.engine.linking import install
+    from ecs_eco.compiled.linking import install
 
     install(FOLDER)
 

@@ -7,13 +7,13 @@ import sys
 
 import pytest
 
-from ecs_eco.engine import portable
+from ecs_eco.compiled import portable
 
 CHILD = """
 import json
 import ecs_eco, os
 from ecs_eco import World
-from ecs_eco.engine import elementary, jit, portable
+from ecs_eco.compiled import elementary, jit, portable
 from ecs_eco.learning.arithmetic import tanh
 from numba.core.registry import cpu_target
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ecs_eco.engine import elementary, libm, portable
+from ecs_eco.compiled import elementary, libm, portable
 
 PACKAGE = Path(elementary.__file__).parents[1]
 OF_WORLDS = (

@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.vectors import LANES, every, load, prefetch, store
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.vectors import LANES, every, load, prefetch, store
 
 
 @njit

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.engine import workers
-from ecs_eco.engine.pace import AGAIN, RARELY, SAMPLES, SOON, WARM, Pace
-from ecs_eco.engine.workers import IDLE, Workers
+from ecs_eco.compiled import workers
+from ecs_eco.compiled.pace import AGAIN, RARELY, SAMPLES, SOON, WARM, Pace
+from ecs_eco.compiled.workers import IDLE, Workers
 
 
 def ways_of(pace, ticks, seconds):

@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine import portable
+from ecs_eco.compiled import portable
 
 scalars: Any = math
 arrays: Any = np
 power: Any = operator.pow
 
 if portable.on():
-    from ecs_eco.engine.substitutes import arrays, power, scalars
+    from ecs_eco.compiled.substitutes import arrays, power, scalars
 
 __all__ = ["arrays", "power", "scalars"]

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from ecs_eco.engine import jit
-from ecs_eco.engine import kernel_cache as module
-from ecs_eco.engine.kernel_cache import Folder, KernelCache, why_not_private
+from ecs_eco.compiled import jit
+from ecs_eco.compiled import kernel_cache as module
+from ecs_eco.compiled.kernel_cache import Folder, KernelCache, why_not_private
 
 KERNEL = """
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 
 @njit
 def triple(x):
@@ -312,7 +312,7 @@ def test_disabled_compilation_leaves_plain_python():
     assert process_.stdout == "7\n"
 
 
-LINKED = "ecs_eco.engine.libm"  # parts of functions that `linking` keeps
+LINKED = "ecs_eco.compiled.libm"  # parts of functions that `linking` keeps
 
 
 def test_all_kernels_of_the_package_are_kept_in_it():

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine import libm
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled import libm
+from ecs_eco.compiled.jit import njit
 
 _NUMPYS = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2", "pow": "power"}
 _CODES = {name: code for code, name in enumerate((*libm.ONE, *libm.TWO))}

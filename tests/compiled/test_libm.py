@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from ecs_eco.engine import libm
+from ecs_eco.compiled import libm
 
 RANGES = {
     "exp": (-40, 40),
@@ -67,7 +67,7 @@ def test_angles_and_lengths_agree_in_all_quarters_and_at_their_ends():
 
 
 def test_they_become_code_that_calls_no_library():
-    from ecs_eco.engine.linking import NAMES
+    from ecs_eco.compiled.linking import NAMES
 
     @numba.njit
     def all_of_them(x):

@@ -5,8 +5,8 @@ import gc
 import numpy as np
 import pytest
 
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.kernel import Inner, Kernel
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.kernel import Inner, Kernel
 
 
 @njit

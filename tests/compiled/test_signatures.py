@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import typeof, types
 
-from ecs_eco.engine import signatures
+from ecs_eco.compiled import signatures
 
 
 def readonly(array):

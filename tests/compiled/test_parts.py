@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from numba.core.runtime import _nrt_python, rtsys
 
-from ecs_eco.engine import helpers, parts, team, workers
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.workers import Workers
+from ecs_eco.compiled import helpers, parts, team, workers
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.workers import Workers
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="only what is compiled has parts")
 
@@ -195,9 +195,9 @@ def test_worlds_in_threads_have_teams_of_their_own(monkeypatch):
 
 SCRIPT = """
 import numpy as np
-from ecs_eco.engine import jit
+from ecs_eco.compiled import jit
 from ecs_eco.systems.age import grow_old
-from ecs_eco.engine.team import Team
+from ecs_eco.compiled.team import Team
 
 n = 100
 those = Team(1)

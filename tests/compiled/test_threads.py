@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from ecs_eco.engine.threads import in_parallel, one_blas_thread
+from ecs_eco.compiled.threads import in_parallel, one_blas_thread
 
 NUMBERS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
@@ -15,7 +15,7 @@ UPDATES = """
 import hashlib, sys
 import numpy as np
 from ecs_eco.learning import PPO, Brain
-from ecs_eco.engine.workers import Workers
+from ecs_eco.compiled.workers import Workers
 from ecs_eco.learning.ppo import Learner
 
 def learn(n, workers):

@@ -20,11 +20,11 @@ from numba import types
 from numba.core.cgutils import unpack_tuple
 from numba.extending import intrinsic
 
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.kernel import Kernel, kernel
-from ecs_eco.engine.kernel_cache import KernelCache
-from ecs_eco.engine.spinning import number, rest
-from ecs_eco.engine.vectors import place
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.kernel import Kernel, kernel
+from ecs_eco.compiled.kernel_cache import KernelCache
+from ecs_eco.compiled.spinning import number, rest
+from ecs_eco.compiled.vectors import place
 
 # Places in the record of a team, i64[RECORD]; those that are written by several are 64 bytes from each other
 JOB, NEXT, INSIDE = 0, 8, 16  # the number of the job; the next part to be done; how many helpers are inside

@@ -18,7 +18,7 @@ from numba.core.cgutils import get_or_insert_function
 from numba.core.typing import templates as _templates
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
-from ecs_eco.engine import portable
+from ecs_eco.compiled import portable
 
 LANES = 16
 # Whether a vector is one register, of 32: loops may then keep twice as many sums in registers as elsewhere.

@@ -14,11 +14,11 @@ from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from ecs_eco.engine.pace import Pace
+from ecs_eco.compiled.pace import Pace
 
 if TYPE_CHECKING:
-    from ecs_eco.engine.helpers import Helper
-    from ecs_eco.engine.team import Team
+    from ecs_eco.compiled.helpers import Helper
+    from ecs_eco.compiled.team import Team
 
 PARALLEL_FROM = 1500  # organisms of some 30 ns each: fewer do not repay a second thread; 0: all is divided
 PART = 1000  # organisms of some 30 ns each: who comes late leaves so many to others
@@ -146,7 +146,7 @@ class Workers:
 def _team(threads: int) -> Team | None:
     if threads == 1:
         return None
-    from ecs_eco.engine.team import Team
+    from ecs_eco.compiled.team import Team
 
     return Team(threads - 1)
 

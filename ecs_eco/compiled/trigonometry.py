@@ -3,7 +3,7 @@ the same in every build of it."""
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.compiled.jit import njit
 
 _f32, _i32 = np.float32, np.int32
 _QUARTERS = _f32(2 / np.pi)

@@ -2,7 +2,7 @@
 
 Off unless the variable ECS_ECO_PORTABLE is 1, or `enable` is called before numpy and numba are loaded. It
 fixes what compilers and libraries would choose by the processor at hand: `variables` has these choices. What
-libraries offer no choice of is replaced: elementary functions by `ecs_eco.engine.libm`, the orthogonal
+libraries offer no choice of is replaced: elementary functions by `ecs_eco.compiled.libm`, the orthogonal
 matrices that networks begin with by `ecs_eco.learning.orthogonal`.
 
 Nothing is imported here that loads numpy.

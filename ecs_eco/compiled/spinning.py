@@ -13,8 +13,8 @@ from numba import types
 from numba.core.cgutils import get_or_insert_function
 from numba.extending import intrinsic
 
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.vectors import place
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.vectors import place
 
 X86 = platform.machine().lower() in ("x86_64", "amd64", "i386", "i686")
 _insert: Any = get_or_insert_function  # numba's are not annotated

@@ -9,11 +9,11 @@ import weakref
 import numpy as np
 import pytest
 
-from ecs_eco.engine import helpers, workers
-from ecs_eco.engine.helpers import Helper
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.parts import record_of_a_team
-from ecs_eco.engine.workers import Workers
+from ecs_eco.compiled import helpers, workers
+from ecs_eco.compiled.helpers import Helper
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.parts import record_of_a_team
+from ecs_eco.compiled.workers import Workers
 
 LONG = 0.05  # [s] longer than a helper stays awake
 

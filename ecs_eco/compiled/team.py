@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine import parts
-from ecs_eco.engine.helpers import AWAKE, Helper
-from ecs_eco.engine.parts import alone, can_be_divided, divided
-from ecs_eco.engine.spinning import looks_of
+from ecs_eco.compiled import parts
+from ecs_eco.compiled.helpers import AWAKE, Helper
+from ecs_eco.compiled.parts import alone, can_be_divided, divided
+from ecs_eco.compiled.spinning import looks_of
 
 NAP = 50e-6  # [s] between looks at who is late: its core has other work
 

@@ -24,8 +24,8 @@ import numba
 from numba.core import config, serialize
 from numba.core.caching import NullCache
 
-from ecs_eco.engine import portable
-from ecs_eco.engine.compiled import from_bytes, to_bytes
+from ecs_eco.compiled import portable
+from ecs_eco.compiled.machine_code import from_bytes, to_bytes
 
 SEAL = 32  # [bytes] of SHA-256, at the head of a file
 CLAIM, PATIENCE = ".claim", 120.0  # of a process that compiles; how long another waits for it [s]

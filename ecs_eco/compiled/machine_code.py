@@ -16,8 +16,8 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompileResult, compile_result
 from numba.core.environment import Environment, lookup_environment
 
-from ecs_eco.engine.elf import undefined
-from ecs_eco.engine.inner import Linked, stand_in
+from ecs_eco.compiled.elf import undefined
+from ecs_eco.compiled.inner import Linked, stand_in
 
 
 def to_bytes(result: Any) -> bytes:

@@ -9,15 +9,15 @@ import numba
 import numpy as np
 import pytest
 
-from ecs_eco.engine import portable
-from ecs_eco.engine.elf import undefined
-from ecs_eco.engine.linking import EXACT, NAMES
+from ecs_eco.compiled import portable
+from ecs_eco.compiled.elf import undefined
+from ecs_eco.compiled.linking import EXACT, NAMES
 
 CHILD = """
 import json, math
 import ecs_eco
 import numpy as np
-from ecs_eco.engine import libm
+from ecs_eco.compiled import libm
 @ecs_eco.njit
 def double(x): return np.sin(x), np.cos(x), x ** 1.5, np.hypot(x, x)
 @ecs_eco.njit

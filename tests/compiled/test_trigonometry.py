@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ecs_eco.engine.jit import njit
-from ecs_eco.engine.trigonometry import sine_and_cosine
+from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.trigonometry import sine_and_cosine
 
 
 @njit

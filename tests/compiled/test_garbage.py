@@ -4,11 +4,11 @@ import gc
 import subprocess
 import sys
 
-from ecs_eco.engine.garbage import uncollected
+from ecs_eco.compiled.garbage import uncollected
 
 COMMAND = """
 import gc
-from ecs_eco.engine.garbage import loaded, of_a_command
+from ecs_eco.compiled.garbage import loaded, of_a_command
 
 usual = gc.get_threshold()
 with of_a_command():
@@ -38,7 +38,7 @@ def test_a_command_begins_and_ends_without_looking_at_what_it_has_loaded():
 
 
 def test_loading_changes_nothing_outside_of_a_command():
-    from ecs_eco.engine.garbage import loaded
+    from ecs_eco.compiled.garbage import loaded
 
     before = gc.get_threshold(), gc.get_freeze_count()
     loaded()

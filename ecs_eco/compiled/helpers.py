@@ -15,8 +15,8 @@ from typing import Any
 import numba
 import numpy as np
 
-from ecs_eco.engine.parts import serve
-from ecs_eco.engine.spinning import changes, looks_of
+from ecs_eco.compiled.parts import serve
+from ecs_eco.compiled.spinning import changes, looks_of
 
 AWAKE = 1e-3  # [s] of looking at a counter before one sleeps
 ASKED, DONE = 10e-6, 2e-6  # [s] from a counter's change to the GIL, for a helper and for who waits for it
@@ -34,7 +34,7 @@ class Helper:
 
     It begins with the first piece, and lives until `end`. One thread alone may ask it. What it and who waits
     for it write is ordered by the GIL, which both hold whenever they touch anything but the counters. While
-    it is awake it also takes parts of kernels, of its team's record (`ecs_eco.engine.parts`).
+    it is awake it also takes parts of kernels, of its team's record (`ecs_eco.compiled.parts`).
     """
 
     def __init__(self, record: np.ndarray) -> None:

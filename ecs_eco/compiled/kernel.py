@@ -2,7 +2,7 @@
 
 What Python calls needs code that takes numbers out of Python's objects: with thirty arrays that is most of
 it. What other kernels call needs none, so it is compiled by itself, without; and no machine code, see
-`ecs_eco.engine.inner`.
+`ecs_eco.compiled.inner`.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ import numba
 from numba import types
 from numba.core.registry import CPUDispatcher
 
-from ecs_eco.engine.garbage import uncollected
-from ecs_eco.engine.inner import InnerPipeline, OuterPipeline
-from ecs_eco.engine.kernel_cache import KernelCache
+from ecs_eco.compiled.garbage import uncollected
+from ecs_eco.compiled.inner import InnerPipeline, OuterPipeline
+from ecs_eco.compiled.kernel_cache import KernelCache
 
 
 class Kernel(CPUDispatcher):
