@@ -12,8 +12,9 @@ from ecs_eco.engine.elementary import power
 from ecs_eco.engine.jit import lone_njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.schema import Columns
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, place_of
+from ecs_eco.nervous.sensors.sense import Sense, of_sensor, place_of
 from ecs_eco.space.bodies import extents
+from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.shapes import volume
 
 if TYPE_CHECKING:
