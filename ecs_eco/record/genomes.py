@@ -78,7 +78,7 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
                 "without": layout.own_value(code),
             }
         out |= {"longest": layout.longest, "separator": layout.separator}
-    if derived := table.species.heredity.derived:
+    if derived := getattr(table.species.heredity, "derived", None):
         out["derived"] = [
             {"name": name, "formula": formula.text, **_bounds(trait)}
             for name, (formula, trait) in derived.items()
