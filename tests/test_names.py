@@ -28,6 +28,7 @@ import numpy as np
 import ecs_eco
 from ecs_eco import System, Table, World, boolean, column, component, f32, u8
 from ecs_eco.components import Metabolism, Position
+from ecs_eco.space import Seekers
 from ecs_eco.systems import Metabolise
 from ecs_eco.testing import check_component, check_system
 
@@ -50,6 +51,24 @@ class GrowWool(System):
 
     def update(self, table: Table, world: World) -> None:
         table[Wool].length[table.alive] += np.float32(2e-4 * world.dt)
+
+
+class Flee(System):
+    """Sheep turn away from the nearest wolf."""
+
+    needs = (Position,)
+    phase = "move"
+
+    def update(self, table: Table, world: World) -> None:
+        seekers = Seekers(world, table)
+        rows, distance = seekers.nearest("wolf", 5.0)
+        assert_type(rows, np.ndarray)
+        near: np.ndarray = np.isfinite(distance)
+        table[Position].heading[seekers.rows[near]] = np.pi + seekers.heading[near]
+
+
+def fear(world: World, table: Table, seekers: Seekers, out: np.ndarray, first: int) -> None:
+    out[:, first] = 1.0 / (1.0 + seekers.nearest(world.table("wolf"), 5.0)[1])
 
 
 def main() -> None:

@@ -65,9 +65,12 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
 
     `gene` is the name of a gene that the manifest lists, or (first locus, letters). Its values are those that
     it lists for its codons, in the order of codons, else the codons themselves, in alphabetical order. Raises
-    KeyError for a species or gene that is not there, ValueError for loci beyond the end of the genome.
+    KeyError for a species or gene that is not there, ValueError for loci beyond the end of the genome, and for
+    a derived trait.
     """
     record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
+    if "formula" in record:
+        raise ValueError(f"gene {gene!r} of {species!r} is derived: no letters code for it")
     mask, ticks = lineage.species == species, lineage.samples(every)
     codons = (
         _copies(lineage.genome[mask], record, kept)
@@ -98,7 +101,8 @@ def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[
                 f"gene {tuple(gene)} of {species!r}: allowed are a first locus from 0 and at least 1 letter"
             )
         return {"name": f"{at}:{at + letters}", "at": at, "letters": letters}
-    known = {g["name"]: g for g in lineage.genomes.get(species, {}).get("genes", [])}
+    kept = lineage.genomes.get(species, {})
+    known = {g["name"]: g for g in (*kept.get("genes", []), *kept.get("derived", []))}
     by_trait = {g["trait"]: g for g in known.values() if g["trait"]}
     if gene not in known and gene in by_trait:
         return by_trait[gene]

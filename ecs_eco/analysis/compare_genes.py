@@ -72,7 +72,7 @@ def genes_of(arms: Mapping[str, Sequence[Any]]) -> list[Gene]:
 def _read(found: dict[tuple[str, ...], Gene], arm: str, k: int, lineage: Lineage, every: int) -> None:
     """Add one run, the k-th of its arm."""
     for s, kept in lineage.genomes.items():
-        traits = {g["name"]: g["trait"] for g in kept["genes"]}
+        traits = {g["name"]: g["trait"] for g in (*kept["genes"], *kept.get("derived", []))}
         for name, value, curve, outcome in _outcomes(lineage, s, every) if s in lineage.species else ():
             gene = found.setdefault((s, name, value or ""), Gene(s, name, value, traits[name], every))
             gene.curves.setdefault(arm, []).append(curve)

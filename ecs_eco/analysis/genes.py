@@ -60,11 +60,11 @@ def few_valued(genomes: Mapping[str, Any]) -> list[str]:
 
 
 def quantitative(genomes: Mapping[str, Any]) -> list[str]:
-    """The genes of a species, as the manifest has them, that say a number of many."""
+    """The genes and derived traits of a species, as the manifest has them, that say a number of many."""
     return [
         g["name"]
-        for g in genomes["genes"]
-        if ("range" in g or len(set(g.get("values", ()))) > 1) and not has_few_values(g)
+        for g in (*genomes["genes"], *genomes.get("derived", []))
+        if ("range" in g or "formula" in g or len(set(g.get("values", ()))) > 1) and not has_few_values(g)
     ]
 
 

@@ -48,6 +48,9 @@ class Lineage(Pedigree):
         births["genome"] = births["genome"].astype(str).astype(object)
         deaths["cause"] = np.array(["", *world.causes])[deaths["cause"].astype(int)]
         genomes = {name: genes for name in recorder.names if (genes := genes_of(world.tables[name]))}
+        for events, species in ((births, born), (deaths, deaths["species"])):
+            for name, missing in recorder.fields.missing(species.astype(int)).items():
+                events[name] = np.where(missing, np.nan, events[name])
         return cls._joined(births, deaths, end=max(world.tick - 1, 0), dt=world.dt, genomes=genomes)
 
     @classmethod
@@ -63,8 +66,9 @@ class Lineage(Pedigree):
             return cls._of_islands(Path(folder))
         manifest = read_manifest(folder)
         sealed = seal.WORD in manifest
-        births = _events(folder, "births", BIRTHS, sealed)
-        deaths = _events(folder, "deaths", DEATHS, sealed)
+        recorded = _recorded(folder)
+        births = _events(folder, "births", BIRTHS | recorded, sealed)
+        deaths = _events(folder, "deaths", DEATHS | recorded, sealed)
         files = parts(folder, "births")
         if files and "genome" not in open_part(files[0]).schema_arrow.names:
             births = _with_founders(births, deaths)
@@ -80,9 +84,10 @@ class Lineage(Pedigree):
         """The lineage of all islands: who migrates was born on one of them and died on one."""
         folders = [root / ISLANDS / name for name in read(root)["islands"]]
         manifests = [read_manifest(folder) for folder in folders]
+        recorded = _recorded(folders[0])
         events = [
             [
-                _events(folder, kind, columns, seal.WORD in manifest)
+                _events(folder, kind, columns | recorded, seal.WORD in manifest)
                 for folder, manifest in zip(folders, manifests, strict=True)
             ]
             for kind, columns in (("births", BIRTHS), ("deaths", DEATHS))
@@ -111,6 +116,11 @@ class Lineage(Pedigree):
         if lost.any():
             raise ValueError(f"lineage: {deaths['uid'][lost][0]} died, of whom no birth is recorded")
         died[at], cause[at] = deaths["tick"], deaths["cause"]
+        more["recorded"] = recorded = {}
+        for name in (name for name in births if "." in name):  # fields of components
+            recorded[f"birth: {name}"] = births[name][order].astype(float)
+            recorded[f"death: {name}"] = np.full(len(uid), np.nan)
+            recorded[f"death: {name}"][at] = deaths[name]
         more |= {name: births[name][order] for name in ("parent", "parent2", "species", "genome")}
         return cls(uid=uid, born=births["tick"][order].astype(np.int64), died=died, cause=cause, **more)
 
@@ -167,17 +177,23 @@ class Lineage(Pedigree):
 def _events(
     folder: Path | str, kind: str, columns: dict[str, type], needed: bool = False
 ) -> dict[str, np.ndarray]:
-    """Columns of all parts: strings as str, "" where null; numbers as u64;
-    a column that is not there as 0 or ""."""
+    """Columns of all parts: strings as str, "" where null; numbers as u64; recorded fields as f64, NaN where
+    null; a column that is not there as 0, "" or NaN."""
     tables = [read_part(file, needed=needed) for file in parts(folder, kind)]
     return {name: _column(tables, name, dtype) for name, dtype in columns.items()}
+
+
+def _recorded(folder: Path | str) -> dict[str, type]:
+    """The columns of the fields that the key `record` of a run's world lists."""
+    names = [name for file in parts(folder, "births")[:1] for name in open_part(file).schema_arrow.names]
+    return {name: float for name in names if "." in name}
 
 
 def _present(
     folder: Path | str, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], sealed: bool
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """The births of an island with those who came, and its deaths with those who left for good."""
-    columns = BIRTHS | {"born": int}
+    columns = {"born": int, **BIRTHS, **{name: float for name in births if "." in name}}
     came, left = (_events(folder, kind, columns, sealed) for kind in ("arrivals", "departures"))
     last = dict(zip(came["uid"].tolist(), came["tick"].tolist(), strict=True))  # the last time of each
     away = dict(zip(left["uid"].tolist(), range(len(left["uid"])), strict=True))
@@ -197,7 +213,7 @@ def _present(
         "uid": left["uid"][gone],
         "species": left["species"][gone],
         "cause": np.full(gone.size, "emigrated"),
-    }
+    } | {name: left[name][gone] for name in left if "." in name}
     return births, {name: np.concatenate([column, more[name]]) for name, column in deaths.items()}
 
 
@@ -206,13 +222,15 @@ def _column(tables: list[pa.Table], name: str, dtype: type) -> np.ndarray:
         rows = sum(len(t) for t in tables)
         if name == "genome":
             return np.full(rows, "", object)
+        if dtype is float:
+            return np.full(rows, np.nan)
         return np.zeros(rows, "U1" if dtype is str else np.uint64)
     chunked = [t.column(name).cast(pa.string()) if dtype is str else t.column(name) for t in tables]
     column = pa.chunked_array([chunk for c in chunked for chunk in c.chunks], chunked[0].type)
     if name == "genome":
         return column.fill_null("").to_numpy()
     if dtype is not str:
-        return column.to_numpy()
+        return column.to_numpy().astype(float) if dtype is float else column.to_numpy()
     words = column.fill_null("").combine_chunks().dictionary_encode()
     return np.array(words.dictionary.to_pylist() or [""])[words.indices.to_numpy(zero_copy_only=False)]
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from ecs_eco.analysis.formula_signs import Sign, directions, pushes
 from ecs_eco.config import WorldConfig
+from ecs_eco.config.derived import all_genes
 from ecs_eco.config.models.species import OWN, Species
 from ecs_eco.config.models.surroundings import BODY, PROPERTIES
 from ecs_eco.engine.errors import ConfigError, Problem, nearest
@@ -331,7 +332,7 @@ def _signed(weight: float) -> str:
 
 def _genes(species: Species) -> dict[str, Any]:
     """The genes of a species by the trait that each codes for."""
-    return {gene.trait: gene for gene in (species.genome.genes if species.genome else ()) if gene.trait}
+    return {gene.trait: gene for gene in all_genes(species) if gene.trait}
 
 
 def _happiness(species: Species, dims: int) -> HappinessNode | None:

@@ -23,8 +23,9 @@ class Pedigree:
     `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died` i64
     [ticks] (died is −1 while alive); `genome` str objects ("" without one). Lived ticks are from `born` to
     `died`, exclusive. `end` is the last tick, `dt` [s] its length, `genomes` what the manifest says of genes.
-    Raises ValueError for an organism that is there twice, or whose parent is unknown or not older than
-    itself.
+    `recorded` has the fields of the world's key `record`, f64 by column, "birth: Strain.virulence" and
+    "death: Strain.virulence", NaN where there is none. Raises ValueError for an organism that is there twice,
+    or whose parent is unknown or not older than itself.
     """
 
     uid: np.ndarray
@@ -38,6 +39,7 @@ class Pedigree:
     end: int = 0
     dt: float = 1.0
     genomes: dict[str, Any] = field(default_factory=dict)
+    recorded: dict[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         several = len(np.unique(island_of(self.uid))) > 1
@@ -82,7 +84,8 @@ class Pedigree:
             arrays[name] = np.where(
                 np.isin(arrays[name], arrays["uid"]), arrays[name], arrays[name].dtype.type(0)
             )
-        return replace(self, **arrays)
+        recorded = {name: values[mask] for name, values in self.recorded.items()}
+        return replace(self, recorded=recorded, **arrays)
 
     @cached_property
     def mother(self) -> np.ndarray:

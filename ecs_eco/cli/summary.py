@@ -107,6 +107,8 @@ def summary(config: WorldConfig) -> str:
     lines += [f"  {name}: {kind.count or len(kind.at)}" for name, kind in config.objects.items()]
     if config.reporters:
         lines.append(f"  measures {', '.join(config.reporters)}")
+    if config.record:
+        lines.append(f"  records {', '.join(config.record)} of organisms")
     for name, span in config.search.ranges.items():
         lines.append(f"  search varies {name}: {span.search[0]:g} to {span.search[1]:g}")
     lines += [f"  note: {note}" for note in (*notes(config), *notes_on_ticks(config))]

@@ -82,7 +82,7 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
     data = config.model_dump()  # with functions, not their names
     wanted, data["training"]["set"] = {**data["training"]["set"], **(values or {})}, {}
     ramp, data["training"]["ramp"], data["training"]["vary"] = data["training"]["ramp"], [], {}
-    data["interventions"], data["reporters"] = [], {}  # what happens in a run
+    data["interventions"], data["reporters"], data["record"] = [], {}, []  # what happens in a run
     new = load(
         Document(
             data, config._source, config._folder, set_by="[training] set", code=config._code, original=config

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Annotated, Any, Union, get_args, get_origin
 
+from ecs_eco.config.derived import all_genes
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import MISSING, Problem
 from ecs_eco.engine.section import ANEW, FREE, SHAPE, Change, Section, Use, function_name
@@ -111,7 +112,7 @@ def _of_genes(key: Key, old: Any, new: Any, config: WorldConfig) -> Iterator[Pro
 
     own = [c for c in config.own_components(new) if c is not None]
     before, now = (traits_of(species, config.dims, own) for species in (old, new))
-    genes = {gene.trait: gene.name for gene in new.genome.genes if gene.trait}
+    genes = {gene.trait: gene.name for gene in all_genes(new) if gene.trait}
     used = {before[name].component for name in genes if name in before}
     for section, component in (("reflex", "Reflexes"), ("happiness", "Desires"), ("lethal", "LifeHistory")):
         names = [[n for n, t in traits.items() if t.component == component] for traits in (before, now)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ecs_eco.config.derived import all_genes
 from ecs_eco.config.models.reproduction import Bearing
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
@@ -206,4 +207,4 @@ def _costs(config: WorldConfig, species: Species) -> Iterator[str]:
 
 def _coded(species: Species) -> list[str]:
     """Names of the traits that its genes code for."""
-    return [gene.trait for gene in species.genome.genes if gene.trait] if species.genome is not None else []
+    return [gene.trait for gene in all_genes(species) if gene.trait]

@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from ecs_eco.config.derived import all_genes
 from ecs_eco.config.mutable_keys import may_change
 from ecs_eco.config.numbers import labels
 from ecs_eco.engine.section import LARGEST, Use, function_name
@@ -38,8 +39,7 @@ def coded(config: Any) -> dict[str, str]:
     return {
         ".".join(map(str, ("species", name, *key))): gene.name
         for name, species in config.species.items()
-        if species.genome
-        for gene in species.genome.genes
+        for gene in all_genes(species)
         if gene.trait and (key := _key_of(species, gene.trait))
     }
 

@@ -40,7 +40,8 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
     for component in extra_components:
         traits += _of_component(component)
     in_traits = {trait.name for trait in traits if trait.component == "Traits"}
-    genes = species.genome.genes if species.genome is not None else ()
+    section = species.genome
+    genes = () if section is None else (*section.genes, *section.derived.values())
     places = [gene.trait for gene in genes if gene.trait in in_traits]  # their order stays, whatever changes
     return {
         trait.name: replace(trait, index=places.index(trait.name))

@@ -10,6 +10,7 @@ from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Genome, Policy, Traits
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw, mix
+from ecs_eco.genomes.traits import Trait
 
 Values = dict[tuple[type, str], np.ndarray]
 
@@ -17,7 +18,8 @@ Values = dict[tuple[type, str], np.ndarray]
 class Heredity:
     """Makes the inherited columns of the newborn of one species.
 
-    `targets` maps a gene's name to (component, field, index or None): where its value is written. `mutation`,
+    `targets` maps a gene's name to (component, field, index or None): where its value is written. `derived` has
+    the formula and the trait of each derived trait, after those that its formula reads. `mutation`,
     `expression` and `shuffled` are switches of treatments: without expression genes are inherited and mutate,
     but have no effect; shuffled, the genes of a newborn come from any of the living instead of its parents.
     Founders start from random letters, unless `alike` is given: (row u8[loci], which of its letters all
@@ -35,8 +37,11 @@ class Heredity:
         noise: float = 0.0,
         founder: np.ndarray | None = None,
         alike: tuple[np.ndarray, np.ndarray] | None = None,
+        derived: Mapping[str, tuple[Any, Trait]] | None = None,
     ) -> None:
         self.layout, self.operators, self.targets = layout, operators, dict(targets or {})
+        self.derived = dict(derived or {})
+        self._read = frozenset(self.targets).union(*(formula.names for formula, _ in self.derived.values()))
         self.minds, self.inherit, self.noise, self.founder, self.alike = (
             minds,
             inherit,
@@ -142,7 +147,10 @@ class Heredity:
         if not self.expression:
             return {}
         out: Values = {}
-        decoded = self.layout.decode(loci, self.targets)
+        decoded = self.layout.decode(loci, self._read)
+        for name, (formula, _) in self.derived.items():
+            decoded[name] = formula({gene: decoded[gene] for gene in formula.names})
+        decoded |= {name: trait.nearest(decoded[name]) for name, (_, trait) in self.derived.items()}
         for gene, (component, field, index) in self.targets.items():
             default = table.defaults[component][field]
             if index is None:

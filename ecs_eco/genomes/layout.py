@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, listed, unknown_name
 from ecs_eco.genomes.alphabet import Alphabet
 from ecs_eco.genomes.codes import Code, Codons, Listed, Range, Weights
-from ecs_eco.genomes.models import Dominance, Gene, GenomeSection
+from ecs_eco.genomes.models import Derived, Dominance, Gene, GenomeSection
 from ecs_eco.genomes.problems import is_weights, n_codons, places, problems, shapes_of
 
 if TYPE_CHECKING:
@@ -39,6 +40,9 @@ class Layout:
     """Letters that a string may have; None: strings keep their length."""
     doubled = "first"
     """What several copies of a gene in a string make, where they have a length of their own."""
+
+    derived: Mapping[str, Derived] = MappingProxyType({})
+    """Traits that are formulas of genes, as the section lists them: no letters code for them."""
 
     def __init__(
         self,
@@ -89,9 +93,11 @@ class Layout:
                 "Layout.from_config: strings of this section vary in length; "
                 "ecs_eco.genomes.layout_of takes it"
             )
-        return cls(
+        layout = cls(
             section.genes, section.alphabet, section.ploidy, section.dominance, section.loci, traits, shapes
         )
+        layout.derived = section.derived
+        return layout
 
     def __getitem__(self, name: str) -> Code:
         """Return the gene of this name; raises UnknownName."""
@@ -107,7 +113,7 @@ class Layout:
         )
 
     def table(self) -> list[dict[str, Any]]:
-        """Return a row for each gene: gene, loci, trait, codes for, resolution."""
+        """Return a row for each gene and derived trait: gene, loci, trait, codes for, resolution."""
         out = []
         for code in self.genes:
             unit = code.trait.unit if code.trait and code.trait.unit not in ("1", "own") else ""
@@ -121,7 +127,10 @@ class Layout:
                     "resolution": fine,
                 }
             )
-        return out
+        return out + [
+            {"gene": name, "loci": "", "trait": one.trait, "codes for": one.formula, "resolution": ""}
+            for name, one in self.derived.items()
+        ]
 
     def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
         """Return the values that rows u8[n, loci] code for, by gene: f32[n], i32[n] for whole numbers,

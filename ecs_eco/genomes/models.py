@@ -92,6 +92,16 @@ class Gene(Section, own=LETTERS):
     )
 
 
+class Derived(Section, own=LETTERS):
+    """A trait that no letters code for: a formula of the values of genes, so that one gene may have several
+    effects. Values beyond what the trait can be become its nearest limit, whole numbers are rounded."""
+
+    trait: str = about("key of the species' value that it replaces")
+    formula: Annotated[str, Field(max_length=1000)] = about(
+        "formula of the values of genes and other derived traits, by name"
+    )
+
+
 def _deaps_name(function: Any) -> str:
     """Return the name of a function of `deap.tools`, which a file can say as well; "" for any other."""
     if not getattr(function, "__module__", "").startswith("deap."):
@@ -211,6 +221,7 @@ class GenomeSection(Section, own=LETTERS):
         "with `longest`: chance per copy of a gene to be lost", "1", 0.0, exclude_if=is_empty, change=FREE
     )
     genes: Annotated[list[Gene], Field(min_length=1)] = about("what the loci code for")
+    derived: dict[Name, Derived] = about("name = trait that is a formula of genes", {}, exclude_if=is_empty)
 
     @model_validator(mode="before")
     @classmethod

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 Kind = Literal["number", "whole", "sign", "weights"]
 Shapes = Sequence[tuple[int, ...]]
 
@@ -24,3 +26,9 @@ class Trait:
     kind: Kind
     unit: str
     text: str
+
+    def nearest(self, values: np.ndarray) -> np.ndarray:
+        """Return the possible values nearest to others: within limits, rounded where whole; of NaN the
+        species' own."""
+        values = np.where(np.isnan(values), self.default, np.clip(values, self.low, self.high))
+        return np.rint(values) if self.kind in ("whole", "sign") else values

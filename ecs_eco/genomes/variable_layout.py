@@ -42,7 +42,7 @@ class VariableLayout(Layout):
         super().__init__(
             section.genes, section.alphabet, section.ploidy, section.dominance, None, traits, shapes
         )
-        self.doubled = section.doubled
+        self.doubled, self.derived = section.doubled, section.derived
         self.length = self.longest = section.longest or 0
         self.row = self.length * self.ploidy
         self.blank = len(self.alphabet)
@@ -59,16 +59,18 @@ class VariableLayout(Layout):
             code.stop = code.codons.length
 
     def table(self) -> list[dict[str, Any]]:
-        """Return a row for each gene: gene, promoter, letters after it, trait, codes for, resolution."""
+        """Return a row for each gene and derived trait: gene, promoter, letters after it, trait, codes for,
+        resolution."""
         rows = super().table()
+        letters = {code.name: code.codons.length for code in self.genes}
         return [
             {
-                "gene": code.name,
-                "promoter": self.promoters[code.name],
-                "letters": code.codons.length,
+                "gene": row["gene"],
+                "promoter": self.promoters.get(row["gene"], ""),
+                "letters": letters.get(row["gene"], ""),
                 **{k: v for k, v in row.items() if k not in ("gene", "loci")},
             }
-            for code, row in zip(self.genes, rows, strict=True)
+            for row in rows
         ]
 
     # --- reading --------------------------------------------------------------------------------------------

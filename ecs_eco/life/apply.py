@@ -21,6 +21,7 @@ from ecs_eco.components import (
 )
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.checks.reporters import formula_of, is_formula
+from ecs_eco.config.derived import all_genes
 from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
 from ecs_eco.engine import random
@@ -204,18 +205,18 @@ def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:
 def networks(nerves: Any, species: Any, find: Callable[[Any], Any] = handed_over) -> None:
     """Give nerves the reflex and the happiness network that the species declares, if any;
     `find` as `WorldConfig.function`."""
-    coded = {
-        gene.trait.partition(".")[0]
-        for gene in (species.genome.genes if species.genome else ())
-        if gene.trait
-    }
+    inherited = {gene.trait.partition(".")[0] for gene in all_genes(species) if gene.trait}
     nerves.reflex = nerves.happiness = None
     if species.reflex is not None:
         nerves.reflex = ReflexNetwork(
-            species.reflex, nerves, species.action_rows(), not coded.isdisjoint(("reflex", "actions")), find
+            species.reflex,
+            nerves,
+            species.action_rows(),
+            not inherited.isdisjoint(("reflex", "actions")),
+            find,
         )
     if species.happiness is not None:
-        nerves.happiness = HappinessNetwork(species.happiness, nerves, "happiness" in coded, find)
+        nerves.happiness = HappinessNetwork(species.happiness, nerves, "happiness" in inherited, find)
         nerves.minimum = np.float32(species.happiness.minimum)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco import components as own
 from ecs_eco.components import Experience, Genome, Gestation, Instincts, Memory, Policy
+from ecs_eco.config.derived import all_genes, formulas_of
 from ecs_eco.config.shapes import instincts, shapes_of_networks
 from ecs_eco.config.traits import traits_of
 from ecs_eco.engine.errors import ConfigError, Problem
@@ -38,7 +39,7 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
             table.add_component(Memory)
         if nerves.learning:
             table.add_component(Experience)
-    layout, targets, alike = None, {}, None
+    layout, targets, alike, derived = None, {}, None, {}
     if section is not None:
         from ecs_eco.genomes import layout_of
 
@@ -51,7 +52,9 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
         table.dims |= {"loci": layout.row, "highest letter": highest}
         table.add_component(Genome)
         networks = {trait: network.weights for trait, network in instincts(world.config, table.name).items()}
-        targets = _targets(table, species, layout, traits, networks)
+        targets = _targets(table, species, traits, networks)
+        formulas, _ = formulas_of(section)
+        derived = {name: (formula, traits[section.derived[name].trait]) for name, formula in formulas.items()}
         if section.founders == "own":
             alike = _alike(
                 layout, networks if founder is None else networks | {"policy.weights": founder}, table.name
@@ -60,7 +63,9 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
         table.dims.setdefault("loci", 0)
         table.add_component(Gestation)
     if section is not None or minds is not None:
-        table.species.heredity = Heredity(layout, None, targets, minds=minds, founder=founder, alike=alike)
+        table.species.heredity = Heredity(
+            layout, None, targets, minds=minds, founder=founder, alike=alike, derived=derived
+        )
 
 
 def _alike(layout: Any, networks: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -146,14 +151,14 @@ def apply_traits(
 
 
 def _targets(
-    table: Table, species: Any, layout: Any, traits: dict[str, Any], networks: Mapping[str, np.ndarray]
+    table: Table, species: Any, traits: dict[str, Any], networks: Mapping[str, np.ndarray]
 ) -> Targets:
     """Add the components that genes write to, with the species' own values as defaults;
     return where each gene writes."""
     coded = [
-        (code.gene, traits[code.gene.trait])
-        for code in layout.genes
-        if code.gene.trait is not None and (code.gene.trait != "policy.weights" or Policy in table)
+        (gene, traits[gene.trait])
+        for gene in all_genes(species)
+        if gene.trait is not None and (gene.trait != "policy.weights" or Policy in table)
     ]
     used = {trait.component for _, trait in coded}
     known = {c.__name__: c for c in (*table.columns, *(getattr(own, n) for n in own.__all__))}

@@ -34,6 +34,7 @@ BEGINNING = (
     "interventions",
     "code",
     "reporters",
+    "record",
 )
 """What of a configuration says how a world begins, is called or is measured: not what becomes of it from here
 on."""

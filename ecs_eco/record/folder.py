@@ -12,6 +12,7 @@ import numpy as np
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record.belonging import Mark, listed, name_of, parts
 from ecs_eco.record.claim import Claim, half_written
+from ecs_eco.record.events import EVENTS
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
@@ -43,6 +44,9 @@ class Folder:
         if kind == "deaths":
             columns = columns | {"cause": columns["cause"].astype(np.int32) - 1}
             words["cause"] = self.world.causes
+        missing = {}
+        if kind in EVENTS:
+            missing = self.world.recorder.fields.missing(columns["species"])
         if self.claim is not None:
             self.claim.check()
         folder, number = self.path / kind, self.parts.setdefault(kind, 0)
@@ -52,7 +56,9 @@ class Folder:
             if self.run is None
             else Mark(**self.run, kind=kind, number=number, after=self.heads.get(kind, ""))
         )
-        self.heads[kind] = self._write_part(self._to_arrow(columns, words), folder / name_of(number), mark)
+        self.heads[kind] = self._write_part(
+            self._to_arrow(columns, words, missing), folder / name_of(number), mark
+        )
         self.parts[kind] += 1
 
     @property

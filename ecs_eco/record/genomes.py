@@ -47,7 +47,8 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
     A gene has its name, first locus `at`, number of `letters`, `trait` (null for a neutral marker), and
     either `values`, one for each codon in their order, or the `range` that its codons are numbers of, or the
     number of `weights` of a network; `dominance` with two strings, and `whole` where values are whole
-    numbers. Where strings vary in length it has a `promoter`, which the letters follow, instead of a place,
+    numbers. `derived` traits, where there are any, have a `formula` of genes and the limits `low` and `high`.
+    Where strings vary in length it has a `promoter`, which the letters follow, instead of a place,
     what `doubled` copies make and the value of those `without` one; the genome has `longest` and the
     `separator` of two strings.
     """
@@ -77,7 +78,18 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
                 "without": layout.own_value(code),
             }
         out |= {"longest": layout.longest, "separator": layout.separator}
+    if derived := getattr(table.species.heredity, "derived", None):
+        out["derived"] = [
+            {"name": name, "formula": formula.text, **_bounds(trait)}
+            for name, (formula, trait) in derived.items()
+        ]
     return out
+
+
+def _bounds(trait: Any) -> dict[str, Any]:
+    """Return what a derived trait may be, as JSON."""
+    whole = {"whole": True} if trait.kind in ("whole", "sign") else {}
+    return {"trait": trait.name, "low": trait.low, "high": trait.high, "default": trait.default, **whole}
 
 
 def _meaning(code: Any) -> dict[str, Any]:

@@ -60,4 +60,5 @@ class Migrations:
         if energy is not None:
             r._ledger[flow][r._at, s] += energy.sum(dtype=np.float64)
         if r.keeps:
-            r._events[kind].append((*r._where(table, s, rows, energy), island.astype(np.int8), *more))
+            more = island.astype(np.int8), *more, *r.fields.of(table, rows)
+            r._events[kind].append((*r._where(table, s, rows), *more))

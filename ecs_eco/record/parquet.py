@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,16 @@ from ecs_eco.record import belonging, seal
 from ecs_eco.record.belonging import Mark
 
 
-def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str]]) -> pa.Table:
+def to_arrow(
+    columns: Mapping[str, np.ndarray],
+    words: Mapping[str, Sequence[str]],
+    missing: Mapping[str, np.ndarray] = MappingProxyType({}),
+) -> pa.Table:
     """Return a table; a column named in `words` holds indices into its list of words
     and becomes a dictionary column.
 
-    Text (bytes of ASCII, or str) becomes a column of strings, null where it is empty.
+    Text (bytes of ASCII, or str) becomes a column of strings, null where it is empty. Numbers are null where
+    `missing`, bool[rows] by column, is true.
     """
     arrays = {}
     for name, array in columns.items():
@@ -30,7 +36,7 @@ def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str
         elif array.dtype.kind in "SU":
             arrays[name] = _texts(array.tolist(), null=True)
         else:
-            arrays[name] = _numbers(array)
+            arrays[name] = _numbers(array, missing.get(name))
     return pa.table(arrays)
 
 
@@ -52,12 +58,15 @@ def _texts(texts: Sequence[str | bytes], null: bool = False) -> pa.Array:
     )
 
 
-def _numbers(array: np.ndarray) -> pa.Array:
-    """Return numbers as an Arrow array."""
+def _numbers(array: np.ndarray, missing: np.ndarray | None = None) -> pa.Array:
+    """Return numbers as an Arrow array, null where `missing`."""
     if array.ndim != 1 or array.dtype.kind not in "biuf" or not array.dtype.isnative:
         return pa.array(np.ascontiguousarray(array))
     bits = np.packbits(array, bitorder="little") if array.dtype.kind == "b" else np.ascontiguousarray(array)
-    return pa.Array.from_buffers(pa.from_numpy_dtype(array.dtype), array.size, [None, pa.py_buffer(bits)])
+    there = None
+    if missing is not None and missing.any():
+        there = pa.py_buffer(np.packbits(~missing, bitorder="little"))
+    return pa.Array.from_buffers(pa.from_numpy_dtype(array.dtype), array.size, [there, pa.py_buffer(bits)])
 
 
 def to_numpy(column: pa.ChunkedArray) -> np.ndarray:

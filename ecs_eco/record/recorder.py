@@ -14,6 +14,7 @@ from ecs_eco.engine.system import System
 from ecs_eco.life.islands import is_island
 from ecs_eco.record.details import Details, how_many
 from ecs_eco.record.events import EVENTS, MIGRATION, as_numbers, as_text
+from ecs_eco.record.fields import Fields
 from ecs_eco.record.genomes import has_text, letters_of, texts_of
 from ecs_eco.record.intake import Intake
 from ecs_eco.record.learning import LearningPages
@@ -39,7 +40,8 @@ class Recorder(System):
     without one the series stay in memory, and so do single events with `keep_events`: see `events`. Organisms
     that live when the recording begins are births too, of parent 0 and at the tick of their birth. `record`
     adds details of single organisms, "focal=N" or "full": see `ecs_eco.record.details`. What the world's
-    reporters say has columns of its own: see `ecs_eco.record.reports`.
+    reporters say has columns of its own: see `ecs_eco.record.reports`. Single events have the fields that the
+    world's key `record` lists: see `ecs_eco.record.fields`.
     """
 
     phase = "record"
@@ -87,6 +89,8 @@ class Recorder(System):
         self._at, self._last = 0, -1  # the row to write next; the last tick that is over
         self._blocks: list[dict[str, np.ndarray]] = []
         self.remembered: int | None = None  # blocks that stay in memory; None: all without a sink, else none
+        self.fields = Fields(world, self.names)  # those that single events have besides
+        self.columns = {kind: (*names, *self.fields.names) for kind, names in EVENTS.items()}
         self._events = {kind: [] for kind in EVENTS}
         # of each species with a genome: a letter per number, "S1" or "U1"
         self._letters: dict[str, np.ndarray] = {}
@@ -109,10 +113,10 @@ class Recorder(System):
         """Note the founders."""
         for table, s in self._in_turn() if self.keeps else ():
             rows = table.by_uid()
-            energy = table[Metabolism].energy[rows] if Metabolism in table else None
             none = np.zeros(rows.size, np.uint64)
-            born = self._where(table, s, rows, energy, table.born[rows])
-            self._events["births"].append((*born, none, none, self._genomes(table, rows)))
+            born = self._where(table, s, rows, table.born[rows])
+            genomes = self._genomes(table, rows)
+            self._events["births"].append((*born, none, none, genomes, *self.fields.of(table, rows)))
 
     def _in_turn(self) -> list[tuple["Table", int]]:
         """Return tables with members, in the order in which births and deaths come, and their species."""
@@ -125,7 +129,7 @@ class Recorder(System):
         s = self.place.get(table.name)
         if s is None:
             return
-        texts = self.keeps and has_text(table)
+        wide = self.keeps and (has_text(table) or bool(self.fields.names))  # more than kernels note
         self._numbers[self._at, s, 1] += rows.size
         note_births(
             table,
@@ -136,13 +140,11 @@ class Recorder(System):
             self.world.tick,
             s,
             self._sums[self._at],
-            self._rows["births"] if self.keeps and not texts else None,
+            self._rows["births"] if self.keeps and not wide else None,
         )
-        if texts:
-            energy = table[Metabolism].energy[rows] if Metabolism in table else None
-            self._events["births"].append(
-                (*self._where(table, s, rows, energy), parents, second, self._genomes(table, rows))
-            )
+        if wide:
+            more = parents, second, self._genomes(table, rows), *self.fields.of(table, rows)
+            self._events["births"].append((*self._where(table, s, rows), *more))
 
     def died(self, table: "Table", rows: np.ndarray) -> None:
         """Note the dying, before their rows are free: their flows of this tick, and what they still held."""
@@ -163,8 +165,12 @@ class Recorder(System):
             s,
             self._sums[at],
             self._died[at, s],
-            self._rows["deaths"] if self.keeps else None,
+            self._rows["deaths"] if self.keeps and not self.fields.names else None,
         )
+        if self.keeps and self.fields.names:
+            age = ((world.tick - table.born[rows]) * world.dt).astype(np.float32)
+            more = table.cause[rows], table.killer[rows], age, *self.fields.of(table, rows)
+            self._events["deaths"].append((*self._where(table, s, rows), *more))
 
     @property
     def _events(self) -> dict[str, list[tuple[np.ndarray, ...]]]:
@@ -186,17 +192,13 @@ class Recorder(System):
         return texts_of(table, rows, self._letters[table.name])
 
     def _where(
-        self,
-        table: "Table",
-        s: int,
-        rows: np.ndarray,
-        energy: np.ndarray | None,
-        tick: np.ndarray | None = None,
+        self, table: "Table", s: int, rows: np.ndarray, tick: np.ndarray | None = None
     ) -> tuple[np.ndarray, ...]:
         zero, which = np.zeros(rows.size, np.float32), np.full(rows.size, s, np.int8)
         at = [getattr(table[Position], axis)[rows] if Position in table else zero for axis in "xyz"]
         tick = np.full(rows.size, self.world.tick) if tick is None else tick
-        return tick, which, table.uid[rows], *at, zero if energy is None else energy
+        energy = table[Metabolism].energy[rows] if Metabolism in table else zero
+        return tick, which, table.uid[rows], *at, energy
 
     def process(self, *_: Any) -> None:
         """Write this tick's row of each species."""
@@ -244,11 +246,9 @@ class Recorder(System):
             if Position in table:
                 rows = table.by_uid()
                 zero = np.zeros(rows.size, np.float32)
-                energy = table[Metabolism].energy[rows] if Metabolism in table else zero
                 mood = table[Nervous].happiness[rows] if Nervous in table else zero
-                self._events["snapshots"].append(
-                    self._where(table, s, rows, energy) + (table[Position].heading[rows], mood)
-                )
+                more = table[Position].heading[rows], mood, *self.fields.of(table, rows)
+                self._events["snapshots"].append((*self._where(table, s, rows), *more))
 
     def flush(self) -> None:
         """Pass on what has been recorded since the last time, of all ticks that are over."""
@@ -271,7 +271,7 @@ class Recorder(System):
         if self.details is not None:
             self.details.flush(self.world)
         if self.sink is not None:
-            for kind, names in EVENTS.items():
+            for kind, names in self.columns.items():
                 over = [e for e in self._events[kind] if e[0][0] <= self._last]
                 self._events[kind] = self._events[kind][len(over) :]
                 if over:
@@ -283,7 +283,7 @@ class Recorder(System):
         pending events, series in memory."""
         out = {"stock": self._stock.copy(), "last": np.array(self._last)}
         out |= {f"page/{name}": _as_plain(getattr(self, f"_{name}")[0]) for name in PAGES}
-        for kind, names in EVENTS.items():
+        for kind, names in self.columns.items():
             if self._events[kind]:
                 columns = [np.concatenate(c) for c in zip(*self._events[kind], strict=True)]
                 out |= {
@@ -307,7 +307,7 @@ class Recorder(System):
             array[...] = 0
             array[0] = _as_rows(state[f"page/{name}"], array.dtype)
         self._events = {kind: [] for kind in EVENTS}
-        for kind, names in EVENTS.items():
+        for kind, names in self.columns.items():
             if f"{kind}/tick" in state:
                 self._events[kind] = [
                     tuple(
@@ -326,15 +326,15 @@ class Recorder(System):
         """Return the "births" or "deaths" kept in memory, a row each in the order in which they happened.
 
         `species` and `cause` hold indices into `names` and, from 1,
-        `world.causes`. RuntimeError without `keep_events`.
+        `world.causes`; a recorded field is 0 where a species lacks it. RuntimeError without `keep_events`.
         """
         if self.sink is not None or not self.keeps:
             raise RuntimeError(
                 "this recorder keeps no events in memory; make it with Recorder(world, keep_events=True)"
             )
-        empty = [tuple(np.zeros(0, np.int64) for _ in EVENTS[kind])]
+        empty = [tuple(np.zeros(0, np.int64) for _ in self.columns[kind])]
         columns = [np.concatenate(c) for c in zip(*(self._events[kind] or empty), strict=True)]
-        return dict(zip(EVENTS[kind], columns, strict=True))
+        return dict(zip(self.columns[kind], columns, strict=True))
 
     def _columns(self, n: int) -> dict[str, np.ndarray]:
         """Return copies of the first n ticks as flat columns, by tick, then species."""

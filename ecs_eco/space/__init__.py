@@ -7,6 +7,7 @@ numbers.
 from ecs_eco.space.field import Field
 from ecs_eco.space.geometry import Space
 from ecs_eco.space.index import Index
+from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.terrain import Terrain
 
-__all__ = ["Field", "Index", "Space", "Terrain"]
+__all__ = ["Field", "Index", "Seekers", "Space", "Terrain"]

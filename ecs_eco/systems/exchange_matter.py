@@ -13,8 +13,9 @@ from ecs_eco.components import Body, Chemistry, Matter, Position, Shape
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.life.matter import bodies, held, hold, part_lost
-from ecs_eco.nervous.sensors.sense import Seekers, place_of
+from ecs_eco.nervous.sensors.sense import place_of
 from ecs_eco.space.geometry import cell_of, into
+from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

@@ -11,7 +11,8 @@ import numpy as np
 from ecs_eco.components import Nervous, Position, Sensor
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.organs import blind
-from ecs_eco.nervous.sensors.sense import NOTHING_SENSED, Seekers
+from ecs_eco.nervous.sensors.sense import NOTHING_SENSED
+from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

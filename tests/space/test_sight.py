@@ -9,8 +9,7 @@ from ecs_eco import World
 from ecs_eco.components import Body, Position
 from ecs_eco.nervous.sensors.nearest import see_nearest
 from ecs_eco.nervous.sensors.rays import cast_rays
-from ecs_eco.nervous.sensors.sense import Seekers
-from ecs_eco.space import Terrain
+from ecs_eco.space import Seekers, Terrain
 from ecs_eco.space.sight import gather
 
 KINDS = (("a", 40, 1.3, True), ("b", 35, 1.0, True), ("mist", 15, 1.5, False))

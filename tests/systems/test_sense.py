@@ -3,8 +3,7 @@ import time
 import numpy as np
 import pytest
 
-from ecs_eco.nervous.sensors.sense import Seekers
-from ecs_eco.space import Index
+from ecs_eco.space import Index, Seekers
 from ecs_eco.systems import Sense
 from ecs_eco.testing import act, arrange
 

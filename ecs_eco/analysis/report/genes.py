@@ -70,7 +70,7 @@ def _species(lineage: Lineage, series: Series, s: str, place: Path) -> Iterator[
     if many := quantitative(kept):
         hue = figures.colors(series.species, series.manifest.get("colors"))[s]
         found = [course(lineage, s, gene, every) for gene in many]
-        traits = {g["name"]: g["trait"] for g in kept["genes"]}
+        traits = {g["name"]: g["trait"] for g in (*kept["genes"], *kept.get("derived", []))}
         for k in range(0, len(found), PANELS):
             drawn = genes_figures.courses(found[k : k + PANELS], traits, hue, s)
             yield _drawn(

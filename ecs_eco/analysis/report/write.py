@@ -16,7 +16,7 @@ from ecs_eco.analysis.report import depth, flows, genes, learning, matter, table
 from ecs_eco.analysis.report.against import blocks as against_blocks
 from ecs_eco.analysis.report.against import of_run
 from ecs_eco.analysis.report.pictures import draw
-from ecs_eco.analysis.report.recorded import ages_at_death
+from ecs_eco.analysis.report.recorded import ages_at_death, fields
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.style import as_delivered
 from ecs_eco.compiled.garbage import uncollected
@@ -68,6 +68,7 @@ def _written(
             if series.reporters and len(series.ticks)
             else ()
         ),
+        *fields(run),
         "<h2>Cycles</h2>",
         tables.cycles(series, cycles),
         *(pictures.get(name, "") for name in ("spectra", "lags", "phase")),

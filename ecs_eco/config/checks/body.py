@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from ecs_eco.config.checks.matter import Key, check_matter, check_size
+from ecs_eco.config.derived import all_genes
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.models.species import Species
@@ -157,7 +158,7 @@ def _room(config: WorldConfig, species: Species) -> float:
 def farthest(config: WorldConfig, species: Species) -> float:
     """Greatest distance of a sensor from the largest body, in radii;
     no limit if that body itself does not fit."""
-    genes = species.genome.genes if species.genome is not None else []
-    inherited = [max(gene.values or [gene.high or 0.0]) for gene in genes if gene.trait == "body.radius"]
+    radii = (gene for gene in all_genes(species) if gene.trait == "body.radius")
+    inherited = [max(gene.values or [gene.high or 0.0]) for gene in radii]
     radius = max([species.body.radius, *inherited])
     return config.space.widest / radius if radius <= min(config.space.size) / 2 else math.inf

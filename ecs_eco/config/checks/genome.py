@@ -12,6 +12,7 @@ from ecs_eco.config.checks.actions import check_actions
 from ecs_eco.config.checks.body import check_body, farthest
 from ecs_eco.config.checks.matter import Key
 from ecs_eco.config.checks.nerves import check_sensors
+from ecs_eco.config.derived import all_genes, problems_of_derived
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.names import is_component
@@ -60,20 +61,36 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
     own_problems = [
         *problems(section.genes, len(section.alphabet), loci, traits, shapes),
         *problems_of_variable(section, traits, shapes),
+        *problems_of_derived(section, traits),
     ]
     for problem in own_problems:
         shared = why_shared(str(problem.value), type(species)) if problem.key[-1] == "trait" else ""
         why = {"what": f"no gene can code for it: {shared}", "nearest": ""} if shared else {}
         yield problem.moved(key=(*key, *problem.key), **why)
-    yield from _check_ranges(config, species, key, section)
+    whole = section.model_copy(update={"genes": all_genes(species)})
+    for problem in _check_ranges(config, species, key, whole):
+        yield _placed(problem, key, section, whole)
     yield from _check_brain(name, species, section)
     if not own_problems:
         from ecs_eco.genomes.of_section import layout_of
 
         layout = layout_of(section, traits, shapes)
-        yield from _check_extremes(config, name, key, section, traits)
+        for problem in _check_extremes(config, name, key, whole, traits):
+            yield _placed(problem, key, section, whole)
         yield from _check_operators(config, species, key, layout)
         yield from _check_founders(key, section, layout)
+
+
+def _placed(problem: Problem, key: Key, section: GenomeSection, whole: GenomeSection) -> Problem:
+    """The problem of a gene in `whole`; of a derived trait, which has no number, at its formula."""
+    number = int(problem.key[len(key) + 1])
+    if number < len(section.genes):
+        return problem
+    name = whole.genes[number].name
+    what = f"{problem.what}: {problem.value:g}"
+    return problem.moved(
+        key=(*key, "derived", name, "formula"), what=what, value=section.derived[name].formula
+    )
 
 
 def components_of(config: WorldConfig, species: Species) -> list[Any] | None:

@@ -1,4 +1,5 @@
-"""Checks of what a world measures: names that are free, and formulas over components that there are."""
+"""Checks of what a world measures: names that are free, formulas over components that there are, and recorded
+fields."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from ecs_eco.config.formula import FormulaError
 from ecs_eco.config.models.reporters import is_reporter
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.reporter_formula import Fields, ReporterFormula, compile_reporter
-from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.errors import Problem, listed, nearest
 
 MOST_REPORTERS = 64
 NAME = re.compile(r"[^\W\d_][\w \-/%()]{0,39}")
@@ -30,6 +31,25 @@ def check_reporters(config: WorldConfig) -> Iterator[Problem]:
                 formula_of(config, what)
             except FormulaError as error:
                 yield Problem(key, error.what, what, error.allowed, error.nearest)
+
+
+def check_record(config: WorldConfig) -> Iterator[Problem]:
+    """The problems of fields that are recorded of single organisms."""
+    fields, complete = fields_of_components(config) if config.record else ({}, True)
+    known = [f"{component}.{field}" for component, own in fields.items() for field in own]
+    for i, name in enumerate(config.record):
+        key, (component, _, field) = ("record", i), name.partition(".")
+        if name in config.record[:i]:
+            yield Problem(key, "recorded twice", name, "each field once")
+        elif component in fields and field not in fields[component]:
+            own = fields[component]
+            near = nearest(field, own)
+            what = f'{component} has no field "{field}"' if field else f"{component} is a component"
+            near = near and f"{component}.{near}"
+            yield Problem(key, what, name, ", ".join(f"{component}.{f}" for f in own), near)
+        elif component not in fields and (complete or not field):
+            what = f'unknown component "{component}"' if field else "no Component.field"
+            yield Problem(key, what, name, listed(fields, 50), nearest(name, known))
 
 
 def fault_of_name(name: str, kinds: Collection[str]) -> str:

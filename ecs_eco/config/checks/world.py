@@ -17,7 +17,7 @@ from ecs_eco.config.checks.interventions import Changed, check_interventions, ch
 from ecs_eco.config.checks.land import check_land
 from ecs_eco.config.checks.land_use import check_land_use
 from ecs_eco.config.checks.nerves import check_nerves
-from ecs_eco.config.checks.reporters import check_reporters
+from ecs_eco.config.checks.reporters import check_record, check_reporters
 from ecs_eco.config.checks.resolution import check_resolution
 from ecs_eco.config.checks.water import check_water
 from ecs_eco.config.features.feature import of_each
@@ -66,6 +66,7 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
     yield from check_interventions(config, folder, changed)
     yield from check_land_use(config)
     yield from check_reporters(config)
+    yield from check_record(config)
     yield from check_data(config)
     yield from check_archipelago(config)
 

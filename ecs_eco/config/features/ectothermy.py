@@ -33,10 +33,12 @@ class Ectothermy(Feature, after="heat"):
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
         """Yield genes that code for the pace that temperature sets."""
-        genes = species.genome.genes if species.genome is not None and species.ectothermy is not None else ()
-        for i, gene in enumerate(genes):
+        genome = species.genome if species.ectothermy is not None else None
+        genes = [] if genome is None else [(("genes", i), gene) for i, gene in enumerate(genome.genes)]
+        derived = [] if genome is None else [(("derived", name), one) for name, one in genome.derived.items()]
+        for place, gene in (*genes, *derived):
             if gene.trait == "locomotion.pace":
-                at, allowed = (*key, "genome", "genes", i, "trait"), '"ectothermy.q10", or no ectothermy'
+                at, allowed = (*key, "genome", *place, "trait"), '"ectothermy.q10", or no ectothermy'
                 yield Problem(at, "temperature sets the pace of this species", gene.trait, allowed)
 
     @staticmethod

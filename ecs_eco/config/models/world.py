@@ -128,6 +128,12 @@ class WorldConfig(Section):
         {},
         exclude_if=is_empty,
     )
+    record: Annotated[list[str], Field(max_length=64)] = about(
+        "Component.field of organisms, of your own components too, to record at birth, at death and in "
+        "snapshots",
+        [],
+        exclude_if=is_empty,
+    )
     interventions: list[AnyIntervention] = table("interventions while it runs", list, change=FREE)
     land_use: list[AnyUse] = about("harvests and plantings that go on", [], exclude_if=is_empty)
     archipelago: Archipelago | None = about(

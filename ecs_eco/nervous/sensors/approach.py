@@ -7,8 +7,9 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Position, Velocity
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, own_range
+from ecs_eco.nervous.sensors.sense import Sense, of_sensor, own_range
 from ecs_eco.space.nearest import nearest
+from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.sight import offset
 
 if TYPE_CHECKING:

@@ -6,9 +6,10 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor
+from ecs_eco.nervous.sensors.sense import Sense, of_sensor
 from ecs_eco.space.field import at as field_at
 from ecs_eco.space.geometry import into
+from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

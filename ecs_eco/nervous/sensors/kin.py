@@ -8,8 +8,8 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Parentage
-from ecs_eco.nervous.sensors.sense import Seekers
 from ecs_eco.space.index import Index
+from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.sight import gather, offset
 from ecs_eco.space.sums import LINEAR, NONE, TOUCHING2
 

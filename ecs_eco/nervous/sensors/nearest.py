@@ -11,11 +11,12 @@ from ecs_eco.compiled.jit import lone_njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Shape
 from ecs_eco.nervous.sensors.kin import nearest_kin
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, in_light, of_sensor, own_range, place_of
+from ecs_eco.nervous.sensors.sense import Sense, in_light, of_sensor, own_range, place_of
 from ecs_eco.space import sight
 from ecs_eco.space.bodies import merged, opaque_ground, opaque_kinds, relief, solids, tops
 from ecs_eco.space.index import Index
 from ecs_eco.space.nearest import nearest, seek
+from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.solid_sight import nearest_in_sight
 
 if TYPE_CHECKING:

@@ -12,8 +12,9 @@ from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Biology, Body, Chemistry, Load, Metabolism, Physical, Shape
 from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.schema import Columns
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, place_of
+from ecs_eco.nervous.sensors.sense import Sense, of_sensor, place_of
 from ecs_eco.space.bodies import extents
+from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.shapes import volume
 
 if TYPE_CHECKING:

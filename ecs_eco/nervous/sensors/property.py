@@ -9,7 +9,8 @@ from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Body
 from ecs_eco.nervous.sensors.kin import add_kin
 from ecs_eco.nervous.sensors.own import own_column
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, own_range, place_of
+from ecs_eco.nervous.sensors.sense import Sense, of_sensor, own_range, place_of
+from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.sums import DECAYS, add_near
 
 if TYPE_CHECKING:

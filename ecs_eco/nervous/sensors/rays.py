@@ -8,9 +8,10 @@ import numpy as np
 
 from ecs_eco.compiled.elementary import arrays
 from ecs_eco.components import Body, Shape
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, in_light, of_sensor, own_range, place_of
+from ecs_eco.nervous.sensors.sense import Sense, in_light, of_sensor, own_range, place_of
 from ecs_eco.space import sight
 from ecs_eco.space.bodies import merged, opaque_ground, relief, solids, tops
+from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.solid_sight import cast_on_solids
 
 if TYPE_CHECKING:

@@ -5,11 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.compiled.elementary import arrays
-from ecs_eco.components import Body, Position, Senses, Shape
+from ecs_eco.components import Senses
 from ecs_eco.genomes.own_values import own_values
-from ecs_eco.space.bodies import extents
 from ecs_eco.space.geometry import back_into
+from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -18,24 +17,6 @@ if TYPE_CHECKING:
 
 NOTHING_SENSED = np.zeros(0, np.uint64), np.zeros((0, 0), np.float32)
 """Uids u64[n] and readings f32[n, channels] of nobody."""
-
-
-class Seekers:
-    """Those of a table that sense now, in canonical order: rows i64[n], the index,
-    cosine and sine of the headings f32[n]."""
-
-    def __init__(self, world: "SpatialWorld", table: "Table") -> None:
-        self.index = world.index(table)
-        self.rows = self.index.rows.copy()
-        self.heading = table[Position].heading.take(self.rows)  # half as long as with [rows]
-        self.cos, self.sin = arrays.cos(self.heading), arrays.sin(self.heading)
-        self.n = self.rows.size
-        self.radius = table[Body].radius.take(self.rows) if Body in table else np.zeros(self.n, np.float32)
-        self.half: tuple[np.ndarray, ...] | None = None
-        """Half of the length, width and height of each body that is no sphere, f32[n] [m]; else None."""
-        if Shape in table:
-            *sides, rounding = (side[self.rows] for side in extents(table))
-            self.half = tuple((side / 2 + rounding).astype(np.float32) for side in sides)
 
 
 Sense = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]

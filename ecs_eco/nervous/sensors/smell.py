@@ -7,9 +7,10 @@ import numpy as np
 from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Senses
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, nose, of_sensor, place_of
+from ecs_eco.nervous.sensors.sense import Sense, nose, of_sensor, place_of
 from ecs_eco.space.field import at as field_at
 from ecs_eco.space.geometry import into
+from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

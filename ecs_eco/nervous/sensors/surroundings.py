@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.compiled.elementary import arrays
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, place_of
+from ecs_eco.nervous.sensors.sense import Sense, of_sensor, place_of
+from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

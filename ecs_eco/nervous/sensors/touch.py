@@ -6,9 +6,10 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Position, Shape
-from ecs_eco.nervous.sensors.sense import Seekers, Sense
+from ecs_eco.nervous.sensors.sense import Sense
 from ecs_eco.space import sight
 from ecs_eco.space.bodies import merged, solids
+from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.shapes import bounds, touching
 from ecs_eco.space.solids import around
 

@@ -15,8 +15,8 @@ from ecs_eco.components import Chemistry, Nervous, Velocity
 from ecs_eco.engine.schema import component, f32
 from ecs_eco.engine.system import System
 from ecs_eco.life.matter import booked
-from ecs_eco.nervous.sensors.sense import Seekers
 from ecs_eco.nervous.sensors.touch import touch
+from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table

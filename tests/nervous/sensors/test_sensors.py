@@ -7,11 +7,10 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical, Position
 from ecs_eco.nervous.sensors.own import own
-from ecs_eco.nervous.sensors.sense import Seekers
 from ecs_eco.nervous.sensors.smell import smell
 from ecs_eco.nervous.sensors.surroundings import ambient
 from ecs_eco.nervous.sensors.touch import touch, within
-from ecs_eco.space import Field
+from ecs_eco.space import Field, Seekers
 from ecs_eco.space.bodies import merged
 
 F = np.float32

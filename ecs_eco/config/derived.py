@@ -1,0 +1,150 @@
+"""Derived traits of a genome: formulas over the values of its genes, so that one gene has several effects
+(pleiotropy)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from graphlib import CycleError, TopologicalSorter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.config.formula import Formula, FormulaError, compile_formula
+from ecs_eco.engine.errors import Problem, listed, nearest
+from ecs_eco.engine.section import LARGEST
+from ecs_eco.genomes.models import Gene, GenomeSection
+from ecs_eco.genomes.problems import is_weights
+from ecs_eco.genomes.traits import Trait
+
+if TYPE_CHECKING:
+    from ecs_eco.config.models.species import Species
+
+SAMPLES = 4096  # combinations of gene values at which a formula is checked
+MOST_GENES = 12  # that one formula reads, itself or by others
+
+
+def all_genes(species: Species) -> list[Gene]:
+    """Return the genes of a species, then its derived traits as genes with the range of their formulas."""
+    if species.genome is None:
+        return []
+    section, derived = species.genome, []
+    formulas, _ = formulas_of(section)
+    for name in formulas:
+        found = _samples(section, formulas, name)
+        ends = {"low": float(found[name].min()), "high": float(found[name].max())}
+        derived.append(Gene.model_construct(name=name, trait=section.derived[name].trait, letters=1, **ends))
+    return [*section.genes, *derived]
+
+
+def formulas_of(section: GenomeSection) -> tuple[dict[str, Formula], list[Problem]]:
+    """Return the formulas of derived traits by name, each after those that it reads, and the problems of
+    the others."""
+    genes = [gene.name for gene in section.genes if not is_weights(gene, None)]
+    known, found, wrong = [*genes, *section.derived], {}, []
+    for name, derived in section.derived.items():
+        key, text = ("derived", name, "formula"), derived.formula
+        try:
+            formula = compile_formula(text, known)
+        except FormulaError as error:
+            wrong.append(Problem(key, error.what, text, error.allowed, error.nearest))
+            continue
+        if formula.names:
+            found[name] = formula
+        else:
+            wrong.append(Problem(key, "reads no gene", text, f"a formula of {listed(known, 30)}"))
+    try:
+        graph = {name: sorted(formula.names & found.keys()) for name, formula in found.items()}
+        order = list(TopologicalSorter(graph).static_order())
+    except CycleError as error:
+        circle = error.args[1][::-1]
+        key = ("derived", circle[0], "formula")
+        wrong.append(Problem(key, f"a circle of formulas: {' → '.join(circle)}", found[circle[0]].text))
+        return {}, wrong
+    formulas: dict[str, Formula] = {}
+    for name in order:
+        if found[name].names <= {*genes, *formulas}:  # else what it reads is wrong
+            formulas[name] = found[name]
+            if len(read := _genes_read(section, formulas, name)) > MOST_GENES:
+                key, text = ("derived", name, "formula"), found[name].text
+                wrong.append(Problem(key, f"reads {len(read)} genes", text, f"at most {MOST_GENES}"))
+                del formulas[name]
+    return formulas, wrong
+
+
+def problems_of_derived(section: GenomeSection, traits: Mapping[str, Trait]) -> Iterator[Problem]:
+    """Yield the problems of derived traits, each with its key in the section of the genome."""
+    formulas, wrong = formulas_of(section)
+    yield from wrong
+    genes = {gene.name: gene for gene in section.genes}
+    by_trait = {gene.trait: gene.name for gene in section.genes}
+    numbers = [name for name, trait in traits.items() if trait.kind != "weights"]
+    for name, derived in section.derived.items():
+        key = ("derived", name)
+        if name in genes:
+            yield Problem(key, "a gene has this name", name, "each name once")
+        if derived.trait in by_trait:
+            fault = f"{by_trait[derived.trait]} codes for it too"
+            yield Problem((*key, "trait"), fault, derived.trait, "one gene or formula for each trait")
+        by_trait.setdefault(derived.trait, name)
+        if derived.trait not in numbers:
+            close = nearest(derived.trait, numbers)
+            yield Problem(
+                (*key, "trait"), "the species has no such trait", derived.trait, listed(numbers, 40), close
+            )
+        elif name in formulas:
+            yield from _of_range(section, formulas, name, traits[derived.trait])
+
+
+def _of_range(
+    section: GenomeSection, formulas: Mapping[str, Formula], name: str, trait: Trait
+) -> Iterator[Problem]:
+    """Yield the problem of a formula with values that its trait cannot have, and where it has them."""
+    values = _samples(section, formulas, name)
+    out = np.asarray(values[name], np.float64)
+    out = np.rint(out) if trait.kind in ("whole", "sign") else out
+    slack = 1e-6 * np.abs(out)  # float32
+    wrong = np.flatnonzero(~((out >= trait.low - slack) & (out <= trait.high + slack)))
+    if wrong.size:
+        at = ", ".join(f"{g} = {values[g][wrong[0]]:g}" for g in _genes_read(section, formulas, name))
+        unit = "" if trait.unit == "1" else f" {trait.unit}"
+        yield Problem(
+            ("derived", name, "formula"),
+            f"{out[wrong[0]]:g} at {at}: outside of what {trait.name} can be",
+            formulas[name].text,
+            f"{trait.low:g} to {trait.high:g}{unit}",
+        )
+
+
+def _genes_read(section: GenomeSection, formulas: Mapping[str, Formula], name: str) -> list[str]:
+    """Return the genes that a formula reads, itself or by other formulas, in their order."""
+    read, left = set[str](), [name]
+    while left:
+        for other in formulas[left.pop()].names - read:
+            read.add(other)
+            left += [other] if other in formulas else []
+    return [gene.name for gene in section.genes if gene.name in read and gene.name not in formulas]
+
+
+def _samples(section: GenomeSection, formulas: Mapping[str, Formula], name: str) -> dict[str, np.ndarray]:
+    """Return values of the genes that a formula reads, every combination of some of each, and what it and
+    other formulas make of them: f64[samples] of genes, f32[samples] of formulas."""
+    genes = {gene.name: gene for gene in section.genes}
+    read = _genes_read(section, formulas, name)
+    n = max(2, int(SAMPLES ** (1 / len(read))))
+    grid = np.meshgrid(*(_values_of(genes[gene], n) for gene in read))
+    values: dict[str, np.ndarray] = {gene: axis.ravel() for gene, axis in zip(read, grid, strict=True)}
+    for other, formula in formulas.items():
+        if formula.names <= values.keys():
+            out = formula({name: values[name] for name in formula.names})
+            values[other] = np.nan_to_num(out, nan=LARGEST, posinf=LARGEST, neginf=-LARGEST)
+    return values
+
+
+def _values_of(gene: Gene, n: int) -> np.ndarray:
+    """Return at most n values of a gene, its least and greatest among them."""
+    if gene.values is not None:
+        values = np.unique(gene.values or [0.0])
+        return values[np.unique(np.linspace(0, values.size - 1, n).astype(int))]
+    low, high = gene.low or 0.0, gene.high or 0.0
+    values = np.geomspace(low, high, n) if gene.scale == "log" and low > 0 else np.linspace(low, high, n)
+    return np.unique(np.rint(values)) if gene.whole else values

@@ -1,0 +1,77 @@
+"""Fields of components that a world records of single organisms: its key `record`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.engine.errors import ConfigError, Problem, listed
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+MOST_COLUMNS = 256  # of all recorded fields together
+
+
+class Fields:
+    """The columns behind those of births, deaths, snapshots and migrants: a field of one number has its own
+    name, "Strain.virulence"; one of several has a column for each, "Strain.genome.0" and so on.
+
+    Raises ConfigError for a field that no species has, and for too many columns.
+    """
+
+    def __init__(self, world: SpatialWorld, species: list[str]) -> None:
+        self._tables = [world.tables[name] for name in species]
+        self._columns: dict[str, tuple[str, int, np.dtype]] = {}  # field, place within it, type
+        for i, field in enumerate(() if world.config is None else world.config.record):
+            found = [values for table in self._tables if (values := values_of(table, field)) is not None]
+            if not found:
+                some = dict.fromkeys(c.__name__ for table in self._tables for c in table.columns)
+                what = f"no species has the component {field.partition('.')[0]}"
+                raise ConfigError([Problem(("record", i), what, field, listed(some, 40))])
+            size, dtype = max(map(_size, found)), np.result_type(*(values.dtype for values in found))
+            names = [field] if all(len(values.shape) == 1 for values in found) else _numbered(field, size)
+            self._columns |= {name: (field, place, dtype) for place, name in enumerate(names)}
+            if len(self._columns) > MOST_COLUMNS:
+                raise ConfigError(
+                    [Problem(("record", i), "too many columns", field, f"at most {MOST_COLUMNS} in all")]
+                )
+        self.names = tuple(self._columns)
+
+    def of(self, table: Table, rows: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return the columns for rows i64[k] of a table: 0 where it has no such field."""
+        out = []
+        for field, place, dtype in self._columns.values():
+            values, column = values_of(table, field), np.zeros(rows.size, dtype)
+            if values is not None and place < _size(values):
+                column[:] = np.asarray(values[rows]).reshape(rows.size, -1)[:, place]
+            out.append(column)
+        return tuple(out)
+
+    def missing(self, species: np.ndarray) -> dict[str, np.ndarray]:
+        """Return which rows have no such field, by column: bool[k], for species i8[k]."""
+        out = {}
+        for name, (field, place, _) in self._columns.items():
+            held = [values_of(table, field) for table in self._tables]
+            out[name] = np.array([values is None or place >= _size(values) for values in held])[species]
+        return out
+
+
+def values_of(table: Table, field: str) -> np.ndarray | None:
+    """Return the column of a field, "Component.field", in a table; None where it has none."""
+    component, _, name = field.partition(".")
+    for part, columns in table.columns.items():
+        if part.__name__ == component and name in part.fields:
+            values: np.ndarray = getattr(columns, name)
+            return values
+    return None
+
+
+def _size(values: np.ndarray) -> int:
+    return int(np.prod(values.shape[1:]))
+
+
+def _numbered(field: str, size: int) -> list[str]:
+    return [f"{field}.{place}" for place in range(size)]
