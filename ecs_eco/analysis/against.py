@@ -6,8 +6,6 @@ field are often shorter. What is said here is therefore a description, of a seri
 test.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import combinations
 from typing import NamedTuple

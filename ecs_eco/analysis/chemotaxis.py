@@ -1,7 +1,5 @@
 """Chemotaxis in a recorded run: how often animals move down the gradient that they smell."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,10 +8,8 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.depth import is_night
-from ecs_eco.analysis.runs import load_series, parts
+from ecs_eco.analysis.runs import load_series, tables
 from ecs_eco.analysis.tracks import Box, shortest
-from ecs_eco.record import seal
-from ecs_eco.record.parquet import read_part
 
 
 @dataclass(frozen=True)
@@ -64,10 +60,7 @@ def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: 
         "heading",
         *(f"sensor: {nose}_{way}" for way in ("forward", "left", "up")),
     ]
-    blocks = []
-    for file in parts(run, f"details-{species}"):
-        rows = read_part(file, names, seal.has_seals(Path(run)))
-        blocks.append([rows[name].to_numpy() for name in names])
+    blocks = [[rows[name].to_numpy() for name in names] for rows in tables(run, f"details-{species}", names)]
     if not blocks:
         return None
     tick, uid, *columns = (np.concatenate(column) for column in zip(*blocks, strict=True))

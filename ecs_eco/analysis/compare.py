@@ -5,8 +5,6 @@ Where policies of several training seeds were run on the same world seeds, both 
 (`analysis/seed_grid.py`). Reads recorded runs; it runs no world.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -24,7 +22,7 @@ from ecs_eco.analysis.cycles import (
 )
 from ecs_eco.analysis.extinction import shared
 from ecs_eco.analysis.runs import Series, load_series
-from ecs_eco.analysis.seed_grid import Grid, crossed, mean_interval
+from ecs_eco.analysis.seed_grid import Grid, crossed, mean_interval, mean_of_seeds
 from ecs_eco.analysis.survival import (
     SurvivalCurve,
     bootstrap_difference,
@@ -286,16 +284,7 @@ def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
         word: np.array([[np.nan if c is None else value(c) for c in row] for row in cycles])
         for word, value in of.items()
     }
-    return {"depth": {"n": n, **{word: _mean_of(values) for word, values in by_word.items()}}}
-
-
-def _mean_of(values: np.ndarray) -> Any:
-    """Mean and 95 % interval of a table of training seeds × world seeds with gaps; None if it is all gaps."""
-    if np.isfinite(values).all():
-        return mean_interval(values)
-    rows = values if len(values) > 1 else values.T
-    means = [float(np.nanmean(row)) for row in rows if np.isfinite(row).any()]
-    return mean_interval(np.array([means])) if means else None
+    return {"depth": {"n": n, **{word: mean_of_seeds(values) for word, values in by_word.items()}}}
 
 
 def _pooled(p: Sequence[float]) -> float:

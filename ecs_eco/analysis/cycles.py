@@ -6,8 +6,6 @@ of ten periods cross-correlate up to .5 by luck, so the coupling of two species 
 cannot be coupled: species a of one run with species b of another (`cross_seed_surrogates`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import permutations

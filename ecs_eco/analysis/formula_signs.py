@@ -1,8 +1,6 @@
 """The sign of a reading's effect on a formula, as far as the text alone shows: +1, −1, 0 for none, None:
 it depends."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Collection, Iterable
 

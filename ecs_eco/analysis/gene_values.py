@@ -1,19 +1,15 @@
 """What the genomes of a record say of one gene: numbers from letters, as the layout of the species reads
 them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
 from ecs_eco.analysis.carriers import codons_of, gene_of, words_of_strings
+from ecs_eco.analysis.pedigree import Pedigree
 from ecs_eco.engine.errors import UnknownName, unknown_name
-
-if TYPE_CHECKING:
-    from ecs_eco.analysis.pedigree import Pedigree
 
 
 def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.ndarray:

@@ -15,11 +15,9 @@ from ecs_eco.analysis.carriers import Frequencies, frequencies
 from ecs_eco.analysis.gene_values import values_of
 from ecs_eco.analysis.genes import Course, Selection, course, generation_time, selection
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree
-from ecs_eco.analysis.runs import parts, read_manifest
+from ecs_eco.analysis.runs import read_manifest, tables
 from ecs_eco.engine.uids import island_of
-from ecs_eco.record import seal
 from ecs_eco.record.archipelago import ISLANDS, is_archipelago, read
-from ecs_eco.record.parquet import open_part, read_part
 
 __all__ = ["ALIVE", "Lineage"]
 BIRTHS = {"tick": int, "species": str, "uid": int, "parent": int, "parent2": int, "genome": str}
@@ -62,14 +60,11 @@ class Lineage(Pedigree):
         if is_archipelago(folder):
             return cls._of_islands(Path(folder))
         manifest = read_manifest(folder)
-        sealed = seal.WORD in manifest
-        births = _events(folder, "births", BIRTHS, sealed)
-        deaths = _events(folder, "deaths", DEATHS, sealed)
-        files = parts(folder, "births")
-        if files and "genome" not in open_part(files[0]).schema_arrow.names:
+        births, deaths = _events(folder, "births", BIRTHS), _events(folder, "deaths", DEATHS)
+        if "genome" not in next((t.column_names for t in tables(folder, "births")), ["genome"]):
             births = _with_founders(births, deaths)
         if "island" in manifest:
-            births, deaths = _present(folder, births, deaths, sealed)
+            births, deaths = _present(folder, births, deaths)
         end = max(manifest.get("done", manifest.get("ticks", 0)) - 1, 0)
         return cls._joined(
             births, deaths, end=end, dt=manifest.get("dt", 1.0), genomes=manifest.get("genomes", {})
@@ -79,18 +74,12 @@ class Lineage(Pedigree):
     def _of_islands(cls, root: Path) -> Lineage:
         """The lineage of all islands: who migrates was born on one of them and died on one."""
         folders = [root / ISLANDS / name for name in read(root)["islands"]]
-        manifests = [read_manifest(folder) for folder in folders]
-        events = [
-            [
-                _events(folder, kind, columns, seal.WORD in manifest)
-                for folder, manifest in zip(folders, manifests, strict=True)
-            ]
-            for kind, columns in (("births", BIRTHS), ("deaths", DEATHS))
-        ]
         births, deaths = (
-            {name: np.concatenate([part[name] for part in parts]) for name in parts[0]} for parts in events
+            {name: np.concatenate([part[name] for part in parts]) for name in columns}
+            for kind, columns in (("births", BIRTHS), ("deaths", DEATHS))
+            for parts in [[_events(folder, kind, columns) for folder in folders]]
         )
-        first = manifests[0]
+        first = read_manifest(folders[0])
         return cls._joined(
             births, deaths, end=max(first["done"] - 1, 0), dt=first["dt"], genomes=first.get("genomes", {})
         )
@@ -164,21 +153,19 @@ class Lineage(Pedigree):
         return text
 
 
-def _events(
-    folder: Path | str, kind: str, columns: dict[str, type], needed: bool = False
-) -> dict[str, np.ndarray]:
+def _events(folder: Path | str, kind: str, columns: dict[str, type]) -> dict[str, np.ndarray]:
     """Columns of all parts: strings as str, "" where null; numbers as u64;
     a column that is not there as 0 or ""."""
-    tables = [read_part(file, needed=needed) for file in parts(folder, kind)]
-    return {name: _column(tables, name, dtype) for name, dtype in columns.items()}
+    held = list(tables(folder, kind))
+    return {name: _column(held, name, dtype) for name, dtype in columns.items()}
 
 
 def _present(
-    folder: Path | str, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], sealed: bool
+    folder: Path | str, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """The births of an island with those who came, and its deaths with those who left for good."""
     columns = BIRTHS | {"born": int}
-    came, left = (_events(folder, kind, columns, sealed) for kind in ("arrivals", "departures"))
+    came, left = (_events(folder, kind, columns) for kind in ("arrivals", "departures"))
     last = dict(zip(came["uid"].tolist(), came["tick"].tolist(), strict=True))  # the last time of each
     away = dict(zip(left["uid"].tolist(), range(len(left["uid"])), strict=True))
     gone = np.array([i for uid, i in away.items() if left["tick"][i] > last.get(uid, -1)], np.int64)

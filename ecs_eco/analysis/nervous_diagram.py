@@ -1,8 +1,6 @@
 """The content of a drawing of a nervous system: sensors, actions, reflexes,
 the happiness and the policy network."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -3,8 +3,6 @@
 Lengths are inches; y goes down. Widths of texts are measured, so that nothing overlaps.
 """
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Mapping, Sequence
 from functools import cache

@@ -5,8 +5,6 @@ for a distance of 20 in CIELAB between all of them, to people with deuteranopia 
 `tests/analysis/test_palette.py` computes both. `ecs_eco/view/static/colours.js` is the same for the page.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """A pedigree: the descent of all organisms as arrays, with queries."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property

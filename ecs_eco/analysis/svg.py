@@ -5,8 +5,6 @@ CSS draw the light ones; texts stay texts; ids are short, and belong to one figu
 one path.
 """
 
-from __future__ import annotations
-
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping

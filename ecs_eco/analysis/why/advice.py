@@ -1,8 +1,6 @@
 """Which values of the world file to change, and in which direction, after a diagnosis:
 derived from the file's structure."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any
 

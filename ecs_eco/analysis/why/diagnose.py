@@ -6,8 +6,6 @@ aged without offspring, lost its newborn or was poisoned, the chain ends with it
 … 1; the verdict is the end of the chain with the greatest weight.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from typing import Any
 

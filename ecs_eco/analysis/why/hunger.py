@@ -1,8 +1,6 @@
 """Hunger of a species that fell: was food lacking or not caught, did newborn starve before a first meal,
 had it offspring?"""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -7,8 +7,6 @@ that follows another phase it is the loss that has risen most since then: a mead
 room falls because it is grazed.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
