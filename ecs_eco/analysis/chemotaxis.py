@@ -14,8 +14,7 @@ from ecs_eco.analysis.tracks import Box, shortest
 
 @dataclass(frozen=True)
 class Leaving:
-    """How often moves lead down the gradient of a smell: (N down − N up)/N,
-    of all moves and of those at night."""
+    """How often moves lead down the gradient of a smell, of all and at night: (N down − N up)/N."""
 
     n: int
     index: float
@@ -44,12 +43,9 @@ def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: int = 3000) -> Leaving | None:
-    """How often a species moves away from a smell, in the last `most` ticks of a run with details;
-    None if nothing was smelt.
-
-    Moves count if the gradient that the nose measures at the beginning of the tick exceeds `least`;
-    its maximum is 1.
-    """
+    """How often a species moves away from a smell, in the last `most` ticks of a run with details, where the
+    nose measures a gradient above `least` (of at most 1) at the beginning of the tick; None if nothing was
+    smelt."""
     series = load_series(run)
     names = [
         "tick",

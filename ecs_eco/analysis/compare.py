@@ -1,9 +1,5 @@
-"""Comparison of the arms of an experiment: persistence, survival times, numbers and cycles.
-
-An arm is a name and one run a seed. Seeds are the replicates; a run in which a species dies out is a result.
-Where policies of several training seeds were run on the same world seeds, both are replicates
-(`analysis/seed_grid.py`). Reads recorded runs; it runs no world.
-"""
+"""Comparison of the arms of an experiment: persistence, survival times, numbers and cycles. Seeds are the
+replicates, training seeds and world seeds where policies of several were run (`seed_grid.py`)."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -163,13 +159,10 @@ def _crossed_effects(
     reference: str,
     arm: str,
 ) -> dict[str, Any]:
-    """An arm minus the reference where both kinds of seeds are replicates.
-
-    Shares: by the square-and-add rule from the intervals of both (Newcombe 1998; Zou and Donner 2008). Times
-    and numbers: mean over the cells of the difference between runs of the same seeds; an arm without training
-    seeds (random policies) has one row, which is compared with every training seed. No log-rank p: that test
-    assumes independent runs.
-    """
+    """An arm minus the reference where both kinds of seeds are replicates. Shares: the square-and-add rule
+    (Newcombe 1998; Zou and Donner 2008). Times and numbers: mean over cells of the difference between runs of
+    the same seeds; an arm without training seeds is compared with every one. No log-rank p: it assumes
+    independent runs."""
     one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
     effects: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
     first, second = (
@@ -204,8 +197,7 @@ def _mean(run: Series, species: str) -> float:
 
 
 def extinction_curve(runs: Sequence[Series], species: str) -> SurvivalCurve:
-    """Survival of a species over runs: time from the start to its extinction [ticks],
-    censored at the end of the run."""
+    """Survival of a species over runs: ticks until its extinction, censored at the end of the run."""
     return kaplan_meier(*_lifetimes(runs, species))
 
 
@@ -261,12 +253,7 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """How mean depth follows the day over runs, rows of training seeds; empty without a sun, a depth, or a
-    species that lives two days.
-
-    Where some runs have no cycle, the means of training seeds, or of world seeds where there is one,
-    are the replicates.
-    """
+    """How mean depth follows the day over runs, rows of training seeds; empty where the species does not."""
     from ecs_eco.analysis.depth import depth_cycle, swimmers
 
     if species not in swimmers(table[0][0]):

@@ -1,5 +1,4 @@
-"""Genes in a comparison: allele frequencies, selection coefficients and means of quantitative genes per arm,
-with intervals over runs."""
+"""Genes in a comparison: allele frequencies, selection and means, with intervals over runs."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -105,12 +104,9 @@ def _outcomes(
 def summary(
     genes: Sequence[Gene], rows: Mapping[str, Sequence[Sequence[int]]], reference: str, seed: int = 0
 ) -> dict[str, Any]:
-    """Return species → gene (with its value) → arm → outcomes with 95 % intervals over runs, and `against`
-    the reference.
-
-    `rows` has the numbers of an arm's runs by training seed: both kinds of seeds are replicates where there
-    are several.
-    """
+    """Return species → gene (with its value) → arm → outcomes with 95 % intervals, and `against` the
+    reference. `rows` has the numbers of an arm's runs by training seed: both kinds of seeds are
+    replicates."""
     out: dict[str, Any] = {}
     for gene in genes:
         words = QUANTITY if gene.value is None else ALLELE

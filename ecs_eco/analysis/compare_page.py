@@ -21,8 +21,7 @@ def write(
     grids: Mapping[str, Grid],
     genes: Sequence[compare_genes.Gene] = (),
 ) -> None:
-    """Write what `compare` found: `loaded` runs by arm, survival `curves` by species and arm,
-    the `grids` of crossed arms, and the `genes` of all runs."""
+    """Write what `compare` found: runs, survival curves, grids and genes are given besides the result."""
     write_text(out / "compare.json", json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     by_seed = {arm: _draw_grid(out / "figures", arm, grid) for arm, grid in grids.items()}
     blocks = [

@@ -1,5 +1,4 @@
-"""Evolving genes in figures and in a report: allele frequencies and quantitative genes, of a run and of arms
-side by side."""
+"""Evolving genes in figures and reports: allele frequencies and quantitative genes of runs and arms."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -53,8 +52,7 @@ def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
 
 @styled
 def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: str = "") -> Figure:
-    """Quantitative genes over time: shade is the share of the living with a value, the line the mean, dashes
-    one standard deviation about it."""
+    """Quantitative genes over time: shade is the share of the living, lines are the mean and one sd."""
     from matplotlib.colors import LinearSegmentedColormap
 
     figure, axes = panels(len(genes), 1, 9, 2.3 * len(genes) + 0.7, sharex=True)
@@ -100,10 +98,8 @@ def _root(top: float) -> Any:
 def arms(
     bands: Mapping[str, Mapping[str, Band]], labels: Mapping[str, str], title: str = "", shares: bool = True
 ) -> Figure:
-    """A panel for each gene (gene → arm → Band): the mean over runs of each arm, with its 95 % band.
-
-    `labels` are the words at each panel's vertical axis, by gene; `shares` lie from 0 to 1.
-    """
+    """A panel for each gene (gene → arm → Band), the mean over runs with its 95 % band; `labels` are those of
+    the vertical axes by gene, `shares` lie from 0 to 1."""
     columns = min(2, len(bands))
     rows = -(-len(bands) // columns)
     figure, axes = panels(rows, columns, 4.6 * columns + 0.6, 2.5 * rows + 0.8, sharex=True)
@@ -132,11 +128,8 @@ def arms(
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Figures and tables of the genes of each species; nothing where no genome was recorded, or nobody had
-    one.
-
-    Figures are written below `place`.
-    """
+    """Figures and tables of the genes of each species, where genomes were recorded. Figures are written below
+    `place`."""
     genomes = {
         s: kept
         for s, kept in series.manifest.get("genomes", {}).items()

@@ -85,15 +85,13 @@ def acts_of(table: pa.Table) -> dict[str, Acts]:
 
 
 def read(run: Path | str, kind: str) -> pa.Table | None:
-    """Return the rows of a kind, "learning" or "actions", of a run folder; None where it has none. Raises
-    RecordingError for a damaged file."""
+    """Return the rows of a kind ("learning", "actions", "matter") of a run folder; None where it has none."""
     found = list(tables(run, kind))
     return pa.concat_tables(found) if found else None
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return means of ticks and values over at most `points` stretches of equal numbers of samples; NaN where
-    a stretch has no value."""
+    """Return means of ticks and values over at most `points` equal stretches; NaN where one is empty."""
     edges = np.linspace(0, len(ticks), min(points, len(ticks)) + 1).astype(int)[:-1]
     if not len(edges):
         return ticks.astype(float), values
@@ -167,8 +165,7 @@ def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
-    """Return how often a species learnt, from how many transitions, and the mean of each number over the
-    first and the last tenth of its updates."""
+    """Return updates, transitions, and means of each number over the first and last tenth of updates."""
     tenth = max(1, len(updates.ticks) // 10)
 
     def ends(values: np.ndarray) -> tuple[float, float]:

@@ -50,13 +50,10 @@ class Lineage(Pedigree):
 
     @classmethod
     def read(cls, folder: Path | str) -> Lineage:
-        """The lineage of a run folder; FileNotFoundError where it holds no run,
-        RecordingError for a damaged file.
-
-        A folder from before genomes were recorded does not list its founders: those who died or had offspring
-        are added. That of an archipelago has all islands in one. On one island those who came are there from
-        their arrival, without parents that they left behind, and those who left until then ("emigrated").
-        """
+        """The lineage of a run folder; FileNotFoundError where it holds no run, RecordingError for a damaged
+        file. Founders that a folder of an older version does not list are added where they died or had
+        offspring. An archipelago has all islands in one; on one island immigrants appear at their arrival,
+        without parents that they left behind, and emigrants end as "emigrated"."""
         if is_archipelago(folder):
             return cls._of_islands(Path(folder))
         manifest = read_manifest(folder)
@@ -104,18 +101,16 @@ class Lineage(Pedigree):
         return cls(uid=uid, born=births["tick"][order].astype(np.int64), died=died, cause=cause, **more)
 
     def frequencies(self, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
-        """The carriers of each value of a gene every `every` ticks, exact; see
-        `ecs_eco.analysis.carriers.frequencies`."""
+        """The carriers of each value of a gene every `every` ticks; see `carriers.frequencies`."""
         return frequencies(self, species, gene, every)
 
     def values(self, gene: str, species: str | None = None) -> np.ndarray:
-        """What a gene, given by its name or trait, says of each organism, f64[organisms]; see
-        `ecs_eco.analysis.gene_values.values_of`."""
+        """What a gene, by name or trait, says of each organism, f64[organisms]; see
+        `gene_values.values_of`."""
         return values_of(self, gene, species)
 
     def course(self, species: str, gene: str, every: int) -> Course:
-        """Mean, spread and shares of a quantitative gene every `every` ticks; see
-        `ecs_eco.analysis.genes`."""
+        """Mean, spread and shares of a quantitative gene every `every` ticks; see `genes.course`."""
         return course(self, species, gene, every)
 
     def generation_time(self, species: str) -> float:
@@ -125,8 +120,7 @@ class Lineage(Pedigree):
     def selection(
         self, species: str, gene: str, value: str, since: int = 0, until: int | None = None
     ) -> Selection:
-        """How strongly a value of a gene is selected, per tick and per generation; see
-        `ecs_eco.analysis.genes.selection`."""
+        """How strongly a value of a gene is selected, per tick and per generation; see `genes.selection`."""
         return selection(self, species, gene, value, since, until)
 
     def to_csv(self, path: Path | str) -> Path:
@@ -136,12 +130,9 @@ class Lineage(Pedigree):
     def to_newick(
         self, path: Path | str | None = None, *, living: bool = False, names: Sequence[str] | None = None
     ) -> str:
-        """The tree along first parents in Newick format, written to `path` where given;
-        see `phylogeny.newick`.
-
-        `living` leaves only the living and their ancestors along first parents: every tip lives;
-        `names` (uids where absent) has one for each organism.
-        """
+        """The tree along first parents in Newick format, written to `path` where given; see
+        `phylogeny.newick`. `living` leaves the living and their ancestors along first parents; `names` has
+        one for each organism (default: uids)."""
         if names is not None and len(names) != len(self):
             raise ValueError(f"lineage: {len(names)} names for {len(self)} organisms; one each is needed")
         chosen = self._forebears(self.died == ALIVE, fathers=False) if living else np.ones(len(self), bool)
@@ -154,8 +145,7 @@ class Lineage(Pedigree):
 
 
 def _events(folder: Path | str, kind: str, columns: dict[str, type]) -> dict[str, np.ndarray]:
-    """Columns of all parts: strings as str, "" where null; numbers as u64;
-    a column that is not there as 0 or ""."""
+    """Columns of all parts: texts as str, "" where null; numbers as u64; a missing column as 0 or ""."""
     held = list(tables(folder, kind))
     return {name: _column(held, name, dtype) for name, dtype in columns.items()}
 

@@ -21,8 +21,7 @@ SURE = 1e-5  # of the greatest stock: so well a ledger closes
 
 @dataclass(frozen=True)
 class Ledger:
-    """Pages of the ledger: `columns[flow]` f64[ticks, holders, substances] [mol], with `stock_before` and
-    `stock_after`."""
+    """`columns[flow]` f64[ticks, holders, substances] [mol], with `stock_before` and `stock_after`."""
 
     ticks: np.ndarray
     holders: tuple[str, ...]
@@ -67,8 +66,7 @@ def ledger_of(table: pa.Table) -> Ledger:
 
 
 def read(run: Path | str) -> Ledger | None:
-    """Return the ledger of matter of a run folder; None where it keeps none. Raises RecordingError for a
-    damaged file."""
+    """Return the ledger of matter of a run folder; None where it keeps none."""
     table = read_kind(run, "matter")
     return ledger_of(table) if table is not None and len(table) else None
 
@@ -102,8 +100,7 @@ def told(ledger: Ledger) -> list[str]:
 
 @styled
 def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
-    """What holds each substance over time: a stack of stocks, a row for each substance; species in their
-    colours, what is no species hatched."""
+    """A stack of stocks over time, a row for each substance; holders that are no species are hatched."""
     figure, axes = panels(len(ledger.substances), 1, 9, 2.1 * len(ledger.substances) + 0.7, sharex=True)
     others = [h for h in ledger.holders if h not in hue]
     for k, (ax, name) in enumerate(zip(axes[:, 0], ledger.substances, strict=True)):
@@ -124,10 +121,8 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Sentences, the figure of stocks and the sums of flows; nothing where nothing holds a substance.
-
-    The figure is written below `place`.
-    """
+    """Sentences, the figure of stocks (below `place`) and sums of flows; nothing where nothing holds a
+    substance."""
     ledger = read(run)
     if ledger is None:
         return []

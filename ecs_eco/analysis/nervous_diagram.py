@@ -1,5 +1,4 @@
-"""The content of a drawing of a nervous system: sensors, actions, reflexes,
-the happiness and the policy network."""
+"""The content of a drawing of a nervous system: sensors, actions, reflexes and networks."""
 
 import math
 from dataclasses import dataclass
@@ -63,8 +62,7 @@ class ActionNode:
 
 @dataclass(frozen=True)
 class Reflex:
-    """A connection or a formula of the reflex network; `sources` are (channel row, sign) and sign None is:
-    it depends."""
+    """A connection or formula of the reflex network; `sources` are (channel row, sign), None: it depends."""
 
     sources: tuple[tuple[int, Sign], ...]
     action: int  # row in the decision vector
@@ -109,8 +107,7 @@ class PolicyNode:
 
 @dataclass(frozen=True)
 class Diagram:
-    """A nervous system as it is drawn; rows of channels and actions are those of the sensory input
-    and the decision."""
+    """A nervous system as it is drawn; rows are those of the sensory input and of the decision."""
 
     world: str
     species: str
@@ -314,8 +311,7 @@ def _connection(
 
 
 def _range(gene: Any) -> tuple[list[float], Sign]:
-    """Values that a gene of a weight can give, of a continuous one the ends and 0 between,
-    and their sign where it is one."""
+    """Values that a gene of a weight can give (of a range the ends, and 0 between), and their sign."""
     values = list(gene.values or (gene.low, gene.high))
     if not gene.values and min(values) < 0 < max(values):
         values.append(0.0)
@@ -389,8 +385,7 @@ def _policy(species: Species, dims: int) -> PolicyNode:
 
 
 def _options(species: Species) -> list[tuple[str, int]]:
-    """(group, number of options) of the groups that the policy chooses in;
-    a lone action has "not" as alternative."""
+    """(group, number of options) of the groups that the policy chooses in; a lone action has "not" too."""
     automatic = set(species.automatic)
     groups = [
         (g, [a for a in names if not {a, f"{g}.{a}"} & automatic]) for g, names in species.groups().items()

@@ -1,7 +1,5 @@
-"""The layout of a drawing of a nervous system: three columns, of sensors, of boxes and of actions.
-
-Lengths are inches; y goes down. Widths of texts are measured, so that nothing overlaps.
-"""
+"""The layout of a drawing of a nervous system in columns of sensors, boxes and actions; inches, y down.
+Widths of texts are measured, so that nothing overlaps."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -75,8 +73,7 @@ def action_mark(a: ActionNode) -> str:
 
 
 def legend(d: Diagram) -> list[tuple[Sign | str, str]]:
-    """The legend: the meaning of each kind of line in a drawing: a sign, "heritable" or "network",
-    and the text."""
+    """The kinds of lines in a drawing, a sign, "heritable" or "network", with their meanings."""
     reflex = {sign for r in d.reflexes for sign in (r.sign, *(s for _, s in r.sources))}
     happy = {sign for _, sign in d.happiness.sources} if d.happiness else set()
     entries: list[tuple[Sign | str, str]] = []
@@ -215,8 +212,8 @@ class Layout:
         return rows, headings, y
 
     def _boxes(self) -> None:
-        """The middle and the height of every box: networks evenly from top to bottom,
-        reflexes as near to their actions as can be."""
+        """The middle and height of every box: networks evenly spread, reflexes as near to their actions as
+        can be."""
         free = (self.body - sum(h for _, h in self.stack)) / (len(self.stack) + 1)
         self.boxes: dict[str, tuple[float, float]] = {}
         y = self.top

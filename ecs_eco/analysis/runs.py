@@ -87,17 +87,13 @@ class Series:
 
 
 def read_manifest(run: Path | str) -> dict[str, Any]:
-    """The manifest of a run folder; FileNotFoundError says what a run folder is,
-    RecordingError what is wrong with this one."""
+    """The manifest of a run folder; FileNotFoundError without one, RecordingError for a damaged one."""
     return seal.read_manifest(Path(run))
 
 
 def parts(run: Path | str, kind: str) -> list[Path]:
-    """The Parquet parts of one kind (series, births, deaths, snapshots) of a run folder, in order.
-
-    Raises RecordingError where there are fewer than the manifest says,
-    ForeignFile where one belongs to another run.
-    """
+    """The Parquet parts of a kind (series, births, deaths, snapshots …), in order. Raises RecordingError
+    where there are fewer than the manifest says, ForeignFile where one belongs to another run."""
     there = (Path(run) / "manifest.json").is_file()
     return belonging.parts(Path(run), kind, seal.read_manifest(Path(run)) if there else {})
 
@@ -117,12 +113,8 @@ def tables(run: Path | str, kind: str, columns: Sequence[str] | None = None) -> 
 def load_series(
     run: Series | pa.Table | Mapping[str, Any] | Path | str, species: Sequence[str] | None = None
 ) -> Series:
-    """Series of a run folder, of a table with the columns of `world.series()`,
-    or of a mapping species → numbers.
-
-    `species` chooses and orders the species, producers first; the default is the run's own order. Raises
-    RecordingError for a folder with a damaged file.
-    """
+    """Series of a run folder, of a table with the columns of `world.series()`, or of species → numbers.
+    `species` chooses and orders, producers first. Raises RecordingError for a folder with a damaged file."""
     run = getattr(run, "arrow", run)  # what world.series() returns holds one
     if isinstance(run, Series):
         series = run

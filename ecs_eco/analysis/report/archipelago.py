@@ -1,5 +1,4 @@
-"""The report of an archipelago: its map, the numbers on its islands, and who migrated; each island has a
-report of its own."""
+"""The report of an archipelago: its map, the numbers on its islands, and who migrated."""
 
 from collections.abc import Iterator
 from html import escape

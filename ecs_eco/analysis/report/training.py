@@ -29,10 +29,8 @@ WORDS = {
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Diagnostics of learning and frequencies of actions; nothing where neither was recorded.
-
-    Figures are written below `place`.
-    """
+    """Diagnostics of learning and frequencies of actions, where recorded. Figures are written below
+    `place`."""
     updates, acts = learning.read(run, "learning"), learning.read(run, "actions")
     out = []
     if updates is not None and len(updates):
@@ -91,8 +89,8 @@ def done(acts: learning.Acts, species: str, file: Path) -> str:
 
 
 def write_training(result: Mapping[str, Any], out: Path, chosen: Mapping[str, str] | None = None) -> Path:
-    """Write training.html and figures of what `pretrain` returned into a folder; `against_random` in it where
-    it was measured."""
+    """Write training.html and figures of what `pretrain` returned, with its `against_random`, into a
+    folder."""
     hue = colors(list(result["curves"]), chosen)
     happiness = {
         s: (np.array(c["tick"], float), np.array(c["happiness"], float)) for s, c in result["curves"].items()

@@ -1,5 +1,4 @@
-"""Which values of the world file to change, and in which direction, after a diagnosis:
-derived from the file's structure."""
+"""Which values of the world file to change after a diagnosis, and in which direction."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -13,10 +12,8 @@ MOST = 6
 def advise(
     case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] | None = None
 ) -> list[dict[str, Any]]:
-    """Values to change for a verdict, the likeliest first: key, value now, direction, effect.
-
-    Values at the end of their range are left out.
-    """
+    """Values to change for a verdict, the likeliest first: key, value now, direction, effect; none that is at
+    the end of its range."""
     chosen: dict[str, dict[str, Any]] = {}
     if diagnosis["species"] is None:
         of_limits = [
@@ -37,8 +34,7 @@ def advise(
 
 
 def _at_end(key: str, value: Any, way: str) -> bool:
-    """Whether a value cannot go further that way: numbers below 1, chances above 1;
-    species without growth by light stay so."""
+    """Whether a value cannot go further: numbers below 1, chances above 1, growth by light that is 0."""
     if way == "higher":
         return (key.endswith(".chance") and value >= 1) or (key.endswith(".growth") and value == 0)
     return value == 0 or (key.endswith(".count") and value <= 1)

@@ -1,10 +1,6 @@
-"""Traces an extinction back to its first cause: which species fell, why,
-and what had happened to its food or its enemies before.
-
-If a species starved because its food was gone, the cause is whatever ate the food; if it starved amid plenty,
-aged without offspring, lost its newborn or was poisoned, the chain ends with it. Each step has a weight in 0
-… 1; the verdict is the end of the chain with the greatest weight.
-"""
+"""Traces an extinction back to its first cause. If a species starved because its food was gone, the cause is
+whatever ate the food; if it starved amid plenty, aged without offspring, lost its newborn or was poisoned,
+the chain ends. Each step has a weight in 0 … 1; the verdict is the end with the greatest weight."""
 
 from collections import defaultdict
 from typing import Any
@@ -86,8 +82,7 @@ def diagnose(case: Case) -> dict[str, Any]:
 
 
 def evidence(case: Case, fall: Fall) -> dict[str, Any]:
-    """Numbers behind a verdict: of one species, its deaths by kind of cause in its fall, its births,
-    its food and its newborn."""
+    """Numbers behind a verdict: deaths by kind of cause in a fall, births, food and newborn."""
     span = slice(fall.first, fall.last + 1)
     dead = {f"deaths_{kind}": int(case.died(fall.species, kind)[span].sum()) for kind in KINDS}
     food = {f["eats"]: {"left": f["left"], "feeds": f["feeds"]} for f in supply(case, fall)}
@@ -174,8 +169,7 @@ def _taken(
 
 
 def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str | None:
-    """A predator of the grazer that was gone, or nearly, before the plants, and not for lack of prey:
-    without it grazers thrived."""
+    """A predator of the grazer that was gone before the plants, and not for lack of prey; else None."""
     for p in case.eaters(grazer):
         own, n = fall_of.get(p), case.series.of(p)
         if own is None or own.first >= fall.first or n[min(fall.first, len(n) - 1)] > 0.3 * n.max():
@@ -186,8 +180,7 @@ def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str |
 
 
 def decline(case: Case, species: str, until: int) -> Fall:
-    """The fall, until a row of the series, of a species that survived:
-    from half its greatest number to its least thereafter."""
+    """The fall of a survivor until a row: from half its greatest number to its least thereafter."""
     n = case.series.of(species)[: until + 1]
     low = int(n.argmax()) + int(n[int(n.argmax()) :].argmin())
     high = np.flatnonzero(n[: low + 1] >= 0.5 * n.max())
@@ -246,8 +239,7 @@ def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
 
 
 def _safety(case: Case) -> float:
-    """How far all species stayed from extinction: 1 if the least number of each was a tenth
-    of its mean or more."""
+    """How far all stayed from extinction: 1 if the least number of each was a tenth of its mean or more."""
     n = case.series.n[:, case.series.present]
     if not n.size:
         return 0.0

@@ -59,11 +59,8 @@ def explain(case: Case) -> dict[str, Any]:
 
 
 def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
-    """Explain a run folder; write why.json, why.html and figures/why.svg there, or in `out`,
-    and return the content of why.json.
-
-    FileNotFoundError where the folder holds no run, RecordingError where a file of it is damaged.
-    """
+    """Explain a run folder in why.json, why.html and figures/why.svg there, or in `out`; return the content
+    of why.json. FileNotFoundError where it holds no run, RecordingError where a file is damaged."""
     folder, case = Path(out or run), Case.read(run)
     findings = explain(case)
     sections = sentences(case, findings)
