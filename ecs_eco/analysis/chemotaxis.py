@@ -14,7 +14,8 @@ from ecs_eco.analysis.tracks import Box, shortest
 
 @dataclass(frozen=True)
 class Leaving:
-    """How often moves lead down the gradient of a smell, of all and at night: (N down − N up)/N."""
+    """How often moves lead down the gradient of a smell: (N down − N up)/N,
+    of all moves and of those at night."""
 
     n: int
     index: float

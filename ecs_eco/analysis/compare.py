@@ -159,10 +159,13 @@ def _crossed_effects(
     reference: str,
     arm: str,
 ) -> dict[str, Any]:
-    """An arm minus the reference where both kinds of seeds are replicates. Shares: the square-and-add rule
-    (Newcombe 1998; Zou and Donner 2008). Times and numbers: mean over cells of the difference between runs of
-    the same seeds; an arm without training seeds is compared with every one. No log-rank p: it assumes
-    independent runs."""
+    """An arm minus the reference where both kinds of seeds are replicates.
+
+    Shares: by the square-and-add rule from the intervals of both (Newcombe 1998; Zou and Donner 2008). Times
+    and numbers: mean over the cells of the difference between runs of the same seeds; an arm without training
+    seeds (random policies) has one row, which is compared with every training seed. No log-rank p: that test
+    assumes independent runs.
+    """
     one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
     effects: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
     first, second = (
@@ -197,7 +200,8 @@ def _mean(run: Series, species: str) -> float:
 
 
 def extinction_curve(runs: Sequence[Series], species: str) -> SurvivalCurve:
-    """Survival of a species over runs: ticks until its extinction, censored at the end of the run."""
+    """Survival of a species over runs: time from the start to its extinction [ticks],
+    censored at the end of the run."""
     return kaplan_meier(*_lifetimes(runs, species))
 
 

@@ -12,10 +12,13 @@ from ecs_eco.engine.errors import UnknownName, unknown_name
 
 
 def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.ndarray:
-    """What a gene, given by its name or trait, says of each organism: f64[organisms], NaN for those without
-    it; of several strings or copies the value that their dominance makes. `species` is needed where several
-    have such a gene. Raises KeyError for an unknown species or gene, ValueError for a gene of a whole network
-    or of unknown meaning."""
+    """What a gene, given by its name or its trait, says of each organism: f64[organisms], NaN for those
+    without such a gene.
+
+    With two strings, or several copies, it is the value that their dominance makes, as the organism has it.
+    `species` is needed where several have a gene of that name. Raises KeyError for an unknown species or
+    gene, ValueError for a gene of a whole network, and for records that do not say what codons mean.
+    """
     name, record = find_gene(lineage, gene, species)
     kept, mask = lineage.genomes[name], lineage.species == name
     require_number(record, name)
@@ -111,8 +114,10 @@ def _dominated(a: np.ndarray, b: np.ndarray, gene: dict[str, Any]) -> np.ndarray
 
 
 def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.ndarray:
-    """What codons of a gene mean, f64[words]: a table of values, or a range in equal steps or factors. Raises
-    ValueError for a letter that the alphabet lacks."""
+    """What codons of a gene mean, f64[words]: a table of values, or a range in equal steps or factors.
+
+    Raises ValueError for a letter that the alphabet lacks.
+    """
     if not words:
         return np.zeros(0)
     letters = np.array(list(words), f"U{gene['letters']}").view("U1").reshape(len(words), gene["letters"])

@@ -91,7 +91,8 @@ def read(run: Path | str, kind: str) -> pa.Table | None:
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return means of ticks and values over at most `points` equal stretches; NaN where one is empty."""
+    """Return means of ticks and values over at most `points` stretches of equal numbers of samples; NaN where
+    a stretch has no value."""
     edges = np.linspace(0, len(ticks), min(points, len(ticks)) + 1).astype(int)[:-1]
     if not len(edges):
         return ticks.astype(float), values
@@ -165,7 +166,8 @@ def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
-    """Return updates, transitions, and means of each number over the first and last tenth of updates."""
+    """Return how often a species learnt, from how many transitions, and the mean of each number over the
+    first and the last tenth of its updates."""
     tenth = max(1, len(updates.ticks) // 10)
 
     def ends(values: np.ndarray) -> tuple[float, float]:

@@ -130,9 +130,12 @@ class Lineage(Pedigree):
     def to_newick(
         self, path: Path | str | None = None, *, living: bool = False, names: Sequence[str] | None = None
     ) -> str:
-        """The tree along first parents in Newick format, written to `path` where given; see
-        `phylogeny.newick`. `living` leaves the living and their ancestors along first parents; `names` has
-        one for each organism (default: uids)."""
+        """The tree along first parents in Newick format, written to `path` where given;
+        see `phylogeny.newick`.
+
+        `living` leaves only the living and their ancestors along first parents: every tip lives;
+        `names` (uids where absent) has one for each organism.
+        """
         if names is not None and len(names) != len(self):
             raise ValueError(f"lineage: {len(names)} names for {len(self)} organisms; one each is needed")
         chosen = self._forebears(self.died == ALIVE, fathers=False) if living else np.ones(len(self), bool)

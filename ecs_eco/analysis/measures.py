@@ -126,8 +126,11 @@ def _median(courses: np.ndarray) -> np.ndarray:
 
 
 def of_arms(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid]) -> dict[str, Any]:
-    """Reporter → species or WORLD → arm → "mean" over runs of the mean over a run, with its interval, and the
-    number of runs with one, "n". Both kinds of seeds are replicates."""
+    """Reporter → species or WORLD → arm → "mean" over runs of the mean over a run, with its interval, and
+    the number of runs with one, "n".
+
+    Arms with several training seeds have both kinds of seeds as replicates.
+    """
     kinds = measured(*(run for runs in arms.values() for run in runs))
     out: dict[str, Any] = {}
     for name, named in kinds.items():
@@ -144,9 +147,11 @@ def of_arms(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid]) -> 
 
 
 def effects(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], seed: int) -> dict[str, Any]:
-    """Reporter → species or WORLD → arm → difference of the means over runs to the first arm, with a
-    bootstrap over runs; of several training seeds, over the cells of the same seeds, None where arms do not
-    share them."""
+    """Reporter → species or WORLD → arm → difference of the means over runs to the first arm.
+
+    Its interval is a bootstrap over runs; where an arm has several training seeds, that of the mean over the
+    cells of runs with the same seeds, and None where arms do not share them.
+    """
     kinds = measured(*(run for runs in arms.values() for run in runs))
     reference, *others = arms
 
@@ -182,7 +187,8 @@ def _means(table_: Sequence[Sequence[Series]], name: str, of: str) -> np.ndarray
 
 
 def _interval(values: np.ndarray) -> Any:
-    """Mean and 95 % interval of a table of training seeds × world seeds; with gaps, of one row of runs."""
+    """Mean and 95 % interval of a table of training seeds × world seeds; runs without a number are left
+    out, and then the rest are one row."""
     if not np.isfinite(values).all():
         values = values[np.isfinite(values)][None]
     return mean_interval(values) if values.size else None

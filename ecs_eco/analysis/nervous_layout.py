@@ -73,7 +73,8 @@ def action_mark(a: ActionNode) -> str:
 
 
 def legend(d: Diagram) -> list[tuple[Sign | str, str]]:
-    """The kinds of lines in a drawing, a sign, "heritable" or "network", with their meanings."""
+    """The legend: the meaning of each kind of line in a drawing: a sign, "heritable" or "network",
+    and the text."""
     reflex = {sign for r in d.reflexes for sign in (r.sign, *(s for _, s in r.sources))}
     happy = {sign for _, sign in d.happiness.sources} if d.happiness else set()
     entries: list[tuple[Sign | str, str]] = []

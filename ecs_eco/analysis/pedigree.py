@@ -15,11 +15,15 @@ ALIVE = -1
 
 @dataclass(frozen=True)
 class Pedigree:
-    """All organisms of a run in the order of their uids, of several islands of their births, an array entry
-    each. `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died`
-    i64 [ticks] (died, exclusive, is −1 while alive); `genome` str objects. `end` is the last tick, `dt` [s]
-    its length, `genomes` what the manifest says of genes. Raises ValueError for an organism that is there
-    twice, or whose parent is unknown or not older than itself."""
+    """All organisms of a run in the order of their uids, an array entry each; those of several islands in
+    the order of their births.
+
+    `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died` i64
+    [ticks] (died is −1 while alive); `genome` str objects ("" without one). Lived ticks are from `born` to
+    `died`, exclusive. `end` is the last tick, `dt` [s] its length, `genomes` what the manifest says of genes.
+    Raises ValueError for an organism that is there twice, or whose parent is unknown or not older than
+    itself.
+    """
 
     uid: np.ndarray
     parent: np.ndarray
@@ -170,7 +174,8 @@ class Pedigree:
         return self.uid[self._forebears(self.alive(self.end if tick is None else tick)) & self.founders]
 
     def most_recent_common_ancestor(self, uids: Iterable[int]) -> int:
-        """The youngest organism that all of these are, or descend from along first parents; 0 for none."""
+        """The youngest organism from which all of these descend along first parents,
+        or that is one of them; 0 for none."""
         lines = {self.place(uid) for uid in uids}
         if not lines:
             raise ValueError("lineage: the most recent common ancestor of no organism; pass at least one uid")

@@ -62,7 +62,8 @@ class Relief(NamedTuple):
 
     def shade(self) -> np.ndarray:
         """How bright the ground is in the sun, beside flat ground: f64[ny, nx], about −0.7 to 0.3 (Horn
-        1981)."""
+        1981).
+        """
         from matplotlib.colors import LightSource
 
         high = np.pad(self.height.astype(float), 1, mode="wrap" if self.torus else "edge")[::-1]
@@ -78,7 +79,8 @@ class Relief(NamedTuple):
         return out
 
     def colours(self) -> np.ndarray:
-        """Colours f64[ny, nx, 3], 0 to 1; water and rock have their own unless a class has a colour."""
+        """The ground as colours f64[ny, nx, 3], 0 to 1. Water and rock have their own, except where a class
+        with a colour makes them."""
         high = (self.height - self.height.min()) / max(float(np.ptp(self.height)), 1e-9)
         colour = np.array(LAND) - 0.16 * high[..., None] * np.array([0.55, 0.75, 1.3])
         own = np.zeros(self.ground.shape, np.bool_)

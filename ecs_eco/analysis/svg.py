@@ -111,7 +111,8 @@ def _attributes(part: ET.Element) -> None:
 
 
 def _short(path: str) -> str:
-    """A path with numbers of two decimals; a long one of straight lines with one decimal, point to point."""
+    """A path with numbers of two digits after the point; a long one of straight lines alone with numbers of
+    one digit, from point to point."""
     words = path.split()
     if len(words) < 60 or not {word for word in words if word.isalpha()} <= {"M", "L", "z"}:
         return " ".join(_NUMBER.sub(lambda found: f"{float(found[0]):.2f}", " ".join(words)).split())

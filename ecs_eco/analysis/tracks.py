@@ -40,7 +40,8 @@ class Box(NamedTuple):
 
 @dataclass
 class Tracks:
-    """Tracks of the prey that ever lived, f64[ticks, animals], NaN where an animal did not live."""
+    """Tracks of prey, f64[ticks, animals], NaN where an animal did not live;
+    the animals are those that ever lived."""
 
     uids: np.ndarray  # u64[animals]
     depth: np.ndarray  # [m] at the end of the tick
@@ -132,8 +133,11 @@ def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
 
 
 def event_average(series: np.ndarray, events: np.ndarray, before: int, after: int) -> np.ndarray:
-    """Return the mean of windows of a series f64[ticks, animals] around events (tick, animal) i64[k, 2]:
-    f64[before + 1 + after], leaving out NaN and what lies beyond the record."""
+    """Return the mean of windows of a series f64[ticks, animals] around events i64[k, 2] of (tick,
+    animal): f64[before + 1 + after].
+
+    Where an animal did not live (NaN), or the record ends, it is left out.
+    """
     windows = np.full((len(events), before + 1 + after), np.nan)
     for i, (tick, animal) in enumerate(events):
         first, last = max(tick - before, 0), min(tick + after + 1, len(series))
@@ -143,9 +147,12 @@ def event_average(series: np.ndarray, events: np.ndarray, before: int, after: in
 
 
 def v_test(cosines: np.ndarray) -> tuple[float, float]:
-    """Return (u, p) of the V-test that directions point one way (Zar 2010, section 27.1), from cosines with
-    it: u is V over sqrt(n/2), normal for random directions in a plane; in space it errs on the side of no
-    effect."""
+    """Return (u, p) of the V-test that directions point one way rather than any (Zar 2010, section 27.1),
+    from their cosines with it.
+
+    u is V = n r cos(mean − expected) over sqrt(n/2), which is normal for directions at random in a plane. In
+    space cosines have the variance 1/3 in place of 1/2, so there the test errs on the side of no effect.
+    """
     n = len(cosines)
     u = float(np.sum(cosines)) * sqrt(2 / n)
     return u, erfc(u / sqrt(2)) / 2

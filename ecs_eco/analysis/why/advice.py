@@ -12,8 +12,10 @@ MOST = 6
 def advise(
     case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] | None = None
 ) -> list[dict[str, Any]]:
-    """Values to change for a verdict, the likeliest first: key, value now, direction, effect; none that is at
-    the end of its range."""
+    """Values to change for a verdict, the likeliest first: key, value now, direction, effect.
+
+    Values at the end of their range are left out.
+    """
     chosen: dict[str, dict[str, Any]] = {}
     if diagnosis["species"] is None:
         of_limits = [
@@ -34,7 +36,8 @@ def advise(
 
 
 def _at_end(key: str, value: Any, way: str) -> bool:
-    """Whether a value cannot go further: numbers below 1, chances above 1, growth by light that is 0."""
+    """Whether a value cannot go further that way: numbers below 1, chances above 1;
+    species without growth by light stay so."""
     if way == "higher":
         return (key.endswith(".chance") and value >= 1) or (key.endswith(".growth") and value == 0)
     return value == 0 or (key.endswith(".count") and value <= 1)

@@ -82,7 +82,8 @@ def diagnose(case: Case) -> dict[str, Any]:
 
 
 def evidence(case: Case, fall: Fall) -> dict[str, Any]:
-    """Numbers behind a verdict: deaths by kind of cause in a fall, births, food and newborn."""
+    """Numbers behind a verdict: of one species, its deaths by kind of cause in its fall, its births,
+    its food and its newborn."""
     span = slice(fall.first, fall.last + 1)
     dead = {f"deaths_{kind}": int(case.died(fall.species, kind)[span].sum()) for kind in KINDS}
     food = {f["eats"]: {"left": f["left"], "feeds": f["feeds"]} for f in supply(case, fall)}
@@ -169,7 +170,8 @@ def _taken(
 
 
 def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str | None:
-    """A predator of the grazer that was gone before the plants, and not for lack of prey; else None."""
+    """A predator of the grazer that was gone, or nearly, before the plants, and not for lack of prey:
+    without it grazers thrived."""
     for p in case.eaters(grazer):
         own, n = fall_of.get(p), case.series.of(p)
         if own is None or own.first >= fall.first or n[min(fall.first, len(n) - 1)] > 0.3 * n.max():
@@ -180,7 +182,8 @@ def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str |
 
 
 def decline(case: Case, species: str, until: int) -> Fall:
-    """The fall of a survivor until a row: from half its greatest number to its least thereafter."""
+    """The fall, until a row of the series, of a species that survived:
+    from half its greatest number to its least thereafter."""
     n = case.series.of(species)[: until + 1]
     low = int(n.argmax()) + int(n[int(n.argmax()) :].argmin())
     high = np.flatnonzero(n[: low + 1] >= 0.5 * n.max())
@@ -239,7 +242,8 @@ def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
 
 
 def _safety(case: Case) -> float:
-    """How far all stayed from extinction: 1 if the least number of each was a tenth of its mean or more."""
+    """How far all species stayed from extinction: 1 if the least number of each was a tenth
+    of its mean or more."""
     n = case.series.n[:, case.series.present]
     if not n.size:
         return 0.0

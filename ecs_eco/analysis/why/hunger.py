@@ -41,9 +41,13 @@ def offspring(case: Case, species: str) -> float:
 
 
 def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
-    """The food of a fallen species. `left`: the food while they starved as a share of its greatest number (of
-    prey: until the end of the fall); `feeds`: intake at that number over what they burnt, at the rate at
-    which they found and caught it; `scarce`: the share of their hunger that its fall explains."""
+    """The food supply of a fallen species: how much of each food was left when it starved, and whether the
+    full number would have fed it.
+
+    `left` is the food while they starved as a share of its greatest number (of prey: until the end of the
+    fall); `feeds` is the intake at that number over what they burnt, at the rate at which they found and
+    caught it; `scarce` the share of their hunger that its fall explains.
+    """
     s, span = fall.species, slice(0, fall.last + 1)
     n = case.series.of(s)[span]
     hungry = case.died(s, "starved")[fall.first : fall.last + 1]
@@ -78,10 +82,13 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
 
 
 def newborn(case: Case, fall: Fall) -> dict[str, float]:
-    """The fate of newborn until the end of a fall: `births`; `starved_young`, the share that starved before a
-    second meal; ticks that one `lasts` on its initial energy, and between meals at the food's greatest
-    number, `meal_every`. Of those that could not last until a meal: shares `of_births`, and `of_hunger` in
-    the fall."""
+    """The fate of newborn until the end of a fall.
+
+    `births`; `starved_young`, the share of them that starved before they could have had more than one meal;
+    how many ticks a newborn `lasts` on its initial energy, and the ticks between meals at the food's greatest
+    number, `meal_every`. Of newborn that could not last until a first meal: `of_births`, their share of the
+    births, and `of_hunger`, their share of those that starved in the fall.
+    """
     s, span = fall.species, slice(0, fall.last + 1)
     births, dead = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)
     given = float((case.of(s).get("reproduction") or {}).get("energy_given", 0.0))
