@@ -1,12 +1,6 @@
-"""A run beside an outside series: period, amplitude and lags of both, by the same rule, however short they
-are (`ecs_eco.analysis.signature`).
-
-The tests of significance of `ecs_eco.analysis.spectrum` need 96 samples and several periods; counts from the
-field are often shorter. What is said here is therefore a description, of a series as of the other, and no
-test.
-"""
-
-from __future__ import annotations
+"""A run and an outside series, described by the same rule (`ecs_eco.analysis.signature`): period, amplitude,
+lags. Counts from the field are often too short for the tests of `ecs_eco.analysis.spectrum`, so nothing is
+tested."""
 
 from collections.abc import Sequence
 from itertools import combinations

@@ -1,26 +1,19 @@
 """What became of an archipelago: numbers on each island, and migrants along each way."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.analysis.palette import AXIS, INK
-from ecs_eco.analysis.runs import Series, load_series, parts
-from ecs_eco.analysis.style import colors, panels, styled
+from ecs_eco.analysis.runs import Series, load_series, tables
+from ecs_eco.analysis.style import Figure, colors, panels, styled
 from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.engine.errors import RecordingError
-from ecs_eco.record import seal
 from ecs_eco.record.archipelago import ISLANDS, check_island, read
-from ecs_eco.record.parquet import read_part
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -68,8 +61,7 @@ def load_islands(folder: Path | str) -> Islands:
     species = next(iter(series.values())).species
     moves: list[np.ndarray] = []
     for number, name in enumerate(plan.names):
-        for path in parts(root / ISLANDS / name, "arrivals"):
-            part = read_part(path, needed=seal.WORD in series[name].manifest)
+        for part in tables(root / ISLANDS / name, "arrivals"):
             rows = np.stack(
                 [
                     np.asarray(part["tick"].to_numpy(), np.int64),
@@ -103,8 +95,8 @@ def places(plan: Archipelago) -> np.ndarray:
 
 @styled
 def chart(islands: Islands) -> Figure:
-    """A map: an island is a disc whose sectors are its species that wander, an arrow is as wide as migrants
-    were many."""
+    """A map: discs are islands, their sectors species that wander; arrows are as wide as migrants were
+    many."""
     from matplotlib.patches import FancyArrowPatch, Wedge
 
     wander = [s for s in islands.species if s in islands.plan.emigration] or list(islands.species)

@@ -1,25 +1,18 @@
 """Carriers of each value of a gene over time: counts from births and deaths, and their figure."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
 from ecs_eco.analysis.palette import CLEAR, GREY
-from ecs_eco.analysis.style import DASHES, PALETTE, panels, styled
+from ecs_eco.analysis.pedigree import Pedigree
+from ecs_eco.analysis.style import DASHES, PALETTE, Figure, panels, styled
 from ecs_eco.engine.errors import UnknownName, unknown_name
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from ecs_eco.analysis.pedigree import Pedigree
-
-"""Shades, legible on paper, for genes named after a colour."""
 FEW = 8  # the most values of a gene that a figure can show
 
 

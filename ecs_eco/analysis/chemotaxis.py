@@ -1,7 +1,5 @@
 """Chemotaxis in a recorded run: how often animals move down the gradient that they smell."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,10 +8,8 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.depth import is_night
-from ecs_eco.analysis.runs import load_series, parts
+from ecs_eco.analysis.runs import load_series, tables
 from ecs_eco.analysis.tracks import Box, shortest
-from ecs_eco.record import seal
-from ecs_eco.record.parquet import read_part
 
 
 @dataclass(frozen=True)
@@ -48,12 +44,9 @@ def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: int = 3000) -> Leaving | None:
-    """How often a species moves away from a smell, in the last `most` ticks of a run with details;
-    None if nothing was smelt.
-
-    Moves count if the gradient that the nose measures at the beginning of the tick exceeds `least`;
-    its maximum is 1.
-    """
+    """How often a species moves away from a smell, in the last `most` ticks of a run with details, where the
+    nose measures a gradient above `least` (of at most 1) at the beginning of the tick; None if nothing was
+    smelt."""
     series = load_series(run)
     names = [
         "tick",
@@ -64,10 +57,7 @@ def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: 
         "heading",
         *(f"sensor: {nose}_{way}" for way in ("forward", "left", "up")),
     ]
-    blocks = []
-    for file in parts(run, f"details-{species}"):
-        rows = read_part(file, names, seal.has_seals(Path(run)))
-        blocks.append([rows[name].to_numpy() for name in names])
+    blocks = [[rows[name].to_numpy() for name in names] for rows in tables(run, f"details-{species}", names)]
     if not blocks:
         return None
     tick, uid, *columns = (np.concatenate(column) for column in zip(*blocks, strict=True))

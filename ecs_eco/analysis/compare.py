@@ -1,11 +1,5 @@
-"""Comparison of the arms of an experiment: persistence, survival times, numbers and cycles.
-
-An arm is a name and one run a seed. Seeds are the replicates; a run in which a species dies out is a result.
-Where policies of several training seeds were run on the same world seeds, both are replicates
-(`analysis/seed_grid.py`). Reads recorded runs; it runs no world.
-"""
-
-from __future__ import annotations
+"""Comparison of the arms of an experiment: persistence, survival times, numbers and cycles. Seeds are the
+replicates, training seeds and world seeds where policies of several were run (`seed_grid.py`)."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -24,7 +18,7 @@ from ecs_eco.analysis.cycles import (
 )
 from ecs_eco.analysis.extinction import shared
 from ecs_eco.analysis.runs import Series, load_series
-from ecs_eco.analysis.seed_grid import Grid, crossed, mean_interval
+from ecs_eco.analysis.seed_grid import Grid, crossed, mean_interval, mean_of_seeds
 from ecs_eco.analysis.survival import (
     SurvivalCurve,
     bootstrap_difference,
@@ -263,12 +257,7 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """How mean depth follows the day over runs, rows of training seeds; empty without a sun, a depth, or a
-    species that lives two days.
-
-    Where some runs have no cycle, the means of training seeds, or of world seeds where there is one,
-    are the replicates.
-    """
+    """How mean depth follows the day over runs, rows of training seeds; empty where the species does not."""
     from ecs_eco.analysis.depth import depth_cycle, swimmers
 
     if species not in swimmers(table[0][0]):
@@ -286,16 +275,7 @@ def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
         word: np.array([[np.nan if c is None else value(c) for c in row] for row in cycles])
         for word, value in of.items()
     }
-    return {"depth": {"n": n, **{word: _mean_of(values) for word, values in by_word.items()}}}
-
-
-def _mean_of(values: np.ndarray) -> Any:
-    """Mean and 95 % interval of a table of training seeds × world seeds with gaps; None if it is all gaps."""
-    if np.isfinite(values).all():
-        return mean_interval(values)
-    rows = values if len(values) > 1 else values.T
-    means = [float(np.nanmean(row)) for row in rows if np.isfinite(row).any()]
-    return mean_interval(np.array([means])) if means else None
+    return {"depth": {"n": n, **{word: mean_of_seeds(values) for word, values in by_word.items()}}}
 
 
 def _pooled(p: Sequence[float]) -> float:

@@ -1,7 +1,4 @@
-"""Genes in a comparison: allele frequencies, selection coefficients and means of quantitative genes per arm,
-with intervals over runs."""
-
-from __future__ import annotations
+"""Genes in a comparison: allele frequencies, selection and means, with intervals over runs."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,13 +9,13 @@ from typing import Any
 import numpy as np
 from scipy.special import stdtrit
 
-from ecs_eco.analysis import figures, genes_figures
+from ecs_eco.analysis import genes_figures
 from ecs_eco.analysis.genes import few_valued, generation_time, haldanes, quantitative, selection_of
 from ecs_eco.analysis.genes_figures import Band
 from ecs_eco.analysis.lineage import Lineage
-from ecs_eco.analysis.page import number, picture, table
+from ecs_eco.analysis.page import drawn, interval, table
 from ecs_eco.analysis.runs import read_manifest
-from ecs_eco.analysis.seed_grid import mean_interval
+from ecs_eco.analysis.seed_grid import mean_of_seeds
 from ecs_eco.analysis.survival import bootstrap_difference
 
 SAMPLES = 200  # of a run, at most about so many
@@ -107,12 +104,9 @@ def _outcomes(
 def summary(
     genes: Sequence[Gene], rows: Mapping[str, Sequence[Sequence[int]]], reference: str, seed: int = 0
 ) -> dict[str, Any]:
-    """Return species → gene (with its value) → arm → outcomes with 95 % intervals over runs, and `against`
-    the reference.
-
-    `rows` has the numbers of an arm's runs by training seed: both kinds of seeds are replicates where there
-    are several.
-    """
+    """Return species → gene (with its value) → arm → outcomes with 95 % intervals, and `against` the
+    reference. `rows` has the numbers of an arm's runs by training seed: both kinds of seeds are
+    replicates."""
     out: dict[str, Any] = {}
     for gene in genes:
         words = QUANTITY if gene.value is None else ALLELE
@@ -127,7 +121,7 @@ def summary(
             "trait": gene.trait,
             "kind": "allele" if gene.value is not None else "quantitative",
             "arms": {
-                arm: {"n": int(np.isfinite(of["last"]).sum()), **{w: _mean(v) for w, v in of.items()}}
+                arm: {"n": int(np.isfinite(of["last"]).sum()), **{w: mean_of_seeds(v) for w, v in of.items()}}
                 for arm, of in tables.items()
             },
             "against": {
@@ -139,21 +133,11 @@ def summary(
     return out
 
 
-def _mean(values: np.ndarray) -> Any:
-    """Mean and 95 % interval over a table of training seeds × world seeds; with gaps, over the runs that have
-    a value, or the means of training seeds where there are several."""
-    if np.isfinite(values).all():
-        return mean_interval(values)
-    rows = values if len(values) > 1 else values.T
-    means = [float(np.nanmean(row)) for row in rows if np.isfinite(row).any()]
-    return mean_interval(np.array([means])) if means else None
-
-
 def _difference(one: np.ndarray, two: np.ndarray, seed: int) -> Any:
     """One arm minus another: of crossed designs cell by cell, else a bootstrap over runs."""
     if max(len(one), len(two)) > 1:
         cells = one.shape[1] == two.shape[1] and (len(one) == len(two) or 1 in (len(one), len(two)))
-        return _mean(one - two) if cells else None
+        return mean_of_seeds(one - two) if cells else None
     a, b = (v[np.isfinite(v)] for v in (one, two))
     return bootstrap_difference(a, b, seed=seed) if a.size and b.size else None
 
@@ -200,10 +184,15 @@ def blocks(out: Path, genes: Sequence[Gene], result: Mapping[str, Any], referenc
             if chosen:
                 labels = {g.label: "allele frequency" if g.value else g.trait or g.gene for g in chosen}
                 figure = genes_figures.arms({g.label: bands(g) for g in chosen}, labels, s, kind == "alleles")
-                file = figures.save_svg(figure, out / "figures" / f"{kind}-{k}.svg")
+                file = out / "figures" / f"{kind}-{k}.svg"
                 rows = {g.label: result[s][g.label] for g in chosen}
                 tabled = _alleles(rows) if kind == "alleles" else _quantities(rows)
-                parts += [picture(file, _FIGURE.format(words, s)), note, tabled, _against(rows, reference)]
+                parts += [
+                    drawn(figure, file, _FIGURE.format(words, s)),
+                    note,
+                    tabled,
+                    _against(rows, reference),
+                ]
     return ["<h2>Genes</h2>", *parts] if parts else []
 
 
@@ -212,7 +201,7 @@ def _alleles(rows: Mapping[str, Any]) -> str:
     return table(
         head,
         [
-            [gene, arm, a["n"], *(_interval(a[w]) for w in ("first", "last", "s", "generation"))]
+            [gene, arm, a["n"], *(interval(a[w]) for w in ("first", "last", "s", "generation"))]
             for gene, g in rows.items()
             for arm, a in g["arms"].items()
         ],
@@ -237,7 +226,7 @@ def _quantities(rows: Mapping[str, Any]) -> str:
                 gene,
                 arm,
                 a["n"],
-                *(_interval(a[w]) for w in ("first", "last", "sd_first", "sd_last", "haldanes")),
+                *(interval(a[w]) for w in ("first", "last", "sd_first", "sd_last", "haldanes")),
             ]
             for gene, g in rows.items()
             for arm, a in g["arms"].items()
@@ -247,7 +236,7 @@ def _quantities(rows: Mapping[str, Any]) -> str:
 
 def _against(rows: Mapping[str, Any], reference: str) -> str:
     found = [
-        [gene, arm, *(_interval(x) for x in gaps.values())]
+        [gene, arm, *(interval(x) for x in gaps.values())]
         for gene, g in rows.items()
         for arm, gaps in g["against"].items()
     ]
@@ -257,10 +246,3 @@ def _against(rows: Mapping[str, Any], reference: str) -> str:
     rate = "s per generation" if alleles else "change per generation [sd]"
     head = ["gene", "arm", "at last, difference", f"{rate}, difference"]
     return f"<p>Against {escape(reference)}:</p>{table(head, found)}"
-
-
-def _interval(x: Sequence[float | None] | None) -> str:
-    if x is None or x[0] is None:
-        return "–"
-    value, low, high = (np.nan if v is None else v for v in x)
-    return f"{number(value)} ({number(low)} … {number(high)})"

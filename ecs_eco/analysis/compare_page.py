@@ -1,15 +1,13 @@
 """The page of a comparison: compare.json, compare.html and figures/."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.analysis import compare_genes, depth_figures, figures, measures, seed_grid_figures
-from ecs_eco.analysis.page import number, page, picture, table, write_text
+from ecs_eco.analysis import compare_genes, depth_figures, figures, measures, seed_grid
+from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
 from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.seed_grid import EFFECTS, Grid
 from ecs_eco.analysis.survival import SurvivalCurve
@@ -23,27 +21,22 @@ def write(
     grids: Mapping[str, Grid],
     genes: Sequence[compare_genes.Gene] = (),
 ) -> None:
-    """Write what `compare` found: `loaded` runs by arm, survival `curves` by species and arm,
-    the `grids` of crossed arms, and the `genes` of all runs."""
+    """Write what `compare` found: runs, survival curves, grids and genes are given besides the result."""
     write_text(out / "compare.json", json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    drawn = {arm: _draw_grid(out / "figures", arm, grid) for arm, grid in grids.items()}
+    by_seed = {arm: _draw_grid(out / "figures", arm, grid) for arm, grid in grids.items()}
     blocks = [
         *_head(result),
         *_who(result, _draw_survival(out, result, curves)),
-        *_crossed(result, drawn),
+        *_crossed(result, by_seed),
         *_against(result),
         *_depth(out, result, loaded),
         "<h2>Numbers</h2>",
-        picture(figures.save_svg(figures.arms(loaded), out / "figures" / "numbers.svg"), _MEANS),
+        drawn(figures.arms(loaded), out / "figures" / "numbers.svg", _MEANS),
         *_measured(out, result, loaded),
         *compare_genes.blocks(out, genes, result.get("genes", {}), result["reference"]),
         *_cycles(result),
     ]
     write_text(out / "compare.html", page("Comparison of " + ", ".join(result["arms"]), *blocks))
-
-
-def _interval(x: Sequence[float] | None) -> str:
-    return "–" if x is None or x[0] is None else f"{number(x[0])} ({number(x[1])} … {number(x[2])})"
 
 
 def _share(x: Sequence[float]) -> str:
@@ -88,32 +81,33 @@ def _draw_survival(
     """Survival curves of the species that died out in some run, as HTML."""
     until = max(arm["ticks"] for arm in result["arms"].values())
     shown = [s for s in result["species"] if any(c.died.any() for c in curves[s].values())]
-    drawn = {s: figures.survival(curves[s], until, f"{s} persists") for s in shown}
     return [
-        picture(figures.save_svg(f, out / "figures" / f"survival_{s}.svg"), _CURVE.format(s))
-        for s, f in drawn.items()
+        drawn(
+            figures.survival(curves[s], until, f"{s} persists"),
+            out / "figures" / f"survival_{s}.svg",
+            _CURVE.format(s),
+        )
+        for s in shown
     ]
 
 
 def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
     """Survival by training seed and the map of first extinctions of one arm, as HTML."""
-    curve = figures.save_svg(
-        seed_grid_figures.persistence(grid, f"{arm}: all species persist"), folder / f"persistence_{arm}.svg"
-    )
-    cells = figures.save_svg(
-        seed_grid_figures.lifetimes(grid, f"{arm}: first extinction"), folder / f"first_extinction_{arm}.svg"
-    )
-    return [picture(curve, _BY_SEED), picture(cells, _CELLS)]
+    curve = seed_grid.persistence(grid, f"{arm}: all species persist")
+    cells = seed_grid.lifetimes(grid, f"{arm}: first extinction")
+    return [
+        drawn(curve, folder / f"persistence_{arm}.svg", _BY_SEED),
+        drawn(cells, folder / f"first_extinction_{arm}.svg", _CELLS),
+    ]
 
 
 def _head(result: dict[str, Any]) -> list[str]:
     """The head of the page: in how many runs of each arm all species persisted, and which died out of what."""
     arms = result["arms"]
-    lines = "".join(f"<p>{escape(arm)}: {escape(text)}</p>" for arm, text in result["opening"].items())
-    lost = any(a["persisted"] < a["n"] for a in arms.values())
+    lines = [f"{arm}: {text}" for arm, text in result["opening"].items()]
     return [
         f"<h1>Comparison of {len(arms)} arms</h1>",
-        f"<div class='verdict{' lost' if lost else ''}'>{lines}</div>",
+        verdict(lines, any(a["persisted"] < a["n"] for a in arms.values())),
         "<p class='under'>Seeds are the replicates. Intervals are 95 %.</p>",
         *(
             f"<p class='under'>{escape(arm)} runs with {escape(a['policies'])}.</p>"
@@ -127,7 +121,7 @@ def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
     """Persistence by arm: runs in which all persisted, and when each species died out."""
     names = result["species"]
     rows = [
-        [arm, a["n"], f"{a['ticks']:,}", a["persisted"], _interval(a["persistence"])]
+        [arm, a["n"], f"{a['ticks']:,}", a["persisted"], interval(a["persistence"])]
         + [
             f"{x['extinctions']} of {a['n']}, median {number(x['median_extinction'])}"
             for x in (a["per_species"][s] for s in names)
@@ -138,7 +132,7 @@ def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
     return ["<h2>Who persists</h2>", table(head, rows), *pictures]
 
 
-def _crossed(result: dict[str, Any], drawn: Mapping[str, Sequence[str]]) -> list[str]:
+def _crossed(result: dict[str, Any], by_seed: Mapping[str, Sequence[str]]) -> list[str]:
     """The crossed design of the arms that have one: by training seed, and where the variance comes from."""
     grids = {arm: a["crossed"] for arm, a in result["arms"].items() if "crossed" in a}
     if not grids:
@@ -153,7 +147,7 @@ def _crossed(result: dict[str, Any], drawn: Mapping[str, Sequence[str]]) -> list
             f"The {len(c['training_seeds']) * worlds} runs say as much about that share as "
             f"{number(c['effective_runs'])} independent ones would.</p>"
         )
-        blocks += drawn[arm]
+        blocks += by_seed[arm]
     rows = [
         [arm, outcome, x["n"], *(_share(x["share"][effect]) for effect in EFFECTS)]
         for arm, c in grids.items()
@@ -165,13 +159,13 @@ def _crossed(result: dict[str, Any], drawn: Mapping[str, Sequence[str]]) -> list
 def _against(result: dict[str, Any]) -> list[str]:
     """What differs from the reference."""
     gaps = [
-        [arm, s, _interval(x["lifetime"]), number(x["log_rank_p"]), _interval(x["mean_number"])]
+        [arm, s, interval(x["lifetime"]), number(x["log_rank_p"]), interval(x["mean_number"])]
         for arm, e in result["effects"].items()
         for s, x in e["per_species"].items()
     ]
     if not gaps:
         return []
-    share = [[arm, _interval(e["persistence"])] for arm, e in result["effects"].items()]
+    share = [[arm, interval(e["persistence"])] for arm, e in result["effects"].items()]
     return [
         f"<h2>Against {escape(result['reference'])}</h2>",
         table(["arm", "share that persists, difference (Newcombe)"], share),
@@ -190,12 +184,12 @@ def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Seri
     if not depths:
         return []
     names = [s for s in result["species"] if any(s == name for _, name, _ in depths)]
-    file = figures.save_svg(depth_figures.arms(loaded, names), out / "figures" / "depth.svg")
+    hours = drawn(depth_figures.arms(loaded, names), out / "figures" / "depth.svg", _HOURS)
     rows = [
-        [arm, s, d["n"], *(_interval(d[k]) for k in ("amplitude", "along_day", "r"))] for arm, s, d in depths
+        [arm, s, d["n"], *(interval(d[k]) for k in ("amplitude", "along_day", "r"))] for arm, s, d in depths
     ]
     head = ["arm", "species", "runs with two days", "amplitude", "along the sun", "correlation with light"]
-    return ["<h2>Depth over the day</h2>", _DEPTH, picture(file, _HOURS), table(head, rows)]
+    return ["<h2>Depth over the day</h2>", _DEPTH, hours, table(head, rows)]
 
 
 def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
@@ -203,22 +197,22 @@ def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[S
     if "measured" not in result:
         return []
     found, gaps = result["measured"]["arms"], result["measured"]["effects"]
-    file = figures.save_svg(measures.arms_figure(loaded), out / "figures" / "measured.svg")
+    courses = drawn(measures.arms_figure(loaded), out / "figures" / "measured.svg", _REPORTED)
     rows = [
         [
             name,
             "the world" if of == measures.WORLD else of,
             arm,
             x["n"],
-            _interval(x["mean"]),
-            _interval(gaps[name][of].get(arm)),
+            interval(x["mean"]),
+            interval(gaps[name][of].get(arm)),
         ]
         for name, kinds in found.items()
         for of, arms in kinds.items()
         for arm, x in arms.items()
     ]
     head = ["measured", "of", "arm", "runs", "mean", f"difference from {result['reference']}"]
-    return ["<h2>Measured</h2>", picture(file, _REPORTED), table(head, rows)]
+    return ["<h2>Measured</h2>", courses, table(head, rows)]
 
 
 def _cycles(result: dict[str, Any]) -> list[str]:
@@ -251,7 +245,7 @@ def _cycles(result: dict[str, Any]) -> list[str]:
             arm,
             pair,
             x["n"],
-            _interval([x["median"], x["low"], x["high"]]),
+            interval([x["median"], x["low"], x["high"]]),
             number(a["coupling"].get(pair, {}).get("p")),
         ]
         for arm, a in result["arms"].items()

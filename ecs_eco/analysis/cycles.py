@@ -1,12 +1,6 @@
-"""Cycles in a food chain: which species cycle, with what period, which follows which by how much,
-and is it significant?
-
-Lags are shares of the period: .25 means that b peaks a quarter period after a. Two independent quasi-cycles
-of ten periods cross-correlate up to .5 by luck, so the coupling of two species is tested against pairs that
-cannot be coupled: species a of one run with species b of another (`cross_seed_surrogates`).
-"""
-
-from __future__ import annotations
+"""Cycles in a food chain: which species cycle, with what period, and which follows which by how much. Two
+independent quasi-cycles of ten periods cross-correlate up to 0.5 by chance, so coupling is tested against
+species of different runs (`cross_seed_surrogates`)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field

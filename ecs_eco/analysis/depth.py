@@ -1,7 +1,4 @@
-"""Depth in a recorded run with a sun and a depth of water: how mean depth follows the day,
-and its distribution by hour."""
-
-from __future__ import annotations
+"""Depth in a recorded run with a sun and water: how it follows the day, and its distribution by hour."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,9 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ecs_eco.analysis.rhythm import Cosinor, cosinor, p_of_days
-from ecs_eco.analysis.runs import Series, parts
-from ecs_eco.record import seal
-from ecs_eco.record.parquet import read_part
+from ecs_eco.analysis.runs import Series, tables
 from ecs_eco.space.sun import Sun
 
 HOURS = 24  # parts of a day
@@ -133,10 +128,9 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
 
 def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.ndarray, ...]]:
     """Tick, layer from the surface down, and species of all organisms in snapshots, a part at a time."""
-    for file in parts(run, "snapshots"):
-        rows = read_part(file, ["tick", "species", "z"], seal.has_seals(Path(run)))
+    for rows in tables(run, "snapshots", ["tick", "species", "z"]):
         layer = np.clip(((top - rows["z"].to_numpy()) / top * layers).astype(int), 0, layers - 1)
-        yield (rows["tick"].to_numpy(), layer, rows["species"].cast("string").to_numpy(zero_copy_only=False))
+        yield (rows["tick"].to_numpy(), layer, rows["species"].to_numpy(zero_copy_only=False))
 
 
 def depths_over_time(

@@ -1,33 +1,43 @@
-"""Figures of a run with a sun and a depth of water: mean depth on a background of light,
-depths by hour, escapes."""
+"""Figures of a run with a sun and a depth of water, and the part of a report on it."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis.depth import HOURS, day_by_hour, day_of, hours_of, mean_of_there, surface_light
-from ecs_eco.analysis.escapes import AROUND, Escape
+from ecs_eco.analysis.chemotaxis import Leaving, leaving, noses
+from ecs_eco.analysis.depth import (
+    HOURS,
+    day_by_hour,
+    day_of,
+    depth_cycle,
+    depths_by_hour,
+    depths_over_time,
+    hours_of,
+    mean_of_there,
+    surface_light,
+    swimmers,
+)
+from ecs_eco.analysis.escapes import AROUND, REST, WITHIN, Escape, escapes, hunts, recorded_tracks
+from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import AXIS, NIGHT, SUN
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.style import PALETTE, colors_of, panels, styled
+from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled
 from ecs_eco.analysis.svg import DIM
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 NOON = "#fff6d1"
 
 
 @styled
-def mean_depth(series: Series, species: Sequence[str], hue: Mapping[str, str], day: int) -> Figure:
+def mean_depth(series: Series, species: Sequence[str], day: int) -> Figure:
     """Mean depth over time, the surface at the top, on a background of the light at the surface."""
     from matplotlib.colors import LinearSegmentedColormap
 
     figure, ((ax,),) = panels(1, 1, 9.5, 3.6)
     figure.set_gid(DIM)
+    hue = colors_of(series)
     time = (series.ticks - series.ticks[0]) / day
     height = float(series.manifest["config"]["space"]["size"][2])
     shade = LinearSegmentedColormap.from_list("light", [NIGHT, NOON])
@@ -143,7 +153,7 @@ def _night(ax: Any, run: Series) -> None:
 
 
 @styled
-def escape(result: Escape, prey: str, predator: str, dt: float) -> Figure:
+def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure:
     """Speed and direction around approaches, by seconds from them."""
     figure, axes = panels(1, 2, 8.4, 3.2)
     time = np.arange(-AROUND, AROUND + 1) * dt
@@ -156,3 +166,120 @@ def escape(result: Escape, prey: str, predator: str, dt: float) -> Figure:
     axes[0, 1].axhline(0, color=AXIS, lw=0.8)
     axes[0, 1].set_ylim(-1, 1)
     return figure
+
+
+# --- the part of a report ------------------------------------------------------------------------------------
+
+
+def blocks(run: Path, series: Series, place: Path) -> list[str]:
+    """Depth over time, by day where there is a sun, and escapes and smells where organisms were recorded one
+    by one; nothing without a depth. Figures are written below `place`."""
+    day = day_of(series) if len(series.ticks) else 0
+    species = swimmers(series) if day else []
+    density = list(_density(run, place, series))
+    if not species:
+        return ["<h2>Depth over time</h2>", *density] if density else []
+    head = "<h2>Depth and the day</h2>"
+    shade = "Mean depth over time; the background is the light at the surface."
+    over = drawn(mean_depth(series, species, day), place / "figures" / "depth.svg", shade)
+    hours, away = _hours(run, place, series, day), _escapes(run, place, series)
+    return [head, over, _cycles(series, species), *density, *hours, *away, *_smells(run, series)]
+
+
+def _density(run: Path, place: Path, series: Series) -> Iterator[str]:
+    species = swimmers(series) if "depth_mean" in series.columns and len(series.ticks) else []
+    edges, numbers = depths_over_time(run, series, species)
+    if species and len(edges) > 2:
+        height = float(series.manifest["config"]["space"]["size"][2])
+        layer = height / len(numbers[species[0]])
+        caption = (
+            f"Where they are over time: the mean number in each {number(layer)} m of depth, "
+            f"in stretches of {number(int(np.diff(edges)[0]))} ticks, of the snapshots in each."
+        )
+        yield drawn(over_time(edges, numbers, height), place / "figures" / "depths.svg", caption)
+
+
+def _hours(run: Path, place: Path, series: Series, day: int) -> Iterator[str]:
+    shares = depths_by_hour(run, series)
+    if any(np.isfinite(share).any() for share in shares.values()):
+        ticks = np.arange(day)
+        light = surface_light(series, ticks)[np.argsort(hours_of(series, ticks))]
+        height = float(series.manifest["config"]["space"]["size"][2])
+        caption = "Depth of each species by hour of the day, of 24 hours, without the first day."
+        yield drawn(by_hour(shares, height, light), place / "figures" / "hours.svg", caption)
+
+
+def _escapes(run: Path, place: Path, series: Series) -> Iterator[str]:
+    for prey, predator in hunts(series.manifest):
+        tracks = recorded_tracks(run, prey, predator)
+        result = None if tracks is None else escapes(tracks)
+        if result is not None and np.isfinite([result.gain, result.u]).all():
+            file = place / "figures" / f"escape-{series.index(prey)}-{series.index(predator)}.svg"
+            figure = escape_figure(result, prey, predator, series.dt)
+            yield drawn(figure, file, f"{prey} around the approach of {predator}.")
+            yield _escape(result, prey, predator, series.dt)
+
+
+def _smells(run: Path, series: Series) -> Iterator[str]:
+    for species, nose in noses(series.manifest):
+        result = leaving(run, species, nose)
+        if result is not None:
+            yield _leaving(result, species, nose)
+
+
+def _cycles(series: Series, species: list[str]) -> str:
+    head = [
+        "species",
+        "days",
+        "mean depth [m]",
+        "amplitude [m]",
+        "of the water",
+        "deepest, hours of 24 after noon",
+        "p",
+        "r with light",
+    ]
+    note = (
+        "A cosine of one day is fitted to mean depth, without the first day; the amplitude is half of the "
+        "height of the wave. p is how often days that begin at random hours have an amplitude as large; "
+        "r correlates mean depth with the light at the surface at the same time. One run is one replicate."
+    )
+    return f"{table(head, [_cycle(series, s) for s in species])}<p class='under'>{note}</p>"
+
+
+def _cycle(series: Series, species: str) -> list[str]:
+    c = depth_cycle(series, species)
+    if c is None:
+        return [species, "less than two days", *["–"] * 6]
+    p = "–" if np.isnan(c.p) else f"{'≤' if c.p <= 0.001 else '='} {c.p:.2g}"
+    return [
+        species,
+        f"{c.days:.0f}",
+        number(c.fit.mesor),
+        number(c.fit.amplitude),
+        f"{c.share:.0%}",
+        f"{24 * c.lag:+.1f}",
+        p,
+        number(c.r),
+    ]
+
+
+def _escape(result: Escape, prey: str, predator: str, dt: float) -> str:
+    after = "never" if result.latency is None else f"after {result.latency} ticks ({result.latency * dt:g} s)"
+    p = "&lt; .001" if result.p < 0.001 else f"= {result.p:.2g}"
+    prey, predator = escape(prey), escape(predator)
+    return (
+        f"<p>{result.n:,} approaches of {predator} to {WITHIN} m, each after {REST} ticks without one. "
+        f"The speed of {prey} rises {result.gain:.1f}-fold within two ticks; it reaches twice the previous "
+        f"speed {after}, counted from the tick that begins with the approach. One tick later they move away: "
+        f"V-test u = {result.u:.1f}, p {p}, treating approaches as independent. Animals that are eaten count "
+        f"until then. Prey also moves away from a {predator} that overshoots: that alone is no escape.</p>"
+    )
+
+
+def _leaving(result: Leaving, species: str, nose: str) -> str:
+    night = f", by night {result.night:.2f} of {result.n_night:,}" if result.n_night else ""
+    return (
+        f"<p>Where {escape(nose.replace('_', ' '))} is felt, {result.n:,} moves of {escape(species)} have a "
+        f"chemotaxis index (down less up, over all) of {result.index:.2f}{night}. "
+        "Moves of one animal follow each other: the run is the replicate.</p>"
+    )

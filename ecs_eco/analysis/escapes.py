@@ -1,7 +1,5 @@
 """Escapes in a recorded run: what prey does around the approach of a predator."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.depth import surface_light
-from ecs_eco.analysis.runs import load_series, parts
+from ecs_eco.analysis.runs import load_series, tables
 from ecs_eco.analysis.tracks import (
     Box,
     Record,
@@ -22,8 +20,6 @@ from ecs_eco.analysis.tracks import (
     tracks_of,
     v_test,
 )
-from ecs_eco.record import seal
-from ecs_eco.record.parquet import read_part
 
 # [m], [ticks], [ticks]: distance of an approach, time without one before it, time shown around it
 WITHIN, REST, AROUND = 1.5, 5, 5
@@ -71,8 +67,7 @@ def recorded_tracks(
 def _places(run: Path | str, name: str, first: int) -> dict[int, tuple[np.ndarray, np.ndarray]]:
     """Uids in order and places of a species by tick, from its details."""
     out: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-    for file in parts(run, f"details-{name}"):
-        snapshot = read_part(file, ["tick", "uid", "x", "y", "z"], seal.has_seals(Path(run)))
+    for snapshot in tables(run, f"details-{name}", ["tick", "uid", "x", "y", "z"]):
         tick, uid = snapshot["tick"].to_numpy(), snapshot["uid"].to_numpy()
         place = np.stack([snapshot[c].to_numpy() for c in "xyz"], 1).astype(float)
         order = np.lexsort((uid, tick))

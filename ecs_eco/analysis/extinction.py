@@ -1,7 +1,5 @@
 """Extinctions: which species died out, when, and of what; every report of runs opens with it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

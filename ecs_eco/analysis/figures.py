@@ -1,12 +1,8 @@
-"""Figures of a run and of several.
-
-Each function returns a matplotlib Figure; `save` writes it. No global state, no display.
-"""
-
-from __future__ import annotations
+"""Figures of a run and of several: each function returns a matplotlib Figure, `save` writes it. No global
+state."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,14 +12,10 @@ from ecs_eco.analysis.palette import AXIS, BAND, INK, SOFT, TIME
 from ecs_eco.analysis.relief import Relief, draw_relief
 from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
-from ecs_eco.analysis.style import DASHES, PALETTE, colors, colors_of, panels, save, save_svg, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, Figure, colors, colors_of, panels, save, save_svg, styled
+from ecs_eco.analysis.survival import SurvivalCurve
 from ecs_eco.analysis.svg import DIM
 from ecs_eco.config.models.interventions import describe
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from ecs_eco.analysis.survival import SurvivalCurve
 
 __all__ = [
     "PALETTE",

@@ -1,15 +1,14 @@
 """Who ate how much of whom in a run: means of a tick, and their drawing as SVG, for light and dark pages."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis.page import number
+from ecs_eco.analysis.page import number, table, write_text
 from ecs_eco.analysis.palette import safe
 from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.style import colors, own_colors
@@ -20,6 +19,13 @@ THIN = 1.2  # of a band that is there at all [px]
 BY = "eaten by "
 INK, SOFT = ("#1b1f23", "#e6eaee"), ("#57606a", "#98a5aa")  # on light ground and on dark
 LIGHT, HARM = ("#e3b505", "#f0cf57"), ("#c04a00", "#ff8a4c")
+
+_CAPTION = (
+    "Energy that eaters gained, a tick, as widths, from whom it was to whom it went. Before them what"
+    " came from light, behind them what was burnt (faint) and what died uneaten (full); dashed is "
+    "what harmed its eater."
+)
+_SHARED = " What each food gave was not recorded: what an eater took in is shared among its foods by number."
 
 
 @dataclass(frozen=True)
@@ -232,3 +238,28 @@ def _rect(kind: str, x: float, y: float, wide: float, high: float, opacity: floa
         f'<rect class="{kind}" x="{x:.1f}" y="{y:.1f}" width="{wide:.1f}" height="{max(THIN, high):.1f}" '
         f'opacity="{opacity}"><title>{escape(words)}</title></rect>'
     )
+
+
+def blocks(series: Series, place: Path) -> list[str]:
+    """The heading, the drawing and its numbers; nothing where nobody ate. `place` gets figures/flows.svg."""
+    found = flows(series)
+    if found is None:
+        return []
+    drawn = draw(series, found)
+    alone = drawn.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1)
+    write_text(place / "figures" / "flows.svg", alone)
+    rows = [
+        [
+            f"{m.food} → {m.eater}",
+            number(m.energy),
+            number(m.number),
+            number(m.energy / m.number) if m.number else "–",
+        ]
+        for m in found.meals
+    ]
+    caption = escape(_CAPTION + _SHARED * found.shared)
+    return [
+        "<h2>Who ate whom</h2>",
+        f"<figure><div class='wide' tabindex='0'>{drawn}</div><figcaption>{caption}</figcaption></figure>",
+        table(["who → by whom", "energy a tick", "number a tick", "energy of each"], rows),
+    ]

@@ -1,7 +1,4 @@
-"""The sign of a reading's effect on a formula, as far as the text alone shows: +1, −1, 0 for none, None:
-it depends."""
-
-from __future__ import annotations
+"""The sign of a reading's effect on a formula, as its text shows: +1, −1, 0 for none, None: it depends."""
 
 import ast
 from collections.abc import Collection, Iterable

@@ -1,21 +1,15 @@
-"""What the genomes of a record say of one gene: numbers from letters, as the layout of the species reads
-them."""
-
-from __future__ import annotations
+"""What recorded genomes say of one gene: numbers from letters, as the species' layout reads them."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
 from ecs_eco.analysis.carriers import codons_of, gene_of, words_of_strings
-from ecs_eco.config.formula import compile_formula
+from ecs_eco.analysis.pedigree import Pedigree
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.genomes.traits import Kind, Trait
-
-if TYPE_CHECKING:
-    from ecs_eco.analysis.pedigree import Pedigree
 
 
 def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.ndarray:
@@ -39,8 +33,8 @@ def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.nd
 
 
 def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple[str, dict[str, Any]]:
-    """The species that has a gene, named by itself or by its trait, and the gene's record; KeyError names the
-    nearest, ValueError the species where several have it."""
+    """The species that has a gene, by name or trait, and its record; KeyError; ValueError where several
+    do."""
     if species is not None:
         return species, gene_of(lineage, species, gene)
     having = {

@@ -1,23 +1,15 @@
-"""Evolution of genes: means and spread of quantitative ones, allele frequencies, and how strongly they are
-selected.
-
-All from births and deaths, so that every organism counts. One run is one replicate: intervals come from
-several, in `ecs_eco.analysis.compare_genes`.
-"""
-
-from __future__ import annotations
+"""Evolution of genes: means and spread of quantitative ones, allele frequencies, and selection, from all
+births and deaths. One run is one replicate: `ecs_eco.analysis.compare_genes` gives intervals."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ecs_eco.analysis.carriers import frequencies, gene_of, has_few_values
 from ecs_eco.analysis.gene_values import require_number, values_of
-
-if TYPE_CHECKING:
-    from ecs_eco.analysis.pedigree import Pedigree
+from ecs_eco.analysis.pedigree import Pedigree
 
 BINS = 40  # in which the values of a gene are counted over time, at most
 SAMPLES = 400  # of a run, at most about so many

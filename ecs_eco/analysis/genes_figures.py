@@ -1,19 +1,29 @@
-"""Figures of evolving genes: allele frequencies and quantitative genes, of a run and of arms side by side."""
+"""Evolving genes in figures and reports: allele frequencies and quantitative genes of runs and arms."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.analysis.carriers import Frequencies, lines_of
-from ecs_eco.analysis.genes import Course
+from ecs_eco.analysis.carriers import Frequencies, carriers, lines_of
+from ecs_eco.analysis.genes import (
+    SAMPLES,
+    Course,
+    course,
+    few_valued,
+    generation_time,
+    haldanes,
+    quantitative,
+    selection_of,
+)
+from ecs_eco.analysis.lineage import Lineage
+from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import GREY, INK
-from ecs_eco.analysis.style import DASHES, PALETTE, panels, styled
+from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.style import DASHES, PALETTE, Figure, panels, styled
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+PANELS = 8  # of one figure
 
 
 class Band(NamedTuple):
@@ -41,9 +51,8 @@ def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
 
 
 @styled
-def courses(genes: Sequence[Course], traits: Mapping[str, str | None], hue: str, title: str = "") -> Figure:
-    """Quantitative genes over time: shade is the share of the living with a value, the line the mean, dashes
-    one standard deviation about it."""
+def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: str = "") -> Figure:
+    """Quantitative genes over time: shade is the share of the living, lines are the mean and one sd."""
     from matplotlib.colors import LinearSegmentedColormap
 
     figure, axes = panels(len(genes), 1, 9, 2.3 * len(genes) + 0.7, sharex=True)
@@ -115,3 +124,107 @@ def arms(
     handles, names = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside upper left", ncols=min(len(names), 5))
     return figure
+
+
+# --- the part of a report ------------------------------------------------------------------------------------
+
+
+def blocks(run: Path, series: Series, place: Path) -> list[str]:
+    """Figures and tables of the genes of each species; nothing where no genome was recorded, or nobody had
+    one.
+
+    Figures are written below `place`.
+    """
+    genomes = {
+        s: kept
+        for s, kept in series.manifest.get("genomes", {}).items()
+        if few_valued(kept) or quantitative(kept)
+    }
+    if not genomes or not len(series.ticks):
+        return []
+    lineage = Lineage.read(run)
+    parts = [part for s in genomes if s in lineage.species for part in _species(lineage, series, s, place)]
+    return ["<h2>Genes</h2>", *parts] if parts else []
+
+
+def _species(lineage: Lineage, series: Series, s: str, place: Path) -> Iterator[str]:
+    kept, i, folder = lineage.genomes[s], series.index(s), place / "figures"
+    every = max(1, len(series.ticks) // SAMPLES)
+    generation = generation_time(lineage, s)
+    if few := few_valued(kept):
+        counts = [lineage.frequencies(s, gene, every) for gene in few]
+        without = (
+            "An organism with the value of a gene's first codon counts as without that gene; "
+            "the grey line counts all"
+        )
+        yield drawn(
+            carriers(counts, s),
+            folder / f"carriers-{i}.svg",
+            f"Number of {s} that carry each gene. {without}.",
+        )
+        yield drawn(
+            alleles(counts, s),
+            folder / f"alleles-{i}.svg",
+            f"Allele frequencies of {s}: the share of each value among all copies of a gene.",
+        )
+        yield _selection(counts, generation)
+    if many := quantitative(kept):
+        found = [course(lineage, s, gene, every) for gene in many]
+        traits = {g["name"]: g["trait"] for g in kept["genes"]}
+        for k in range(0, len(found), PANELS):
+            yield drawn(
+                courses(found[k : k + PANELS], traits, s),
+                folder / (f"genes-{i}" + (f"-{k // PANELS}" if k else "") + ".svg"),
+                f"Genes of {s} that say a number: the share of the living with each value, and their mean.",
+            )
+        yield _change(found, traits, generation)
+
+
+def _selection(counts: list[Frequencies], generation: float) -> str:
+    rows = []
+    for g in counts:
+        for j in range(1 if len(g.values) == 2 else 0, len(g.values)):
+            found = selection_of(g.allele[:, j], g.ticks, g.copies.sum(axis=1), generation)
+            rows.append(
+                [
+                    g.gene,
+                    g.values[j],
+                    number(found.first),
+                    number(found.last),
+                    number(found.s),
+                    number(1000 * found.per_tick),
+                ]
+            )
+    head = ["gene", "value", "frequency at first", "at last", "s per generation", "s per 1,000 ticks"]
+    note = (
+        "s is the slope of the log odds of a value against all others, mutation and chance included: "
+        f"a neutral gene shows how large these are. A generation is {_ticks(generation)}, the mean age "
+        "of parents at the birth of their offspring. One run is one replicate: "
+        "<code>ecs-eco compare</code> gives intervals over seeds."
+    )
+    return f"{table(head, rows)}<p class='under'>{note}</p>"
+
+
+def _change(found: list[Course], traits: dict[str, str | None], generation: float) -> str:
+    rows = []
+    for c in found:
+        there = np.flatnonzero(c.n)
+        ends = [(c.mean[k], c.sd[k]) for k in (there[0], there[-1])] if there.size else [(np.nan, np.nan)] * 2
+        rows.append(
+            [
+                c.gene,
+                traits[c.gene] or "–",
+                *(f"{number(m)} ± {number(sd)}" for m, sd in ends),
+                number(haldanes(c, generation)),
+            ]
+        )
+    head = ["gene", "trait", "mean ± standard deviation at first", "at last", "change per generation [sd]"]
+    note = (
+        f"Change is the slope of the mean, in standard deviations per generation of {_ticks(generation)} "
+        "(haldanes)."
+    )
+    return f"{table(head, rows)}<p class='under'>{note}</p>"
+
+
+def _ticks(generation: float) -> str:
+    return "not known, as nobody was born of parents" if np.isnan(generation) else f"{generation:,.0f} ticks"

@@ -1,7 +1,5 @@
 """What people have made of the ground: fences and roads that are there, and areas in which land is used."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from itertools import pairwise

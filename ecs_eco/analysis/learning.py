@@ -1,23 +1,17 @@
 """Learning over time: what the updates of policies said, and how often each action was done."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
 from ecs_eco.analysis.palette import AXIS, GREY
-from ecs_eco.analysis.runs import Series, parts
-from ecs_eco.analysis.style import PALETTE, panels, styled
-from ecs_eco.record import seal
-from ecs_eco.record.parquet import read_part, to_numpy
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from ecs_eco.analysis.runs import Series, tables
+from ecs_eco.analysis.style import PALETTE, Figure, panels, styled
+from ecs_eco.record.parquet import to_numpy
 
 POINTS = 150  # of a curve, at most
 SHOWN = {
@@ -91,16 +85,9 @@ def acts_of(table: pa.Table) -> dict[str, Acts]:
 
 
 def read(run: Path | str, kind: str) -> pa.Table | None:
-    """Return the rows of a kind, "learning" or "actions", of a run folder; None where it has none. Raises
-    RecordingError for a damaged file."""
-    files = parts(run, kind)
-    if not files:
-        return None
-    tables = [read_part(file, needed=seal.has_seals(Path(run))) for file in files]
-    words = [name for name in ("species", "action") if name in tables[0].column_names]
-    for name in words:  # dictionaries differ from part to part
-        tables = [t.set_column(t.column_names.index(name), name, t[name].cast(pa.string())) for t in tables]
-    return pa.concat_tables(tables)
+    """Return the rows of a kind ("learning", "actions", "matter") of a run folder; None where it has none."""
+    found = list(tables(run, kind))
+    return pa.concat_tables(found) if found else None
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:

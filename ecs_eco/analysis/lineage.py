@@ -15,11 +15,9 @@ from ecs_eco.analysis.carriers import Frequencies, frequencies
 from ecs_eco.analysis.gene_values import values_of
 from ecs_eco.analysis.genes import Course, Selection, course, generation_time, selection
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree
-from ecs_eco.analysis.runs import parts, read_manifest
+from ecs_eco.analysis.runs import read_manifest, tables
 from ecs_eco.engine.uids import island_of
-from ecs_eco.record import seal
 from ecs_eco.record.archipelago import ISLANDS, is_archipelago, read
-from ecs_eco.record.parquet import open_part, read_part
 
 __all__ = ["ALIVE", "Lineage"]
 BIRTHS = {"tick": int, "species": str, "uid": int, "parent": int, "parent2": int, "genome": str}
@@ -55,25 +53,20 @@ class Lineage(Pedigree):
 
     @classmethod
     def read(cls, folder: Path | str) -> Lineage:
-        """The lineage of a run folder; FileNotFoundError where it holds no run,
-        RecordingError for a damaged file.
-
-        A folder from before genomes were recorded does not list its founders: those who died or had offspring
-        are added. That of an archipelago has all islands in one. On one island those who came are there from
-        their arrival, without parents that they left behind, and those who left until then ("emigrated").
-        """
+        """The lineage of a run folder; FileNotFoundError where it holds no run, RecordingError for a damaged
+        file. Founders that a folder of an older version does not list are added where they died or had
+        offspring. An archipelago has all islands in one; on one island immigrants appear at their arrival,
+        without parents that they left behind, and emigrants end as "emigrated"."""
         if is_archipelago(folder):
             return cls._of_islands(Path(folder))
         manifest = read_manifest(folder)
-        sealed = seal.WORD in manifest
         recorded = _recorded(folder)
-        births = _events(folder, "births", BIRTHS | recorded, sealed)
-        deaths = _events(folder, "deaths", DEATHS | recorded, sealed)
-        files = parts(folder, "births")
-        if files and "genome" not in open_part(files[0]).schema_arrow.names:
+        births = _events(folder, "births", BIRTHS | recorded)
+        deaths = _events(folder, "deaths", DEATHS | recorded)
+        if "genome" not in next((t.column_names for t in tables(folder, "births")), ["genome"]):
             births = _with_founders(births, deaths)
         if "island" in manifest:
-            births, deaths = _present(folder, births, deaths, sealed)
+            births, deaths = _present(folder, births, deaths)
         end = max(manifest.get("done", manifest.get("ticks", 0)) - 1, 0)
         return cls._joined(
             births, deaths, end=end, dt=manifest.get("dt", 1.0), genomes=manifest.get("genomes", {})
@@ -83,19 +76,13 @@ class Lineage(Pedigree):
     def _of_islands(cls, root: Path) -> Lineage:
         """The lineage of all islands: who migrates was born on one of them and died on one."""
         folders = [root / ISLANDS / name for name in read(root)["islands"]]
-        manifests = [read_manifest(folder) for folder in folders]
         recorded = _recorded(folders[0])
-        events = [
-            [
-                _events(folder, kind, columns | recorded, seal.WORD in manifest)
-                for folder, manifest in zip(folders, manifests, strict=True)
-            ]
-            for kind, columns in (("births", BIRTHS), ("deaths", DEATHS))
-        ]
         births, deaths = (
-            {name: np.concatenate([part[name] for part in parts]) for name in parts[0]} for parts in events
+            {name: np.concatenate([part[name] for part in parts]) for name in columns}
+            for kind, columns in (("births", BIRTHS | recorded), ("deaths", DEATHS | recorded))
+            for parts in [[_events(folder, kind, columns) for folder in folders]]
         )
-        first = manifests[0]
+        first = read_manifest(folders[0])
         return cls._joined(
             births, deaths, end=max(first["done"] - 1, 0), dt=first["dt"], genomes=first.get("genomes", {})
         )
@@ -125,18 +112,16 @@ class Lineage(Pedigree):
         return cls(uid=uid, born=births["tick"][order].astype(np.int64), died=died, cause=cause, **more)
 
     def frequencies(self, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
-        """The carriers of each value of a gene every `every` ticks, exact; see
-        `ecs_eco.analysis.carriers.frequencies`."""
+        """The carriers of each value of a gene every `every` ticks; see `carriers.frequencies`."""
         return frequencies(self, species, gene, every)
 
     def values(self, gene: str, species: str | None = None) -> np.ndarray:
-        """What a gene, given by its name or trait, says of each organism, f64[organisms]; see
-        `ecs_eco.analysis.gene_values.values_of`."""
+        """What a gene, by name or trait, says of each organism, f64[organisms]; see
+        `gene_values.values_of`."""
         return values_of(self, gene, species)
 
     def course(self, species: str, gene: str, every: int) -> Course:
-        """Mean, spread and shares of a quantitative gene every `every` ticks; see
-        `ecs_eco.analysis.genes`."""
+        """Mean, spread and shares of a quantitative gene every `every` ticks; see `genes.course`."""
         return course(self, species, gene, every)
 
     def generation_time(self, species: str) -> float:
@@ -146,8 +131,7 @@ class Lineage(Pedigree):
     def selection(
         self, species: str, gene: str, value: str, since: int = 0, until: int | None = None
     ) -> Selection:
-        """How strongly a value of a gene is selected, per tick and per generation; see
-        `ecs_eco.analysis.genes.selection`."""
+        """How strongly a value of a gene is selected, per tick and per generation; see `genes.selection`."""
         return selection(self, species, gene, value, since, until)
 
     def to_csv(self, path: Path | str) -> Path:
@@ -174,27 +158,25 @@ class Lineage(Pedigree):
         return text
 
 
-def _events(
-    folder: Path | str, kind: str, columns: dict[str, type], needed: bool = False
-) -> dict[str, np.ndarray]:
-    """Columns of all parts: strings as str, "" where null; numbers as u64; recorded fields as f64, NaN where
-    null; a column that is not there as 0, "" or NaN."""
-    tables = [read_part(file, needed=needed) for file in parts(folder, kind)]
-    return {name: _column(tables, name, dtype) for name, dtype in columns.items()}
+def _events(folder: Path | str, kind: str, columns: dict[str, type]) -> dict[str, np.ndarray]:
+    """Columns of all parts: texts as str, "" where null; numbers as u64; recorded fields as f64, NaN where
+    null; a missing column as 0, "" or NaN."""
+    held = list(tables(folder, kind))
+    return {name: _column(held, name, dtype) for name, dtype in columns.items()}
 
 
 def _recorded(folder: Path | str) -> dict[str, type]:
     """The columns of the fields that the key `record` of a run's world lists."""
-    names = [name for file in parts(folder, "births")[:1] for name in open_part(file).schema_arrow.names]
-    return {name: float for name in names if "." in name}
+    first = next(tables(folder, "births"), None)
+    return {name: float for name in (() if first is None else first.column_names) if "." in name}
 
 
 def _present(
-    folder: Path | str, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], sealed: bool
+    folder: Path | str, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """The births of an island with those who came, and its deaths with those who left for good."""
     columns = {"born": int, **BIRTHS, **{name: float for name in births if "." in name}}
-    came, left = (_events(folder, kind, columns, sealed) for kind in ("arrivals", "departures"))
+    came, left = (_events(folder, kind, columns) for kind in ("arrivals", "departures"))
     last = dict(zip(came["uid"].tolist(), came["tick"].tolist(), strict=True))  # the last time of each
     away = dict(zip(left["uid"].tolist(), range(len(left["uid"])), strict=True))
     gone = np.array([i for uid, i in away.items() if left["tick"][i] > last.get(uid, -1)], np.int64)

@@ -1,24 +1,18 @@
 """The ledger of matter of a recorded run: what holds each substance over time, and what flowed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
 
+from ecs_eco.analysis.learning import read as read_kind
 from ecs_eco.analysis.learning import thinned
-from ecs_eco.analysis.page import number
-from ecs_eco.analysis.runs import parts
-from ecs_eco.analysis.style import PALETTE, panels, styled
-from ecs_eco.record import seal
-from ecs_eco.record.parquet import read_part
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from ecs_eco.analysis.page import drawn, number, table
+from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled
 
 WITHIN = ("eaten", "taken_up", "released", "emitted", "remains")
 """Flows from one holder into another; the rest come from outside, go there, or are reactions."""
@@ -73,16 +67,9 @@ def ledger_of(table: pa.Table) -> Ledger:
 
 
 def read(run: Path | str) -> Ledger | None:
-    """Return the ledger of matter of a run folder; None where it keeps none. Raises RecordingError for a
-    damaged file."""
-    files = parts(run, "matter")
-    if not files:
-        return None
-    tables = [read_part(file, needed=seal.has_seals(Path(run))) for file in files]
-    for name in ("holder", "substance"):  # dictionaries differ from part to part
-        tables = [t.set_column(t.column_names.index(name), name, t[name].cast(pa.string())) for t in tables]
-    table = pa.concat_tables(tables)
-    return ledger_of(table) if len(table) else None
+    """Return the ledger of matter of a run folder; None where it keeps none."""
+    table = read_kind(run, "matter")
+    return ledger_of(table) if table is not None and len(table) else None
 
 
 def told(ledger: Ledger) -> list[str]:
@@ -133,3 +120,39 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper left", ncols=min(len(labels), 5))
     return figure
+
+
+def blocks(run: Path, series: Series, place: Path) -> list[str]:
+    """Sentences, the figure of stocks (below `place`) and sums of flows; nothing where nothing holds a
+    substance."""
+    ledger = read(run)
+    if ledger is None:
+        return []
+    lines = "".join(f"<li>{escape(line)}</li>" for line in told(ledger))
+    caption = "What holds each substance over time, by species, kind of object and field."
+    return [
+        "<h2>Matter</h2>",
+        f"<ul>{lines}</ul>",
+        drawn(stocks(ledger, colors_of(series)), place / "figures" / "matter.svg", caption),
+        sums(ledger),
+    ]
+
+
+def sums(ledger: Ledger) -> str:
+    """The sums of all flows [mol] by substance and holder."""
+    total = {f: ledger.columns[f].sum(axis=0) for f in ledger.flows}
+    shown = [f for f in ledger.flows if total[f].any()]
+    rows = [
+        [
+            name,
+            holder,
+            number(ledger.columns["stock_before"][0, i, k]),
+            *(number(total[f][i, k]) for f in shown),
+            number(ledger.stock[-1, i, k]),
+        ]
+        for k, name in enumerate(ledger.substances)
+        for i, holder in enumerate(ledger.holders)
+        if ledger.stock[:, i, k].any() or any(total[f][i, k] for f in shown)
+    ]
+    head = ["substance", "in", "at first [mol]", *(f.replace("_", " ") for f in shown), "at last [mol]"]
+    return table(head, rows)

@@ -1,9 +1,7 @@
 """What reporters measured: its course in one run and in several, and how arms of an experiment differ in it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,11 +10,8 @@ from ecs_eco.analysis.page import number, table
 from ecs_eco.analysis.palette import INK
 from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.seed_grid import Grid, mean_interval
-from ecs_eco.analysis.style import colors_of, panels, styled
+from ecs_eco.analysis.style import Figure, colors_of, panels, styled
 from ecs_eco.analysis.survival import bootstrap_difference
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 WORLD = "(world)"
 """Stands where a species would, for what is one number of the whole world."""

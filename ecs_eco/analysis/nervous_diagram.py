@@ -1,7 +1,4 @@
-"""The content of a drawing of a nervous system: sensors, actions, reflexes,
-the happiness and the policy network."""
-
-from __future__ import annotations
+"""The content of a drawing of a nervous system: sensors, actions, reflexes and networks."""
 
 import math
 from dataclasses import dataclass

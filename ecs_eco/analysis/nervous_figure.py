@@ -1,15 +1,12 @@
-"""Draws nervous systems: sensors at the left, actions at the right, the reflex,
-happiness and policy networks between.
-
-The content is in nervous_diagram.py, the layout in nervous_layout.py, the strokes in nervous_pen.py.
-"""
+"""Draws nervous systems: sensors at the left, actions at the right, networks between. nervous_diagram.py has
+the content, nervous_layout.py the layout, nervous_pen.py the strokes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -31,14 +28,11 @@ from ecs_eco.analysis.nervous_pen import (
     look,
     minus,
 )
-from ecs_eco.analysis.style import as_delivered, empty, svg_of
+from ecs_eco.analysis.style import Figure, as_delivered, empty, svg_of
 from ecs_eco.analysis.svg import themed
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, unknown_name
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 VALUES = ("readings", "y", "probabilities", "decision", "happiness")
 BUS = {"policy": 0.24, "function": 0.32, "happiness": 0.4}  # distance of the gathered lines from the channels

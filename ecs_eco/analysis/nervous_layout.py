@@ -1,9 +1,5 @@
-"""The layout of a drawing of a nervous system: three columns, of sensors, of boxes and of actions.
-
-Lengths are inches; y goes down. Widths of texts are measured, so that nothing overlaps.
-"""
-
-from __future__ import annotations
+"""The layout of a drawing of a nervous system in columns of sensors, boxes and actions; inches, y down.
+Widths of texts are measured, so that nothing overlaps."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -217,8 +213,8 @@ class Layout:
         return rows, headings, y
 
     def _boxes(self) -> None:
-        """The middle and the height of every box: networks evenly from top to bottom,
-        reflexes as near to their actions as can be."""
+        """The middle and height of every box: networks evenly spread, reflexes as near to their actions as
+        can be."""
         free = (self.body - sum(h for _, h in self.stack)) / (len(self.stack) + 1)
         self.boxes: dict[str, tuple[float, float]] = {}
         y = self.top

@@ -1,10 +1,8 @@
 """The strokes of a drawing of a nervous system, on axes whose units are inches, y down."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +10,7 @@ from ecs_eco.analysis.formula_signs import Sign
 from ecs_eco.analysis.nervous_diagram import SensorNode
 from ecs_eco.analysis.nervous_layout import BAR
 from ecs_eco.analysis.palette import ON_DARK
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from ecs_eco.analysis.style import Axes
 
 INK, GREY, SOFT, FAINT = "#1b1f23", "#5f6870", "#aab2ba", "#e6eaee"
 GREEN, ORANGE, BLUE, RED = "#009E73", "#E69F00", "#0072B2", "#D55E00"

@@ -1,13 +1,12 @@
 """One self-contained HTML page: the frame, tables and embedded figures that reports share."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 from string import Template
 
+from ecs_eco.analysis.style import Figure, save_svg
 from ecs_eco.analysis.svg import embedded, legible
 from ecs_eco.engine import files
 
@@ -53,7 +52,25 @@ def picture(svg: Path, caption: str) -> str:
     )
 
 
-def number(x: float, digits: int = 3) -> str:
+def drawn(figure: Figure, file: Path, caption: str) -> str:
+    """A figure that is written to a file too."""
+    return picture(save_svg(figure, file), caption)
+
+
+def verdict(lines: Iterable[str], lost: bool) -> str:
+    """The sentences with which a page opens; `lost` where something died out."""
+    text = "".join(f"<p>{escape(line)}</p>" for line in lines)
+    return f"<div class='verdict{' lost' if lost else ''}'>{text}</div>"
+
+
+def interval(x: Sequence[float | None] | None) -> str:
+    """An estimate with the ends of its interval; an en dash for a missing one."""
+    if x is None or x[0] is None:
+        return "–"
+    return f"{number(x[0])} ({number(x[1])} … {number(x[2])})"
+
+
+def number(x: float | None, digits: int = 3) -> str:
     """A number for readers: significant digits, thousands separated, an en dash for a missing one."""
     if x is None or x != x:
         return "–"

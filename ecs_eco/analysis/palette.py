@@ -5,8 +5,6 @@ for a distance of 20 in CIELAB between all of them, to people with deuteranopia 
 `tests/analysis/test_palette.py` computes both. `ecs_eco/view/static/colours.js` is the same for the page.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 
@@ -40,8 +38,8 @@ ON_CELL = "#fefefe", "#010101"
 def safe(
     colours: Mapping[str, str], things: Mapping[str, str] | None = None, dark: bool = False
 ) -> dict[str, str]:
-    """Return for each species the safe colour nearest to the hue of its own, the best pairs first, then for
-    each thing that is none; greys stay grey."""
+    """Return for each species, then for each other thing, the safe colour nearest to its hue; greys stay
+    grey."""
     own = {**colours, **(things or {})}
     out = {name: GREY for name, colour in own.items() if max(_rgb(colour)) - min(_rgb(colour)) < 24}
     choice = [(on_dark if dark else on_light, hue) for on_light, on_dark, hue in SAFE]

@@ -1,19 +1,14 @@
 """Phylogenies in standard formats: ALife data standards (CSV) and Newick."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.analysis.page import write_text
-
-if TYPE_CHECKING:
-    from ecs_eco.analysis.pedigree import Pedigree
+from ecs_eco.analysis.pedigree import Pedigree
 
 PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-")
 

@@ -1,21 +1,15 @@
 """A living world's series as a figure, for notebooks."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.analysis.figures import interventions, mark, populations
 from ecs_eco.analysis.runs import Series, load_series
-from ecs_eco.analysis.style import colors_of, panels, styled
+from ecs_eco.analysis.style import Figure, colors_of, panels, styled
 from ecs_eco.engine.errors import unknown_name
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from matplotlib.figure import Figure
 
 
 def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) -> Figure:

@@ -1,7 +1,5 @@
 """Daily rhythms: a cosine of a known period, and its test against days begun at random hours."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

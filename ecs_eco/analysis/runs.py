@@ -1,8 +1,6 @@
 """Reading the per-tick series of a run, as arrays of shape (ticks, species)."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
@@ -104,15 +102,23 @@ def parts(run: Path | str, kind: str) -> list[Path]:
     return belonging.parts(Path(run), kind, seal.read_manifest(Path(run)) if there else {})
 
 
+def tables(run: Path | str, kind: str, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
+    """Yield the parts of one kind, with these columns or all, strings in place of dictionaries, which differ
+    from part to part. Raises as `parts`, and RecordingError for a damaged one."""
+    sealed = seal.has_seals(Path(run))
+    for file in parts(run, kind):
+        table = read_part(file, columns, sealed)
+        for at, column in enumerate(table.columns):
+            if pa.types.is_dictionary(column.type):
+                table = table.set_column(at, table.column_names[at], column.cast(pa.string()))
+        yield table
+
+
 def load_series(
     run: Series | pa.Table | Mapping[str, Any] | Path | str, species: Sequence[str] | None = None
 ) -> Series:
-    """Series of a run folder, of a table with the columns of `world.series()`,
-    or of a mapping species → numbers.
-
-    `species` chooses and orders the species, producers first; the default is the run's own order. Raises
-    RecordingError for a folder with a damaged file.
-    """
+    """Series of a run folder, of a table with the columns of `world.series()`, or of species → numbers.
+    `species` chooses and orders, producers first. Raises RecordingError for a folder with a damaged file."""
     run = getattr(run, "arrow", run)  # what world.series() returns holds one
     if isinstance(run, Series):
         series = run
@@ -122,24 +128,16 @@ def load_series(
     elif isinstance(run, pa.Table):
         series = _pivot(run, {})
     else:
-        manifest = read_manifest(run)
-        files = parts(run, "series")
-        if not files:
+        manifest, held = read_manifest(run), list(tables(run, "series"))
+        if not held:
             raise FileNotFoundError(f"{run} holds no series: expected series/part-00000.parquet")
         # a cause that first occurs late has no column before
-        tables = [_plain(read_part(f, needed=seal.WORD in manifest)) for f in files]
-        series = _pivot(pa.concat_tables(tables, promote_options="default"), manifest)
+        series = _pivot(pa.concat_tables(held, promote_options="default"), manifest)
     if species is None or tuple(species) == series.species:
         return series
     order = [series.index(name) for name in species]
     columns = {name: values[:, order] for name, values in series.columns.items()}
     return Series(series.ticks, tuple(species), columns, series.manifest)
-
-
-def _plain(table: pa.Table) -> pa.Table:
-    """The table with strings in place of dictionaries, which differ from part to part."""
-    at = table.schema.get_field_index("species")
-    return table.set_column(at, "species", table["species"].cast(pa.string()))
 
 
 def _pivot(table: pa.Table, manifest: dict[str, Any]) -> Series:
@@ -149,8 +147,7 @@ def _pivot(table: pa.Table, manifest: dict[str, Any]) -> Series:
     seen, which = to_codes(table["species"])
     species = [*manifest.get("species", []), *(s for s in seen if s not in manifest.get("species", []))]
     ticks, row = np.unique(to_numpy(table["tick"]), return_inverse=True)
-    code = np.array([species.index(s) for s in seen], dtype=np.int64)
-    column = code[which]
+    column = np.array([species.index(s) for s in seen], dtype=np.int64)[which]
     columns = {}
     for name in table.column_names:
         if name not in ("tick", "species"):

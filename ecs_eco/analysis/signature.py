@@ -4,8 +4,6 @@ Two periods are enough to be measured, though not to be tested (`spectrum` tests
 and sampled as often, because what is measured depends on both.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

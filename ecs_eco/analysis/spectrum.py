@@ -13,8 +13,6 @@ A peak beyond "relaxation" needs complex roots: a quasi-cycle or a limit cycle. 
 smoothed ones: smoothing adds rates of relaxation.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """What all figures share: colours, lines, empty axes, and how a figure is written."""
 
-from __future__ import annotations
-
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -9,7 +7,7 @@ from contextlib import contextmanager
 from functools import partial, wraps
 from io import BytesIO, StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias
 
 import numpy as np
 
@@ -19,9 +17,12 @@ from ecs_eco.analysis.svg import themed
 from ecs_eco.engine import files
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    import matplotlib.axes
+    import matplotlib.figure
 
 P = ParamSpec("P")
+Figure: TypeAlias = "matplotlib.figure.Figure"  # matplotlib is loaded when something is drawn
+Axes: TypeAlias = "matplotlib.axes.Axes"
 
 PALETTE = (*(SAFE[i][0] for i in (0, 1, 6, 2, 4, 3)), INK, SAFE[5][0])
 """The colours of kinds on a light ground, in the order of Okabe and Ito, and the ink of texts."""
@@ -58,10 +59,10 @@ _bare = False  # whether matplotlib's settings are its defaults, by `as_delivere
 
 def empty(width: float, height: float, **more: Any) -> Figure:
     """A figure [inches] without axes, which notebooks show."""
+    import matplotlib.figure
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    figure: Any = Figure(figsize=(width, height), **more)
+    figure: Any = matplotlib.figure.Figure(figsize=(width, height), **more)
     FigureCanvasAgg(figure)
     figure._repr_png_ = partial(_png, figure)  # matplotlib's own needs pyplot, and with it a state
     return figure

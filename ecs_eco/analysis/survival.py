@@ -1,5 +1,4 @@
-"""Survival and persistence: curves, tests and intervals in which extinction is a result
-and not a missing value."""
+"""Survival and persistence: curves, tests and intervals in which extinction is a result."""
 
 from __future__ import annotations
 

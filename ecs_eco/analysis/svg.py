@@ -1,11 +1,6 @@
-"""What matplotlib draws, as SVG that follows the theme of the page in which it stands.
-
-Colours become attributes, so that few rules of CSS replace them on a dark ground, and programs that know no
-CSS draw the light ones; texts stay texts; ids are short, and belong to one figure; thousands of dots become
-one path.
-"""
-
-from __future__ import annotations
+"""What matplotlib draws, as SVG that follows the theme of its page: colours become attributes that CSS
+replaces on dark ground; texts stay texts; ids are short and belong to one figure; thousands of dots become
+one path."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -27,8 +22,8 @@ _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
-    """Return the SVG that matplotlib wrote, as said above; `name` tells its ids from those of others, `dark`
-    holds for colours on a light ground those on a dark one."""
+    """Return matplotlib's SVG as above; `name` sets its ids apart, `dark` has the colours on a dark
+    ground."""
     root = ET.fromstring(legible(text))
     _plain_names(root)
     dim = any(part.get("id") == DIM for part in root.iter("g"))

@@ -1,5 +1,5 @@
-"""Tracks of animals around those that eat them: where they go, how fast,
-and what they do when a predator comes near."""
+"""Tracks of animals around those that eat them: where they go, how fast, and what they do when one is
+near."""
 
 from __future__ import annotations
 
@@ -118,8 +118,8 @@ def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
 
 
 def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
-    """Return (tick, animal) i64[k, 2] where a distance f64[ticks, animals] falls below `within`, after at
-    least `rest` ticks above it."""
+    """Return (tick, animal) i64[k, 2] where distances f64[ticks, animals] fall below `within` after `rest`
+    ticks."""
     near = distance < within
     events = []
     for animal in range(near.shape[1]):

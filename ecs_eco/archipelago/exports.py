@@ -1,7 +1,5 @@
 """Migrants in files: what an island sends at a barrier, which its neighbours read."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

@@ -1,8 +1,6 @@
 """One island from one barrier to the next: a piece of work that may be done again, anywhere, with the same
 result."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """The run of an archipelago: all islands to the next barrier, then one manifest, and so on."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import BrokenExecutor, Executor

@@ -4,8 +4,6 @@ Policies can be trained in a world with other values, unlike in one that is trea
 (`ecs_eco.life.treatments`).
 """
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

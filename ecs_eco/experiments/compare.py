@@ -1,7 +1,5 @@
 """A whole comparison from Python, on any executor; `ecs-eco compare` does the same with a bar and a table."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path

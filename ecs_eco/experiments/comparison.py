@@ -3,8 +3,6 @@
 It lists the jobs and which of them are done; the caller passes them to a pool.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """How trained policies do beside random ones, in the worlds of their training."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

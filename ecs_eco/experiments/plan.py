@@ -1,7 +1,5 @@
 """plan.json: the comparison that a folder holds; the same command continues it, another one is refused."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Literal

@@ -1,7 +1,5 @@
 """The worker processes of comparisons, searches and studies."""
 
-from __future__ import annotations
-
 import multiprocessing
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed

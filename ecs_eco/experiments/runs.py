@@ -1,7 +1,5 @@
 """One run of an arm: reused if it is done, resumed if it was stopped, else begun."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

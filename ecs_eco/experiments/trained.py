@@ -1,7 +1,5 @@
 """Policies of a configuration and a training seed: reused if they were trained before, else trained."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Any

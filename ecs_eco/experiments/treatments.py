@@ -4,8 +4,6 @@ A treatment may change values of the configuration (`changes.py`), the initial p
 or the species as a world is built (`ecs_eco.life.treatments`). On the command line they are `--control`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial

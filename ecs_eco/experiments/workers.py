@@ -1,7 +1,5 @@
 """Worker processes: each has one thread and ends with its parent process."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

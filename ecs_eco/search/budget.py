@@ -1,7 +1,5 @@
 """When a search ends: by its time, its number of candidates, or their CPU seconds."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

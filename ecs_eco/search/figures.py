@@ -1,21 +1,16 @@
 """Figures of a search: its progress, which numbers were important, and where the good worlds lie."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.analysis.palette import AXIS, GREY, GRID, INK
-from ecs_eco.analysis.style import PALETTE, panels, styled
+from ecs_eco.analysis.style import PALETTE, Figure, panels, styled
 from ecs_eco.search.importance import Importance
 from ecs_eco.search.optimise import merit
 from ecs_eco.search.plan import Parameter
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 STAGES = (GREY, PALETTE[5], PALETTE[2], INK)
 BEST, START = PALETTE[3], INK

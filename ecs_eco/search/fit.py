@@ -1,8 +1,6 @@
 """How like a run is to the measurements of its world's [data]: a few statistics of both, and how far they are
 apart."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ Late extinction is thus better than early extinction, and any world without exti
 for objectives of 0 or more.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

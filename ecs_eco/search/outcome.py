@@ -1,7 +1,5 @@
 """A finished search, for its report."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

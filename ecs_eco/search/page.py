@@ -1,7 +1,5 @@
 """The page of a search: search.html and its figures."""
 
-from __future__ import annotations
-
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -9,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.figures import survival
-from ecs_eco.analysis.page import number, page, picture, table, write_text
-from ecs_eco.analysis.style import save_svg
+from ecs_eco.analysis.page import drawn, number, page, table, write_text
 from ecs_eco.analysis.survival import kaplan_meier
 from ecs_eco.record.container import inside
 from ecs_eco.search import figures
@@ -23,9 +20,7 @@ from ecs_eco.search.posterior_page import posterior_blocks
 def write_page(search: Outcome, result: dict[str, Any]) -> None:
     """Write search.html and figures/ from the content of search.json."""
     folder = inside(search.out, search.out / "figures")
-    path = save_svg(
-        figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1), folder / "history.svg"
-    )
+    course = figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1)
     caption = "Each candidate: the stage that it reached, and its score there squeezed into one unit."
     sampled = [] if search.sampler is None else posterior_blocks(search.sampler, result["posterior"], folder)
     title = search.plan.config.title or search.plan.config.name
@@ -37,7 +32,7 @@ def write_page(search: Outcome, result: dict[str, Any]) -> None:
         "<h2>The best worlds</h2>",
         _best_table(search, result),
         "<h2>How the search went</h2>",
-        picture(path, caption),
+        drawn(course, folder / "history.svg", caption),
         "<h2>Which numbers were important</h2>",
         *_important(search, result, folder),
     ]
@@ -68,10 +63,9 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
         world: kaplan_meier([r["lived"] for r in c["lives"]], [r["extinct"] is not None for r in c["lives"]])
         for world, c in both.items()
     }
-    drawn = survival(
+    lives = survival(
         curves, result["confirmation"]["ticks"], "all species, on seeds that the search did not use"
     )
-    path = save_svg(drawn, folder / "survival.svg")
     rows = [
         [
             world,
@@ -87,7 +81,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
     caption = "Share of runs in which all species still live, with 95 % bands (Kaplan–Meier)."
     return [
         "<h2>Confirmation</h2>",
-        picture(path, caption),
+        drawn(lives, folder / "survival.svg", caption),
         table(
             ["world", "runs", "all persist", "share", "95 % (Wilson)", "by training seed", "died out first"],
             rows,
@@ -137,20 +131,23 @@ def _important(search: Outcome, result: dict[str, Any], folder: Path) -> list[st
     )
     blocks = [
         f"<p>{text}</p>",
-        picture(
-            save_svg(figures.importance(shares), folder / "importance.svg"),
+        drawn(
+            figures.importance(shares),
+            folder / "importance.svg",
             "Share of all importance (PED-ANOVA); chance stays below the line in 19 of 20 cases.",
         ),
-        picture(
-            save_svg(
-                figures.scatter(plan.parameters, entries, worse, start, best), folder / "dependence.svg"
-            ),
+        drawn(
+            figures.scatter(plan.parameters, entries, worse, start, best),
+            folder / "dependence.svg",
             "Each candidate over each of its numbers: the higher, the more of the others are worse.",
         ),
     ]
     if len(plan.parameters) > 1:
         order = np.argsort([-i.share for i in shares]).tolist()
-        drawn = figures.pairs(plan.parameters, entries, worse, order, best, start)
-        path = save_svg(drawn, folder / "pairs.svg")
-        blocks.append(picture(path, "Pairs of the most important numbers; each dot is a candidate."))
+        pairs = figures.pairs(plan.parameters, entries, worse, order, best, start)
+        blocks.append(
+            drawn(
+                pairs, folder / "pairs.svg", "Pairs of the most important numbers; each dot is a candidate."
+            )
+        )
     return blocks

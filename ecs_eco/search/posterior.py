@@ -1,7 +1,5 @@
 """The posterior of a search as a table, posterior.csv, and in numbers."""
 
-from __future__ import annotations
-
 import csv
 import io
 from pathlib import Path

@@ -1,23 +1,18 @@
 """The part of the page of a search on its posterior, and the figures of it."""
 
-from __future__ import annotations
-
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis.page import number, picture, table
+from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import GREY, SAFE
-from ecs_eco.analysis.style import panels, save_svg, styled
+from ecs_eco.analysis.style import Figure, panels, styled
 from ecs_eco.search.figures import scaled, short
 from ecs_eco.search.plan import Parameter
 from ecs_eco.search.posterior import ENDS
 from ecs_eco.search.sampler import Population, Sampler, value_at, weighted_quantiles
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 POSTERIOR, START = SAFE[6][0], SAFE[2][0]
 MOST = 6  # numbers in the figure of pairs
@@ -47,21 +42,22 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
         for name, of in result["statistics"].items()
     ]
     parameters = sampler.plan.parameters
-    drawn = [
-        picture(
-            save_svg(marginals(parameters, kept, sampler.plan.start), folder / "posterior.svg"),
+    shown = [
+        drawn(
+            marginals(parameters, kept, sampler.plan.start),
+            folder / "posterior.svg",
             "Each number: density of the posterior over its range, drawn on the scale of the range, "
             "with its median and central 90 %; the grey line is the density of the range itself.",
         )
     ]
     if len(parameters) > 1:
-        path = save_svg(pairs(parameters, kept), folder / "posterior-pairs.svg")
-        drawn.append(picture(path, "Pairs of numbers; the area of a dot is the weight of a candidate."))
+        caption = "Pairs of numbers; the area of a dot is the weight of a candidate."
+        shown.append(drawn(pairs(parameters, kept), folder / "posterior-pairs.svg", caption))
     return [
         "<h2>Posterior</h2>",
         told,
         table(["number", "range", "median", "central 90 %"], numbers),
-        *drawn,
+        *shown,
         table(["statistic", "measured", "median of the runs", "central 90 %"], statistics),
     ]
 

@@ -1,7 +1,5 @@
 """A search: ask, evaluate, tell; finals; confirmation; report. Its whole state is in its folder."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from pathlib import Path

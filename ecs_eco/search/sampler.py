@@ -7,8 +7,6 @@ generations around the nearest so far, and weighs them by how likely they would 
 follows from the seed and the journal alone.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

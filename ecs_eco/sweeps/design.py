@@ -3,8 +3,6 @@
 Every world that a job will run is loaded here once, so that a wrong value is refused before anything runs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import islice

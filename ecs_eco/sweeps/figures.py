@@ -1,19 +1,14 @@
 """Figures of a sweep: how outcomes respond to each value, and heat maps of two."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.analysis.palette import AXIS, INK, ON_CELL
-from ecs_eco.analysis.style import DASHES, PALETTE, panels, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, Figure, panels, styled
 from ecs_eco.sweeps.response import Answer, Outcome, Row, answers, by_point, group, interval, values_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FEW = 12  # values of a key that have an answer each; with more, each point has one
 CELLS = 9 * 9  # of a heat map whose cells have room for a number

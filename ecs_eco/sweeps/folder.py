@@ -3,8 +3,6 @@
 It holds all that a job needs, so that it may lie on a disk that many machines share, and be moved.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """One job of a sweep, which any engine may call, again and again: done, gone on with, or begun."""
 
-from __future__ import annotations
-
 import json
 import os
 import socket

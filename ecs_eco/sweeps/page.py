@@ -1,20 +1,18 @@
 """The page of a sweep: sweep.html and its figures."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.analysis.page import number, page, picture, table, write_text
-from ecs_eco.analysis.style import colors, save_svg
+from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
+from ecs_eco.analysis.style import colors
 from ecs_eco.analysis.survival import Interval
 from ecs_eco.record.container import inside
 from ecs_eco.record.seal import read_manifest
-from ecs_eco.sweeps import figures
+from ecs_eco.sweeps import figures, response
 from ecs_eco.sweeps.folder import RUN, Sweep
-from ecs_eco.sweeps.response import Outcome, Row, group, interval, outcomes_of
+from ecs_eco.sweeps.response import Outcome, Row, group, outcomes_of
 
 PAGE = "sweep.html"
 MOST_PANELS = 6  # outcomes of a figure
@@ -60,10 +58,9 @@ def lines_of(sweep: Sweep, rows: Sequence[Row]) -> tuple[str, ...]:
 def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> list[str]:
     title = sweep.content["title"] or sweep.content["world"]
     lost = not all(row["persisted"] for row in rows)
-    lines = "".join(f"<p>{escape(line)}</p>" for line in lines_of(sweep, rows))
     blocks = [
         f"<h1>Sweep: {escape(title)}</h1>",
-        f"<div class='verdict{' lost' if lost else ''}'>{lines}</div>",
+        verdict(lines_of(sweep, rows), lost),
         "<p class='under'>Seeds are the replicates. Intervals are 95 %.</p>",
     ]
     if missing := len(sweep.jobs) - len(rows):
@@ -79,17 +76,17 @@ def _responses(
     outcomes = [outcome for outcome in outcomes if len({row[outcome.column] for row in rows}) > 1]
     if not keys or not outcomes:
         return []
-    drawn = figures.responses(rows, keys[:4], outcomes, hue)
+    shown = figures.responses(rows, keys[:4], outcomes, hue)
     each = all(len({str(row[key]) for row in rows}) <= figures.FEW for key in keys)
     blocks = [
         "<h2>Response</h2>",
-        picture(save_svg(drawn, folder / "response.svg"), _RESPONSE if each else f"{_RESPONSE} {_POINTS}"),
+        drawn(shown, folder / "response.svg", _RESPONSE if each else f"{_RESPONSE} {_POINTS}"),
     ]
     for i, pair in enumerate(figures.pairs_of(rows, keys)):
-        drawn = figures.heat(rows, pair, outcomes[:MOST_PANELS])
+        shown = figures.heat(rows, pair, outcomes[:MOST_PANELS])
         blocks += [
             f"<h2>{escape(figures.short(pair[0]))} and {escape(figures.short(pair[1]))}</h2>",
-            picture(save_svg(drawn, folder / f"heat-{i + 1}.svg"), _HEAT),
+            drawn(shown, folder / f"heat-{i + 1}.svg", _HEAT),
         ]
     return blocks
 
@@ -109,7 +106,7 @@ def _points(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> li
             *(part[0][key] for key in keys),
             *([part[0]["treatment"]] if treatments else []),
             len(part),
-            *(_interval(interval(part, outcome)) for outcome in outcomes),
+            *(_cell(response.interval(part, outcome)) for outcome in outcomes),
         ]
         for part in parts[:MOST_ROWS]
     ]
@@ -119,10 +116,8 @@ def _points(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> li
     return blocks
 
 
-def _interval(x: Interval) -> str:
-    if x.low != x.low:
-        return number(x.value)
-    return f"{number(x.value)} ({number(x.low)} … {number(x.high)})"
+def _cell(x: Interval) -> str:
+    return number(x.value) if x.low != x.low else interval(x)
 
 
 def _origin(sweep: Sweep, rows: Sequence[Row]) -> list[str]:

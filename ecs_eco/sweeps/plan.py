@@ -1,7 +1,5 @@
 """plan.toml: a world, the values to vary, seeds and treatments, as it is written and before worlds are made."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The points of a sweep: every set of values that it runs a world with."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product

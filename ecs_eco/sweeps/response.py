@@ -1,7 +1,5 @@
 """How outcomes of runs respond to what a sweep varied, with 95 % intervals over seeds."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A whole sweep on an executor: trainings before the jobs that need them; who is lost is called again."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait

@@ -3,8 +3,6 @@
 SLURM is spoken to by its commands: sbatch, squeue and scontrol.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

@@ -1,7 +1,5 @@
 """How far a sweep is, as its folder says: what is done, runs, waits or failed, how fast, and the errors."""
 
-from __future__ import annotations
-
 import json
 import math
 import socket

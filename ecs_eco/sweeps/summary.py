@@ -1,7 +1,5 @@
 """What is kept of each run of a sweep: persistence, numbers, periods, what reporters measured, and deaths."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What came of a sweep: its table, a row for each run that is done, its figures and page."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

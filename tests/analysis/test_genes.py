@@ -210,6 +210,6 @@ def test_alleles_count_strings_and_are_drawn(tmp_path):
         "song = 2",
     ]
     assert save(drawn, tmp_path / "alleles.png").stat().st_size > 5000
-    shaded = courses([course(lineage, "finch", "song", 1)], {"song": "Song.length"}, "#0072B2", "finch")
+    shaded = courses([course(lineage, "finch", "song", 1)], {"song": "Song.length"}, "finch")
     assert shaded.axes[0].get_ylabel() == "Song.length"
     assert save(shaded, tmp_path / "courses.png").stat().st_size > 5000

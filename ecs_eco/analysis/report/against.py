@@ -1,24 +1,17 @@
 """The part of a report that shows an outside series beside the run."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.analysis import figures
 from ecs_eco.analysis.against import KEPT, Both, Summary, compare, living, numbers_of
-from ecs_eco.analysis.page import number, picture, table
+from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import AXIS
 from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.signature import spectrum
 from ecs_eco.analysis.spectrum import thin
-from ecs_eco.analysis.style import PALETTE, panels, styled
+from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled
 from ecs_eco.config.measurements import MOST_ROWS, Outside, outside_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def of_run(run: Path, series: Series) -> Outside | None:
@@ -60,15 +53,15 @@ def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
         "<p>Both are described by the same rule: the wave that explains most of the variance of log "
         "numbers without their trend. Nothing here is a test: see Cycles for that of the run.</p>"
     )
-    drawn = figures.save_svg(figure(series, outside, both), place / "figures" / "against.svg")
     head = ["", "", "samples", "period", "cycles", "variance explained", "amplitude [log10]"]
     return [
         "<h2>Beside the outside series</h2>",
         note,
         table(head, rows),
         *([table(["", "this run", "outside"], lags)] if lags else []),
-        picture(
-            drawn,
+        drawn(
+            figure(series, outside, both),
+            place / "figures" / "against.svg",
             "Above: numbers over time, in periods of each, on the same scale. Below: the "
             "share of the variance that a wave of each period explains, in periods of the highest. "
             "Left this run, right the outside series.",
@@ -84,9 +77,9 @@ def _in_unit(of: Summary, outside: Outside) -> Summary:
 @styled
 def figure(series: Series, outside: Outside, both: Both) -> Figure:
     """Numbers over time and spectra, the run at the left, the outside series at the right."""
-    hue = figures.colors(series.species, series.manifest.get("colors"))
+    hue = colors_of(series)
     hue |= {name: PALETTE[-1 - i % 3] for i, name in enumerate(outside.columns) if name not in hue}
-    drawn, axes = panels(2, 2, 9, 5.2, sharey="row")
+    chart, axes = panels(2, 2, 9, 5.2, sharey="row")
     first = next(iter(outside.columns))
     end = min(both.run[first].cycles, max(2 * both.outside[first].cycles, 6.0))
     alive = dict(zip(outside.columns, living(series, list(outside.columns)).T, strict=True))
@@ -107,7 +100,7 @@ def figure(series: Series, outside: Outside, both: Both) -> Figure:
     axes[0, 0].set_ylabel("log10 number, from its mean")
     axes[1, 0].set_ylabel("share of the variance")
     axes[0, 0].legend(loc="upper left", ncols=3)
-    return drawn
+    return chart
 
 
 def _log_numbers(x: np.ndarray) -> np.ndarray:

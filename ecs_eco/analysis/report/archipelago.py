@@ -1,14 +1,11 @@
-"""The report of an archipelago: its map, the numbers on its islands, and who migrated; each island has a
-report of its own."""
-
-from __future__ import annotations
+"""The report of an archipelago: its map, the numbers on its islands, and who migrated."""
 
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 
-from ecs_eco.analysis import archipelago, figures
-from ecs_eco.analysis.page import Markup, page, picture, table, write_text
+from ecs_eco.analysis import archipelago
+from ecs_eco.analysis.page import Markup, drawn, page, table, write_text
 from ecs_eco.record.archipelago import ISLANDS
 from ecs_eco.record.container import inside
 
@@ -21,21 +18,17 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
     islands = archipelago.load_islands(root)
     m = islands.manifest
     title = str(m.get("title") or m.get("world"))
-    drawn = {
-        "map": (
-            archipelago.chart(islands),
-            "The islands at the end. The area of a disc is the number "
-            "of those that wander; an arrow is as wide as migrants were many.",
-        ),
-        "islands": (
-            archipelago.numbers(islands),
-            "Numbers on each island, with their mean thick, and how many migrants arrived at each barrier.",
-        ),
-    }
-    shown = {
-        name: picture(figures.save_svg(f, place / "figures" / f"{name}.svg"), caption)
-        for name, (f, caption) in drawn.items()
-    }
+    chart = drawn(
+        archipelago.chart(islands),
+        place / "figures" / "map.svg",
+        "The islands at the end. The area of a disc is the number "
+        "of those that wander; an arrow is as wide as migrants were many.",
+    )
+    numbers = drawn(
+        archipelago.numbers(islands),
+        place / "figures" / "islands.svg",
+        "Numbers on each island, with their mean thick, and how many migrants arrived at each barrier.",
+    )
     plan = islands.plan
     what = (
         f"World {m['world']}, seed {m['seed']}: {len(plan.names)} islands, graph {plan.graph}, "
@@ -47,10 +40,10 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
             title,
             f"<h1>{escape(title)}</h1>",
             f"<p class='under'>{escape(what)}</p>",
-            shown["map"],
+            chart,
             "<h2>Islands</h2>",
             table(["island", *islands.species, "came", "left", "own values"], _rows(islands, root, place)),
-            shown["islands"],
+            numbers,
             "<h2>Migrants</h2>",
             *_ways(islands),
         ),

@@ -1,23 +1,17 @@
 """The figures of a report, each written beside it and embedded in it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from ecs_eco.analysis import figures, measures
+from ecs_eco.analysis import figures, measures, page
 from ecs_eco.analysis.cycles import CycleStatistics
 from ecs_eco.analysis.land import land_at
-from ecs_eco.analysis.page import picture
 from ecs_eco.analysis.relief import Relief
-from ecs_eco.analysis.report.recorded import last_snapshot
+from ecs_eco.analysis.report.tables import last_snapshot
 from ecs_eco.analysis.runs import DIED, Series
+from ecs_eco.analysis.style import Figure, colors_of
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    Drawn = tuple[str, Figure, str]  # name of the file, figure, caption
+Drawn = tuple[str, Figure, str]  # name of the file, figure, caption
 
 
 def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dict[str, str]:
@@ -25,10 +19,7 @@ def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dic
     if not len(series.ticks) or not len(series.species):
         return {}
     drawn = [*_numbers(series), *_cycles(series, cycles), *_flows(series), *_places(run, series)]
-    return {
-        name: picture(figures.save_svg(f, place / "figures" / f"{name}.svg"), caption)
-        for name, f, caption in drawn
-    }
+    return {name: page.drawn(f, place / "figures" / f"{name}.svg", caption) for name, f, caption in drawn}
 
 
 def _numbers(series: Series) -> Iterator[Drawn]:
@@ -43,7 +34,7 @@ def _numbers(series: Series) -> Iterator[Drawn]:
 
 
 def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:
-    hue = figures.colors(series.species, series.manifest.get("colors"))
+    hue = colors_of(series)
     present = [s for s, here in zip(series.species, series.present, strict=True) if here]
     pairs = list(zip(present, present[1:], strict=False))
     peaks = {s: peak for s, peak in cycles.peaks.items() if peak is not None}
@@ -73,7 +64,7 @@ def _places(run: Path, series: Series) -> Iterator[Drawn]:
     size = series.manifest.get("config", {}).get("space", {}).get("size")
     snapshot = last_snapshot(run, series.species) if size else None
     if size and snapshot:
-        hue = figures.colors(series.species, series.manifest.get("colors"))
+        hue = colors_of(series)
         land = land_at(series.manifest["config"], series.manifest.get("intervened", ()), snapshot[0], run)
         relief = Relief.kept(run, series.manifest["config"])
         seen = [

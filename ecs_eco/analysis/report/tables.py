@@ -1,35 +1,24 @@
-"""The tables and sentences of a report, as HTML."""
-
-from __future__ import annotations
+"""The tables and sentences of a report, as HTML, and what they need of a run folder besides its series."""
 
 from collections.abc import Mapping
 from html import escape
+from pathlib import Path
 
 import numpy as np
 
 from ecs_eco.analysis import figures
 from ecs_eco.analysis.cycles import CycleStatistics, Lag
-from ecs_eco.analysis.extinction import opening
 from ecs_eco.analysis.page import Markup, number, table
 from ecs_eco.analysis.palette import ON_DARK
-from ecs_eco.analysis.report.recorded import ledger_gap
-from ecs_eco.analysis.runs import DIED, Series
+from ecs_eco.analysis.runs import DIED, Series, parts
 from ecs_eco.analysis.spectrum import Peak
-from ecs_eco.record.ledger import LEDGER
+from ecs_eco.analysis.style import colors_of
+from ecs_eco.record import seal
+from ecs_eco.record.ledger import LEDGER, imbalance
+from ecs_eco.record.parquet import each_batch, read_part, to_codes, to_numpy
 
 FEW_PERIODS = 5
 """Below so many periods in a run the report asks for a longer one."""
-
-
-def verdict(series: Series) -> str:
-    """The opening of the report: whether all species persisted, or else when and of what they died out."""
-    lines = opening(series)
-    lost = not series.present.any() or not series.persisted
-    return (
-        f"<div class='verdict{' lost' if lost else ''}'>"
-        + "".join(f"<p>{escape(x)}</p>" for x in lines)
-        + "</div>"
-    )
 
 
 def interventions(series: Series) -> str:
@@ -76,7 +65,7 @@ def _numbers_of(series: Series, i: int, ages: Mapping[str, tuple[int, float]]) -
     ]
     died = series.columns["deaths"][:, i].sum() if "deaths" in series.columns else 0
     expected = n.sum() * series.dt / died if died else np.nan
-    hue = figures.colors(series.species, series.manifest.get("colors"))[species]
+    hue = colors_of(series)[species]
     both = f"--light:{hue};--dark:{ON_DARK.get(hue, hue)}"
     name = Markup(f"<span class='swatch' style='{both}'></span>{escape(species)}")
     over_time = (number(round(x)) for x in (n[0], n.mean(), n.min(), n.max(), n[-1]))
@@ -182,3 +171,47 @@ def energy(series: Series) -> str:
     where = f"{share:.1e} of the stock ({escape(worst)}, tick {tick:,})"
     head = ["species", "endowed", "taken in", "burnt", "given", "lost with the dead", "largest gap"]
     return f"<p>The ledger {kept}: the largest gap in any tick is {gap:.2g}, {where}.</p>{table(head, rows)}"
+
+
+def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
+    """Deaths and mean age at death [s] of each species, streamed from deaths/*.parquet."""
+    totals: dict[str, np.ndarray] = {}
+    sealed = seal.has_seals(Path(run))
+    for file in parts(run, "deaths"):
+        for batch in each_batch(file, ["species", "age"], sealed):
+            names, code = to_codes(batch["species"])
+            age = to_numpy(batch["age"])
+            for i, s in enumerate(names):
+                here = age[code == i]
+                totals[s] = totals.get(s, np.zeros(2)) + (len(here), here.sum(dtype=np.float64))
+    return {s: (int(n), float(total / n) if n else np.nan) for s, (n, total) in totals.items()}
+
+
+def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[str, np.ndarray]] | None:
+    """Tick and positions (n, 3) [m] by species of the last snapshot; None where there is none."""
+    files = parts(run, "snapshots")
+    if not files:
+        return None
+    rows = read_part(files[-1], ["tick", "species", "x", "y", "z"], seal.has_seals(Path(run)))
+    if not len(rows):
+        return None
+    ticks, place = to_numpy(rows["tick"]), np.stack([to_numpy(rows[c]) for c in "xyz"], 1)
+    tick, (names, code) = int(ticks.max()), to_codes(rows["species"])
+    of = {s: place[(code == names.index(s)) & (ticks == tick)] for s in species if s in names}
+    return tick, {s: at for s, at in of.items() if len(at)}
+
+
+def ledger_gap(series: Series) -> dict[str, tuple[float, float, int]]:
+    """Largest gap of each species' energy ledger: absolute, as a share of the stock, and its tick.
+
+    The stock that a tick starts with must be the one that the tick before ended with.
+    """
+    c = series.columns
+    gap: np.ndarray = np.abs(imbalance(c))
+    gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - c["stock_after"][:-1]))
+    worst = gap.argmax(0)
+    scale = np.maximum(np.abs(c["stock_after"]).max(0), 1.0)
+    return {
+        s: (float(gap[worst[i], i]), float(gap[worst[i], i] / scale[i]), int(series.ticks[worst[i]]))
+        for i, s in enumerate(series.species)
+    }

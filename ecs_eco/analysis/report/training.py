@@ -1,17 +1,25 @@
-"""The page of a training: how policies learnt, and how they do beside random ones."""
+"""The part of a report on what policies learnt and what organisms do, and the page of a training."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis import figures, learning
-from ecs_eco.analysis.page import number, page, table, write_text
-from ecs_eco.analysis.report.learning import drawn, learnt
+from ecs_eco.analysis import learning
+from ecs_eco.analysis.page import drawn, interval, number, page, table, write_text
+from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.style import colors, colors_of
+
+NOTE = (
+    "<p class='under'>Means over the first and the last tenth. Reward is the change of happiness after a "
+    "decision; entropy says how undecided the policy is, and falls as it learns; the KL divergence says how "
+    "far an update moved it; explained variance is the share of the returns' variance that the value "
+    "foresaw: 1 all, 0 none, below 0 worse than their mean. Of individuals with networks of their own, means "
+    "over those that learnt.</p>"
+)
+
 
 WORDS = {
     "happiness": "mean happiness",
@@ -20,10 +28,70 @@ WORDS = {
 }
 
 
-def write_training(result: Mapping[str, Any], out: Path, colors: Mapping[str, str] | None = None) -> Path:
-    """Write training.html and figures of what `pretrain` returned into a folder; `against_random` in it where
-    it was measured."""
-    hue = figures.colors(list(result["curves"]), colors)
+def blocks(run: Path, series: Series, place: Path) -> list[str]:
+    """Diagnostics of learning and frequencies of actions, where recorded. Figures are written below
+    `place`."""
+    updates, acts = learning.read(run, "learning"), learning.read(run, "actions")
+    out = []
+    if updates is not None and len(updates):
+        out += learnt(learning.updates_of(updates), learning.happiness_of(series), colors_of(series), place)
+    if acts is not None and len(acts):
+        out.append("<h2>What they do</h2>")
+        for s, of in learning.acts_of(acts).items():
+            number_of = f"-{series.index(s)}" if s in series.species else ""
+            out.append(done(of, s, place / "figures" / f"actions{number_of}.svg"))
+    return out
+
+
+def learnt(
+    updates: Mapping[str, learning.Updates],
+    happiness: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    hue: Mapping[str, str],
+    place: Path,
+) -> list[str]:
+    """The heading, the figure and the table of what learners said."""
+    figure = learning.diagnostics(updates, happiness, hue)
+    words = ("reward", "happiness", "entropy", "approx_kl", "explained_variance")
+    rows = []
+    for s, of in updates.items():
+        told = learning.summary(of, happiness.get(s))
+        rows.append(
+            [
+                s,
+                f"{told['updates']:,}",
+                f"{told['transitions']:,}",
+                *(" → ".join(number(x) for x in told[w]) if w in told else "–" for w in words),
+            ]
+        )
+    head = [
+        "species",
+        "updates",
+        "transitions",
+        "reward",
+        "happiness",
+        "entropy [nat]",
+        "KL [nat]",
+        "explained variance",
+    ]
+    caption = "What policies say of each update, and mean happiness, by species."
+    return [
+        "<h2>Learning</h2>",
+        drawn(figure, place / "figures" / "learning.svg", caption),
+        table(head, rows),
+        NOTE,
+    ]
+
+
+def done(acts: learning.Acts, species: str, file: Path) -> str:
+    """The figure of what a species does."""
+    caption = f"Share of {species} that do each action, of each group one."
+    return drawn(learning.actions(acts, species), file, caption)
+
+
+def write_training(result: Mapping[str, Any], out: Path, chosen: Mapping[str, str] | None = None) -> Path:
+    """Write training.html and figures of what `pretrain` returned, with its `against_random`, into a
+    folder."""
+    hue = colors(list(result["curves"]), chosen)
     happiness = {
         s: (np.array(c["tick"], float), np.array(c["happiness"], float)) for s, c in result["curves"].items()
     }
@@ -40,21 +108,14 @@ def write_training(result: Mapping[str, Any], out: Path, colors: Mapping[str, st
         names = [name for name in of if name != "tick"]
         acts = learning.Acts(np.array(of["tick"]), tuple(names), np.stack(list(_arrays(of).values()), 1))
         blocks += ["<h2>What they do</h2>"] * (k == 0)
-        blocks.append(
-            drawn(
-                out,
-                f"actions-{k}",
-                learning.actions(acts, s),
-                f"Share of {s} that do each action, of each group one.",
-            )
-        )
+        blocks.append(done(acts, s, out / "figures" / f"actions-{k}.svg"))
     return write_text(out / "training.html", page(f"Training of {result['world']}", *blocks))
 
 
 def against(found: Mapping[str, Any]) -> list[str]:
     """The table of trained policies beside random ones."""
     rows = [
-        [s, WORDS[word], *(_interval(of[arm]) for arm in ("trained", "random", "difference"))]
+        [s, WORDS[word], *(_ends(of[arm]) for arm in ("trained", "random", "difference"))]
         for s, by_word in found.items()
         for word, of in by_word.items()
     ]
@@ -69,8 +130,8 @@ def against(found: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _interval(x: Any) -> str:
-    return number(x[0]) if x[1] is None else f"{number(x[0])} ({number(x[1])} … {number(x[2])})"
+def _ends(x: Sequence[float | None]) -> str:
+    return number(x[0]) if x[1] is None else interval(x)
 
 
 def _arrays(of: Mapping[str, Any]) -> dict[str, np.ndarray]:

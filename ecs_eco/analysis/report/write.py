@@ -1,7 +1,5 @@
 """The whole report: its order, what was run, and how to run it again."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from collections.abc import Mapping
@@ -9,14 +7,14 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.analysis import measures
+from ecs_eco.analysis import depth_figures, flows, genes_figures, matter, measures
 from ecs_eco.analysis.cycles import CycleStatistics, cycle_statistics
-from ecs_eco.analysis.page import number, page, table, write_text
-from ecs_eco.analysis.report import depth, flows, genes, learning, matter, tables
+from ecs_eco.analysis.extinction import opening
+from ecs_eco.analysis.page import number, page, table, verdict, write_text
+from ecs_eco.analysis.report import tables, training
 from ecs_eco.analysis.report.against import blocks as against_blocks
 from ecs_eco.analysis.report.against import of_run
 from ecs_eco.analysis.report.pictures import draw
-from ecs_eco.analysis.report.recorded import ages_at_death, fields
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.style import as_delivered
 from ecs_eco.compiled.garbage import uncollected
@@ -57,12 +55,12 @@ def _written(
     title = f"{series.manifest.get('title') or series.manifest.get('world', 'A run')}"
     blocks = [
         f"<h1>{escape(title)}</h1>",
-        tables.verdict(series),
+        verdict(opening(series), not series.present.any() or not series.persisted),
         f"<p class='under'>{escape(_what(series))}</p>",
         pictures.get("populations", ""),
         *(("<h2>Interventions</h2>", done) if (done := tables.interventions(series)) else ()),
         "<h2>Numbers</h2>",
-        tables.numbers(series, ages_at_death(run)),
+        tables.numbers(series, tables.ages_at_death(run)),
         *(
             ("<h2>Measured</h2>", measures.rows(series), pictures.get("measured", ""))
             if series.reporters and len(series.ticks)
@@ -81,9 +79,9 @@ def _written(
         pictures.get("energy", ""),
         *flows.blocks(series, place),
         *matter.blocks(run, series, place),
-        *depth.blocks(run, series, place),
-        *learning.blocks(run, series, place),
-        *genes.blocks(run, series, place),
+        *depth_figures.blocks(run, series, place),
+        *training.blocks(run, series, place),
+        *genes_figures.blocks(run, series, place),
         *(("<h2>Where they are</h2>", pictures["positions"]) if "positions" in pictures else ()),
         "<h2>How to run it again</h2>",
         _settings(series.manifest),

@@ -1,7 +1,4 @@
-"""Which values of the world file to change, and in which direction, after a diagnosis:
-derived from the file's structure."""
-
-from __future__ import annotations
+"""Which values of the world file to change after a diagnosis, and in which direction."""
 
 from collections.abc import Callable, Iterator
 from typing import Any

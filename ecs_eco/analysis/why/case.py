@@ -13,10 +13,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from ecs_eco.analysis.runs import DIED, Series, load_series, parts
+from ecs_eco.analysis.runs import DIED, Series, load_series, parts, tables
 from ecs_eco.config.models.reporters import EATEN
 from ecs_eco.record import seal
-from ecs_eco.record.parquet import each_batch, read_part
+from ecs_eco.record.parquet import each_batch
 
 KINDS = ("eaten", "starved", "old", "poisoned", "removed", "surroundings")
 """Kinds of causes of death: eaten, energy used up, age, deadly food, an intervention,
@@ -85,8 +85,8 @@ class Case:
         return tuple(eaten)
 
     def _gain(self, eater: str, line: Mapping[str, Any]) -> float:
-        """What one of a food gives: by the file or, where that is a share of what the eaten held, as it was
-        on average, or else as the share of what the living held on average."""
+        """What one of a food gives: by the file or, where that is a share of what the eaten held, the mean of
+        it."""
         share, food = line.get("efficiency") or 0.0, line["eats"]
         if not share or food not in self.species:
             return max(0.0, line["gain"])
@@ -242,22 +242,22 @@ def _deaths(folder: Path, animals: list[str]) -> dict[str, dict[str, np.ndarray]
                 some = table.filter(pc.equal(name, s))
                 if len(some):
                     by_species[s].append(some)
-    out = {}
-    for s, tables in by_species.items():
-        if tables:
-            tick, age = (np.concatenate([t[c].to_numpy() for t in tables]) for c in ("tick", "age"))
-            cause = np.concatenate(
-                [t["cause"].cast(pa.string()).to_numpy(zero_copy_only=False) for t in tables]
-            )
-            out[s] = {"tick": tick, "age": age, "cause": cause}
-    return out
+    joined = {s: pa.concat_tables(some) for s, some in by_species.items() if some}
+    return {
+        s: {
+            "tick": t["tick"].to_numpy(),
+            "age": t["age"].to_numpy(),
+            "cause": t["cause"].cast(pa.string()).to_numpy(),
+        }
+        for s, t in joined.items()
+    }
 
 
 def _snapshots(folder: Path) -> dict[str, dict[str, np.ndarray]]:
     names = ["tick", "species", "x", "y", "z", "energy"]
-    tables = [read_part(f, names, seal.has_seals(folder)) for f in parts(folder, "snapshots")]
+    rows = list(tables(folder, "snapshots", names))
     out = {}
-    for s in sorted({str(v) for t in tables for v in pc.unique(t["species"].cast(pa.string())).to_pylist()}):
-        some = [t.filter(pc.equal(t["species"].cast(pa.string()), s)) for t in tables]
+    for s in sorted({str(v) for t in rows for v in pc.unique(t["species"]).to_pylist()}):
+        some = [t.filter(pc.equal(t["species"], s)) for t in rows]
         out[s] = {c: np.concatenate([t[c].to_numpy() for t in some]) for c in names if c != "species"}
     return out

@@ -1,7 +1,5 @@
 """Behaviour: distances to enemies and food compared with chance, movement and meals."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,12 +1,6 @@
-"""Traces an extinction back to its first cause: which species fell, why,
-and what had happened to its food or its enemies before.
-
-If a species starved because its food was gone, the cause is whatever ate the food; if it starved amid plenty,
-aged without offspring, lost its newborn or was poisoned, the chain ends with it. Each step has a weight in 0
-… 1; the verdict is the end of the chain with the greatest weight.
-"""
-
-from __future__ import annotations
+"""Traces an extinction back to its first cause. If a species starved because its food was gone, the cause is
+whatever ate the food; if it starved amid plenty, aged without offspring, lost its newborn or was poisoned,
+the chain ends. Each step has a weight in 0 … 1; the verdict is the end with the greatest weight."""
 
 from collections import defaultdict
 from typing import Any

@@ -1,20 +1,15 @@
 """One figure of what happened: numbers, causes of death, energy per head."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.analysis.figures import binned, interventions, mark
 from ecs_eco.analysis.palette import GREY, SOFT
 from ecs_eco.analysis.runs import DIED
-from ecs_eco.analysis.style import DASHES, PALETTE, colors_of, panels, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, Figure, colors_of, panels, styled
 from ecs_eco.analysis.why.case import Case
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 HATCHES = ("", "////", "\\\\\\\\", "xx", "++", "||", "--", "//\\\\")
 OUT = (

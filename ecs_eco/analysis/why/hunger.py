@@ -1,7 +1,4 @@
-"""Hunger of a species that fell: was food lacking or not caught, did newborn starve before a first meal,
-had it offspring?"""
-
-from __future__ import annotations
+"""Hunger of a species that fell: was food lacking or not caught, did newborn starve, had it offspring?"""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,13 +1,6 @@
-"""What limited a species in each of its phases: the gap between its greatest possible
-and its actual growth, by cause.
-
-Births at the greatest rate minus actual growth = births that failed for lack of energy or of room + deaths by
-cause. All are rates per head and tick, so that they can be compared; the largest is the limit. Of a fall
-that follows another phase it is the loss that has risen most since then: a meadow that is always short of
-room falls because it is grazed.
-"""
-
-from __future__ import annotations
+"""What limited a species in each of its phases. Births at the greatest rate minus actual growth = births that
+failed for lack of energy or room + deaths by cause, per head and tick; the largest is the limit, in a fall
+after another phase the one that has risen most: a meadow always short of room falls because it is grazed."""
 
 from typing import Any
 

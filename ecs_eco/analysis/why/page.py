@@ -1,7 +1,5 @@
 """Explain a run folder: why.json for machines, why.html and figures/why.svg for people."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from html import escape
@@ -12,8 +10,7 @@ import numpy as np
 
 from ecs_eco.analysis import matter
 from ecs_eco.analysis.compare import clean
-from ecs_eco.analysis.page import page, picture, table, write_text
-from ecs_eco.analysis.style import save_svg
+from ecs_eco.analysis.page import drawn, page, table, verdict, write_text
 from ecs_eco.analysis.why.advice import advise
 from ecs_eco.analysis.why.case import Case
 from ecs_eco.analysis.why.conduct import conduct
@@ -62,11 +59,8 @@ def explain(case: Case) -> dict[str, Any]:
 
 
 def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
-    """Explain a run folder; write why.json, why.html and figures/why.svg there, or in `out`,
-    and return the content of why.json.
-
-    FileNotFoundError where the folder holds no run, RecordingError where a file of it is damaged.
-    """
+    """Explain a run folder in why.json, why.html and figures/why.svg there, or in `out`; return the content
+    of why.json. FileNotFoundError where it holds no run, RecordingError where a file is damaged."""
     folder, case = Path(out or run), Case.read(run)
     findings = explain(case)
     sections = sentences(case, findings)
@@ -76,17 +70,13 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     write_text(
         folder / "why.json", json.dumps(findings, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     )
-    drawn = (
-        picture(save_svg(draw(case, findings), folder / "figures" / "why.svg"), CAPTION)
-        if len(case.series.ticks)
-        else ""
-    )
     title = f"Why: {case.series.manifest.get('title') or case.series.manifest.get('world', 'a run')}"
     blocks = [
         f"<h1>{escape(title)}</h1>",
-        _verdict(sections.pop("What happened"), findings["verdict"] == "healthy"),
-        drawn,
+        verdict(sections.pop("What happened"), findings["verdict"] != "healthy"),
     ]
+    if len(case.series.ticks):
+        blocks.append(drawn(draw(case, findings), folder / "figures" / "why.svg", CAPTION))
     for head, lines in sections.items():
         blocks += [
             f"<h2>{head}</h2>",
@@ -125,14 +115,6 @@ def _what(done: dict[str, Any]) -> str:
     from ecs_eco.config.models.interventions import describe
 
     return describe(done)
-
-
-def _verdict(lines: list[str], well: bool) -> str:
-    return (
-        f"<div class='verdict{'' if well else ' lost'}'>"
-        + "".join(f"<p>{escape(x)}</p>" for x in lines)
-        + "</div>"
-    )
 
 
 def _list(lines: list[str]) -> str:

@@ -1,7 +1,5 @@
 """A diagnosis in short plain sentences."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 
