@@ -21,8 +21,8 @@ HEAD = """# The paper's definitions, and the tests that show them
 <!-- Written by tools/make_definitions.py from the marks of the tests: change those, not this page. -->
 
 This page lists the tests that demonstrate each clause of Definitions 1 to 4 of *The Ecosystem Path to AGI*, and of
-its text on decisions and learning, in our words. These tests are marked `@pytest.mark.definition("CLAUSE")`. The last
-column lists what is not implemented yet.
+its text on decisions and learning, in our words. These tests are marked `@pytest.mark.definition("CLAUSE")`. The
+last column lists what is not implemented yet.
 """
 PARTS = {
     "1": "Properties of objects (Definition 1)",

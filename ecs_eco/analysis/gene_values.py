@@ -8,6 +8,7 @@ import pyarrow as pa
 
 from ecs_eco.analysis.carriers import codons_of, gene_of, words_of_strings
 from ecs_eco.analysis.pedigree import Pedigree
+from ecs_eco.config.formula import compile_formula
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.genomes.traits import Kind, Trait
 

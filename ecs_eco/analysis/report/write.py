@@ -15,6 +15,7 @@ from ecs_eco.analysis.report import tables, training
 from ecs_eco.analysis.report.against import blocks as against_blocks
 from ecs_eco.analysis.report.against import of_run
 from ecs_eco.analysis.report.pictures import draw
+from ecs_eco.analysis.report.recorded import fields
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.style import as_delivered
 from ecs_eco.compiled.garbage import uncollected
