@@ -32,8 +32,7 @@ def seed_of(seed: int, number: int) -> int:
 
 
 def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], WorldConfig]) -> list[Problem]:
-    """Return the problems of the islands' own values; `world_of(config, name)` is the world of an island, or
-    raises ConfigError."""
+    """Return the problems of the islands' own values; `world_of` gives an island's world by its name."""
     plan = config.archipelago
     if plan is None or plan.here is not None:
         return []

@@ -55,8 +55,7 @@ class Document:
 
 
 def read_document(world: Any) -> Document:
-    """The document of a shipped world, a file, a dict or a configuration;
-    raises ConfigError for anything else."""
+    """The document of a shipped world, a file, a dict or a configuration; raises ConfigError."""
     if isinstance(world, Document):
         return world
     if isinstance(world, WorldConfig):
@@ -80,8 +79,7 @@ def read_document(world: Any) -> Document:
 
 
 def _path(world: str | Path) -> Path:
-    """The file of a world: the name of a shipped one, or of one in an installed package; a file, or a folder
-    with one world file."""
+    """The file of a world: of its name, a path, or a folder with one world file; raises ConfigError."""
     if (known := named(world)) is not None:
         return known
     worlds, path = shipped(), Path(world)

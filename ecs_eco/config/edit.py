@@ -1,5 +1,4 @@
-"""Changes values in the text of a world file and keeps the rest, comments included;
-or writes a world as new TOML."""
+"""Changes values in the text of a world file and keeps the rest; or writes a world as new TOML."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
 """A small language of expressions over named arrays, for happiness and reflexes.
 
-Numbers, names, + − * / **, comparisons (also chained), and, or, not, `a if b else c`, and the functions
-below. Everything is float32; true is 1, false is 0, and any number but 0 counts as true (not-a-number too).
-Python itself never evaluates the text: it becomes a tree of the operations listed here.
-"""
+Everything is float32; true is 1, false is 0, and any number but 0 counts as true (not-a-number too). Python
+itself never evaluates the text: it becomes a tree of the operations listed here."""
 
 from __future__ import annotations
 
@@ -56,8 +54,7 @@ ALLOWED = (
 
 
 class FormulaError(ValueError):
-    """A formula that is refused: the problem, its position (characters from 1), what is allowed,
-    the nearest right name."""
+    """A formula that is refused: the problem, its position (characters from 1), what is allowed."""
 
     def __init__(self, fault: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:
         self.what, self.position = f"{fault} at character {position}", position
@@ -89,15 +86,13 @@ class Formula:
 
 
 def compile_formula(text: str, names: Iterable[str]) -> Formula:
-    """Compile the text to a function of arrays by name; raises FormulaError for unknown names and all
-    that is not allowed."""
+    """Compile the text to a function of arrays by name; raises FormulaError."""
     run, compiler = compiled(text, lambda line, lead: Compiler(line, lead, tuple(names)))
     return Formula(text, run, frozenset(compiler.used))
 
 
 def compiled(text: str, compiler_of: Callable[[str, int], Any]) -> tuple[Any, Any]:
-    """The function that a text becomes, and the compiler that made it: `compiler_of(line, characters before
-    the text)`. Raises FormulaError."""
+    """The function of a text, and its compiler `compiler_of(line, characters before)`; raises FormulaError."""
     line = " ".join(text.split("\n"))
     if len(line) > LONGEST:
         raise FormulaError("a formula that is too long ends", LONGEST, f"{LONGEST} characters")

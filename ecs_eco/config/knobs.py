@@ -14,8 +14,7 @@ from ecs_eco.engine.errors import Problem, listed, nearest
 
 
 def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
-    """Problems of [viewer]: knobs that are no number, cannot change in a run, have no width, or do not hold
-    the world's own value; none of values set from outside, by `set_`."""
+    """Problems of [viewer]: knobs without a number, a width or an effect; not of values set from outside."""
     if not config.viewer.knobs:
         return []
     data, knobs = config.model_dump(), config.viewer.knobs
@@ -87,8 +86,7 @@ def _check_ends(place: Key, knob: Knob, value: float) -> list[Problem]:
 
 
 def offered(config: WorldConfig | None) -> dict[str, Any]:
-    """Return what pages may change: "list", every number and switch, and "knobs", those that the world names:
-    key, label, unit, low, high. A knob is left out where a treatment or an island has no such number."""
+    """Return what pages may change: "list", all numbers and switches, and "knobs", those a world names."""
     if config is None:
         return {"list": [], "knobs": []}
     rows = parameters(config)

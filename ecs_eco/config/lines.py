@@ -20,8 +20,7 @@ def key_lines(text: str) -> dict[Key, int]:
 
 
 def value_spans(text: str) -> dict[Key, tuple[int, int]]:
-    """First character of the value of every key and list entry in valid TOML, and the one after it;
-    of a [header], its own ends."""
+    """First character of the value of every key and entry, and the one after it; of a [header], its ends."""
     tokens = _Tokens(text)
     _walked(tokens)
     return tokens.spans

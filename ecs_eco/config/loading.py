@@ -1,5 +1,4 @@
-"""Loads a world: a shipped one by name, a file or a dict, with values set from outside;
-or reports all problems."""
+"""Loads a world, with values set from outside; or reports all problems."""
 
 from __future__ import annotations
 
@@ -40,12 +39,10 @@ def load(
 ) -> WorldConfig:
     """The checked world; `overrides` are dotted keys with values, or texts like "species.deer.count=50".
 
-    `systems` (classes or instances) and `reporters` are added to those that the world names, `features` to
-    those that its code defines. `trust` allows
-    the code that it lists in `code` to run in this process; without it, or an earlier --trust, that code is
-    neither run nor checked. Its files are taken from `places`, else from the world's folder. Raises
-    ConfigError with every problem found.
-    """
+    `systems` (classes or instances), `reporters` and `features` are added to those of the world and its code.
+    `trust` allows the code that it lists in `code` to run in this process; without it, or an earlier --trust,
+    that code is neither run nor checked. Its files are taken from `places`, else from the world's folder. Raises
+    ConfigError with every problem found."""
     document = read_document(world)
     document.places = document.places or tuple(places)
     document.features = document.features or tuple(features)
@@ -95,8 +92,7 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
 
 
 def island_of(config: WorldConfig, name: str) -> WorldConfig:
-    """The world of one island of an archipelago, with the values of its own, its seed among them; raises
-    ConfigError."""
+    """The world of one island of an archipelago, with its own values and seed; raises ConfigError."""
     plan = config.archipelago
     assert plan is not None
     data = config.model_dump()
@@ -133,8 +129,7 @@ def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) 
 def intervention(
     config: WorldConfig, request: Mapping[str, Any], before: Iterable[Mapping[str, Any]] = ()
 ) -> Any:
-    """An intervention for a living world, checked as one in its file;
-    `before` are those that it may depend on. Raises ConfigError."""
+    """A checked intervention for a living world; it may depend on those `before`. Raises ConfigError."""
     listed_ = [*before, dict(request)]
     data = config.model_dump() | {"interventions": listed_, "ticks": max(config.ticks, request["at"] + 1)}
     data["training"]["set"], data["training"]["vary"], data["training"]["ramp"] = {}, {}, []
@@ -245,8 +240,7 @@ def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
 
 
 def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, list[Problem]]:
-    """The world of this data with what belongs to the document, and the problems across its sections;
-    raises ValidationError."""
+    """The world of this data, and the problems across its sections; raises ValidationError."""
     known = document.original
     if known is not None and "viewer" not in data:
         data = data | {"viewer": known.viewer}
@@ -286,8 +280,7 @@ def _read_code(document: Document, entries: Any = None) -> tuple[Code, list[Prob
 
 
 def _with_checks(problems: list[Problem], document: Document) -> list[Problem]:
-    """Add problems from the checks across sections, once tables with problems are repaired
-    as far as possible."""
+    """Add problems across sections, once tables with problems are repaired as far as possible."""
     if len(problems) > MOST:
         return problems
     data = copy.deepcopy(document.data)

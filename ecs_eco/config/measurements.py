@@ -30,8 +30,8 @@ IN_WORLD = Place(("data", "file"), ("data", "columns"), "", "")
 
 
 class Outside(NamedTuple):
-    """An outside series: evenly spaced times f64[n], and columns f64[n] by the name of the species or
-    reporter that each stands beside; `named` is what the file calls them."""
+    """An outside series: evenly spaced times f64[n], and columns f64[n] by the species or reporter that each
+    is compared with; `named` is what the file calls them."""
 
     times: np.ndarray
     columns: dict[str, np.ndarray]
@@ -46,18 +46,14 @@ class Outside(NamedTuple):
 
 
 def outside_of(data: Mapping[str, Any], folder: Path, names: Sequence[str], source: str = "") -> Outside:
-    """Read the outside series of a world, whose [data] is `data`; `names` are those of its species and
-    reporters. Raises ConfigError."""
+    """Read the outside series of [data], compared with the species and reporters `names`; raises ConfigError."""
     place = IN_WORLD._replace(of_file=source, of_columns=source)
     read = read_outside(folder / data["file"], names, data.get("columns"), place, data.get("time"))
     return read._replace(unit=data.get("unit") or read.unit, ticks=data.get("ticks"))
 
 
 def measured(config: Any, source: str = "") -> Outside | None:
-    """Read the outside series of a world; None where it has none, or is no file and has none at hand.
-
-    Raises ConfigError, with `source` as the place of its problems.
-    """
+    """Read the outside series of a world, if it has one at hand; raises ConfigError at `source`."""
     data = config.data
     if data is None or not ((config.folder / config._source).is_file() or config.file(data.file).is_file()):
         return None
@@ -72,10 +68,7 @@ def read_outside(
     time: str | None = None,
 ) -> Outside:
     """Read a CSV whose column `time`, or the first, is time; `match` gives the species or reporter, of
-    `names`, that a column stands beside, where it is not named as one.
-
-    Rows without a number in a column that is used are left out at the ends. Raises ConfigError.
-    """
+    `names`, that a column is compared with. Rows without numbers are left out at the ends. Raises ConfigError."""
     place = place or Place()
     head, rows = _rows(Path(file), place)
     if time is not None and time not in head:

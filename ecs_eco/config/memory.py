@@ -20,8 +20,7 @@ CGROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_b
 
 
 def require_memory(config: WorldConfig, available: float | None = None) -> None:
-    """ConfigError where a world needs more memory at its start than there is [bytes],
-    with the keys that need the most."""
+    """Raise ConfigError where a world needs more memory at its start than is available [bytes]."""
     available = machine_memory() if available is None else available
     parts = sorted(needs(config), key=lambda part: -part[1])
     total = sum(size for _, size in parts)

@@ -15,8 +15,7 @@ Key = tuple[str | int, ...]
 
 
 def changes(old: Any, new: Any, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]:
-    """Every value that differs between two sections as `model_dump` gives them: its key, what it was,
-    and what it is."""
+    """Yield key, old and new value of all that differs between two sections of `model_dump`."""
     if _adds_parameters(old, new):
         old = {"use": old}
     if isinstance(old, dict) and isinstance(new, dict):
@@ -69,8 +68,7 @@ def _hint(key: str, model: type[WorldConfig]) -> str:
 
 
 def _instead(key: list[str], kind: Any, held: str) -> str:
-    """Return what to do instead of changing the value of a key below a type; `held`: instead of changing the
-    field that holds the type."""
+    """Return what to do instead of changing a key below a type; `held`: what holds the type."""
     origin, parts = get_origin(kind), get_args(kind)
     if not key:
         return held

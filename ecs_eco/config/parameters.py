@@ -15,12 +15,8 @@ NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
 
 
 def parameters(config: Any, keys: Iterable[str] | None = None) -> list[dict[str, Any]]:
-    """Return every number and switch that an intervention of kind "set" may change: key, value, whether
-    it is whole, unit, low, high, about.
-
-    `low` and `high` are null if the file sets no bound. Values that genes code for are left out; so are all
-    but `keys`, dotted, where these are given.
-    """
+    """Return all numbers and switches that an intervention "set" may change: key, value, whether it is whole,
+    unit, low, high (null: no bound), about. Of `keys`, dotted, where they are given; none that genes code for."""
     wanted = None if keys is None else frozenset(_ways_to(keys))
     genes = coded(config)
     rows = _walk(config, (), {}, wanted)

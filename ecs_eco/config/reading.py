@@ -1,7 +1,4 @@
-"""Reads untrusted files: regular files of bounded size, TOML of bounded depth.
-
-Anything else is an error in plain words.
-"""
+"""Reads untrusted files: regular files of bounded size, TOML of bounded depth."""
 
 from __future__ import annotations
 
@@ -67,8 +64,7 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """The content of a TOML text; ValueError if it is invalid,
-    or has numbers or tables that Python cannot read."""
+    """The content of a TOML text; ValueError if it is invalid, or more than Python can read."""
     if match := LONG_KEY.search(text):  # tomllib needs time quadratic in their parts
         raise _at(text, match, f"a dotted key of more than {DEEPEST} parts")
     try:

@@ -1,10 +1,8 @@
 """Formulas of reporters: numbers made of the fields of components, over all that live.
 
 `mean(Metabolism.energy)` has a number for each species, `mean(wolf.Metabolism.energy)` one for the world.
-Within the brackets the language is that of reflexes and happiness (formula.py), with fields in the place of
-sensors; outside of them it is arithmetic on the results. Everything is float64, and organisms are taken in
-the order of their uids, so that results do not depend on rows.
-"""
+Within the brackets the language is that of formula.py, with fields in the place of sensors. Everything is
+float64, and organisms are taken in the order of their uids, so that results do not depend on rows."""
 
 from __future__ import annotations
 
@@ -61,8 +59,7 @@ class Living:
 
 
 class Scope(Mapping[str | None, Living]):
-    """Who is meant by what a formula names: a species or object type, and by None the species that the
-    number is of."""
+    """Whom names of a formula mean: a species or object type; None is the species that the number is of."""
 
     def __init__(self, tables: Mapping[str, Any]) -> None:
         self.own: str | None = None
@@ -83,10 +80,9 @@ class Scope(Mapping[str | None, Living]):
 
 
 class ReporterFormula:
-    """A compiled formula: call it with who lives, and the names of the species that it may be of.
+    """A compiled formula, called with who lives, and the names of the species that it may be of.
 
-    `fields` are those that it reads. It gives a number, or, `each`, one for each species that has them.
-    """
+    `fields` are those that it reads. It gives a number, or, `each`, one for each species that has them."""
 
     def __init__(self, text: str, run: Node, fields: frozenset[Field], each: bool) -> None:
         self.text, self.fields, self.each, self._run = text, fields, each, run
@@ -112,11 +108,9 @@ class ReporterFormula:
 def compile_reporter(
     text: str, kinds: Collection[str], fields: Fields, complete: bool = True
 ) -> ReporterFormula:
-    """Compile the text of a reporter in a world of these kinds of organisms and objects.
+    """Compile the text of a reporter in a world of these kinds of organisms and objects; raises FormulaError.
 
-    `fields` are those of all components; unless they are `complete`, others may be named. Raises FormulaError
-    for unknown names and all that is not allowed.
-    """
+    `fields` are those of all components; unless they are `complete`, others may be named."""
     run, compiler = compiled(text, lambda line, lead: _Compiler(line, lead, kinds, fields, complete))
     if not compiler.aggregates:
         raise FormulaError("nothing is measured", 1, "at least one of " + listed(AGGREGATES))

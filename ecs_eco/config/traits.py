@@ -22,9 +22,8 @@ TINY = 1e-6  # the least value of traits that must be above 0
 def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ()) -> dict[str, Trait]:
     """Return every trait that this species could make heritable, by name, in a space of `dims` axes.
 
-    `extra_components` are components of the user's own: each number of theirs is the trait Component.field.
-    Of the traits in Traits those that a gene of the species codes for have an index.
-    """
+    Each number of `extra_components`, of the user's own, is the trait Component.field. Traits that a gene of the
+    species codes for have their index in the component Traits."""
     traits = [
         *_of_body(species),
         *_of_state(species),
@@ -73,8 +72,7 @@ def numbers_of_species(model: type[Species] = Species) -> dict[str, Number]:
 
 
 def why_shared(key: str, model: type[Species] = Species) -> str:
-    """Return why no organism has its own value of a key of its species; "" where it can, or where there is no
-    such number."""
+    """Return why no organism has its own value of a key of its species; "" where it can."""
     parts = key.split(".")
     for number in numbers_of_species(model).values():
         fits = len(number.pattern) == len(parts) and all(

@@ -22,10 +22,8 @@ HELD_OUT = 4096  # samples on which the error is measured
 class Fitted:
     """A network of tanh layers, called like the function that it was fitted to: x f32[n, inputs].
 
-    A happiness returns f32[n]; a reflex i8[n, actions], each the most likely of −1, 0 and 1. `weights` f32
-    holds all its parameters: for each layer the matrix (inputs, units) by rows, then the bias. `shapes`
-    describes them to a gene of weights.
-    """
+    A happiness returns f32[n]; a reflex i8[n, actions], each the most likely of −1, 0 and 1. `weights` f32 are
+    for each layer the matrix (inputs, units) by rows, then the bias; `shapes` are those of these."""
 
     kind: Literal["reflex", "happiness"]
     sizes: tuple[int, ...]
@@ -62,8 +60,7 @@ class Fitted:
         return (out.reshape(len(x), self.sizes[-1] // 3, 3).argmax(axis=2) - 1).astype(np.int8)
 
     def with_weights(self, weights: np.ndarray) -> Fitted:
-        """Return a network of the same form with other weights f32[size];
-        raises ValueError for another number of them."""
+        """Return a network of the same form with other weights f32[size]; raises ValueError."""
         weights = np.array(weights, np.float32)
         if weights.shape != self.weights.shape:
             raise ValueError(
@@ -83,13 +80,10 @@ def fit_network(
     samples: int = 8192,
     steps: int = 2000,
 ) -> Fitted:
-    """Fit a network to a function of readings f32[n, n_inputs],
-    on samples drawn uniformly between `low` and `high`.
+    """Fit a network to a function of readings f32[n, n_inputs], drawn uniformly between `low` and `high`.
 
-    The signs of a reflex's outputs [n, actions] are learnt as three classes for each action, happiness f32[n]
-    by its squared error. The error of the result is that on held-out samples. Raises ValueError if the
-    function returns values that are not finite or have another shape.
-    """
+    The signs of a reflex's outputs [n, actions] are learned as three classes for each action, happiness f32[n]
+    by its squared error. Raises ValueError if the function returns values that are not finite or another shape."""
     if kind not in ("reflex", "happiness"):
         raise ValueError(f"fit_network: kind = {kind!r}; allowed are reflex and happiness")
     least, most = (np.broadcast_to(np.asarray(end, np.float32), (n_inputs,)) for end in (low, high))

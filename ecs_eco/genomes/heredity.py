@@ -1,5 +1,4 @@
-"""Heredity: what a newborn inherits from its parents – genome, the traits that it codes for,
-and the weights of its brain."""
+"""Heredity: what a newborn inherits: genome, the traits that it codes for, and the weights of its brain."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,12 +16,9 @@ Values = dict[tuple[type, str], np.ndarray]
 class Heredity:
     """Makes the inherited columns of the newborn of one species.
 
-    `targets` maps a gene's name to (component, field, index or None): where its value is written. `mutation`,
-    `expression` and `shuffled` are switches of treatments: without expression genes are inherited and mutate,
-    but have no effect; shuffled, the genes of a newborn come from any of the living instead of its parents.
-    Founders start from random letters, unless `alike` is given: (row u8[loci], which of its letters all
-    founders share bool[loci]).
-    """
+    `targets` maps a gene's name to (component, field, index or None): where its value is written. Without
+    `expression` genes are inherited and mutate, but have no effect; `shuffled`, those of a newborn come from any
+    of the living. Founders start from random letters, or share some: `alike`, (row u8[loci], which bool[loci])."""
 
     def __init__(
         self,
@@ -48,8 +44,7 @@ class Heredity:
         self.shuffled = False
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state that no column holds: the weights of founders, empty if these are random, and how
-        often strings of variable length were at their limit."""
+        """Return the state that no column holds: weights of founders, and `at_limit` of long strings."""
         out = (
             {}
             if self.minds is None
@@ -94,12 +89,9 @@ class Heredity:
         identity: np.ndarray,
         sperm: np.ndarray | None = None,
     ) -> Values:
-        """Return the inherited columns of the children of rows `first` i64[k] and `second` i64[k] (None:
-        of one parent; −1: dead).
+        """Return the inherited columns of the children of rows `first` i64[k] and `second` i64[k] (−1: dead).
 
-        `identity` u64[k] tells the newborn of a tick apart; `sperm` u8[k,
-        loci] are the genomes of fathers that may be dead.
-        """
+        `identity` u64[k] tells the newborn of a tick apart; `sperm` u8[k, loci] are genomes of fathers."""
         keys = _keys(world, table, identity)
         values: Values = {}
         if self.shuffled:

@@ -1,9 +1,8 @@
 """Kernels over many genomes at once: u8[n, loci], a letter's number per locus.
 
-Draws follow from the key of each birth alone, so that a child does not depend on other births. A `salt` keeps
-the draws of several crossings of one birth apart. Keys are mixed first: `draw` takes key ^ locus, which is
-the same for many pairs of small numbers. A draw is a multiple of 2**-24: a chance below 6e-8 is one of 6e-8.
-"""
+Draws follow from the key of each birth alone. A `salt` keeps the draws of several crossings of one birth
+apart. Keys are mixed first: `draw` takes key ^ locus, which is the same for many pairs of small numbers. A
+draw is a multiple of 2**-24: a chance below 6e-8 is one of 6e-8."""
 
 import numpy as np
 
@@ -47,8 +46,7 @@ def write_codons(numbers, first, letters, size, gray, loci):
 
 @njit
 def combine(coefficients, basis, out):
-    """Fill out f64[n, size] with coefficients f64[n, k] times basis f64[k, size],
-    in an order that depends on nothing else."""
+    """Fill out f64[n, size] with coefficients f64[n, k] times basis f64[k, size], always in one order."""
     for row in range(out.shape[0]):
         for i in range(out.shape[1]):
             out[row, i] = 0.0
@@ -77,8 +75,7 @@ def letters_of(keys, size, out):
 
 @njit
 def cross_points(first, second, swapped, crossed, keys, salt, points, out):
-    """Copy `first` u8[n, loci], with the part beyond one point, or between two, from `second`;
-    `swapped` rows start from `second`."""
+    """Copy `first` u8[n, loci] with the part beyond points from `second`; `swapped`: the other way round."""
     n = first.shape[1]
     for birth in range(keys.size):
         key = mix(keys[birth])
@@ -101,8 +98,7 @@ def cross_points(first, second, swapped, crossed, keys, salt, points, out):
 
 @njit
 def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
-    """Copy `first` u8[n, loci], with each locus from `second` by the same chance;
-    `swapped` rows start from `second`."""
+    """Copy `first` u8[n, loci] with loci by chance from `second`; `swapped`: the other way round."""
     for birth in range(keys.size):
         key = mix(keys[birth])
         here, there = (second[birth], first[birth]) if swapped[birth] else (first[birth], second[birth])
@@ -113,8 +109,7 @@ def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
 
 @njit
 def mutate_uniform(strings, keys, salt, rates, low, up):
-    """Replace each letter of u8[n, loci], by the chance of its locus,
-    with one drawn from low to up (may be the same)."""
+    """Replace each letter of u8[n, loci], by the chance of its locus, with one from low to up."""
     for birth in range(keys.size):
         key = mix(keys[birth])
         for locus in range(strings.shape[1]):
@@ -135,8 +130,7 @@ def mutate_flip(strings, keys, salt, rates):
 
 @njit
 def mutate_shuffle(strings, keys, salt, rates):
-    """Exchange each letter of u8[n, loci], by the chance of its locus, with that of another place,
-    drawn uniformly."""
+    """Exchange each letter of u8[n, loci], by the chance of its locus, with that of any other place."""
     n = strings.shape[1]
     for birth in range(keys.size):
         key = mix(keys[birth])
@@ -150,12 +144,9 @@ def mutate_shuffle(strings, keys, salt, rates):
 
 @njit
 def forward(x, sizes, weights, out):
-    """Fill out f32[n, last] with the output of tanh layers for x f32[n, first] and weights f32[n, size], or
-    f32[1, size] for all rows.
+    """Fill out f32[n, last] with the output of tanh layers for x f32[n, first] and weights f32[n or 1, size].
 
-    Each layer's weights are its matrix (in, out) by rows, then its bias. The sum
-    of a unit has the same order in every row.
-    """
+    Each layer's weights are its matrix (in, out) by rows, then its bias; sums have one order in every row."""
     widest = 0
     for s in sizes:
         widest = max(widest, s)

@@ -27,13 +27,10 @@ class Piece(NamedTuple):
 
 
 class Layout:
-    """Genes on a string of letters, or on two with ploidy 2: a row u8[row] holds the first string,
-    then the second.
+    """Genes on a string of letters, or on two with ploidy 2: a row u8[row] holds the first string, then the second.
 
     `traits` are those that the genes may code for (`traits_of(species, dims)`; None: any name), `shapes` the
-    shapes of networks by trait or gene. Every row of letters decodes to valid values. Raises ConfigError with
-    all that is wrong.
-    """
+    shapes of networks by trait or gene. Every row of letters decodes to valid values. Raises ConfigError."""
 
     longest: int | None = None
     """Letters that a string may have; None: strings keep their length."""
@@ -78,10 +75,7 @@ class Layout:
         traits: Mapping[str, Trait] | None = None,
         shapes: Mapping[str, Shapes] | Shapes | None = None,
     ) -> Layout:
-        """Return the layout of a world file's genome; `shapes` given as a list are those of policy.weights.
-
-        Raises ValueError for strings of variable length.
-        """
+        """Return the layout of a genome of fixed length; `shapes` given as a list are those of policy.weights."""
         if shapes is not None and not isinstance(shapes, Mapping):
             shapes = {"policy.weights": shapes}
         if section.longest is not None:
@@ -124,11 +118,7 @@ class Layout:
         return out
 
     def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """Return the values that rows u8[n, loci] code for, by gene: f32[n], i32[n] for whole numbers,
-        f32[n, weights].
-
-        `names` are the genes asked for; None: all.
-        """
+        """Return the values of rows u8[n, loci] by gene (`names`; None: all): f32 or whole i32 [n, …]."""
         loci = self.check(loci)
         wanted = self.genes if names is None else [code for code in self.genes if code.name in names]
         return {code.name: self._expressed(code, loci).astype(code.dtype) for code in wanted}
@@ -141,14 +131,10 @@ class Layout:
         ).astype(code.dtype)
 
     def encode(self, values: Mapping[str, Any], clip: bool = False) -> np.ndarray:
-        """Return rows u8[n, loci] that code for these values, one or n for each gene, the same in both
-        strings; neutral loci are 0.
+        """Return rows u8[n, loci] for these values, one or n for each gene, the same in both strings.
 
-        Neutral markers may be left out, and are 0 then.
-        A value comes back from `decode` within half a resolution, one of a list exactly. Raises ValueError
-        for a value beyond a gene's range, unless `clip` takes the nearest; UnknownName for another gene's;
-        ValueError for one missing.
-        """
+        Neutral loci are 0; neutral markers may be left out. A value decodes within half a resolution. Raises
+        ValueError for one missing or beyond a range, unless `clip` takes the nearest; UnknownName for no gene."""
         arrays, n = self._arrays(values)
         out = np.zeros((n, self.row), np.uint8)
         for code in (c for c in self.genes if c.name in arrays):
@@ -175,12 +161,8 @@ class Layout:
         return arrays, n
 
     def own(self, n: int = 1) -> np.ndarray:
-        """Return n equal rows u8[n, loci] that code for the species' own values;
-        letters that code for none are drawn.
-
-        Weights of a network and neutral markers have no such value. Raises ValueError if no codon of a gene
-        means the species' own value.
-        """
+        """Return n equal rows u8[n, loci] that code for the species' own values, the other letters drawn: those of
+        weights and neutral markers. Raises ValueError if no codon of a gene means the species' own value."""
         out = self.random(np.zeros(n, np.uint64))
         for code in self.genes:
             if code.trait is not None and not isinstance(code, Weights):
@@ -192,8 +174,7 @@ class Layout:
         return out
 
     def coded(self) -> np.ndarray:
-        """Return which letters of an organism code for a value of its species: bool[loci];
-        not neutral ones, nor those of a network."""
+        """Return which letters code for a value of the species, not for networks: bool[loci]."""
         out = np.zeros(self.row, np.bool_)
         for code in self.genes:
             for string in range(
@@ -235,8 +216,7 @@ class Layout:
         )
 
     def mark(self, genome: str | np.ndarray) -> list[Piece]:
-        """Return the pieces of one genome, text or u8[loci], in order:
-        its genes and what is neutral between them."""
+        """Return the pieces of one genome, text or u8[loci], in order: genes and what is neutral."""
         text = genome if isinstance(genome, str) else self.alphabet.decode(genome)
         self.check(self.alphabet.encode(text)[None])
         pieces = []
@@ -254,8 +234,7 @@ class Layout:
         return pieces
 
     def check(self, loci: np.ndarray) -> np.ndarray:
-        """Return rows as they are; raises ValueError for another width or type,
-        or a number that is no letter's."""
+        """Return rows as they are; raises ValueError for another width or type, or a wrong number."""
         return self._checked(loci, len(self.alphabet) - 1)
 
     def _checked(self, loci: np.ndarray, highest: int) -> np.ndarray:

@@ -25,11 +25,9 @@ def problems(
     traits: Mapping[str, Trait] | None,
     shapes: Mapping[str, Shapes],
 ) -> Iterator[Problem]:
-    """All problems of genes over an alphabet of `size` letters, on a string of `loci` (None:
-    as long as they need).
+    """All problems of genes over an alphabet of `size` letters, on a string of `loci` (None: as long as needed).
 
-    `traits` are those that the species has (None: any name); `shapes` those of networks by trait or by gene.
-    """
+    `traits` are those that the species has (None: any name); `shapes` those of networks by trait or by gene."""
     if not genes:
         yield Problem(("genes",), "is empty", allowed="at least one gene")
     names: dict[str, str] = {}

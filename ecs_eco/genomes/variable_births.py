@@ -24,13 +24,11 @@ EVENTS = ("crossing", "duplication", "loss", "insertion", "deletion")
 
 
 class VariableOperators(Operators):
-    """Applies the operators of a toolbox to strings of variable length; `insertion` and `deletion` are
-    chances per letter, `duplication` and `loss` per copy of a gene.
+    """Applies the operators of a toolbox to strings of variable length, which are crossed; then, by the chances
+    of the section, genes are doubled and lost and letters inserted and lost; then `mutate` is applied.
 
-    A string is crossed, then its genes are doubled and lost, then letters inserted and lost, then `mutate` is
-    applied. What would make it longer than `longest`, or leave it without letters, does not happen:
-    `at_limit` i64[5] counts such crossings, duplications, losses, insertions and deletions.
-    """
+    What would make a string longer than `longest`, or leave it without letters, does not happen: `at_limit`
+    i64[5] counts such crossings, duplications, losses, insertions and deletions."""
 
     layout: VariableLayout
 

@@ -1,5 +1,4 @@
-"""Genetic variation of a population: allele frequencies, diversity,
-and DEAP's statistics of the coded values."""
+"""Genetic variation of a population: allele frequencies, diversity, and DEAP's statistics."""
 
 from __future__ import annotations
 
@@ -16,10 +15,7 @@ if TYPE_CHECKING:
 
 
 def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float]]:
-    """Return for each gene the share of strings with each value, by value; u8[n, loci].
-
-    Genes of whole networks are left out.
-    """
+    """Return the share of strings u8[n, loci] with each value, by gene, networks left out."""
     out = {}
     for code in layout.genes:
         if not isinstance(code, Weights):
@@ -29,11 +25,9 @@ def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float
 
 
 def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
-    """Return the expected heterozygosity of each locus of a string, f64[length]: 1 − Σ p²,
-    p the shares of letters (Nei 1973).
+    """Return the expected heterozygosity of each locus f64[length], 1 − Σ p² of shares of letters (Nei 1973).
 
-    Raises ValueError for strings of variable length, which have no loci in common.
-    """
+    Raises ValueError for strings of variable length, which have no loci in common."""
     if layout.longest is not None:
         raise ValueError(
             "diversity: strings of variable length have no loci in common; "
@@ -47,8 +41,7 @@ def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
 
 
 class GenomeStatistics(tools.MultiStatistics):
-    """DEAP's MultiStatistics over genomes: registered functions are applied to each gene's values, and to the
-    diversity of the loci; of strings of variable length to letters and copies of genes."""
+    """DEAP's MultiStatistics of each gene's values, and of diversity, or of letters and copies of genes."""
 
     def __init__(self, layout: Layout) -> None:
         names = [code.name for code in layout.genes if not isinstance(code, Weights)]

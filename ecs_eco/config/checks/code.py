@@ -1,7 +1,4 @@
-"""Checks of the code that a world names: it is listed and, once it may run, exists and has the right kind.
-
-It is not called.
-"""
+"""Checks of the code that a world names: listed and, once it may run, of the right kind. It is not called."""
 
 from __future__ import annotations
 

@@ -19,8 +19,7 @@ Changed = Callable[[WorldConfig, Mapping[str, Any], Path], WorldConfig]
 
 
 def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """All problems of the world's interventions; `changed(config, values, folder)` is a world
-    with other values, checked."""
+    """All problems of interventions; `changed(config, values, folder)` is a checked world with other values."""
     for i, intervention in enumerate(config.interventions):
         key = ("interventions", i)
         yield from _check_time(config, key, intervention)

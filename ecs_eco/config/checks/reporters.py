@@ -56,8 +56,7 @@ def formula_of(config: WorldConfig, text: str) -> ReporterFormula:
 
 
 def fields_of_components(config: WorldConfig) -> tuple[Fields, bool]:
-    """The fields of all components, shipped and of the user's own, and whether these are all: not where own
-    code may not run yet."""
+    """The fields of all components, and whether these are all: not where own code may not run yet."""
     from ecs_eco import components
 
     fields = {name: getattr(components, name).fields for name in components.__all__}

@@ -1,8 +1,7 @@
 """Checks that float32 resolves the steps by which positions, headings, energies and smells change.
 
-What else is summed needs none: ages and times are counted in ticks, incubation in float64, and masses,
-temperatures and substances keep what float32 cannot hold.
-"""
+Other sums need none: ages and times are ticks, incubation is float64, and masses, temperatures and substances
+keep what float32 cannot hold."""
 
 from __future__ import annotations
 

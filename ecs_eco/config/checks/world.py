@@ -35,11 +35,7 @@ MOST_STEPS = 1000  # steps of diffusion in a tick
 
 
 def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
-    """The problems across the sections of a world whose file names are relative to `folder`,
-    at most MOST + 1.
-
-    `changed` is as in `check_interventions`.
-    """
+    """At most MOST + 1 problems across sections; `changed` is as in `check_interventions`."""
     return list(islice(_all(config, folder, changed), MOST + 1))
 
 

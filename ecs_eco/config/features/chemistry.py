@@ -126,8 +126,7 @@ AnyExchange = Annotated[Uptake | Release | Equilibrate, Field(discriminator="kin
 
 
 class Chemistry(Feature, after="substances"):
-    """Substances react in bodies, and are exchanged with fields: systems `React` and `ExchangeMatter`, component
-    `Matter`."""
+    """Substances react, and are exchanged with fields: systems `React`, `ExchangeMatter`, component `Matter`."""
 
     reactions: list[Reaction] = about(
         "reactions of its substances, in this order", [], exclude_if=is_absent, change=SHAPE

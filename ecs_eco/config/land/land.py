@@ -1,5 +1,4 @@
-"""The land that a world covers: elevations, classes, lakes and lines, cut out of rasters and vector
-layers."""
+"""The land that a world covers: elevations, classes, lakes and lines of rasters and vector layers."""
 
 from __future__ import annotations
 
@@ -34,9 +33,8 @@ Place = tuple[float, float, float, float]  # x, y of the world's corner, and the
 
 @dataclass(frozen=True)
 class Land:
-    """Elevations f32[ny, nx] [m], the first row in the south; which of `classes` is where, u8[ny, nx], 0 for
-    none and i + 1 for the i-th; whether there is a lake by a vector layer; and the lines of roads and
-    fences."""
+    """Elevations f32[ny, nx] [m], the first row in the south; classes u8[ny, nx], 0 for none and i + 1 for the
+    i-th; whether there is a lake by a vector layer; and the lines of roads and fences."""
 
     elevation: np.ndarray
     kinds: np.ndarray
@@ -86,8 +84,7 @@ class Land:
         )
 
     def coordinates(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Places of the world [m] in units of `crs`; as they are where the land does not say where it
-        lies."""
+        """Places of the world [m] in units of `crs`; unchanged where the land has no place."""
         if self.place is None:
             return x, y
         west, south, per_x, per_y = self.place
@@ -95,10 +92,7 @@ class Land:
 
 
 def read_land(terrain: Terrain, size: Sequence[float], folder: Path) -> Land:
-    """Read the land of a world; from the folder of a run, the land that it runs on.
-
-    Raises RasterError, whose keys begin in `terrain`.
-    """
+    """Read the land of a world, or that of a run from its folder; raises RasterError with keys in `terrain`."""
     if (folder / KEPT).is_file() and (folder / "manifest.json").is_file():
         return kept_land(folder).part(*cells(terrain, size))
     names = [terrain.raster, terrain.cover, *(layer.file for layer in terrain.layers)]
@@ -135,8 +129,7 @@ def _stamp(name: str, folder: Path) -> tuple[int, int]:
 
 @lru_cache(maxsize=8)
 def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tuple[int, int], ...]) -> Land:
-    """Read the land that a section `terrain` in JSON describes; `stamps` only tell new files from old
-    ones."""
+    """Read the land of a section `terrain` in JSON; `stamps` only tell new files from old ones."""
     terrain = Terrain.model_validate_json(text)
     assert terrain.raster is not None
     raster = read_raster(terrain.raster, folder, terrain.band, terrain.crs)
@@ -220,8 +213,7 @@ class Frame:
         return out
 
     def nearest(self, other: Raster, part: str) -> np.ndarray:
-        """The values f64[ny, nx] of another raster at the centres of cells; raises RasterError where it does
-        not cover them."""
+        """The values f64[ny, nx] of another raster at the centres of cells; raises RasterError."""
         own, values = self.raster, other.values[::-1]
         if other.west is None or own.west is None or self.place is None:
             if values.shape != own.values.shape:
@@ -259,8 +251,7 @@ class Frame:
 
 def metres(raster: Raster) -> tuple[float, float]:
     """Metres to a unit of x and of y: of degrees and of Web Mercator, on the ellipsoid WGS 84 at the middle
-    latitude (Snyder 1987, pages 25 and 41). Raises RasterError for those of a raster that does not say where
-    it lies, and for other units that are no metres of the land."""
+    latitude (Snyder 1987, pages 25 and 41). Raises RasterError for unknown places and units."""
     mercator = web_mercator(raster.crs)
     if not mercator and (not raster.crs or not degrees(raster.crs)):
         _require_metres(raster)
@@ -295,16 +286,14 @@ def _of_degrees(latitude: float) -> tuple[float, float]:
 
 
 def _lengths(cosine: float, unit: float) -> tuple[float, float]:
-    """Metres to the east and to the north on the ellipsoid, at a latitude with this cosine, for an angle that
-    is `unit` metres of the equator."""
+    """Metres to the east and north at a latitude of this cosine, for an angle of `unit` m of the equator."""
     curved = 1 - ECCENTRICITY2 * (1 - cosine * cosine)
     long = unit / math.sqrt(curved)
     return long * cosine, long * (1 - ECCENTRICITY2) / curved
 
 
 def _require_metres(raster: Raster) -> None:
-    """Raise RasterError for a coordinate system whose metres are far from those of the land in the middle of
-    the raster, where rasterio knows it."""
+    """Raise RasterError for metres that are far from those of the land, where rasterio knows them."""
     if not raster.crs or raster.north is None or raster.west is None:
         return
     try:
@@ -332,8 +321,7 @@ def _require_metres(raster: Raster) -> None:
 
 
 def _cosine(square: float) -> float:
-    """The cosine of an angle of at most a right one [rad] by its square, of a negative one the hyperbolic
-    cosine of its root; by their series: the same bits on every machine."""
+    """The cosine by the square of an angle [rad], of a negative one cosh of its root: everywhere the same bits."""
     term = total = 1.0
     for k in range(1, 30, 2):
         term *= -square / (k * (k + 1))

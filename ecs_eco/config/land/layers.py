@@ -1,6 +1,4 @@
-"""Reads vector layers, GeoJSON by itself and others through pyogrio, and lays them on the cells of a world:
-areas on maps, lines as they are.
-"""
+"""Reads vector layers, GeoJSON by itself and others through pyogrio, and lays them on the cells of a world."""
 
 from __future__ import annotations
 
@@ -47,8 +45,7 @@ NAMES = {POINT: "points", LINE: "lines", AREA: "areas"}
 def lay(
     terrain: Terrain, folder: Path, frame: Any, kinds: np.ndarray, lakes: np.ndarray
 ) -> list[dict[str, Any]]:
-    """Mark the lakes and classes of all layers on maps [ny, nx], in their order; return the lines of roads
-    and fences in the world [m]. Raises RasterError."""
+    """Mark lakes and classes on maps [ny, nx]; return the lines of roads and fences [m]. Raises RasterError."""
     lines: list[dict[str, Any]] = []
     for i, layer in enumerate(terrain.layers):
         if frame.place is None:
@@ -90,8 +87,7 @@ def lay(
 
 
 def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tuple[int, Line]]:
-    """Return the lines and the rings of areas of a layer, f64[k, 2] in the coordinate system `crs`; raises
-    RasterError."""
+    """Yield the lines and rings of a layer, f64[k, 2] in the coordinate system `crs`; raises RasterError."""
     try:
         own, names, shapes = _content(path_of(layer.file, folder), layer.layer)
         if layer.layer is not None and layer.layer not in names:
@@ -134,12 +130,10 @@ def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tup
 
 
 def _content(path: Path, layer: str | None) -> Content:
-    """Return a file's coordinate system, "" where it is not known, the names of its layers, and the shapes of
-    one, none where there is no such layer.
+    """Return a file's coordinate system, "" if unknown, the names of its layers, and the shapes of one.
 
     GDAL gets bytes, or a Shapefile, which is several files, and only where they begin as its own kind does:
-    it would otherwise take any of its drivers, and some of these open addresses that a file names.
-    """
+    it would otherwise take any of its drivers, and some of these open addresses that a file names."""
     kind = path.suffix.lower()
     content = read_bytes(path, MOST_BYTES)
     if kind not in BEGINNINGS or not content.lstrip().startswith(BEGINNINGS[kind]):
@@ -236,8 +230,7 @@ def _parts(wkb: bytes, at: int) -> tuple[list[tuple[int, Line]], int]:
 
 
 def covered(rings: list[Line], frame: Any) -> np.ndarray:
-    """Which cells have their centre within areas, bool[ny, nx]: those that a line from there crosses the
-    rings an odd number of times, so that holes are holes."""
+    """Which cells have their centre in areas, bool[ny, nx]: a line from there crosses odd numbers of rings."""
     out = np.zeros((frame.ny, frame.nx), np.bool_)
     cx = (np.arange(frame.nx) + 0.5) * frame.size[0] / frame.nx
     cy = (np.arange(frame.ny) + 0.5) * frame.size[1] / frame.ny

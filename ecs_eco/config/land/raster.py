@@ -61,9 +61,8 @@ LATITUDES, LONGITUDES = ("latitude", "lat", "y"), ("longitude", "lon", "x")
 class Raster(NamedTuple):
     """Numbers on a grid, f64[ny, nx], the first row in the north, NaN where there is none.
 
-    `west` and `north` are the outer edges and `dx`, `dy` the sides of a cell, in units of `crs`; all four are
-    None where the file does not say them. `crs` is "" where it is not known.
-    """
+    `west` and `north` are the outer edges, `dx` and `dy` the sides of a cell, in units of `crs`; None or "" where
+    the file does not say them."""
 
     values: np.ndarray
     west: float | None = None
@@ -88,8 +87,7 @@ def refused(part: str, what: str, value: object, allowed: str = "", near: str = 
 
 
 def path_of(name: str, folder: Path) -> Path:
-    """Return the path of a raster: of a file in `folder`, or, as "package:path", of one that comes with an
-    installed package; raises RasterError where there is no such package, or the file is not below there."""
+    """Return the path of a raster in `folder`, or of "package:path"; raises RasterError for any other."""
     package, colon, rest = name.partition(":")
     if not (colon and re.fullmatch(r"[A-Za-z_]\w+", package)):
         return _below(folder, name, name)
@@ -114,10 +112,7 @@ def _below(folder: Path, rest: str, name: str) -> Path:
 
 
 def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str | None = None) -> Raster:
-    """Read one band of a raster file; `crs` is its coordinate system where the file does not say it.
-
-    Raises RasterError.
-    """
+    """Read one band of a raster file; `crs` counts where the file says none. Raises RasterError."""
     path = path_of(name, folder)
     try:
         status = os.stat(path)

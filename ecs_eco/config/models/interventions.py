@@ -178,8 +178,7 @@ AnyIntervention = Annotated[Cull | Add | Fence | Road | Dose | Set | Switch, Fie
 
 
 def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
-    """Return those of `planned` that are due in a tick or after it,
-    each with the first such tick as its `at`."""
+    """Return those of `planned` that are due in a tick or after it, with the first such tick as `at`."""
     dated = ((intervention, intervention.next(tick)) for intervention in planned)
     return [intervention.model_copy(update={"at": at}) for intervention, at in dated if at is not None]
 

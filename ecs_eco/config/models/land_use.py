@@ -52,8 +52,7 @@ class Use(Section, change=FREE):
 
 @lru_cache(256)
 def exact(value: float) -> Fraction:
-    """The ratio of whole numbers that a value stands for, 1/5 for 0.2: with it every year has the same ticks,
-    which the rounding of floats would shift."""
+    """The ratio that a value stands for, 1/5 for 0.2: rounding of floats would give years unequal ticks."""
     return Fraction(value).limit_denominator(10**6)
 
 
