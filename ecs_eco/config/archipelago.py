@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.ranges import key_of
+from ecs_eco.config.rules import written_at
 from ecs_eco.engine.errors import ConfigError, Problem
 
 FIXED = ("archipelago", "code", "dt", "format", "name", "ticks")
@@ -39,9 +40,10 @@ def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], Wo
     problems: list[Problem] = []
     worlds: dict[str, WorldConfig] = {}
     for name, own in plan.islands.items():
+        place = ("archipelago", "islands", name)
         problems += [
             Problem(
-                ("archipelago", "islands", name, key),
+                (*place, key),
                 "is the same on all islands",
                 value,
                 "a key of the rest of the world, for example species.deer.count",
@@ -53,17 +55,14 @@ def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], Wo
             try:
                 worlds[name] = world_of(config, name) if own or not worlds else config
             except ConfigError as error:
-                problems += [_moved(p, name, own) for p in error.problems]
+                problems += [written_at(p, place, _written(p, own)) for p in error.problems]
     return problems or [p for name, world in worlds.items() for p in _unlike(config, world, name)]
 
 
-def _moved(problem: Problem, name: str, own: Mapping[str, Any]) -> Problem:
-    """The problem at the island's own value that it comes from."""
+def _written(problem: Problem, values: Iterable[str]) -> str | None:
+    """Return which of some dotted keys with values a problem comes from, if any."""
     path = ".".join(map(str, problem.key))
-    written = next((key for key in own if key == path or path.startswith(f"{key}.")), None)
-    what = problem.what if written is not None else f"{problem.what}, at {problem.path}"
-    place = ("archipelago", "islands", name)
-    return problem.moved(key=place if written is None else (*place, written), what=what, source="", line=None)
+    return next((key for key in values if key == path or path.startswith(f"{key}.")), None)
 
 
 def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Problem]:

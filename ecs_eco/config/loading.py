@@ -18,11 +18,12 @@ from ecs_eco.config.explain import problems_of, value_at
 from ecs_eco.config.extension import model_for, unknown_keys
 from ecs_eco.config.features.feature import Feature
 from ecs_eco.config.knobs import check_knobs
-from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.models.world import Ramp, Training, WorldConfig
 from ecs_eco.config.names import names_in, own_features
 from ecs_eco.config.overrides import Overrides, apply_overrides, fix_ranges
 from ecs_eco.config.ranges import check_search, key_of, real_key, take_ranges
 from ecs_eco.config.reading import too_deep
+from ecs_eco.config.rules import written_at
 from ecs_eco.engine.code import Code, read
 from ecs_eco.engine.errors import MOST, ConfigError, Problem
 
@@ -188,7 +189,7 @@ def _check_training(config: WorldConfig) -> list[Problem]:
     return problems or [p for i, ramp in enumerate(plan.ramp) for p in _check_ramp(training, i, ramp)]
 
 
-def _check_ramp(config: WorldConfig, number: int, ramp: Any) -> list[Problem]:
+def _check_ramp(config: WorldConfig, number: int, ramp: Ramp) -> list[Problem]:
     """Problems of the two ends of a ramp, in the training world."""
     from ecs_eco.config.mutable_keys import refused
 
@@ -205,15 +206,12 @@ def _check_ramp(config: WorldConfig, number: int, ramp: Any) -> list[Problem]:
     return []
 
 
-def _moved_to_training(problem: Problem, plan: Any) -> Problem:
+def _moved_to_training(problem: Problem, plan: Training) -> Problem:
     """The problem at the entry of [training] set or vary that it comes from."""
     path = ".".join(map(str, problem.key))
-    part, written = next(
-        ((part, k) for part in ("vary", "set") for k in getattr(plan, part) if k == path), ("set", None)
-    )
-    key = ("training", part) if written is None else ("training", part, written)
-    fault = problem.what if written is not None else f"{problem.what}, at {problem.path} while training"
-    return problem.moved(key=key, what=fault, source="", line=None)
+    part = "vary" if path in plan.vary else "set"
+    written = path if path in getattr(plan, part) else None
+    return written_at(problem, ("training", part), written, " while training")
 
 
 def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:

@@ -53,3 +53,11 @@ def inside(key: Key, at: Sequence[float], size: Sequence[float]) -> Iterator[Pro
 def extent(size: Sequence[float]) -> str:
     """Return what coordinates may be in a space of this size, in words."""
     return " and ".join(f"0 to {side:g} m" for side in size)
+
+
+def written_at(problem: Problem, place: Key, written: str | None, while_: str = "") -> Problem:
+    """Return a problem of another world moved to the value that was `written` for it at a place, or to the place
+    itself, and then with its own key."""
+    where = "" if written is not None else f", at {problem.path}{while_}"
+    key = place if written is None else (*place, written)
+    return problem.moved(key=key, what=problem.what + where, source="", line=None)

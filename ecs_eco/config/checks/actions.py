@@ -46,8 +46,7 @@ def _check_known_group(
         yield Problem(at, "is empty", actions, listed(known))
     for i, action in enumerate(actions):
         yield from named((*at, i), word, action, known)
-        if action in known and action in actions[:i]:
-            yield Problem((*at, i), "named twice", action, listed(known))
+    yield from once(at, actions, listed(known))
     ways = {"turn": ("turn",), "climb": ("climb", "pitch")}.get(group, ())
     if ways and not any(getattr(species.locomotion, way, 0) for way in ways):
         fault = f"it cannot {group}: locomotion.{group} is missing or 0"

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.matter import Key, check_matter, check_size
+from ecs_eco.config.checks.actions import groups_of_systems
+from ecs_eco.config.checks.matter import check_matter, check_size
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import Problem, unknown
+from ecs_eco.config.rules import Key, at_most, in_reach, named
+from ecs_eco.engine.errors import Problem
 
 MOST_SITES = 10_000_000  # of plants
 # spheres placed at random until none fits, per spacing^dims
@@ -50,13 +52,12 @@ def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterat
             allowed = f"at most {most / config.dt:g} m/s"
             yield Problem((*key, "speed", gait), "further than half of the world in one tick", speed, allowed)
     for gait in species.locomotion.cost:
-        if gait not in species.locomotion.speed:
-            yield unknown((*key, "cost", gait), "gait", gait, species.locomotion.speed)
+        yield from named((*key, "cost", gait), "gait", gait, species.locomotion.speed)
 
 
 def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     way, at = species.reproduction, (*key, "reproduction")
-    if "mate" in species.actions and not isinstance(way, Sexual) and not _own_mating(config):
+    if "mate" in species.actions and not isinstance(way, Sexual) and "mate" not in groups_of_systems(config):
         allowed = 'reproduction.kind = "sexual", or no such group'
         yield Problem(
             (*key, "actions", "mate"), "it has no sexual reproduction", species.actions["mate"], allowed
@@ -69,23 +70,17 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         )
     if way.place == "near" and way.dispersal is None and not isinstance(way, Sexual):
         yield Problem((*at, "dispersal"), 'is missing with place = "near"', allowed="a distance [m]")
-    if way.dispersal is not None and way.dispersal > config.space.widest:
-        allowed = f"at most {config.space.widest:g} m"
-        yield Problem((*at, "dispersal"), config.space.too_wide, way.dispersal, allowed)
+    yield from in_reach(config.space, (*at, "dispersal"), way.dispersal or 0.0)
     if isinstance(way, Bearing):
         most = species.metabolism.energy_max
-        if way.energy_min > most:
-            fault = "more than energy_max: nobody would be born"
-            yield Problem((*at, "energy_min"), fault, way.energy_min, f"at most {most:g}")
+        fault = "more than energy_max: nobody would be born"
+        yield from at_most((*at, "energy_min"), fault, way.energy_min, most, "")
         if isinstance(way, Alone) and way.energy_given > way.energy_min:
             allowed = f"at most energy_min, {way.energy_min:g}"
             yield Problem(
                 (*at, "energy_given"), "more than the parent needs to have", way.energy_given, allowed
             )
-        if way.energy_given > most:
-            yield Problem(
-                (*at, "energy_given"), "more than energy_max", way.energy_given, f"at most {most:g}"
-            )
+        yield from at_most((*at, "energy_given"), "more than energy_max", way.energy_given, most, "")
     if isinstance(way, Sexual):
         yield from _check_mating(config, key, species, way)
     room = _room(config, species)
@@ -97,11 +92,6 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         yield Problem((*at, "spacing"), fault, way.spacing, "a smaller spacing, or fewer organisms")
 
 
-def _own_mating(config: WorldConfig) -> bool:
-    """Whether a system of the world's own carries out the action."""
-    return any("mate" in getattr(config.known(system), "acts", ()) for system in config.systems)
-
-
 def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) -> Iterator[Problem]:
     at, most = (*key, "reproduction"), species.metabolism.energy_max
     if species.sex in ("female", "male"):
@@ -111,8 +101,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
             species.sex,
             "random, or none for hermaphrodites",
         )
-    if way.reach > config.space.widest:
-        yield Problem((*at, "reach"), config.space.too_wide, way.reach, f"at most {config.space.widest:g} m")
+    yield from in_reach(config.space, (*at, "reach"), way.reach)
     farthest = (way.dispersal or 4 * species.body.bound) * (1 if config.dims == 2 else math.sqrt(2))
     if way.place == "near" and farthest <= way.spacing:
         yield Problem(

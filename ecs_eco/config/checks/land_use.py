@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from ecs_eco.config.checks.interventions import check_region
 from ecs_eco.config.models.land_use import Harvest
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import Problem, unknown
+from ecs_eco.config.rules import named
+from ecs_eco.engine.errors import Problem
 
 
 def check_land_use(config: WorldConfig) -> Iterator[Problem]:
@@ -15,8 +16,7 @@ def check_land_use(config: WorldConfig) -> Iterator[Problem]:
     kinds = [*config.species, *config.objects]
     for i, use in enumerate(config.land_use):
         key = ("land_use", i)
-        if use.species not in kinds:
-            yield unknown((*key, "species"), "species or object type", use.species, kinds)
+        yield from named((*key, "species"), "species or object type", use.species, kinds)
         if use.region is not None:
             yield from check_region((*key, "region"), use.region, config)
         if use.until is not None and use.until < use.at:

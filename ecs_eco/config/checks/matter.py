@@ -9,7 +9,8 @@ from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import PROPERTIES, ObjectType
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import Problem, unknown
+from ecs_eco.config.rules import named
+from ecs_eco.engine.errors import Problem
 
 Key = tuple[str | int, ...]
 
@@ -17,11 +18,9 @@ Key = tuple[str | int, ...]
 def check_matter(config: WorldConfig, key: Key, kind: Species | ObjectType) -> Iterator[Problem]:
     """Problems of undeclared properties and substances, and of compressible bodies without a pressure."""
     for name in kind.properties:
-        if name not in PROPERTIES:
-            yield unknown((*key, "properties", name), "property", name, PROPERTIES)
+        yield from named((*key, "properties", name), "property", name, PROPERTIES)
     for name in kind.substances:
-        if name not in config.substances:
-            yield unknown((*key, "substances", name), "substance", name, config.substances)
+        yield from named((*key, "substances", name), "substance", name, config.substances)
     if kind.body.compressible and "pressure" not in kind.properties:
         yield Problem(
             (*key, "properties", "pressure"),

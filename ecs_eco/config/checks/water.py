@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import Problem, unknown
+from ecs_eco.config.rules import named
+from ecs_eco.engine.errors import Problem
 
 MOST_LAYERS = 100_000
 
@@ -22,8 +23,7 @@ def check_water(config: WorldConfig) -> Iterator[Problem]:
         )
         return
     for name in water.shading:
-        if name not in config.species:
-            yield unknown(("water", "shading", name), "species", name, config.species)
+        yield from named(("water", "shading", name), "species", name, config.species)
     if water.layer > size[2] or size[2] / water.layer > MOST_LAYERS:
         allowed = f"at most {size[2]:g} m, and at least {size[2] / MOST_LAYERS:g}"
         yield Problem(("water", "layer"), "no layer of this water", water.layer, allowed)
