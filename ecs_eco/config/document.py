@@ -15,11 +15,10 @@ from ecs_eco.config.features.feature import Feature
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.reading import read_toml, too_deep
+from ecs_eco.config.rules import Key
 from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.code import Code
 from ecs_eco.engine.errors import MISSING, ConfigError, Problem, how_many, listed, nearest
-
-Key = tuple[str | int, ...]
 
 
 @dataclass
@@ -54,7 +53,10 @@ class Document:
         return {key: value_at(self.data, key) for key in self.set}
 
 
-def read_document(world: Any) -> Document:
+World = str | Path | Mapping[str, Any] | WorldConfig | Document
+
+
+def read_document(world: World) -> Document:
     """The document of a shipped world, a file, a dict or a configuration; raises ConfigError."""
     if isinstance(world, Document):
         return world

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.matter import Key, check_matter, check_size, longest
+from ecs_eco.config.checks.matter import check_matter, check_size, longest
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.features.heat import check_heat
 from ecs_eco.config.models.surroundings import ObjectType
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.rules import Key, at_most, extent, inside
 from ecs_eco.engine.errors import Problem
 
 
@@ -19,15 +20,12 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
     if kind.count and placed:
         fault = "given together with at" if kind.at else "given together with between"
         yield Problem((*key, "count"), fault, kind.count, "one of count and at")
-    if (
-        not kind.count
-        and not placed
-        and not any(name in (s.remains, *of_each(s, "makes")) for s in config.species.values())
-    ):
+    made = (name in (s.remains, *of_each(s, "makes")) for s in config.species.values())
+    if not kind.count and not placed and not any(made):
         allowed = "at least 1, or a list at, or a species that leaves it as remains or builds it"
         yield Problem((*key, "count"), "none of these would ever exist", kind.count, allowed)
     for i, at in enumerate(kind.at):
-        yield from outside((*key, "at", i), at, config.space.size)
+        yield from inside((*key, "at", i), at, config.space.size)
     if len(kind.heading) not in (0, 1, len(kind.at)):
         yield Problem(
             (*key, "heading"),
@@ -61,16 +59,12 @@ def _check_ways(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Pro
             allowed='body.shape = "capsule" or "box", or places in at',
         )
         return
-    least, most = 0.0 if kind.body.shape == "box" else 2 * kind.body.radius, longest(config)
+    size, most = config.space.size[:2], longest(config)
+    least = 0.0 if kind.body.shape == "box" else 2 * kind.body.radius
     for i, way in enumerate(kind.between):
         at = (*key, "between", i)
-        if not all(0 <= x <= side for x, side in zip(way, [*config.space.size[:2]] * 2, strict=True)):
-            yield Problem(
-                at,
-                "outside of the world",
-                way,
-                " and ".join(f"0 to {side:g} m" for side in config.space.size[:2]),
-            )
+        if not all(0 <= x <= side for x, side in zip(way, size * 2, strict=True)):
+            yield Problem(at, "outside of the world", way, extent(size))
         elif not least < (length := math.dist(way[:2], way[2:])) <= most:
             yield Problem(
                 at, f"{length:g} m from end to end", way, f"more than {least:g} m, at most {most:g} m"
@@ -94,22 +88,12 @@ def _check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[P
         yield Problem((*at, "speed"), "is missing: it goes along a path", allowed="a speed [m/s]")
     if motion.path is None and motion.speed is not None:
         yield Problem((*at, "speed"), "given without a path", motion.speed, "a path, or a velocity alone")
-    places = {("velocity",): motion.velocity} | {("path", i): p for i, p in enumerate(motion.path or ())}
-    for part, numbers in places.items():
-        if numbers is not None and len(numbers) != len(size):
-            yield Problem((*at, *part), "wrong number of coordinates", numbers, f"{len(size)} numbers")
-        elif part != ("velocity",) and not all(0 <= x < s for x, s in zip(numbers or (), size, strict=True)):
-            yield Problem(
-                (*at, *part), "outside of the world", numbers, " and ".join(f"0 to {s:g} m" for s in size)
-            )
-    fastest, most = max(map(abs, motion.velocity or [motion.speed or 0.0])), min(size) / 2 / config.dt
-    if fastest > most:
-        yield Problem(at, "further than half of the world in one tick", fastest, f"at most {most:g} m/s")
-
-
-def outside(key: Key, at: list[float], size: list[float]) -> Iterator[Problem]:
-    """Problems of a place [m] that is not in a space of this size."""
-    if len(at) != len(size):
-        yield Problem(key, "wrong number of coordinates", at, f"{len(size)} numbers [m]")
-    elif not all(0 <= x < length for x, length in zip(at, size, strict=True)):
-        yield Problem(key, "outside of the world", at, " and ".join(f"0 to {s:g} m" for s in size))
+    if motion.velocity is not None and len(motion.velocity) != len(size):
+        yield Problem(
+            (*at, "velocity"), "wrong number of coordinates", motion.velocity, f"{len(size)} numbers"
+        )
+    for i, place in enumerate(motion.path or ()):
+        yield from inside((*at, "path", i), place, size)
+    fastest = max(map(abs, motion.velocity or [motion.speed or 0.0]))
+    most = min(size) / 2 / config.dt
+    yield from at_most(at, "further than half of the world in one tick", fastest, most, " m/s")

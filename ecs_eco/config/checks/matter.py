@@ -9,10 +9,8 @@ from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import PROPERTIES, ObjectType
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.rules import named
+from ecs_eco.config.rules import Key, at_most, named
 from ecs_eco.engine.errors import Problem
-
-Key = tuple[str | int, ...]
 
 
 def check_matter(config: WorldConfig, key: Key, kind: Species | ObjectType) -> Iterator[Problem]:
@@ -33,22 +31,15 @@ def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:
     """Problems of a body that does not fit into the world."""
     size, at = config.space.size, (*key, "body")
     if body.shape == "sphere":
-        most = min(size) / 2
-        if body.radius > most:
-            yield Problem(
-                (*at, "radius"), "the body does not fit into the world", body.radius, f"at most {most:g} m"
-            )
+        fault = "the body does not fit into the world"
+        yield from at_most((*at, "radius"), fault, body.radius, min(size) / 2)
         return
     name, most = "length" if body.shape == "capsule" else "size", longest(config)
     if max(body.extents[:2]) > most:
         yield Problem((*at, name), "the body does not fit into the world", allowed=f"at most {most:g} m")
-    if len(size) == 3 and body.extents[2] > size[2]:
-        yield Problem(
-            (*at, "radius" if body.shape == "capsule" else name),
-            "higher than the world is deep",
-            body.extents[2],
-            f"at most {size[2]:g} m",
-        )
+    if len(size) == 3:
+        part = (*at, "radius" if body.shape == "capsule" else name)
+        yield from at_most(part, "higher than the world is deep", body.extents[2], size[2])
 
 
 def longest(config: WorldConfig) -> float:

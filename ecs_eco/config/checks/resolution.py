@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.matter import Key
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import Problem
 
 STEPS = 8  # units of float32 that a step must have: it is then rounded by at most 1/16 of itself

@@ -12,7 +12,7 @@ from ecs_eco.config.checks.body import check_body
 from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.data import check_data
 from ecs_eco.config.checks.genome import check_genome
-from ecs_eco.config.checks.inanimate import check_object, outside
+from ecs_eco.config.checks.inanimate import check_object
 from ecs_eco.config.checks.interventions import Changed, check_interventions, check_line
 from ecs_eco.config.checks.land import check_land
 from ecs_eco.config.checks.land_use import check_land_use
@@ -24,10 +24,10 @@ from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.interventions import Cull
 from ecs_eco.config.models.land_use import Harvest
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.rules import Key, at_most, inside
 from ecs_eco.engine.errors import MOST, Problem, unknown
 from ecs_eco.engine.section import RESERVED
 
-Key = tuple[str | int, ...]
 MOST_CELLS = 100_000_000  # of one field
 MOST_INDEX_CELLS = 4_000_000
 MOST_CAUSES = 255  # causes of death, stored in a byte
@@ -120,7 +120,7 @@ def _check_space(config: WorldConfig) -> Iterator[Problem]:
 
 def _check_fields(config: WorldConfig) -> Iterator[Problem]:
     space = config.space
-    most = min(space.size[:2]) / 2 if space.edges == "torus" else min(space.size[:2])
+    most = min(space.size[:2]) / (2 if space.edges == "torus" else 1)
     for name, field in config.fields.items():
         yield from _check_field_of_substance(config, name)
         cells = math.prod(max(1.0, s / field.cell) for s in space.size)
@@ -128,8 +128,7 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
         # a square may be 0
         steps = field.diffusion * config.dt * sum(2 / 0.9 / side / side for side in sides)
         if field.cell > most:
-            fault = "larger than half of the torus" if space.edges == "torus" else "larger than the world"
-            yield Problem(("fields", name, "cell"), fault, field.cell, f"at most {most:g} m")
+            yield Problem(("fields", name, "cell"), space.too_wide, field.cell, f"at most {most:g} m")
         elif cells > MOST_CELLS:
             fault = f"too small: the field would have {cells:.3g} cells"
             yield Problem(("fields", name, "cell"), fault, field.cell, f"at most {MOST_CELLS:.0e} cells")
@@ -175,10 +174,7 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
     if terrain is None:
         return
     most = min(size[:2]) / 2
-    if terrain.cell > most:
-        yield Problem(
-            ("terrain", "cell"), "larger than half of the world", terrain.cell, f"at most {most:g} m"
-        )
+    yield from at_most(("terrain", "cell"), "larger than half of the world", terrain.cell, most)
     if (cells := (size[0] / terrain.cell) * (size[1] / terrain.cell)) > MOST_CELLS:
         fault = f"too small: {cells:.3g} cells"
         yield Problem(("terrain", "cell"), fault, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
@@ -187,10 +183,7 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
     for group in ("mountains", "rocks", "lakes"):
         for i, mark in enumerate(getattr(terrain, group)):
             key = ("terrain", group, i)
-            yield from outside((*key, "at"), mark.at, size[:2])
-            if mark.radius > most:
-                yield Problem(
-                    (*key, "radius"), "larger than half of the world", mark.radius, f"at most {most:g} m"
-                )
+            yield from inside((*key, "at"), mark.at, size[:2])
+            yield from at_most((*key, "radius"), "larger than half of the world", mark.radius, most)
             if group == "mountains" and mark.height == 0:
                 yield Problem((*key, "height"), "a mountain without height", mark.height, "more than 0 m")

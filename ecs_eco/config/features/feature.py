@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import Any, ClassVar, Protocol, TypeVar
 
+from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import Problem
 from ecs_eco.engine.section import Section
 
-Key = tuple[str | int, ...]
 Model = TypeVar("Model", bound=Section)
 
 

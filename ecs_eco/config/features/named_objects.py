@@ -6,21 +6,20 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ecs_eco.config.features.feature import Key, WorldSections
+from ecs_eco.config.rules import at_most
 from ecs_eco.engine.errors import Problem, unknown
 
 
 def check_named(config: WorldSections, key: Key, ways: Sequence[Any], distance: str) -> Iterator[Problem]:
     """Yield what is wrong with entries that name an object type each, and look for it within a distance."""
-    widest = config.space.widest
     for i, way in enumerate(ways):
         if way.object not in config.objects:
             yield unknown((*key, i, "object"), "object type", way.object, config.objects)
         elif way.object in (other.object for other in ways[:i]):
             allowed = "one entry for each object type"
             yield Problem((*key, i, "object"), "named twice", way.object, allowed)
-        if getattr(way, distance) > widest:
-            fault, allowed = "larger than the world allows to look", f"at most {widest:g} m"
-            yield Problem((*key, i, distance), fault, getattr(way, distance), allowed)
+        fault = "larger than the world allows to look"
+        yield from at_most((*key, i, distance), fault, getattr(way, distance), config.space.widest)
 
 
 def check_used(species: Any, key: Key, section: str, group: str) -> Iterator[Problem]:
