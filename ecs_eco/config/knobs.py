@@ -1,16 +1,19 @@
-"""The knobs that a world names: which numbers its page offers as sliders, and between which ends."""
+"""What pages offer to change in a run: numbers and switches that may change, and the knobs that a world names."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Iterator
 from typing import Any
+
+from pydantic import BaseModel
 
 from ecs_eco.config.models.viewer import Knob
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.mutable_keys import why_not
-from ecs_eco.config.parameters import coded, parameters
+from ecs_eco.config.mutable_keys import may_change, why_not
+from ecs_eco.config.numbers import labels
 from ecs_eco.config.ranges import Key, key_of, name_of, real_key
 from ecs_eco.engine.errors import Problem, listed, nearest
+from ecs_eco.engine.section import LARGEST, Use, function_name
 
 
 def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
@@ -105,3 +108,117 @@ def offered(config: WorldConfig | None) -> dict[str, Any]:
                 }
             )
     return {"list": rows, "knobs": knobs}
+
+
+NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
+
+
+def parameters(config: Any, keys: Iterable[str] | None = None) -> list[dict[str, Any]]:
+    """Return all numbers and switches that an intervention "set" may change: key, value, whether it is whole,
+    unit, low, high (null: no bound), about. Of `keys`, dotted, where they are given; none that genes code for."""
+    wanted = None if keys is None else frozenset(_ways_to(keys))
+    genes = coded(config)
+    rows = _walk(config, (), {}, wanted)
+    return [
+        row
+        for row in rows
+        if row["key"] not in genes
+        and row["key"].split(".")[0] not in NOT_NOW
+        and may_change(row["key"], type(config))
+    ]
+
+
+def coded(config: Any) -> dict[str, str]:
+    """Return the gene that codes for a value, by dotted key."""
+    return {
+        ".".join(map(str, ("species", name, *key))): gene.name
+        for name, species in config.species.items()
+        if species.genome
+        for gene in species.genome.genes
+        if gene.trait and (key := _key_of(species, gene.trait))
+    }
+
+
+def _key_of(species: Any, trait: str) -> tuple[str | int, ...] | None:
+    """Return where a species' section has the value of a trait; None where it has none."""
+    from ecs_eco.config.traits import label_of
+
+    kind, _, rest = trait.partition(".")
+    name, _, field = rest.rpartition(".")
+    if kind == "reflex" and species.reflex is not None:
+        for i, connection in enumerate(species.reflex.connections):
+            if label_of(connection) == name:
+                threshold = "above" if connection.above is not None else "below"
+                return ("reflex", "connections", i, threshold if field == "threshold" else field)
+    if kind == "happiness" and species.happiness is not None and rest in species.happiness.weights:
+        return ("happiness", "weights", rest)
+    if trait == "life.age_max":
+        return next(
+            (
+                ("lethal", i, "max")
+                for i, limit in enumerate(species.lethal)
+                if limit.property == "age" and limit.max is not None
+            ),
+            None,
+        )
+    key, value = [], species
+    for part in trait.split("."):
+        if isinstance(value, list):
+            entries = {label: str(i) for i, label in enumerate(labels(value))}
+            part = entries.get(part, part)
+            value = value[int(part)] if part in entries.values() else None
+        else:
+            value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
+        key.append(part)
+    return None if value is None else tuple(key)
+
+
+def _ways_to(keys: Iterable[str]) -> Iterator[tuple[str, ...]]:
+    """Yield keys, and all that they are below."""
+    for key in keys:
+        parts = tuple(key.split("."))
+        yield from (parts[:n] for n in range(len(parts) + 1))
+
+
+def _walk(
+    value: Any, key: tuple[str, ...], field: dict[str, Any], wanted: Container[tuple[str, ...]] | None
+) -> Iterator[dict[str, Any]]:
+    if wanted is not None and key not in wanted:
+        return
+    if isinstance(value, Use):
+        for name, inner in value.parameters.items():
+            about = f"parameter of {function_name(value)}"
+            yield from _walk(
+                inner, (*key, name), {"unit": "", "low": None, "high": None, "about": about}, wanted
+            )
+    elif isinstance(value, BaseModel):
+        for name, info in type(value).model_fields.items():
+            if wanted is not None and (*key, name) not in wanted:
+                continue
+            yield from _walk(getattr(value, name), (*key, name), _field(info), wanted)
+    elif isinstance(value, dict):
+        for name, inner in value.items():
+            yield from _walk(inner, (*key, str(name)), field, wanted)
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            if isinstance(inner, BaseModel):
+                yield from _walk(inner, (*key, str(i)), field, wanted)
+    elif isinstance(value, bool | int | float) and key:
+        yield {"key": ".".join(key), "value": value, "whole": isinstance(value, int), **field}
+
+
+def _field(info: Any) -> dict[str, Any]:
+    """Return unit, bounds and description of a field."""
+    extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
+    bounds: dict[str, float | None] = {"low": None, "high": None}
+    for rule in info.metadata:
+        for name, words in (("low", ("ge", "gt")), ("high", ("le", "lt"))):
+            for word in words:
+                bound = getattr(rule, word, None)
+                if bound is not None and abs(bound) < LARGEST:
+                    bounds[name] = bound
+    return {
+        "unit": str(extra.get("unit", "")),
+        **bounds,
+        "about": (info.description or "").rpartition(" [")[0] or info.description or "",
+    }

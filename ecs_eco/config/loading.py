@@ -11,13 +11,13 @@ from typing import Any
 from pydantic import ValidationError
 
 from ecs_eco.config.archipelago import check_islands, seed_of
-from ecs_eco.config.checks.data import check_measurements
 from ecs_eco.config.checks.world import check
 from ecs_eco.config.document import Document, World, read_document
 from ecs_eco.config.explain import problems_of, value_at
 from ecs_eco.config.extension import model_for, unknown_keys
 from ecs_eco.config.features.feature import Feature
 from ecs_eco.config.knobs import check_knobs
+from ecs_eco.config.measurements import check_measurements
 from ecs_eco.config.models.interventions import AnyIntervention
 from ecs_eco.config.models.world import Ramp, Training, WorldConfig
 from ecs_eco.config.mutable_keys import refused

@@ -1,14 +1,15 @@
-"""Reading measurements: an outside series, from a CSV file, whose times are evenly spaced."""
+"""Measurements: an outside series, from a CSV file, whose times are evenly spaced; and the checks of [data]."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 FEWEST = 12
@@ -175,3 +176,30 @@ def _number(text: str) -> float:
 
 def _refused(place: Place, what: str, file: str | Path, allowed: str) -> ConfigError:
     return ConfigError([Problem(place.file, what, str(file), allowed, source=place.of_file)])
+
+
+def check_measurements(config: WorldConfig) -> list[Problem]:
+    """The problems of the file of [data], as `ecs_eco.config.measurements` finds them."""
+    if config.data is None:
+        return []
+    from ecs_eco.config.measurements import measured
+
+    try:
+        measured(config)
+    except ConfigError as error:
+        return list(error.problems)
+    return []
+
+
+def check_data(config: WorldConfig) -> Iterator[Problem]:
+    """The problems of names."""
+    if config.data is None:
+        return
+    known, taken = [*config.species, *config.reporters], set()
+    for column, name in config.data.columns.items():
+        key = ("data", "columns", column)
+        if name not in known:
+            yield Problem(key, "no such species or reporter", name, listed(known), nearest(name, known))
+        elif name in taken:
+            yield Problem(key, "another column is compared with it, too", name, "a column for each")
+        taken.add(name)

@@ -6,15 +6,12 @@ Gray code a digit is the sum of the letters so far modulo A: neighbouring number
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.engine.elementary import arrays, power, scalars
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.models import Gene
-    from ecs_eco.genomes.traits import Shapes, Trait
+from ecs_eco.genomes.models import Gene
+from ecs_eco.genomes.traits import Shapes, Trait
 
 SLACK = 1e-6  # of a range: how far float32 may round beyond its end
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -12,9 +12,7 @@ from ecs_eco.genomes.alphabet import Alphabet
 from ecs_eco.genomes.codes import Code, Codons, Listed, Range, Weights
 from ecs_eco.genomes.models import Dominance, Gene, GenomeSection
 from ecs_eco.genomes.problems import is_weights, n_codons, places, problems, shapes_of
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.traits import Shapes, Trait
+from ecs_eco.genomes.traits import Shapes, Trait
 
 
 class Piece(NamedTuple):
@@ -76,15 +74,19 @@ class Layout:
         shapes: Mapping[str, Shapes] | Shapes | None = None,
     ) -> Layout:
         """Return the layout of a genome of fixed length; `shapes` given as a list are those of policy.weights."""
-        if shapes is not None and not isinstance(shapes, Mapping):
-            shapes = {"policy.weights": shapes}
         if section.longest is not None:
             raise ValueError(
                 "Layout.from_config: strings of this section vary in length; "
                 "ecs_eco.genomes.layout_of takes it"
             )
         return cls(
-            section.genes, section.alphabet, section.ploidy, section.dominance, section.loci, traits, shapes
+            section.genes,
+            section.alphabet,
+            section.ploidy,
+            section.dominance,
+            section.loci,
+            traits,
+            by_trait(shapes),
         )
 
     def __getitem__(self, name: str) -> Code:
@@ -284,3 +286,8 @@ def _code(gene: Gene, first: int, size: int, trait: Trait | None, shapes: Mappin
     if is_weights(gene, trait):
         return Weights(gene, trait, codons, shapes_of(gene, shapes) or [])
     return Range(gene, trait, codons) if gene.values is None else Listed(gene, trait, codons)
+
+
+def by_trait(shapes: Mapping[str, Shapes] | Shapes | None) -> Mapping[str, Shapes] | None:
+    """Return shapes of networks by trait; a list is those of policy.weights."""
+    return shapes if shapes is None or isinstance(shapes, Mapping) else {"policy.weights": shapes}

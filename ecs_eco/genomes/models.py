@@ -22,6 +22,7 @@ from ecs_eco.engine.section import (
     quantity,
     table,
 )
+from ecs_eco.genomes.alphabet import Alphabet
 
 Dominance = Literal["first", "mean", "greater"]
 Doubled = Literal["first", "mean", "sum", "greatest"]
@@ -218,6 +219,4 @@ class GenomeSection(Section, own=LETTERS):
     @field_validator("alphabet")
     @classmethod
     def _each_letter_once(cls, letters: str) -> str:
-        from ecs_eco.genomes.alphabet import Alphabet
-
         return Alphabet(letters).letters

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import inspect
 import random
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,12 +16,11 @@ import numpy as np
 from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.errors import UnknownName, listed, nearest, unknown_name
 from ecs_eco.genomes.choices import RULES
+from ecs_eco.genomes.layout import Layout
+from ecs_eco.genomes.models import GenomeSection
 
 if TYPE_CHECKING:
     from deap.base import Toolbox
-
-    from ecs_eco.genomes.layout import Layout
-    from ecs_eco.genomes.models import GenomeSection
 
 TRIALS = 20
 PREFIX = {"mate": "cx", "mutate": "mut"}
@@ -303,22 +303,32 @@ def _letters(value: Any, size: int) -> bool:
     return all(_is_whole(v) and 0 <= v < size for v in values)
 
 
+@contextmanager
+def kept_random() -> Iterator[None]:
+    """Leave Python's random numbers as they were."""
+    state = random.getstate()
+    try:
+        yield
+    finally:
+        random.setstate(state)
+
+
 def _try(word: str, name: str, operator: Callable[..., Any], layout: Layout) -> None:
     size, length = len(layout.alphabet), min(layout.length, LONGEST_TRIED)
     expected = length if layout.longest is None else None
-    chance, numbers = random.getstate(), str(np.random.get_state())  # noqa: NPY002
+    numbers = str(np.random.get_state())  # noqa: NPY002
     try:
-        for trial in range(TRIALS):
-            random.seed(trial)
-            lengths = [length if expected else random.randrange(1, length + 1) for _ in range(2)]
-            pair = [[random.randrange(size) for _ in range(n)] for n in lengths[: 2 if word == "mate" else 1]]
-            strings_of(word, name, operator(*pair), expected, size)
+        with kept_random():
+            for trial in range(TRIALS):
+                random.seed(trial)
+                lengths = [length if expected else random.randrange(1, length + 1) for _ in range(2)]
+                lengths = lengths[: 2 if word == "mate" else 1]
+                pair = [[random.randrange(size) for _ in range(n)] for n in lengths]
+                strings_of(word, name, operator(*pair), expected, size)
     except (TypeError, AttributeError, IndexError, KeyError, ZeroDivisionError, OverflowError) as error:
         raise ValueError(
             f"{word}: {name} fails on a list of letters' numbers: {type(error).__name__}: {error}"
         ) from error
-    finally:
-        random.setstate(chance)
     if str(np.random.get_state()) != numbers:  # noqa: NPY002
         raise ValueError(
             f"{word}: {name} draws from numpy's global random numbers; use Python's random, "

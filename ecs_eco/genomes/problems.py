@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from ecs_eco.engine.errors import Problem, listed, nearest
 from ecs_eco.genomes.codes import is_whole, n_coefficients
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.models import Gene
-    from ecs_eco.genomes.traits import Shapes, Trait
+from ecs_eco.genomes.models import Gene
+from ecs_eco.genomes.traits import Shapes, Trait
 
 Key = tuple[str | int, ...]
 MOST_LEVELS = 2**31  # of a codon

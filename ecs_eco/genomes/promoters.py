@@ -7,16 +7,13 @@ there is a copy of the gene, and reading goes on behind it; any other letter is 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.engine.errors import Problem
+from ecs_eco.genomes.models import Gene, GenomeSection
 from ecs_eco.genomes.problems import n_codons
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.models import Gene, GenomeSection
-    from ecs_eco.genomes.traits import Shapes, Trait
+from ecs_eco.genomes.traits import Shapes, Trait
 
 MOST_WORDS = 2**16  # of the longest promoter's length
 LONGEST = 1_000_000  # letters of a string of variable length

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import random
-from typing import TYPE_CHECKING
 
 from ecs_eco.genomes.promoters import copies_in
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.variable_layout import VariableLayout
+from ecs_eco.genomes.variable_layout import VariableLayout
 
 SLIP = 0.1  # by default
 

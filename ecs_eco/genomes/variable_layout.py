@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.genomes.codes import Code, Weights
-from ecs_eco.genomes.layout import Layout, Piece
+from ecs_eco.genomes.layout import Layout, Piece, by_trait
+from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.promoters import copies_in, problems_of_variable, promoters_of, word_table
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.models import GenomeSection
-    from ecs_eco.genomes.traits import Shapes, Trait
+from ecs_eco.genomes.traits import Shapes, Trait
 
 SEPARATORS = "|/;:,. "  # between the strings of a text; the first that is no letter
 
@@ -296,3 +294,14 @@ class VariableLayout(Layout):
     def check(self, loci: np.ndarray) -> np.ndarray:
         """Return rows as they are; raises ValueError for another width or type, or a wrong number."""
         return self._checked(loci, self.blank)
+
+
+def layout_of(
+    section: GenomeSection,
+    traits: Mapping[str, Trait] | None = None,
+    shapes: Mapping[str, Shapes] | Shapes | None = None,
+) -> Layout:
+    """Return the layout of a world file's genome; `shapes` given as a list are those of policy.weights."""
+    if section.longest is None:
+        return Layout.from_config(section, traits, shapes)
+    return VariableLayout(section, traits, by_trait(shapes))

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from deap import tools
 
 from ecs_eco.genomes.codes import Weights
+from ecs_eco.genomes.layout import Layout
 from ecs_eco.genomes.variable_layout import VariableLayout
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.layout import Layout
 
 
 def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float]]:

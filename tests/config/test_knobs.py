@@ -8,7 +8,7 @@ from ecs_eco.config.knobs import offered
 from ecs_eco.config.loading import changed, read_document
 from ecs_eco.config.mutable_keys import changes, refused
 from ecs_eco.config.numbers import values_in, with_value
-from ecs_eco.config.parameters import coded
+from ecs_eco.config.knobs import coded
 from ecs_eco.config.shipped import shipped
 from ecs_eco.engine.errors import ConfigError
 

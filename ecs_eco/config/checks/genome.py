@@ -22,11 +22,11 @@ from ecs_eco.engine.errors import Problem, UnknownName
 from ecs_eco.engine.section import LARGEST, SMALLEST, function_name
 from ecs_eco.genomes.layout import Layout
 from ecs_eco.genomes.models import Gene, GenomeSection
-from ecs_eco.genomes.of_section import layout_of
 from ecs_eco.genomes.operators import check_entry, taken_apart
 from ecs_eco.genomes.problems import problems
 from ecs_eco.genomes.promoters import problems_of_variable
 from ecs_eco.genomes.traits import Trait
+from ecs_eco.genomes.variable_layout import layout_of
 
 
 def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.matter import check_matter, check_size, longest
+from ecs_eco.config.checks.body import check_matter, check_size, longest
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.features.heat import check_heat
 from ecs_eco.config.models.surroundings import ObjectType

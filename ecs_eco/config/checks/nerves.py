@@ -9,8 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from ecs_eco.config.checks.actions import check_actions
-from ecs_eco.config.checks.body import farthest
-from ecs_eco.config.checks.matter import Key
+from ecs_eco.config.checks.body import Key, farthest
 from ecs_eco.config.formula import FormulaError, compile_formula
 from ecs_eco.config.memory import n_weights
 from ecs_eco.config.models.sensors import (

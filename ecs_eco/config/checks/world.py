@@ -7,24 +7,22 @@ from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
-from ecs_eco.config.checks.archipelago import check_archipelago
+from ecs_eco.config.archipelago import check_archipelago
 from ecs_eco.config.checks.body import check_body
 from ecs_eco.config.checks.code import check_code
-from ecs_eco.config.checks.data import check_data
 from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.checks.inanimate import check_object
-from ecs_eco.config.checks.interventions import Changed, check_interventions, check_line
+from ecs_eco.config.checks.interventions import Changed, check_interventions, check_land_use, check_line
 from ecs_eco.config.checks.land import check_land
-from ecs_eco.config.checks.land_use import check_land_use
 from ecs_eco.config.checks.nerves import check_nerves
 from ecs_eco.config.checks.reporters import check_reporters
 from ecs_eco.config.checks.resolution import check_resolution
-from ecs_eco.config.checks.water import check_water
 from ecs_eco.config.features.feature import of_each
+from ecs_eco.config.measurements import check_data
 from ecs_eco.config.models.interventions import Cull
 from ecs_eco.config.models.land_use import Harvest
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.rules import Key, at_most, inside
+from ecs_eco.config.rules import Key, at_most, inside, named
 from ecs_eco.engine.errors import MOST, Problem, unknown
 from ecs_eco.engine.section import RESERVED
 
@@ -187,3 +185,55 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
             yield from at_most((*key, "radius"), "larger than half of the world", mark.radius, most)
             if group == "mountains" and mark.height == 0:
                 yield Problem((*key, "height"), "a mountain without height", mark.height, "more than 0 m")
+
+
+MOST_LAYERS = 100_000
+
+
+def check_water(config: WorldConfig) -> Iterator[Problem]:
+    """All problems of the water, of sinking, and of swimming."""
+    yield from _check_volume(config)
+    water, size = config.water, config.space.size
+    if water is None:
+        return
+    if config.dims == 2:
+        yield Problem(
+            ("water",), "there is no depth in a plane", allowed="a space of three sizes, or no water"
+        )
+        return
+    for name in water.shading:
+        yield from named(("water", "shading", name), "species", name, config.species)
+    if water.layer > size[2] or size[2] / water.layer > MOST_LAYERS:
+        allowed = f"at most {size[2]:g} m, and at least {size[2] / MOST_LAYERS:g}"
+        yield Problem(("water", "layer"), "no layer of this water", water.layer, allowed)
+    for i, current in enumerate(water.current):
+        for axis, speed in enumerate(current.velocity):
+            if abs(speed) * config.dt > (most := size[axis] / 2):
+                fault = "further than half of the world in one tick"
+                yield Problem(
+                    ("water", "current", i, "velocity"), fault, speed, f"at most {most / config.dt:g} m/s"
+                )
+    if water.current and water.current_function is not None:
+        fault = "given together with a current by depth"
+        yield Problem(("water", "current_function"), fault, allowed="one of current and current_function")
+
+
+def _check_volume(config: WorldConfig) -> Iterator[Problem]:
+    bodies = [("species", n, s.body) for n, s in config.species.items()] + [
+        ("objects", n, o.body) for n, o in config.objects.items()
+    ]
+    for section, name, body in bodies:
+        if body.sinking and config.dims == 2:
+            yield Problem(
+                (section, name, "body", "sinking"),
+                "no up and down in a plane",
+                body.sinking,
+                "0, or a space of three sizes",
+            )
+    for name, species in config.species.items():
+        way = species.locomotion
+        if way is not None and way.pitch and way.climb:
+            allowed = "one of climb and pitch"
+            yield Problem(
+                ("species", name, "locomotion", "pitch"), "given together with climb", way.pitch, allowed
+            )
