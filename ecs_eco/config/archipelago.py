@@ -1,7 +1,5 @@
 """The worlds of an archipelago: what is wrong with it, with the values of its islands, and their seeds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 

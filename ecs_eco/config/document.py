@@ -1,7 +1,5 @@
 """A world before it is checked: its data, and the file and line that each part of it comes from."""
 
-from __future__ import annotations
-
 import copy
 import os
 from collections.abc import Mapping, Sequence

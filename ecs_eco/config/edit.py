@@ -1,7 +1,5 @@
 """Changes values in the text of a world file and keeps the rest; or writes a world as new TOML."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from collections.abc import Mapping

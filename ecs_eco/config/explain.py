@@ -1,7 +1,5 @@
 """Describes pydantic's errors in words: key, value, what is allowed, the nearest right name."""
 
-from __future__ import annotations
-
 import types
 import typing
 from typing import Any

@@ -3,8 +3,6 @@
 Everything is float32; true is 1, false is 0, and any number but 0 counts as true (not-a-number too). Python
 itself never evaluates the text: it becomes a tree of the operations listed here."""
 
-from __future__ import annotations
-
 import ast
 import operator
 from collections.abc import Callable, Iterable, Mapping

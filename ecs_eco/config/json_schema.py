@@ -1,7 +1,5 @@
 """The JSON schema of world files, with which editors complete keys, explain them and mark errors."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from typing import Any
 

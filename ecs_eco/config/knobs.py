@@ -1,7 +1,5 @@
 """What pages offer to change in a run: numbers and switches that may change, and the knobs that a world names."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Iterable, Iterator
 from typing import Any
 

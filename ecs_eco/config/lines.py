@@ -1,7 +1,5 @@
 """Finds the line of each key in a TOML text, and the characters of its value, which tomllib does not report."""
 
-from __future__ import annotations
-
 import re
 
 from ecs_eco.config.rules import Key

@@ -1,7 +1,5 @@
 """Loads a world, with values set from outside; or reports all problems."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Measurements: an outside series, from a CSV file, whose times are evenly spaced; and the checks of [data]."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

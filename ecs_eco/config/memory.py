@@ -1,7 +1,5 @@
 """The memory that a world needs at its start, estimated from its numbers alone, and what the machine has."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Iterator

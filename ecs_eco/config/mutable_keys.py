@@ -1,7 +1,5 @@
 """Which values of a world file may change while the world lives, and the alternatives for the others."""
 
-from __future__ import annotations
-
 import types
 from collections.abc import Iterator
 from functools import lru_cache

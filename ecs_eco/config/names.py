@@ -1,7 +1,5 @@
 """The keys of a world that name code: derived from the types of its fields, so that no new key is forgotten."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin

@@ -1,7 +1,5 @@
 """Notes on a world: what is allowed, and may not be what its author means."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from ecs_eco.config.models.reproduction import Bearing

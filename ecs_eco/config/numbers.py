@@ -1,7 +1,5 @@
 """Every number of a section of the world file: its key, what it may be, its unit."""
 
-from __future__ import annotations
-
 import types
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Values that are set from outside: `--set species.deer.count=50`, or a mapping of dotted keys."""
 
-from __future__ import annotations
-
 import copy
 import re
 from collections.abc import Iterable, Mapping

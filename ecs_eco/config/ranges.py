@@ -1,7 +1,5 @@
 """Numbers written `{ value = 0.014, search = [0.004, 0.02] }`: the range goes to [search.ranges]."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping

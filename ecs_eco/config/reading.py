@@ -1,7 +1,5 @@
 """Reads untrusted files: regular files of bounded size, TOML of bounded depth."""
 
-from __future__ import annotations
-
 import os
 import re
 import stat

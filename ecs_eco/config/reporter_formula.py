@@ -4,8 +4,6 @@
 Within the brackets the language is that of formula.py, with fields in the place of sensors. Everything is
 float64, and organisms are taken in the order of their uids, so that results do not depend on rows."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any

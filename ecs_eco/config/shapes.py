@@ -1,7 +1,5 @@
 """The shapes of networks whose weights genes may hold, before there is any network."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

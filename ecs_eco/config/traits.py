@@ -1,7 +1,5 @@
 """Which values of a species can be heritable, and the columns that hold an organism's own."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, replace
 from typing import Any

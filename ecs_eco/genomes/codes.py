@@ -3,8 +3,6 @@
 A codon of k letters of A is a number from 0 to A^k − 1, its first letter the most significant digit. With
 Gray code a digit is the sum of the letters so far modulo A: neighbouring numbers differ in one letter."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,17 +1,12 @@
 """Hand-written reflexes and happiness as small networks, so that mutation has weights to act on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 
 from ecs_eco.engine.threads import one_torch_thread
-
-if TYPE_CHECKING:
-    import torch
 
 BATCH = 512
 RATE = 1e-2  # of Adam at the start; it falls to 0
@@ -59,7 +54,7 @@ class Fitted:
             return out[:, 0]
         return (out.reshape(len(x), self.sizes[-1] // 3, 3).argmax(axis=2) - 1).astype(np.int8)
 
-    def with_weights(self, weights: np.ndarray) -> Fitted:
+    def with_weights(self, weights: np.ndarray) -> Self:
         """Return a network of the same form with other weights f32[size]; raises ValueError."""
         weights = np.array(weights, np.float32)
         if weights.shape != self.weights.shape:

@@ -1,9 +1,7 @@
 """The layout of a genome: which loci code for which value, both ways."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, Self, get_args
 
 import numpy as np
 
@@ -72,7 +70,7 @@ class Layout:
         section: GenomeSection,
         traits: Mapping[str, Trait] | None = None,
         shapes: Mapping[str, Shapes] | Shapes | None = None,
-    ) -> Layout:
+    ) -> Self:
         """Return the layout of a genome of fixed length; `shapes` given as a list are those of policy.weights."""
         if section.longest is not None:
             raise ValueError(

@@ -1,7 +1,5 @@
 """A genome: its alphabet, what every gene codes for, and the operators that make new genomes of old ones."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Annotated, Any, Literal
 

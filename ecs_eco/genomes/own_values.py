@@ -1,7 +1,5 @@
 """What organisms have in place of their species' values, where genes code for these."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Problems with the genes of a layout, each with its key in the section of the genome."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 
 from ecs_eco.engine.errors import Problem, listed, nearest

@@ -4,8 +4,6 @@ A string is read from its first letter on. Where a promoter stands and the lette
 there is a copy of the gene, and reading goes on behind it; any other letter is neutral.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Unequal crossover of strings of variable length, cut at genes, with the signature of DEAP's crossovers."""
 
-from __future__ import annotations
-
 import random
 
 from ecs_eco.genomes.promoters import copies_in

@@ -1,7 +1,5 @@
 """The layout of genomes whose strings vary in length: genes are found by their promoters."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from itertools import accumulate
 from typing import Any

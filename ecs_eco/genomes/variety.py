@@ -1,7 +1,5 @@
 """Genetic variation of a population: allele frequencies, diversity, and DEAP's statistics."""
 
-from __future__ import annotations
-
 import numpy as np
 from deap import tools
 

@@ -1,7 +1,5 @@
 """Checks of one species' groups of actions."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator

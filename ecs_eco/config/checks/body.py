@@ -1,7 +1,5 @@
 """Checks of bodies: of organisms and objects, of movement and reproduction, and of a species' features."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Checks of the code that a world names: listed and, once it may run, of the right kind. It is not called."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
 from typing import Any

@@ -1,7 +1,5 @@
 """Checks of one species' genome: what its genes name exists, and their values are possible."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 from typing import Any

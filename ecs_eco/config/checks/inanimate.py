@@ -1,7 +1,5 @@
 """Checks of one type of inanimate objects: where they are at the start, and what they are made of."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Checks of interventions and of land use: what they name exists, lies in the world, and may change."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path

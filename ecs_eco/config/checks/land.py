@@ -1,7 +1,5 @@
 """Checks of real land: what belongs together, and whether the files hold what the world needs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from ecs_eco.config.models.surroundings import Terrain

@@ -1,7 +1,5 @@
 """Checks of one species' sensors, actions and networks."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections import Counter

@@ -1,7 +1,5 @@
 """Checks of what a world measures: names that are free, and formulas over components that there are."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterator
 from typing import Any, TypeGuard

@@ -3,8 +3,6 @@
 Other sums need none: ages and times are ticks, incubation is float64, and masses, temperatures and substances
 keep what float32 cannot hold."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

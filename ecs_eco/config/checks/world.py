@@ -1,7 +1,5 @@
 """Checks across the sections of a world: all that is named exists, and values fit together."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import islice

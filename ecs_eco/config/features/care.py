@@ -1,7 +1,5 @@
 """Care: parents feed their young."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 

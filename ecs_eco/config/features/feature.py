@@ -1,7 +1,5 @@
 """What a feature declares, and how the models of species and object types are assembled from features."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import Any, ClassVar, Protocol, TypeVar

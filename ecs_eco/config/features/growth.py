@@ -1,7 +1,5 @@
 """Growth: the young are smaller than adults, and grow."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """What features that name object types check alike."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

@@ -1,15 +1,13 @@
 """The land that a world covers: elevations, classes, lakes and lines of rasters and vector layers."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -63,25 +61,19 @@ class Land:
         }
 
     @classmethod
-    def of(cls, arrays: Mapping[str, np.ndarray]) -> Land:
+    def of(cls, arrays: Mapping[str, np.ndarray]) -> Self:
         """The land that `arrays()` gave."""
         about = json.loads(str(arrays["about"]))
         place = None if about["place"] is None else tuple(about["place"])
         return cls(arrays["elevation"], arrays["kinds"], arrays["lakes"], about["lines"], place, about["crs"])
 
-    def part(self, nx: int, ny: int) -> Land:
+    def part(self, nx: int, ny: int) -> Self:
         """Its south-west part of so many cells; raises RasterError where it has less."""
         if (ny, nx) == self.elevation.shape:
             return self
         _require_cells(self.elevation.shape, nx, ny)
-        return Land(
-            self.elevation[:ny, :nx],
-            self.kinds[:ny, :nx],
-            self.lakes[:ny, :nx],
-            self.lines,
-            self.place,
-            self.crs,
-        )
+        cut = {name: getattr(self, name)[:ny, :nx] for name in ("elevation", "kinds", "lakes")}
+        return replace(self, **cut)
 
     def coordinates(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Places of the world [m] in units of `crs`; unchanged where the land has no place."""

@@ -1,7 +1,5 @@
 """Reads vector layers, GeoJSON by itself and others through pyogrio, and lays them on the cells of a world."""
 
-from __future__ import annotations
-
 import glob
 import json
 import re

@@ -4,8 +4,6 @@ Files may come from strangers. They are regular files below the folder of their 
 bytes and the one driver that they need: no other file is opened, and no request is sent.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import io
 import os

@@ -1,9 +1,7 @@
 """The body of an organism or of an inanimate object: its shape, its size and its mass."""
 
-from __future__ import annotations
-
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
@@ -116,7 +114,7 @@ class Body(Section):
         return data
 
     @model_validator(mode="after")
-    def _fits_shape(self) -> Body:
+    def _fits_shape(self) -> Self:
         for key, shape in (("length", "capsule"), ("size", "box")):
             given = getattr(self, key) is not None
             if given and self.shape != shape:

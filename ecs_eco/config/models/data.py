@@ -1,7 +1,5 @@
 """Measurements from outside that a world is compared with."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """Interventions in a running world, as in fishing, forestry, or a field experiment."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """What people do with land and sea all the time: fishing, felling, planting, sowing and reaping."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from functools import lru_cache
 from typing import Annotated, Literal

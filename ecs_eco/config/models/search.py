@@ -1,7 +1,5 @@
 """Settings of `ecs-eco search`: ranges of numbers, the objective, seeds and stages. Runs ignore them."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, PlainSerializer, WrapValidator

@@ -6,8 +6,6 @@ the list (`deer_smell_1`, `deer_smell_2`). Formulas, weights and reflexes use th
 name of a smell is the mean over all noses for it.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from typing import Annotated, Any, Literal

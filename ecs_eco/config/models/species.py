@@ -1,9 +1,7 @@
 """A species: body, chemistry, senses, nerves, reproduction and death."""
 
-from __future__ import annotations
-
 from dataclasses import fields
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ModelWrapValidatorHandler, PrivateAttr, field_validator, model_validator
 
@@ -149,7 +147,7 @@ class Species(
 
     @model_validator(mode="wrap")
     @classmethod
-    def _fill_ppo(cls, data: object, check: ModelWrapValidatorHandler[Species]) -> Species:
+    def _fill_ppo(cls, data: object, check: ModelWrapValidatorHandler[Self]) -> Self:
         """Take the words of others for hyperparameters, and note them; fill in those that are not given."""
         if not isinstance(data, dict) or not isinstance(given := data.get("ppo", {}), dict):
             return check(data)

@@ -1,7 +1,5 @@
 """Space, terrain, ambient conditions, scalar fields and inanimate objects."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal
 

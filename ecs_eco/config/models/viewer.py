@@ -1,7 +1,5 @@
 """What the viewer's page offers first: the knobs of a world. Runs ignore them, and no hash knows of them."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """The whole world file."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from pathlib import Path
