@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from ecs_eco.config.models.viewer import Knob
+from ecs_eco.config.models.search import Knob
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.mutable_keys import may_change, why_not
 from ecs_eco.config.numbers import labels

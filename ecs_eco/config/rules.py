@@ -1,21 +1,27 @@
 """Rules that the checks of several sections share: each yields a problem where it is broken."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 from ecs_eco.engine.errors import Problem, unknown
 
 Key = tuple[str | int, ...]
 
 
-class Extent(Protocol):
-    """How far a search in a space may reach [m], and the words for a distance beyond; see `Space`."""
+class WorldSections(Protocol):
+    """What checks across sections read of a `WorldConfig`."""
 
-    @property
-    def widest(self) -> float: ...
+    species: Any
+    objects: Any
+    fields: Any
+    substances: Any
+    space: Any
+    sun: Any
+    year: Any
 
-    @property
-    def too_wide(self) -> str: ...
+    def own_fields(self, kind: str) -> dict[str, float]: ...
+
+    def may_have(self, kind: str, name: str) -> bool: ...
 
 
 def named(key: Key, kind: str, name: str, known: Iterable[str]) -> Iterator[Problem]:
@@ -37,9 +43,9 @@ def at_most(key: Key, fault: str, value: float, most: float, unit: str = " m") -
         yield Problem(key, fault, value, f"at most {most:g}{unit}")
 
 
-def in_reach(space: Extent, key: Key, distance: float) -> Iterator[Problem]:
-    """Yield the problem of a distance [m] beyond which nothing is looked for in a space."""
-    yield from at_most(key, space.too_wide, distance, space.widest)
+def in_reach(config: WorldSections, key: Key, distance: float) -> Iterator[Problem]:
+    """Yield the problem of a distance [m] beyond which nothing is looked for in a world."""
+    yield from at_most(key, config.space.too_wide, distance, config.space.widest)
 
 
 def inside(key: Key, at: Sequence[float], size: Sequence[float]) -> Iterator[Problem]:
@@ -61,3 +67,22 @@ def written_at(problem: Problem, place: Key, written: str | None, while_: str = 
     where = "" if written is not None else f", at {problem.path}{while_}"
     key = place if written is None else (*place, written)
     return problem.moved(key=key, what=problem.what + where, source="", line=None)
+
+
+def check_named(config: WorldSections, key: Key, ways: Sequence[Any], distance: str) -> Iterator[Problem]:
+    """Yield what is wrong with entries that name an object type each, and look for it within a distance."""
+    for i, way in enumerate(ways):
+        if way.object not in config.objects:
+            yield unknown((*key, i, "object"), "object type", way.object, config.objects)
+        elif way.object in (other.object for other in ways[:i]):
+            allowed = "one entry for each object type"
+            yield Problem((*key, i, "object"), "named twice", way.object, allowed)
+        fault = "larger than the world allows to look"
+        yield from at_most((*key, i, distance), fault, getattr(way, distance), config.space.widest)
+
+
+def check_used(species: Any, key: Key, section: str, group: str) -> Iterator[Problem]:
+    """Yield what is wrong with a group of actions of a species that lacks the section it acts by."""
+    if group in species.actions and not getattr(species, section):
+        fault, allowed = f"it {section} nothing", f'{section} = [{{ object = "stick", … }}], or no such group'
+        yield Problem((*key, "actions", group), fault, species.actions[group], allowed)

@@ -69,7 +69,7 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         )
     if way.place == "near" and way.dispersal is None and not isinstance(way, Sexual):
         yield Problem((*at, "dispersal"), 'is missing with place = "near"', allowed="a distance [m]")
-    yield from in_reach(config.space, (*at, "dispersal"), way.dispersal or 0.0)
+    yield from in_reach(config, (*at, "dispersal"), way.dispersal or 0.0)
     if isinstance(way, Bearing):
         most = species.metabolism.energy_max
         fault = "more than energy_max: nobody would be born"
@@ -100,7 +100,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
             species.sex,
             "random, or none for hermaphrodites",
         )
-    yield from in_reach(config.space, (*at, "reach"), way.reach)
+    yield from in_reach(config, (*at, "reach"), way.reach)
     farthest = (way.dispersal or 4 * species.body.bound) * (1 if config.dims == 2 else math.sqrt(2))
     if way.place == "near" and farthest <= way.spacing:
         yield Problem(

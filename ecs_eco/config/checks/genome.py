@@ -98,7 +98,7 @@ def _check_range(config: WorldConfig, species: Species, key: Key, gene: Gene) ->
         yield from at_most(at, "the body would not fit into the world", highest, most)
         yield from _check_masses(species, key, gene)
     if trait.startswith("sensors.") and trait.endswith(".radius"):
-        yield from in_reach(config.space, at, highest)
+        yield from in_reach(config, at, highest)
     if trait.startswith("sensors.") and trait.endswith((".forward", ".left")):
         farthest_off = farthest(config, species)
         for field, value in _ends(gene):

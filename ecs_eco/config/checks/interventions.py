@@ -11,12 +11,12 @@ from ecs_eco.config.models.interventions import (
     Cull,
     Dose,
     Fence,
+    Harvest,
     Intervention,
     Road,
     Set,
     Switch,
 )
-from ecs_eco.config.models.land_use import Harvest
 from ecs_eco.config.models.reproduction import Spread
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig

@@ -72,7 +72,7 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
     for j, target in enumerate(sensor.targets if isinstance(sensor, Rays) else ()):
         yield from named((*key, "targets", j), "species, object type or wall", target, [*kinds, "wall"])
     if isinstance(sensor, Nearest | Rays | Approach | Property):
-        yield from in_reach(config.space, (*key, "radius"), sensor.radius)
+        yield from in_reach(config, (*key, "radius"), sensor.radius)
     at, most = getattr(sensor, "at", []), farthest(config, species)
     if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > most:
         fault = "further off the body than the world is wide, in its radii"

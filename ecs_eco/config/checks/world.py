@@ -17,8 +17,7 @@ from ecs_eco.config.checks.reporters import check_reporters
 from ecs_eco.config.checks.resolution import check_resolution
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.measurements import check_data
-from ecs_eco.config.models.interventions import Cull
-from ecs_eco.config.models.land_use import Harvest
+from ecs_eco.config.models.interventions import Cull, Harvest
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key, at_most, inside, named
 from ecs_eco.engine.errors import MOST, Problem, unknown

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
-from ecs_eco.config.features.named_objects import check_named, check_used
+from ecs_eco.config.rules import check_named, check_used
 from ecs_eco.engine.errors import Problem
 from ecs_eco.engine.section import (
     ANEW,

@@ -7,7 +7,7 @@ from typing import Any
 
 from ecs_eco.components import Carrier, Load
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
-from ecs_eco.config.features.named_objects import check_named, check_used
+from ecs_eco.config.rules import check_named, check_used
 from ecs_eco.engine.errors import Problem
 from ecs_eco.engine.section import FREE, SHAPE, NonNegative, Section, about, is_empty, quantity
 

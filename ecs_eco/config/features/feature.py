@@ -2,29 +2,13 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from typing import Any, ClassVar, Protocol, TypeVar
+from typing import Any, ClassVar, TypeVar
 
-from ecs_eco.config.rules import Key
+from ecs_eco.config.rules import Key, WorldSections
 from ecs_eco.engine.errors import Problem
 from ecs_eco.engine.section import Section
 
 Model = TypeVar("Model", bound=Section)
-
-
-class WorldSections(Protocol):
-    """What checks across sections read of a `WorldConfig`."""
-
-    species: Any
-    objects: Any
-    fields: Any
-    substances: Any
-    space: Any
-    sun: Any
-    year: Any
-
-    def own_fields(self, kind: str) -> dict[str, float]: ...
-
-    def may_have(self, kind: str, name: str) -> bool: ...
 
 
 class Feature(Section):

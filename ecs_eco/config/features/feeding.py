@@ -85,7 +85,7 @@ class Feeding(Feature, after="emits"):
                     diet.efficiency,
                     f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
                 )
-            yield from in_reach(config.space, (*at, "reach"), diet.reach)
+            yield from in_reach(config, (*at, "reach"), diet.reach)
 
     @staticmethod
     def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
