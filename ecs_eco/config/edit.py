@@ -8,9 +8,8 @@ from typing import Any
 from ecs_eco.config.explain import value_at
 from ecs_eco.config.lines import value_spans
 from ecs_eco.config.ranges import take_ranges
+from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import MISSING
-
-Key = tuple[str | int, ...]
 
 
 def edited(text: str, values: Mapping[Key, Any]) -> str | None:

@@ -7,10 +7,9 @@ from typing import Annotated, Any, get_args, get_origin
 from pydantic import BaseModel
 
 from ecs_eco.config.features.feature import Feature, features_of
+from ecs_eco.config.rules import Key
 from ecs_eco.engine.code import SHIPPED, public_module
 from ecs_eco.engine.section import NamesCode, Use, function_name
-
-Key = tuple[str | int, ...]
 
 
 def names_in(section: Any, key: Key = ()) -> Iterator[tuple[Key, Any]]:
@@ -49,13 +48,9 @@ def _leaves(value: Any, key: Key) -> Iterator[tuple[Key, Any]]:
         yield key, value
 
 
+@cache
 def fields_of(model: type[BaseModel]) -> frozenset[str]:
     """The fields of a model whose values may name code."""
-    return _fields_of(model)
-
-
-@cache
-def _fields_of(model: type[BaseModel]) -> frozenset[str]:
     return frozenset(
         name
         for name, field in model.model_fields.items()

@@ -7,10 +7,10 @@ from typing import Any
 
 from ecs_eco.config.models.search import OBJECTIVES, Range
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import Problem, listed, nearest
 from ecs_eco.engine.section import NAMED, Use, function_name
 
-Key = tuple[str | int, ...]
 PARTS = ("value", "search", "scale")
 
 
