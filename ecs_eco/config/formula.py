@@ -14,7 +14,7 @@ from ecs_eco.engine.elementary import arrays
 from ecs_eco.engine.errors import listed, nearest
 
 Values = Mapping[str, np.ndarray]
-Node = Callable[[Values], np.ndarray]
+Node = Callable[[Any], np.ndarray]
 LONGEST = 1000  # characters
 
 # name: (function, fewest, most arguments)
@@ -78,9 +78,6 @@ class Formula:
             result = np.asarray(self._run(given), np.float32)
         shape = shapes.pop() if len(shapes) == 1 else np.broadcast_shapes(*shapes)
         return np.ascontiguousarray(result if result.shape == shape else np.broadcast_to(result, shape))
-
-    def __repr__(self) -> str:
-        return f"Formula({self.text!r})"
 
 
 def compile_formula(text: str, names: Iterable[str]) -> Formula:

@@ -31,8 +31,7 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
     problems = []
     for key, before, now in changes(old.model_dump(), new.model_dump()):
         hint = why_not(".".join(map(str, key)), type(new))
-        matter = (key[0], *key[2:3])
-        if not hint and MISSING in (before, now) and {"properties", "substances"} & {*matter}:
+        if not hint and MISSING in (before, now) and {"properties", "substances"} & {key[0], *key[2:3]}:
             hint = SHAPE  # a column would be added or removed
         if not hint and key[0] == "objects" and key[-1] == "renewal" and before is MISSING:
             hint = ANEW  # there is no system for it

@@ -171,17 +171,12 @@ def _check_objective(config: WorldConfig) -> list[Problem]:
     return problems
 
 
-def is_index(part: str) -> bool:
-    """Whether a part of a key is a list index: a number of few digits."""
-    return part.isdecimal() and len(part) < 10
-
-
 def place_in(entries: list[Any], part: str | int) -> int | None:
     """The index that a part of a key says, by number or by a name that one entry has; None for none."""
-    if is_index(str(part)):
+    if str(part).isdecimal() and len(str(part)) < 10:
         return int(part) if int(part) < len(entries) else None
-    named = [i for i, entry in enumerate(entries) if name_of_entry(entry) == part]
-    return named[0] if len(named) == 1 else None
+    found = [i for i, entry in enumerate(entries) if name_of_entry(entry) == part]
+    return found[0] if len(found) == 1 else None
 
 
 def names_of(entries: list[Any]) -> list[str]:
@@ -198,7 +193,7 @@ def entries_in_words(entries: list[Any]) -> str:
     return (f"0 to {last}" if last else "0") + (f", or {listed(names)}" if names else "")
 
 
-def name_of_entry(entry: Any) -> str:
+def name_of_entry(entry: object) -> str:
     """The name of an entry: its own, or that of the class or function that it uses; "" for none."""
     if isinstance(entry, dict):
         own = entry.get("name")
@@ -208,6 +203,6 @@ def name_of_entry(entry: Any) -> str:
     return ""
 
 
-def names_code(entry: Any) -> bool:
+def names_code(entry: object) -> bool:
     """Whether something is a function or "module:name", without parameters."""
     return callable(entry) or (isinstance(entry, str) and re.fullmatch(NAMED, entry) is not None)
