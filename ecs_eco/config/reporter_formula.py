@@ -215,7 +215,7 @@ class _Compiler(Compiler):
             raise self._error(f"{text} is one number for each organism", tree, allowed)
         self.within.add(owner)
         self.fields.add((owner, component, field))
-        return lambda living: living[component, field]  # type: ignore[index]
+        return lambda living: living[component, field]
 
     def _check_field(self, tree: ast.AST, component: str, field: str) -> None:
         if component not in self.known:

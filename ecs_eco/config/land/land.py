@@ -71,7 +71,15 @@ class Land:
         """Its south-west part of so many cells; raises RasterError where it has less."""
         if (ny, nx) == self.elevation.shape:
             return self
-        _require_cells(self.elevation.shape, nx, ny)
+        has = self.elevation.shape
+        if nx > has[1] or ny > has[0]:
+            raise refused(
+                "raster",
+                f"smaller than the world: this run kept {has[1]} × {has[0]} cells of it, "
+                f"and the world has {nx} × {ny}",
+                "",
+                "space.size as it was, or less",
+            )
         cut = {name: getattr(self, name)[:ny, :nx] for name in ("elevation", "kinds", "lakes")}
         return replace(self, **cut)
 
@@ -132,18 +140,14 @@ def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tupl
     north, east = np.gradient(raw, frame.side) if min(raw.shape) > 1 else np.zeros((2, *raw.shape))
     rise = np.sqrt(north * north + east * east)
     for i, land in enumerate(terrain.classes.values()):
-        there = np.ones(raw.shape, np.bool_)
-        if land.codes and codes is not None:
-            there &= np.isin(codes, land.codes)
-        if land.above is not None:
-            there &= raw >= land.above
-        if land.below is not None:
-            there &= raw < land.below
-        if land.steeper is not None:
-            there &= rise >= land.steeper
-        # a class without any condition is that of areas of a layer alone
-        if land.codes or any(v is not None for v in (land.above, land.below, land.steeper)):
-            kinds[there] = i + 1
+        conditions = [
+            *([np.isin(codes, land.codes)] if land.codes and codes is not None else []),
+            *([raw >= land.above] if land.above is not None else []),
+            *([raw < land.below] if land.below is not None else []),
+            *([rise >= land.steeper] if land.steeper is not None else []),
+        ]
+        if conditions:  # a class without any is that of areas of a layer alone
+            kinds[np.logical_and.reduce(conditions)] = i + 1
     lakes, lines = np.zeros(raw.shape, np.bool_), []
     if terrain.layers:
         from ecs_eco.config.land.layers import lay
@@ -215,12 +219,7 @@ class Frame:
                     "",
                     f"as many as `raster`: {own.values.shape[1]} × {own.values.shape[0]}",
                 )
-            return values[
-                np.ix_(
-                    self.y.astype(np.int64).clip(0, len(values) - 1),
-                    self.x.astype(np.int64).clip(0, values.shape[1] - 1),
-                )
-            ]
+            return _picked(values, self.x, self.y)
         if other.crs and own.crs and other.crs != own.crs:
             raise refused(
                 part,
@@ -234,11 +233,13 @@ class Frame:
         y = (south + self.y * _whole(own.dy) - (_whole(other.north) - len(values) * dy)) / dy
         if min(x[0], y[0]) < -1e-6 or x[-1] > values.shape[1] + 1e-6 or y[-1] > len(values) + 1e-6:
             raise refused(part, "does not cover the world", "", "a raster of the same land")
-        return values[
-            np.ix_(
-                y.astype(np.int64).clip(0, len(values) - 1), x.astype(np.int64).clip(0, values.shape[1] - 1)
-            )
-        ]
+        return _picked(values, x, y)
+
+
+def _picked(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The values in the cells where x and y are, in cells from the first column and row."""
+    rows, columns = (at.astype(np.int64).clip(0, n - 1) for at, n in zip((y, x), values.shape, strict=True))
+    return values[np.ix_(rows, columns)]
 
 
 def metres(raster: Raster) -> tuple[float, float]:
@@ -348,17 +349,6 @@ def _between(values: np.ndarray, places: np.ndarray) -> np.ndarray:
     high = np.where(share[:, 0] > 0, np.minimum(low + 1, len(values) - 1), low)
     out: np.ndarray = (1 - share) * values[low] + share * values[high]
     return out
-
-
-def _require_cells(shape: tuple[int, ...], nx: int, ny: int) -> None:
-    if nx > shape[1] or ny > shape[0]:
-        raise refused(
-            "raster",
-            f"smaller than the world: this run kept {shape[1]} × {shape[0]} cells of it, "
-            f"and the world has {nx} × {ny}",
-            "",
-            "space.size as it was, or less",
-        )
 
 
 def _smaller(
