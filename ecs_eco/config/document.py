@@ -51,10 +51,7 @@ class Document:
         return {key: value_at(self.data, key) for key in self.set}
 
 
-World = str | Path | Mapping[str, Any] | WorldConfig | Document
-
-
-def read_document(world: World) -> Document:
+def read_document(world: object) -> Document:
     """The document of a shipped world, a file, a dict or a configuration; raises ConfigError."""
     if isinstance(world, Document):
         return world
@@ -78,11 +75,11 @@ def read_document(world: World) -> Document:
     return Document(data, path.name, path.parent, text)
 
 
-def _path(world: str | Path) -> Path:
+def _path(world: object) -> Path:
     """The file of a world: of its name, a path, or a folder with one world file; raises ConfigError."""
     if (known := named(world)) is not None:
         return known
-    worlds, path = shipped(), Path(world)
+    worlds, path = shipped(), Path(str(world))
     if os.path.isdir(path) and len(files := sorted(path.glob("*.toml"))) == 1:
         return files[0]
     if os.path.isfile(path):

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from ecs_eco.config.archipelago import check_islands, seed_of
 from ecs_eco.config.checks.world import check
-from ecs_eco.config.document import Document, World, read_document
+from ecs_eco.config.document import Document, read_document
 from ecs_eco.config.explain import problems_of, value_at
 from ecs_eco.config.extension import model_for, unknown_keys
 from ecs_eco.config.features.feature import Feature
@@ -31,7 +31,7 @@ NO_PLAN: dict[str, Any] = {"set": {}, "vary": {}, "ramp": []}  # of training
 
 
 def load(
-    world: World,
+    world: str | Path | Mapping[str, Any] | WorldConfig | Document,
     overrides: Overrides = None,
     systems: Iterable[Any] = (),
     *,
@@ -203,7 +203,7 @@ def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
     return problem.moved(key=(*inline[str(name)], *problem.key[3:])) if name in inline else problem
 
 
-def document_of(world: World, overrides: Overrides = None) -> Document:
+def document_of(world: object, overrides: Overrides = None) -> Document:
     """A world before it is checked, with its text as it is written; its `changes` are what `overrides` set."""
     document = read_document(world)
     if problems := apply_overrides(document, overrides):

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from ecs_eco.config.features.feature import Feature, features_of
 from ecs_eco.config.rules import Key
 from ecs_eco.engine.code import SHIPPED, public_module
-from ecs_eco.engine.section import NamesCode, Section, Use, function_name
+from ecs_eco.engine.section import NamesCode, Use, function_name
 
 
 def names_in(section: Any, key: Key = ()) -> Iterator[tuple[Key, Any]]:
@@ -91,7 +91,7 @@ def is_component(thing: Any) -> bool:
 
 def own_features(config: Any) -> list[type[Feature]]:
     """Return the features of a world's species that are the users' own."""
-    models: dict[type[Section], None] = dict.fromkeys(type(species) for species in config.species.values())
+    models = dict.fromkeys(type(species) for species in config.species.values())
     found = dict.fromkeys(feature for model in models for feature in features_of(model))
     return [feature for feature in found if not feature.__module__.startswith("ecs_eco.")]
 

@@ -161,31 +161,42 @@ class Layout:
         return arrays, n
 
     def own(self, n: int = 1) -> np.ndarray:
-        """Return n equal rows u8[n, loci] that code for the species' own values, the other letters drawn: those of
-        weights and neutral markers. Raises ValueError if no codon of a gene means the species' own value."""
+        """Return n equal rows u8[n, loci] that code for the species' own values, with all other letters drawn.
+
+        Raises ValueError if no codon of a gene means the species' own value.
+        """
         out = self.random(np.zeros(n, np.uint64))
-        for code in self.genes:
-            if code.trait is not None and not isinstance(code, Weights):
-                numbers = np.broadcast_to(
-                    code.numbers(np.array([code.trait.default]), clip=False), (n, code.codons.n)
-                )
-                for string in range(self.ploidy):
-                    code.codons.write(numbers, out, string * self.length)
+        for code, begins in self._of_values():
+            numbers = np.broadcast_to(
+                code.numbers(np.array([self.own_value(code)]), clip=False), (n, code.codons.n)
+            )
+            for begin in begins:
+                code.codons.write(numbers, out, begin - code.first)
         return out
 
     def coded(self) -> np.ndarray:
         """Return which letters code for a value of the species, not for networks: bool[loci]."""
         out = np.zeros(self.row, np.bool_)
-        for code in self.genes:
-            for string in range(
-                self.ploidy if code.trait is not None and not isinstance(code, Weights) else 0
-            ):
-                out[string * self.length + code.first : string * self.length + code.stop] = True
+        for code, begins in self._of_values():
+            for begin in begins:
+                out[begin : begin + code.codons.length] = True
         return out
 
     def begins(self, code: Code) -> list[int]:
         """Return where in a founder's row the codons of a gene begin: in each string."""
-        return [string * self.length + code.first for string in range(self.ploidy)]
+        return [begin for one, begins in self._founder() if one is code for begin in begins]
+
+    def own_value(self, code: Code) -> float:
+        """Return what an organism has that has no copy of a gene: the species' own value, else 0."""
+        return 0.0 if code.trait is None else float(code.trait.default)
+
+    def _founder(self) -> list[tuple[Code, list[int]]]:
+        """Return the genes of a founder, each with where its codons begin in each string."""
+        return [(code, [s * self.length + code.first for s in range(self.ploidy)]) for code in self.genes]
+
+    def _of_values(self) -> list[tuple[Code, list[int]]]:
+        """Return those that code for a value of the species."""
+        return [(c, at) for c, at in self._founder() if c.trait is not None and not isinstance(c, Weights)]
 
     def random(self, keys: np.ndarray) -> np.ndarray:
         """Return rows u8[n, loci] of letters drawn uniformly, for keys u64[n]: equal keys, equal rows."""

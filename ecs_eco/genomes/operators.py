@@ -17,7 +17,8 @@ from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.errors import UnknownName, listed, nearest, unknown_name
 from ecs_eco.genomes.choices import RULES
 from ecs_eco.genomes.layout import Layout
-from ecs_eco.genomes.models import GenomeSection
+from ecs_eco.genomes.models import Gene, GenomeSection
+from ecs_eco.genomes.unequal import SLIP, UnequalCrossover
 
 if TYPE_CHECKING:
     from deap.base import Toolbox
@@ -93,8 +94,6 @@ def toolbox_of(
 
 
 def _section(section: GenomeSection | Mapping[str, Any]) -> GenomeSection:
-    from ecs_eco.genomes.models import Gene, GenomeSection
-
     if isinstance(section, GenomeSection):
         return section
     return GenomeSection(**{"genes": [Gene(name="any", letters=1, low=0.0, high=1.0)], **section})
@@ -108,8 +107,6 @@ def operator_of(
         return find(name)
     check_name(word, name, layout)
     if name == "cxUnequal":
-        from ecs_eco.genomes.unequal import UnequalCrossover
-
         return UnequalCrossover(layout)  # type: ignore[arg-type]  # of variable length: the name was checked
     from deap import tools
 
@@ -140,8 +137,6 @@ def check_name(word: str, name: str, layout: Layout) -> None:
 def defaults(name: Any, layout: Layout) -> dict[str, Any]:
     """Return arguments that need not be given: mutUniformInt draws among all letters."""
     if name == "cxUnequal":
-        from ecs_eco.genomes.unequal import SLIP
-
         return {"slip": SLIP}
     return {"low": 0, "up": len(layout.alphabet) - 1} if name == "mutUniformInt" else {}
 

@@ -110,10 +110,6 @@ class VariableLayout(Layout):
         value[~has] = self.own_value(code)
         return value.reshape(len(loci), self.ploidy, *code.width).astype(code.dtype)
 
-    def own_value(self, code: Code) -> float:
-        """Return what an organism has that has no copy of a gene: the species' own value, else 0."""
-        return 0.0 if code.trait is None else float(code.trait.default)
-
     def _values(
         self, loci: np.ndarray, found: tuple[np.ndarray, ...], code: Code
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -178,29 +174,9 @@ class VariableLayout(Layout):
             self._write(out, place, code, numbers)
         return out
 
-    def own(self, n: int = 1) -> np.ndarray:
-        out = self.random(np.zeros(n, np.uint64))
-        for place, code in self._places(self.founder):
-            if code.trait is not None and not isinstance(code, Weights):
-                numbers = code.numbers(np.array([code.trait.default]), clip=False)
-                self._write(out, place, code, np.broadcast_to(numbers, (n, code.codons.n)))
-        return out
-
-    def coded(self) -> np.ndarray:
-        """Return which letters of a founder code for a value of its species: bool[row]."""
-        out = np.zeros((self.ploidy, self.longest), np.bool_)
-        for place, code in self._places(self.founder):
-            if code.trait is not None and not isinstance(code, Weights):
-                out[:, place : place + code.codons.length] = True
-        return out.ravel()
-
-    def begins(self, code: Code) -> list[int]:
-        return [
-            first + place
-            for place, one in self._places(self.founder)
-            if one is code
-            for first in range(0, self.row, self.longest)
-        ]
+    def _founder(self) -> list[tuple[Code, list[int]]]:
+        strings = range(0, self.row, self.longest)
+        return [(code, [s + place for s in strings]) for place, code in self._places(self.founder)]
 
     def random(self, keys: np.ndarray) -> np.ndarray:
         """Return founders u8[n, row] for keys u64[n]: `copies` of each gene, letters drawn uniformly."""

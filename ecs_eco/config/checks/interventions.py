@@ -120,8 +120,8 @@ def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
         if dose.substance is not None:
             yield Problem(at, "given together with field", dose.substance, "none: a field has its own")
     else:
-        kinds = (*config.objects.items(), *config.species.items())
-        holders = [name for name, kind in kinds if kind.substances]
+        holders = [name for name, kind in config.objects.items() if kind.substances]
+        holders += [name for name, kind in config.species.items() if kind.substances]
         word = "species or object type with substances"
         yield from named((*key, "species"), word, str(dose.species), holders)
         if dose.substance is None:

@@ -198,7 +198,7 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
     if policy.kind != "function" and policy.function is not None:
         fault, allowed = "there is no such policy to use it", 'policy.kind = "function", or nothing here'
         yield Problem((*at, "function"), fault, function_name(policy.function), allowed)
-    settings = {("ppo",): species.ppo}
+    settings: dict[Key, object] = {("ppo",): species.ppo}
     settings |= {("policy", word): getattr(policy, word) for word in ("file", "network", "learn")}
     for place, value in settings.items():
         if value and not policy.thinks:
