@@ -56,7 +56,7 @@ def lay(
             )
         wanted = LINE if layer.make in ("roads", "fences") else AREA
         shapes = shapes_of(layer, folder, frame.raster.crs, i)
-        found = [(kind, _to_world(part, frame)) for kind, part in shapes]
+        found = [(kind, (part - frame.place[:2]) / frame.place[2:]) for kind, part in shapes]
         if found and not any(kind == wanted for kind, _ in found):
             raise _refused(
                 i,
@@ -261,11 +261,6 @@ def within(line: Line, size: tuple[float, float]) -> list[Line]:
         else:
             pieces.append([begin, end])
     return [np.clip(np.array(piece), 0, size) for piece in pieces]
-
-
-def _to_world(part: Line, frame: Any) -> Line:
-    west, south, per_x, per_y = frame.place
-    return np.stack([(part[:, 0] - west) / per_x, (part[:, 1] - south) / per_y], 1)
 
 
 def _refused(
