@@ -51,7 +51,7 @@ def outside_of(data: Mapping[str, Any], folder: Path, names: Sequence[str], sour
     return read._replace(unit=data.get("unit") or read.unit, ticks=data.get("ticks"))
 
 
-def measured(config: Any, source: str = "") -> Outside | None:
+def measured(config: WorldConfig, source: str = "") -> Outside | None:
     """Read the outside series of a world, if it has one at hand; raises ConfigError at `source`."""
     data = config.data
     if data is None or not ((config.folder / config._source).is_file() or config.file(data.file).is_file()):
@@ -89,17 +89,15 @@ def read_outside(
     table = table.reshape(-1, 1 + len(named))
     whole = np.flatnonzero(np.isfinite(table).all(1))
     table = table[whole[0] : whole[-1] + 1] if whole.size else table[:0]
+    steps = np.diff(table[:, 0])
+    even = not steps.size or ((steps > 0).all() and np.ptp(steps) <= 0.02 * steps.mean())
     faults = (
         (
             not FEWEST <= len(table) <= MOST_ROWS or not np.isfinite(table).all(),
             f"has {len(whole):,} rows of numbers, or gaps between them",
             f"{FEWEST} rows at least, {MOST_ROWS:,} at most, one after the other",
         ),
-        (
-            not _even(table[:, 0]),
-            f"its times ({time}) are not evenly spaced",
-            "times that rise by the same step",
-        ),
+        (not even, f"its times ({time}) are not evenly spaced", "times that rise by the same step"),
         ((table[:, 1:] < 0).any(), "has numbers below 0", "counts or densities"),
         (not table[:, 1:].any(0).all(), "has a column of zeros alone", "counts or densities"),
     )
@@ -142,11 +140,6 @@ def _named(
     return named
 
 
-def _even(times: np.ndarray) -> bool:
-    steps = np.diff(times)
-    return bool((steps > 0).all() and np.ptp(steps) <= 0.02 * steps.mean()) if len(steps) else True
-
-
 def _rows(file: Path, place: Place) -> tuple[list[str], list[list[str]]]:
     try:
         if file.stat().st_size > MOST_BYTES:
@@ -177,11 +170,7 @@ def _refused(place: Place, what: str, file: str | Path, allowed: str) -> ConfigE
 
 
 def check_measurements(config: WorldConfig) -> list[Problem]:
-    """The problems of the file of [data], as `ecs_eco.config.measurements` finds them."""
-    if config.data is None:
-        return []
-    from ecs_eco.config.measurements import measured
-
+    """The problems of the file of [data]."""
     try:
         measured(config)
     except ConfigError as error:

@@ -49,7 +49,7 @@ def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
     way = species.reproduction
     if (
         isinstance(way, Bearing)
-        and (each := _from_mother(way)) > 0
+        and (each := way.energy_given * (1.0 - getattr(way, "father_share", 0.0))) > 0
         and not any(trait.startswith("reproduction.") for trait in _coded(species))
     ):
         if (litter := way.litter) > 1 and litter * each >= most:
@@ -68,11 +68,6 @@ def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
                 f".diet.{i}.until = {food.until:g}: it never holds so much, metabolism.energy_max is "
                 f"{most:g}; it eats when it is full, too, and gains nothing"
             )
-
-
-def _from_mother(way: Bearing) -> float:
-    """Energy that one newborn costs its mother."""
-    return way.energy_given * (1.0 - getattr(way, "father_share", 0.0))
 
 
 def _on_decisions(species: Species) -> Iterator[str]:

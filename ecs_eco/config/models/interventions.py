@@ -31,15 +31,13 @@ Corner = Annotated[list[Real], Field(min_length=2, max_length=2)]
 REGION = "a circle [x, y, radius] or a rectangle [x0, y0, x1, y1]"
 
 
-def _plain(value: Any) -> Any:
-    return function_name(value) if callable(value) else value
-
-
 Changes = Annotated[
     dict[str, Any],
     Field(min_length=1),
     PlainSerializer(
-        lambda values, info: {k: _plain(v) if info.mode == "json" else v for k, v in values.items()}
+        lambda values, info: {
+            k: function_name(v) if info.mode == "json" and callable(v) else v for k, v in values.items()
+        }
     ),
 ]
 
@@ -58,13 +56,7 @@ class Intervention(Section):
 
     def due(self, tick: int) -> bool:
         """Whether it is carried out in this tick."""
-        if tick == self.at or self.every is None:
-            return tick == self.at
-        return (
-            tick > self.at
-            and (tick - self.at) % self.every == 0
-            and (self.until is None or tick <= self.until)
-        )
+        return self.next(tick) == tick
 
     def next(self, tick: int) -> int | None:
         """The first tick from this one on in which it is carried out; None where there is none."""
@@ -75,12 +67,8 @@ class Intervention(Section):
 
     def once(self, tick: int) -> dict[str, Any]:
         """The single intervention of this tick as a dict of JSON types, as in a world file."""
-        fields = {
-            k: v
-            for k, v in self.model_dump(mode="json").items()
-            if v is not None and k not in ("every", "until")
-        }
-        return fields | {"at": tick}
+        data = self.model_dump(mode="json", exclude={"every", "until"}) | {"at": tick}
+        return {key: value for key, value in data.items() if value is not None}
 
 
 class Cull(Intervention):
@@ -186,11 +174,10 @@ def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
     return [intervention.model_copy(update={"at": at}) for intervention, at in dated if at is not None]
 
 
-def describe(intervention: Mapping[str, Any] | str) -> str:
+def describe(done: Mapping[str, Any] | str) -> str:
     """One line on an intervention that was carried out."""
-    if isinstance(intervention, str):
-        return intervention
-    done = intervention
+    if isinstance(done, str):
+        return done
     where = f" in {_place(done['region'])}" if done.get("region") else ""
     kind, species = done.get("kind"), done.get("species")
     if kind == "cull":
@@ -213,8 +200,9 @@ def describe(intervention: Mapping[str, Any] | str) -> str:
         return f"dose {done['amount']:g}{what} {whom}{where}"
     if kind == "set":
         return ", ".join(f"{key} = {value}" for key, value in done["set"].items())
-    switches = [name for name in ("reproduction", "learning") if done.get(name) is not None]
-    return f"{' and '.join(f'{name} {_on_off(done[name])}' for name in switches)} for {species or 'all'}"
+    switches = {name: done.get(name) for name in ("reproduction", "learning")}
+    turned = (f"{name} {'on' if on else 'off'}" for name, on in switches.items() if on is not None)
+    return f"{' and '.join(turned)} for {species or 'all'}"
 
 
 def _amount(cull: Mapping[str, Any]) -> str:
@@ -222,10 +210,6 @@ def _amount(cull: Mapping[str, Any]) -> str:
     if uids := cull.get("uids"):
         return " and ".join(f"#{uid}" for uid in uids) if len(uids) < 4 else f"{len(uids):,} chosen"
     return f"{100 * cull['share']:g} % of" if "share" in cull else f"{cull['count']:,}"
-
-
-def _on_off(value: bool) -> str:
-    return "on" if value else "off"
 
 
 def _place(numbers: Any) -> str:
