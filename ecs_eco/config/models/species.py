@@ -5,18 +5,15 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ModelWrapValidatorHandler, PrivateAttr, field_validator, model_validator
 
-from ecs_eco.config.features.breeding import Seasons
-from ecs_eco.config.features.building import Building
-from ecs_eco.config.features.care import Caring
-from ecs_eco.config.features.carrying import Carrying
+from ecs_eco.config.features.carrying import Building, Carrying
 from ecs_eco.config.features.chemistry import Chemistry, Emitting, Provision
 from ecs_eco.config.features.death import Mortality
 from ecs_eco.config.features.ectothermy import Ectothermy
 from ecs_eco.config.features.eggs import Eggs
 from ecs_eco.config.features.feature import assembled, features_of, of_each
 from ecs_eco.config.features.feeding import Defending, Feeding
-from ecs_eco.config.features.growth import Growing
 from ecs_eco.config.features.heat import Warmth
+from ecs_eco.config.features.life_history import Caring, Growing, Seasons
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.energy import Locomotion, Metabolism
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
