@@ -4,6 +4,8 @@ from dataclasses import fields
 from typing import Any
 
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.learning.settings import PPO
+from ecs_eco.learning.words import WORDS
 
 PLAIN = ("Search", "Goal", "Confirm", "Range")  # sections whose numbers have no range
 RANGED: dict[str, Any] = {  # a value, and the range in which `ecs-eco search` looks for a better one
@@ -52,9 +54,6 @@ def json_schema(model: type[WorldConfig] = WorldConfig) -> dict[str, Any]:
 
 def _hyperparameters() -> dict[str, Any]:
     """The fields of PPO, which validates them itself."""
-    from ecs_eco.learning import PPO
-    from ecs_eco.learning.words import WORDS
-
     properties = {}
     for f in fields(PPO):
         low, high, kind = f.metadata["low"], f.metadata["high"], TYPES[str(f.type)]

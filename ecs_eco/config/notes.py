@@ -6,6 +6,7 @@ from ecs_eco.config.models.reproduction import Bearing
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.shipped import WORLDS
+from ecs_eco.learning.weights import NAMES
 from ecs_eco.learning.words import hint
 
 LATE = 0.25  # of a life: who begins to breed so late has generations that hardly overlap
@@ -120,8 +121,6 @@ def _on_founders(species: Species) -> Iterator[str]:
 def _on_weights(config: WorldConfig, species: Species) -> Iterator[str]:
     if species.policy.file is None or WORLDS in (path := config.file(species.policy.file)).parents:
         return
-    from ecs_eco.learning.weights import NAMES
-
     if NAMES.encode() not in path.read_bytes():
         yield (
             f".policy.file = {species.policy.file}: it names neither its channels nor its options: "

@@ -13,6 +13,7 @@ from ecs_eco.config.numbers import PLACE, Number, numbers_of, values_in
 from ecs_eco.engine.section import COLUMN, LARGEST, SMALLEST
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.genomes.traits import Kind, Trait
+from ecs_eco.learning.settings import PPO
 
 TINY = 1e-6  # the least value of traits that must be above 0
 
@@ -46,8 +47,6 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
 
 def numbers_of_species(model: type[Species] = Species) -> dict[str, Number]:
     """Every number that a species' section may hold, hyperparameters too, by its pattern."""
-    from ecs_eco.learning import PPO
-
     known = {number.name: number for number in numbers_of(model).values()}
     for field in fields(PPO):
         if field.type in ("int", "float"):

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator
 from fnmatch import fnmatchcase
 from typing import Any, TypeGuard
 
+from ecs_eco import components
 from ecs_eco.config.checks.genome import components_of
 from ecs_eco.config.formula import FormulaError
 from ecs_eco.config.models.reporters import is_reporter
@@ -61,8 +62,6 @@ def formula_of(config: WorldConfig, text: str) -> ReporterFormula:
 
 def fields_of_components(config: WorldConfig) -> tuple[Fields, bool]:
     """The fields of all components, and whether these are all: not where own code may not run yet."""
-    from ecs_eco import components
-
     fields = {name: getattr(components, name).fields for name in components.__all__}
     owns = [components_of(config, species) for species in config.species.values()]
     for own in owns:

@@ -11,6 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from ecs_eco.config.land.layers import lay
 from ecs_eco.config.land.raster import (
     DAMAGED,
     Raster,
@@ -150,8 +151,6 @@ def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tupl
             kinds[np.logical_and.reduce(conditions)] = i + 1
     lakes, lines = np.zeros(raw.shape, np.bool_), []
     if terrain.layers:
-        from ecs_eco.config.land.layers import lay
-
         lines = lay(terrain, folder, frame, kinds, lakes)
     return Land(
         (raw * (terrain.vertical or 1.0)).astype(np.float32), kinds, lakes, lines, frame.place, raster.crs
