@@ -222,11 +222,6 @@ def cosines(shape: tuple[int, ...], most: int) -> np.ndarray:
     return np.array([np.outer(_cosine(i, a), _cosine(j, b)).ravel() for _, i, j in pairs])
 
 
-def n_coefficients(shape: tuple[int, ...], most: int) -> int:
-    """How many of `most` coefficients a shape has."""
-    return min(most, math.prod(shape))
-
-
 def _cosine(frequency: int, n: int) -> np.ndarray:
     scale = math.sqrt((1.0 if frequency == 0 else 2.0) / n)
     return scale * arrays.cos(math.pi * (np.arange(n) + 0.5) * frequency / n)

@@ -64,7 +64,7 @@ class Heredity:
 
     def founders(self, world: World, table: Table, identity: np.ndarray) -> Values:
         """Return the inherited columns of organisms without parents; `identity` u64[k] tells them apart."""
-        keys = _keys(world, table, identity)
+        keys = hashed(keys_of(world, table), identity)
         values: Values = {}
         if self.layout is not None:
             loci = self.layout.random(keys)
@@ -94,7 +94,7 @@ class Heredity:
         """Return the inherited columns of the children of rows `first` i64[k] and `second` i64[k] (−1: dead).
 
         `identity` u64[k] tells the newborn of a tick apart; `sperm` u8[k, loci] are genomes of fathers."""
-        keys = _keys(world, table, identity)
+        keys = hashed(keys_of(world, table), identity)
         values: Values = {}
         if self.shuffled:
             first, second, sperm = (
@@ -163,11 +163,6 @@ def hidden_units(table: Table) -> dict[int, int]:
 def keys_of(world: World, table: Table) -> np.uint64:
     """Return the key of one species' newborn of this tick."""
     return np.uint64(random.mix_int(int(world.key) ^ ((table.place + 1) << 32)))
-
-
-def _keys(world: World, table: Table, identity: np.ndarray) -> np.ndarray:
-    """Return a key for each newborn of this tick: u64[k]."""
-    return hashed(keys_of(world, table), identity)
 
 
 def _anyone(table: Table, keys: np.ndarray, number: int) -> np.ndarray:

@@ -62,6 +62,7 @@ class Layout:
         )
         self.length = loci or max(stop for _, stop in at)  # of one string
         self.row = self.length * ploidy  # letters of an organism
+        self.highest = len(self.alphabet) - 1  # number in a row
         self._by_name = {code.name: code for code in self.genes}
 
     @classmethod
@@ -246,9 +247,7 @@ class Layout:
 
     def check(self, loci: np.ndarray) -> np.ndarray:
         """Return rows as they are; raises ValueError for another width or type, or a wrong number."""
-        return self._checked(loci, len(self.alphabet) - 1)
-
-    def _checked(self, loci: np.ndarray, highest: int) -> np.ndarray:
+        highest = self.highest
         if (
             not isinstance(loci, np.ndarray)
             or loci.dtype != np.uint8

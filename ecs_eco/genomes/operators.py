@@ -183,8 +183,9 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
     if name == "mutUniformInt":
         _check_letters(word, arguments, layout)
     for share in ("indpb", "slip"):
-        if share in arguments and not _is_share(arguments[share]):
-            raise ValueError(f"{word}: {name} with {share} = {arguments[share]}; allowed are 0 to 1")
+        given = arguments.get(share, 0)
+        if not isinstance(given, int | float) or not 0 <= given <= 1:
+            raise ValueError(f"{word}: {name} with {share} = {given}; allowed are 0 to 1")
     own = [code.name for code in layout.genes if code.gene.mutation is not None]
     if own and layout.longest is not None and word == "mutate" and name not in (*SAFE[word],):
         raise ValueError(
@@ -287,10 +288,6 @@ def _string(word: str, name: str, genome: Any, length: int | None, size: int) ->
 
 def _is_whole(letter: Any) -> bool:
     return isinstance(letter, int | np.integer)
-
-
-def _is_share(value: Any) -> bool:
-    return isinstance(value, int | float) and 0 <= value <= 1
 
 
 def _letters(value: Any, size: int) -> bool:

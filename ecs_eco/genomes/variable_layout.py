@@ -39,7 +39,7 @@ class VariableLayout(Layout):
         self.doubled = section.doubled
         self.length = self.longest = section.longest or 0
         self.row = self.length * self.ploidy
-        self.blank = len(self.alphabet)
+        self.blank = self.highest = len(self.alphabet)
         self.separator = next(c for c in SEPARATORS + chr(0x2016) if c not in self.alphabet.letters)
         words = promoters_of(section.genes, section.alphabet)
         self.promoters = {code.name: word for code, word in zip(self.genes, words, strict=True)}
@@ -264,10 +264,6 @@ class VariableLayout(Layout):
             if at < len(string):
                 pieces.append(Piece(s, "", at, string[at:]))
         return pieces
-
-    def check(self, loci: np.ndarray) -> np.ndarray:
-        """Return rows as they are; raises ValueError for another width or type, or a wrong number."""
-        return self._checked(loci, self.blank)
 
 
 def layout_of(

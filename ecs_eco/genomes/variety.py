@@ -39,13 +39,10 @@ class GenomeStatistics(tools.MultiStatistics):
 
     def __init__(self, layout: Layout) -> None:
         names = [code.name for code in layout.genes if not isinstance(code, Weights)]
-        more = ["diversity"] if layout.longest is None else ["letters", *self._copies(layout)]
+        copies = [f"copies of {code.name}" for code in layout.genes]
+        more = ["diversity"] if layout.longest is None else ["letters", *copies]
         super().__init__({name: tools.Statistics() for name in [*names, *more]})
         self.layout = layout
-
-    @staticmethod
-    def _copies(layout: Layout) -> list[str]:
-        return [f"copies of {code.name}" for code in layout.genes]
 
     def compile(self, data: np.ndarray) -> dict[str, dict[str, float]]:
         """Return {gene: {statistic: value}} of genomes u8[n, loci], as a Logbook records it."""
