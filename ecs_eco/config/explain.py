@@ -93,7 +93,8 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section]) -> Problem:
 
 
 def _key(loc: tuple[Any, ...], data: Any) -> Key:
-    """The location without the tags of unions; a section's kind, which may be a key too, comes first."""
+    """The location without the tags of unions, which pydantic puts between: a section's kind,
+    which may be one of its keys too, comes first."""
     key: list[str | int] = []
     tagged = False  # whether the tag of this section is left out already
     for part in loc:

@@ -25,7 +25,8 @@ def name_of(key: Key) -> str:
 
 
 def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
-    """Replace numbers with a range by their values in `data`; return the ranges' keys by name, and problems."""
+    """Replace numbers with a range by their values, in `data` itself;
+    return the keys of the ranges by name, and problems."""
     ranges: dict[str, Key] = {}
     problems: list[Problem] = []
     for holder, key in list(_tables(data, ())):
@@ -61,7 +62,8 @@ def _tables(node: Any, key: Key) -> Iterator[tuple[Any, Key]]:
 
 
 def check_search(config: WorldConfig, inline: Mapping[str, Key], set_: Mapping[Key, Any]) -> list[Problem]:
-    """Problems of [search]: ranges without number, width or the value; unknown species."""
+    """Problems of [search]: ranges of anything but numbers, without width or without the value;
+    unknown species."""
     problems = _check_objective(config)
     data = config.model_dump() if config.search.ranges else {}
     for name, span in config.search.ranges.items():

@@ -69,11 +69,14 @@ def toolbox_of(
     find: Callable[[Any], Any] = handed_over,
     mates: bool = True,
 ) -> Toolbox:
-    """Return a DEAP toolbox with `mate` and `mutate` of a section or dict, and a rule as `select_mate`.
+    """Return a DEAP toolbox with `mate` and `mutate` from a section, or a dict with these keys,
+    and a rule as `select_mate`.
 
     mutUniformInt draws among all letters by default. `find` returns the function of "module:name", as
-    `WorldConfig.function` does. Of a species that never `mates` the operator that crosses is not checked. Raises
-    ValueError for an operator that cannot work on these genomes, UnknownName for one that DEAP does not have."""
+    `WorldConfig.function` does; without it a user's function must be passed itself. Of a species that never
+    `mates` the operator that crosses is not checked. Raises ValueError for an operator that cannot work on
+    these genomes, UnknownName for one that DEAP does not have.
+    """
     from deap.base import Toolbox
 
     toolbox = Toolbox()
@@ -142,7 +145,8 @@ def defaults(name: Any, layout: Layout) -> dict[str, Any]:
 
 
 def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout, used: bool = True) -> None:
-    """Raise ValueError or UnknownName for an operator or arguments that do not fit; nothing is called."""
+    """Raise ValueError or UnknownName where DEAP has no such operator or it takes other arguments, or where
+    it is `used` and cannot work with these on these genomes; nothing is called."""
     check_name(word, name, layout)
     takes, given = known_operators(word, layout)[name], defaults(name, layout) | dict(given)
     if wrong := [k for k in given if k not in takes]:
@@ -156,7 +160,8 @@ def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout, 
 
 
 def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> None:
-    """Raise ValueError if an operator cannot work on these genomes; a user's own is tried on samples."""
+    """Raise ValueError with the reason if a registered operator cannot work on these genomes;
+    a user's own is tried on samples."""
     from deap import tools
 
     function, arguments = taken_apart(word, operator)
@@ -198,7 +203,8 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
 
 
 def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> None:
-    """Raise ValueError where `low` and `up` of mutUniformInt are no letters, or not in order."""
+    """Raise ValueError where `low` and `up` of mutUniformInt are no letters of the genome,
+    or low is above up."""
     for key in ("low", "up"):
         if not _letters(arguments[key], len(layout.alphabet)):
             raise ValueError(
@@ -225,7 +231,8 @@ def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> N
 
 
 def taken_apart(word: str, operator: Callable[..., Any]) -> tuple[Callable[..., Any], dict[str, Any]]:
-    """Return the registered function and its arguments besides genomes; ValueError if one is missing."""
+    """Return the function that is registered, and its arguments besides the genomes by name;
+    ValueError where one is missing."""
     function, named = getattr(operator, "func", operator), dict(getattr(operator, "keywords", {}))
     name = getattr(function, "__name__", repr(function))
     if getattr(operator, "args", ()):
@@ -248,14 +255,16 @@ def _takes(takes: Iterable[str], wrong: str = "") -> str:
 
 
 def choice_of(toolbox: Toolbox) -> int:
-    """Return the number in CHOICES of the toolbox's `select_mate`, −1 for a function of the user's own."""
+    """Return the number in CHOICES of the rule registered as `select_mate`,
+    −1 for a function of the user's own."""
     rules = list(RULES.values())
     function = getattr(toolbox.select_mate, "func", toolbox.select_mate)
     return rules.index(function) if function in rules else -1
 
 
 def strings_of(word: str, name: str, result: Any, length: int | None, size: int) -> list[np.ndarray]:
-    """Return the genomes u8[length] that an operator gave back (None: any length); raises ValueError."""
+    """Return the genomes u8[length] that an operator gave back (None: of any length);
+    raises ValueError that names what is wrong with them, and where."""
     n = 2 if word == "mate" else 1
     if not isinstance(result, tuple) or len(result) != n:
         allowed = f"a tuple of {'two genomes' if n == 2 else 'one genome'}, as DEAP's operators return"

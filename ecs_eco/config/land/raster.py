@@ -60,8 +60,9 @@ LATITUDES, LONGITUDES = ("latitude", "lat", "y"), ("longitude", "lon", "x")
 class Raster(NamedTuple):
     """Numbers on a grid, f64[ny, nx], the first row in the north, NaN where there is none.
 
-    `west` and `north` are the outer edges, `dx` and `dy` the sides of a cell, in units of `crs`; None or "" where
-    the file does not say them."""
+    `west` and `north` are the outer edges and `dx`, `dy` the sides of a cell, in units of `crs`; all four are
+    None where the file does not say them. `crs` is "" where it is not known.
+    """
 
     values: np.ndarray
     west: float | None = None
@@ -86,7 +87,8 @@ def refused(part: str, what: str, value: object, allowed: str = "", near: str = 
 
 
 def path_of(name: str, folder: Path) -> Path:
-    """Return the path of a raster in `folder`, or of "package:path"; raises RasterError for any other."""
+    """Return the path of a raster: of a file in `folder`, or, as "package:path", of one that comes with an
+    installed package; raises RasterError where there is no such package, or the file is not below there."""
     package, colon, rest = name.partition(":")
     if not (colon and re.fullmatch(r"[A-Za-z_]\w+", package)):
         return _below(folder, name, name)
