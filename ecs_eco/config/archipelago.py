@@ -1,13 +1,12 @@
-"""The worlds of an archipelago: what is wrong with the values of its islands, and their seeds."""
+"""The worlds of an archipelago: what is wrong with it, with the values of its islands, and their seeds."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.ranges import key_of
-from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.config.rules import written_at
+from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 FIXED = ("archipelago", "code", "dt", "format", "name", "ticks")
 """Parts of a world that its islands share."""
@@ -32,17 +31,17 @@ def seed_of(seed: int, number: int) -> int:
 
 
 def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], WorldConfig]) -> list[Problem]:
-    """Return the problems of the islands' own values; `world_of(config, name)` is the world of an island, or
-    raises ConfigError."""
+    """Return the problems of the islands' own values; `world_of` gives an island's world by its name."""
     plan = config.archipelago
     if plan is None or plan.here is not None:
         return []
     problems: list[Problem] = []
     worlds: dict[str, WorldConfig] = {}
     for name, own in plan.islands.items():
+        place = ("archipelago", "islands", name)
         problems += [
             Problem(
-                ("archipelago", "islands", name, key),
+                (*place, key),
                 "is the same on all islands",
                 value,
                 "a key of the rest of the world, for example species.deer.count",
@@ -54,17 +53,14 @@ def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], Wo
             try:
                 worlds[name] = world_of(config, name) if own or not worlds else config
             except ConfigError as error:
-                problems += [_moved(p, name, own) for p in error.problems]
+                problems += [written_at(p, place, _written(p, own)) for p in error.problems]
     return problems or [p for name, world in worlds.items() for p in _unlike(config, world, name)]
 
 
-def _moved(problem: Problem, name: str, own: Mapping[str, Any]) -> Problem:
-    """The problem at the island's own value that it comes from."""
+def _written(problem: Problem, values: Iterable[str]) -> str | None:
+    """Return which of some dotted keys with values a problem comes from, if any."""
     path = ".".join(map(str, problem.key))
-    written = next((key for key in own if key == path or path.startswith(f"{key}.")), None)
-    what = problem.what if written is not None else f"{problem.what}, at {problem.path}"
-    place = ("archipelago", "islands", name)
-    return problem.moved(key=place if written is None else (*place, written), what=what, source="", line=None)
+    return next((key for key in values if key == path or path.startswith(f"{key}.")), None)
 
 
 def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Problem]:
@@ -94,3 +90,48 @@ def _at(data: Any, path: tuple[str, ...]) -> Any:
     for part in path:
         data = data.get(part) if isinstance(data, dict) else None
     return data
+
+
+def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
+    """The problems of [archipelago]."""
+    plan = config.archipelago
+    if plan is None:
+        return
+    at, names = ("archipelago",), plan.names
+    if plan.here is not None and plan.here not in names:
+        yield Problem((*at, "here"), "no such island", plan.here, listed(names), nearest(plan.here, names))
+    for name in plan.emigration:
+        if name not in config.species:
+            yield Problem(
+                (*at, "emigration", name),
+                "no such species",
+                name,
+                listed(config.species),
+                nearest(name, config.species),
+            )
+        elif getattr(config.species[name].reproduction, "kind", None) == "spread":
+            yield Problem(
+                (*at, "emigration", name),
+                "keeps its site: plants that spread do not wander",
+                name,
+                "a species that has no reproduction of the kind spread",
+            )
+    if plan.graph != "own" and plan.edges:
+        yield Problem(
+            (*at, "edges"),
+            f"the graph {plan.graph} has edges of its own",
+            len(plan.edges),
+            'graph = "own", or no edges',
+        )
+    if plan.graph == "own" and not plan.edges:
+        yield Problem((*at, "edges"), "is missing", allowed='a list of [from, to], or graph = "ring"')
+    for i, edge in enumerate(plan.edges):
+        for j, name in enumerate(edge):
+            if name not in names:
+                yield Problem(
+                    (*at, "edges", i, j), "no such island", name, listed(names), nearest(name, names)
+                )
+        if edge[0] == edge[1]:
+            yield Problem((*at, "edges", i), "leads from an island to itself", edge, "two islands")
+        elif edge in plan.edges[:i]:
+            yield Problem((*at, "edges", i), "stands there already", edge, "each edge once")

@@ -1,7 +1,5 @@
 """A world before it is checked: its data, and the file and line that each part of it comes from."""
 
-from __future__ import annotations
-
 import copy
 import os
 from collections.abc import Mapping, Sequence
@@ -15,11 +13,10 @@ from ecs_eco.config.features.feature import Feature
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.reading import read_toml, too_deep
+from ecs_eco.config.rules import Key
 from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.code import Code
 from ecs_eco.engine.errors import MISSING, ConfigError, Problem, how_many, listed, nearest
-
-Key = tuple[str | int, ...]
 
 
 @dataclass
@@ -54,9 +51,8 @@ class Document:
         return {key: value_at(self.data, key) for key in self.set}
 
 
-def read_document(world: Any) -> Document:
-    """The document of a shipped world, a file, a dict or a configuration;
-    raises ConfigError for anything else."""
+def read_document(world: object) -> Document:
+    """The document of a shipped world, a file, a dict or a configuration; raises ConfigError."""
     if isinstance(world, Document):
         return world
     if isinstance(world, WorldConfig):
@@ -79,12 +75,11 @@ def read_document(world: Any) -> Document:
     return Document(data, path.name, path.parent, text)
 
 
-def _path(world: str | Path) -> Path:
-    """The file of a world: the name of a shipped one, or of one in an installed package; a file, or a folder
-    with one world file."""
+def _path(world: object) -> Path:
+    """The file of a world: of its name, a path, or a folder with one world file; raises ConfigError."""
     if (known := named(world)) is not None:
         return known
-    worlds, path = shipped(), Path(world)
+    worlds, path = shipped(), Path(str(world))
     if os.path.isdir(path) and len(files := sorted(path.glob("*.toml"))) == 1:
         return files[0]
     if os.path.isfile(path):

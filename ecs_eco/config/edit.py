@@ -1,7 +1,4 @@
-"""Changes values in the text of a world file and keeps the rest, comments included;
-or writes a world as new TOML."""
-
-from __future__ import annotations
+"""Changes values in the text of a world file and keeps the rest; or writes a world as new TOML."""
 
 import json
 import tomllib
@@ -11,9 +8,8 @@ from typing import Any
 from ecs_eco.config.explain import value_at
 from ecs_eco.config.lines import value_spans
 from ecs_eco.config.ranges import take_ranges
+from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import MISSING
-
-Key = tuple[str | int, ...]
 
 
 def edited(text: str, values: Mapping[Key, Any]) -> str | None:

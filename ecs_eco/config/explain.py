@@ -1,7 +1,5 @@
 """Describes pydantic's errors in words: key, value, what is allowed, the nearest right name."""
 
-from __future__ import annotations
-
 import types
 import typing
 from typing import Any
@@ -10,10 +8,10 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import MISSING, MOST, Problem, listed, nearest
 from ecs_eco.engine.section import Section
 
-Key = tuple[str | int, ...]
 FORMS = ("names", "range", "word", "number", "with")  # tags of unions whose members have no `kind`
 WORDS: dict[Any, str] = {
     float: "a finite number",
@@ -22,6 +20,15 @@ WORDS: dict[Any, str] = {
     str: "a text",
     list: "a list",
     dict: "a table",
+}
+TYPES = {  # of pydantic's errors, by how their names begin
+    "float": float,
+    "int": int,
+    "bool": bool,
+    "string": str,
+    "list": list,
+    "dict": dict,
+    "model": dict,
 }
 LIMITS = {
     "greater_than": "more than {gt:g}",
@@ -69,7 +76,7 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section]) -> Problem:
         fault = "is missing" if tag is MISSING else "unknown kind"
         return Problem((*key, "kind"), fault, tag, listed(tags), nearest(tag, tags))
     if kind in ("literal_error", "enum"):
-        choices = [str(c) for c in _choices(info)]
+        choices = [str(c) for c in typing.get_args(_plain(info.annotation, None))] if info else []
         return Problem(key, "no such choice", value, listed(choices) + about, nearest(value, choices))
     if error["loc"] and error["loc"][-1] == "[key]":
         return Problem(key, "not a name", allowed="a letter, then letters, digits or _ (at most 40)")
@@ -79,7 +86,10 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section]) -> Problem:
     if kind == "value_error":
         return Problem(key, str(context.get("error", error["msg"])), value, about.strip(" ()"))
     fault = "not a finite number" if kind == "finite_number" else "wrong type"
-    return Problem(key, fault, value, _expected(kind, info) + about, _spelled(kind, value))
+    spelled = str(value).lower() if kind.startswith("bool") else ""
+    near = spelled if spelled in ("true", "false") else ""
+    word = next((WORDS[t] for word, t in TYPES.items() if kind.startswith(word)), None)
+    return Problem(key, fault, value, (word or _words(info)) + about, near)
 
 
 def _key(loc: tuple[Any, ...], data: Any) -> Key:
@@ -147,33 +157,9 @@ def _tags(info: FieldInfo | None) -> list[str]:
     return tags
 
 
-def _choices(info: FieldInfo | None) -> tuple[Any, ...]:
-    kind = _plain(info.annotation, None) if info else None
-    return typing.get_args(kind) if typing.get_origin(kind) is typing.Literal else ()
-
-
 def _words(info: FieldInfo | None) -> str:
     """The values that a field allows, in words."""
     kind = _plain(info.annotation, None) if info else None
     if typing.get_origin(kind) is typing.Literal:
         return listed(map(str, typing.get_args(kind)))
     return WORDS.get(typing.get_origin(kind) or kind, "a table")
-
-
-def _expected(kind: str, info: FieldInfo | None) -> str:
-    start: dict[str, Any] = {
-        "float": float,
-        "int": int,
-        "bool": bool,
-        "string": str,
-        "list": list,
-        "dict": dict,
-        "model": dict,
-    }
-    word_for = next((t for word, t in start.items() if kind.startswith(word)), None)
-    return WORDS[word_for] if word_for else _words(info)
-
-
-def _spelled(kind: str, value: Any) -> str:
-    """true or false if the value is one of them with other capitals."""
-    return str(value).lower() if kind.startswith("bool") and str(value).lower() in ("true", "false") else ""

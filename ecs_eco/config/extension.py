@@ -1,7 +1,5 @@
 """Models of worlds whose species have features of the users' own."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from difflib import get_close_matches
 from functools import lru_cache

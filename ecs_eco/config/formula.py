@@ -1,11 +1,7 @@
 """A small language of expressions over named arrays, for happiness and reflexes.
 
-Numbers, names, + − * / **, comparisons (also chained), and, or, not, `a if b else c`, and the functions
-below. Everything is float32; true is 1, false is 0, and any number but 0 counts as true (not-a-number too).
-Python itself never evaluates the text: it becomes a tree of the operations listed here.
-"""
-
-from __future__ import annotations
+Everything is float32; true is 1, false is 0, and any number but 0 counts as true (not-a-number too). Python
+itself never evaluates the text: it becomes a tree of the operations listed here."""
 
 import ast
 import operator
@@ -18,7 +14,7 @@ from ecs_eco.compiled.elementary import arrays
 from ecs_eco.engine.errors import listed, nearest
 
 Values = Mapping[str, np.ndarray]
-Node = Callable[[Values], np.ndarray]
+Node = Callable[[Any], np.ndarray]
 LONGEST = 1000  # characters
 
 # name: (function, fewest, most arguments)
@@ -83,9 +79,6 @@ class Formula:
             result = np.asarray(self._run(given), np.float32)
         shape = shapes.pop() if len(shapes) == 1 else np.broadcast_shapes(*shapes)
         return np.ascontiguousarray(result if result.shape == shape else np.broadcast_to(result, shape))
-
-    def __repr__(self) -> str:
-        return f"Formula({self.text!r})"
 
 
 def compile_formula(text: str, names: Iterable[str]) -> Formula:

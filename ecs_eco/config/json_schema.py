@@ -1,11 +1,11 @@
 """The JSON schema of world files, with which editors complete keys, explain them and mark errors."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from typing import Any
 
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.learning.settings import PPO
+from ecs_eco.learning.words import WORDS
 
 PLAIN = ("Search", "Goal", "Confirm", "Range")  # sections whose numbers have no range
 RANGED: dict[str, Any] = {  # a value, and the range in which `ecs-eco search` looks for a better one
@@ -56,9 +56,6 @@ def json_schema(model: type[WorldConfig] = WorldConfig) -> dict[str, Any]:
 
 def _hyperparameters() -> dict[str, Any]:
     """The fields of PPO, which validates them itself."""
-    from ecs_eco.learning import PPO
-    from ecs_eco.learning.words import WORDS
-
     properties = {}
     for f in fields(PPO):
         low, high, kind = f.metadata["low"], f.metadata["high"], TYPES[str(f.type)]

@@ -1,51 +1,56 @@
-"""The knobs that a world names: which numbers its page offers as sliders, and between which ends."""
+"""What pages offer to change in a run: numbers and switches that may change, and the knobs that a world names."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Iterator
+from itertools import product
 from typing import Any
 
-from ecs_eco.config.models.viewer import Knob
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from ecs_eco.config.models.search import Knob
+from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.mutable_keys import why_not
-from ecs_eco.config.parameters import coded, parameters
+from ecs_eco.config.mutable_keys import may_change, why_not
+from ecs_eco.config.numbers import labels
 from ecs_eco.config.ranges import Key, key_of, name_of, real_key
+from ecs_eco.config.traits import label_of
 from ecs_eco.engine.errors import Problem, listed, nearest
+from ecs_eco.engine.section import LARGEST, Use, function_name
+
+NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
+ENDS = (("low", "ge"), ("low", "gt"), ("high", "le"), ("high", "lt"))  # words of pydantic
+Way = tuple[str, ...]
 
 
 def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
-    """Problems of [viewer]: knobs that are no number, cannot change in a run, have no width, or do not hold
-    the world's own value; none of values set from outside, by `set_`."""
-    if not config.viewer.knobs:
-        return []
-    data, knobs = config.model_dump(), config.viewer.knobs
-    keys = (".".join(map(str, real_key(data, key_of(knob.key))[0])) for knob in knobs)
-    rows = {row["key"] for row in parameters(config, keys)}
-    outside = {tuple(map(str, key)) for key in set_}
+    """Problems of [viewer]: knobs without a number, a width or an effect; not of values set from outside."""
     problems: list[Problem] = []
-    seen: set[Key] = set()
-    for i, knob in enumerate(config.viewer.knobs):
-        key, value, wrong = real_key(data, key_of(knob.key))
+    data = config.model_dump() if config.viewer.knobs else {}
+    real = [real_key(data, key_of(knob.key)) for knob in config.viewer.knobs]
+    names = [".".join(map(str, key)) for key, _, _ in real]
+    rows = {row["key"] for row in parameters(config, names)} if names else set()
+    outside = {tuple(map(str, key)) for key in set_}
+    for i, (knob, (key, value, wrong), name) in enumerate(zip(config.viewer.knobs, real, names, strict=True)):
         place: Key = ("viewer", "knobs", i)
-        if any(
-            tuple(map(str, parts[:n])) in outside
-            for parts in (key, key_of(knob.key))
-            for n in range(1, len(parts) + 1)
-        ):
+        given = [tuple(map(str, parts)) for parts in (key, key_of(knob.key))]
+        if outside & {parts[: n + 1] for parts in given for n in range(len(parts))}:
             continue
         if wrong is not None:
             problems.append(wrong.moved(key=(*place, "key"), value=knob.key))
-        elif key in seen:
+        elif name in names[:i]:
             problems.append(Problem((*place, "key"), "is a knob already", knob.key, "each key once"))
-        elif (name := ".".join(map(str, key))) not in rows or isinstance(value, bool):
+        elif name not in rows or isinstance(value, bool):
             problems.append(_not_offered(config, (*place, "key"), knob, name, value))
-        else:
-            problems += _check_ends(place, knob, value)
-        seen.add(key)
+        elif not knob.min < knob.max:
+            problems.append(Problem((*place, "max"), "is no range", knob.max, f"more than min, {knob.min:g}"))
+        elif not knob.min <= value <= knob.max:
+            end = "min" if value < knob.min else "max"
+            fault = f"does not hold the world's own value, {value:g}"
+            problems.append(Problem((*place, end), fault, getattr(knob, end), "a range around it"))
     return problems
 
 
-def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: Any) -> Problem:
+def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: object) -> Problem:
     """The problem of a key whose value is there, but cannot be a knob."""
     known = [row["key"] for row in parameters(config)]
     numbers = "the key of a number that may change in a run"
@@ -55,35 +60,10 @@ def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: 
         fault = f"has no value yet: {name}" if value is None else f"holds no number: {name} = {value!r:.60}"
         return Problem(place, fault, knob.key, numbers, nearest(name, known))
     if gene := coded(config).get(name):
-        return Problem(
-            place,
-            f"the gene {gene} codes for it, so each organism has its own",
-            knob.key,
-            "values that no gene codes for",
-        )
-    return Problem(
-        place,
-        "has no effect in a run that lives",
-        knob.key,
-        f"a number that has one, as {listed(known[:3])}",
-        nearest(name, known),
-    )
-
-
-def _check_ends(place: Key, knob: Knob, value: float) -> list[Problem]:
-    if not knob.min < knob.max:
-        return [Problem((*place, "max"), "is no range", knob.max, f"more than min, {knob.min:g}")]
-    if not knob.min <= value <= knob.max:
-        end = "min" if value < knob.min else "max"
-        return [
-            Problem(
-                (*place, end),
-                f"does not hold the world's own value, {value:g}",
-                getattr(knob, end),
-                "a range around it",
-            )
-        ]
-    return []
+        fault = f"the gene {gene} codes for it, so each organism has its own"
+        return Problem(place, fault, knob.key, "values that no gene codes for")
+    allowed = f"a number that has one, as {listed(known[:3])}"
+    return Problem(place, "has no effect in a run that lives", knob.key, allowed, nearest(name, known))
 
 
 def offered(config: WorldConfig | None) -> dict[str, Any]:
@@ -107,3 +87,110 @@ def offered(config: WorldConfig | None) -> dict[str, Any]:
                 }
             )
     return {"list": rows, "knobs": knobs}
+
+
+def parameters(config: WorldConfig, keys: Iterable[str] | None = None) -> list[dict[str, Any]]:
+    """Return all numbers and switches that an intervention "set" may change: key, value, whether it is whole,
+    unit, low, high (null: no bound), about. Of `keys`, dotted, where they are given; none that genes code for."""
+    wanted = None if keys is None else frozenset(_ways_to(keys))
+    genes = coded(config)
+    rows = _walk(config, (), {}, wanted)
+    return [
+        row
+        for row in rows
+        if row["key"] not in genes
+        and row["key"].split(".")[0] not in NOT_NOW
+        and may_change(row["key"], type(config))
+    ]
+
+
+def coded(config: WorldConfig) -> dict[str, str]:
+    """Return the gene that codes for a value, by dotted key."""
+    return {
+        ".".join(map(str, ("species", name, *key))): gene.name
+        for name, species in config.species.items()
+        if species.genome
+        for gene in species.genome.genes
+        if gene.trait and (key := _key_of(species, gene.trait))
+    }
+
+
+def _key_of(species: Species, trait: str) -> Key | None:
+    """Return where a species' section has the value of a trait; None where it has none."""
+    kind, _, rest = trait.partition(".")
+    name, _, field = rest.rpartition(".")
+    if kind == "reflex" and species.reflex is not None:
+        for i, connection in enumerate(species.reflex.connections):
+            if label_of(connection) == name:
+                threshold = "above" if connection.above is not None else "below"
+                return ("reflex", "connections", i, threshold if field == "threshold" else field)
+    if kind == "happiness" and species.happiness is not None and rest in species.happiness.weights:
+        return ("happiness", "weights", rest)
+    if trait == "life.age_max":
+        return next(
+            (
+                ("lethal", i, "max")
+                for i, limit in enumerate(species.lethal)
+                if limit.property == "age" and limit.max is not None
+            ),
+            None,
+        )
+    key: list[str | int] = []
+    value: Any = species
+    for part in trait.split("."):
+        if isinstance(value, list):
+            entries = {label: str(i) for i, label in enumerate(labels(value))}
+            part = entries.get(part, part)
+            value = value[int(part)] if part in entries.values() else None
+        else:
+            value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
+        key.append(part)
+    return None if value is None else tuple(key)
+
+
+def _ways_to(keys: Iterable[str]) -> Iterator[tuple[str, ...]]:
+    """Yield keys, and all that they are below."""
+    for key in keys:
+        parts = tuple(key.split("."))
+        yield from (parts[:n] for n in range(len(parts) + 1))
+
+
+def _walk(
+    value: object, key: Way, field: dict[str, Any], wanted: Container[Way] | None
+) -> Iterator[dict[str, Any]]:
+    if wanted is not None and key not in wanted:
+        return
+    if isinstance(value, Use):
+        for name, inner in value.parameters.items():
+            about = f"parameter of {function_name(value)}"
+            yield from _walk(
+                inner, (*key, name), {"unit": "", "low": None, "high": None, "about": about}, wanted
+            )
+    elif isinstance(value, BaseModel):
+        for name, info in type(value).model_fields.items():
+            if wanted is not None and (*key, name) not in wanted:
+                continue
+            yield from _walk(getattr(value, name), (*key, name), _field(info), wanted)
+    elif isinstance(value, dict):
+        for name, inner in value.items():
+            yield from _walk(inner, (*key, str(name)), field, wanted)
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            if isinstance(inner, BaseModel):
+                yield from _walk(inner, (*key, str(i)), field, wanted)
+    elif isinstance(value, bool | int | float) and key:
+        yield {"key": ".".join(key), "value": value, "whole": isinstance(value, int), **field}
+
+
+def _field(info: FieldInfo) -> dict[str, Any]:
+    """Return unit, bounds and description of a field."""
+    extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
+    bounds: dict[str, float | None] = {"low": None, "high": None}
+    for rule, (end, word) in product(info.metadata, ENDS):
+        if (bound := getattr(rule, word, None)) is not None and abs(bound) < LARGEST:
+            bounds[end] = bound
+    return {
+        "unit": str(extra.get("unit", "")),
+        **bounds,
+        "about": (info.description or "").rpartition(" [")[0] or info.description or "",
+    }

@@ -1,7 +1,4 @@
-"""Loads a world: a shipped one by name, a file or a dict, with values set from outside;
-or reports all problems."""
-
-from __future__ import annotations
+"""Loads a world, with values set from outside; or reports all problems."""
 
 import copy
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,20 +9,25 @@ from typing import Any
 from pydantic import ValidationError
 
 from ecs_eco.config.archipelago import check_islands, seed_of
-from ecs_eco.config.checks.data import check_measurements
 from ecs_eco.config.checks.world import check
-from ecs_eco.config.document import Document, Key, read_document
+from ecs_eco.config.document import Document, read_document
 from ecs_eco.config.explain import problems_of, value_at
 from ecs_eco.config.extension import model_for, unknown_keys
 from ecs_eco.config.features.feature import Feature
 from ecs_eco.config.knobs import check_knobs
-from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.measurements import check_measurements
+from ecs_eco.config.models.interventions import AnyIntervention
+from ecs_eco.config.models.world import Ramp, Training, WorldConfig
+from ecs_eco.config.mutable_keys import refused
 from ecs_eco.config.names import names_in, own_features
 from ecs_eco.config.overrides import Overrides, apply_overrides, fix_ranges
 from ecs_eco.config.ranges import check_search, key_of, real_key, take_ranges
 from ecs_eco.config.reading import too_deep
+from ecs_eco.config.rules import Key, written_at
 from ecs_eco.engine.code import Code, read
 from ecs_eco.engine.errors import MOST, ConfigError, Problem
+
+NO_PLAN: dict[str, Any] = {"set": {}, "vary": {}, "ramp": []}  # of training
 
 
 def load(
@@ -40,12 +42,10 @@ def load(
 ) -> WorldConfig:
     """The checked world; `overrides` are dotted keys with values, or texts like "species.deer.count=50".
 
-    `systems` (classes or instances) and `reporters` are added to those that the world names, `features` to
-    those that its code defines. `trust` allows
-    the code that it lists in `code` to run in this process; without it, or an earlier --trust, that code is
-    neither run nor checked. Its files are taken from `places`, else from the world's folder. Raises
-    ConfigError with every problem found.
-    """
+    `systems` (classes or instances), `reporters` and `features` are added to those of the world and its code.
+    `trust` allows the code that it lists in `code` to run in this process; without it, or an earlier --trust,
+    that code is neither run nor checked. Its files are taken from `places`, else from the world's folder. Raises
+    ConfigError with every problem found."""
     document = read_document(world)
     document.places = document.places or tuple(places)
     document.features = document.features or tuple(features)
@@ -57,7 +57,7 @@ def load(
     if deep := too_deep(document.data):
         raise document.refused([deep])
     if trust:
-        _read_code(document)[0].allow()
+        code_listed(document).allow()
     inline, wrong_ranges = take_ranges(document.data)
     fix_ranges(document)
     config, invalid = _validate(document)
@@ -68,102 +68,91 @@ def load(
             problems += check_knobs(config, document.set)
             if not problems and not document.places:  # the world of a record: its folder keeps a copy
                 problems += check_measurements(config)
+    if config is not None and not problems:
+        problems = _check_training(config) or check_islands(config, island_of)
     if config is None or problems:
-        raise document.refused(problems)
-    problems = _check_training(config)
-    problems = problems or check_islands(config, island_of)
-    if problems:
         raise document.refused(problems)
     return config
 
 
 def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -> WorldConfig:
     """The world with what [training] sets, and with `values` (of keys that vary from world to world)."""
-    data = config.model_dump()  # with functions, not their names
-    wanted, data["training"]["set"] = {**data["training"]["set"], **(values or {})}, {}
-    ramp, data["training"]["ramp"], data["training"]["vary"] = data["training"]["ramp"], [], {}
-    data["interventions"], data["reporters"], data["record"] = [], {}, []  # what happens in a run
-    new = load(
-        Document(
-            data, config._source, config._folder, set_by="[training] set", code=config._code, original=config
-        ),
-        wanted,
-    )
-    if not ramp:
-        return new
-    return new.model_copy(update={"training": new.training.model_copy(update={"ramp": config.training.ramp})})
+    data = config.model_dump() | {
+        "interventions": [],
+        "reporters": {},
+        "record": [],
+    }  # with functions, not their names
+    wanted = {**data["training"]["set"], **(values or {})}
+    data["training"] |= NO_PLAN
+    new = _modified(config, data, wanted, set_by="[training] set")
+    training = new.training.model_copy(update={"ramp": config.training.ramp})
+    return new.model_copy(update={"training": training})
 
 
 def island_of(config: WorldConfig, name: str) -> WorldConfig:
-    """The world of one island of an archipelago, with the values of its own, its seed among them; raises
-    ConfigError."""
+    """The world of one island of an archipelago, with its own values and seed; raises ConfigError."""
     plan = config.archipelago
     assert plan is not None
     data = config.model_dump()
     data["archipelago"]["here"], data["seed"] = name, seed_of(config.seed, plan.names.index(name))
-    by = f"[archipelago] islands.{name}"
-    return load(
-        Document(data, config._source, config._folder, set_by=by, code=config._code, original=config),
-        plan.islands[name],
-    )
+    return _modified(config, data, plan.islands[name], set_by=f"[archipelago] islands.{name}")
 
 
 def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) -> WorldConfig:
     """The world with new values while it lives; raises ConfigError."""
-    names = (
-        values if isinstance(values, Mapping) else [text.partition("=")[0].strip() for text in values or ()]
-    )
+    names = values if isinstance(values, Mapping) else [text.partition("=")[0] for text in values or ()]
+    data, touched = config.model_dump(), {name.strip().partition(".")[0] for name in names}
     kept: dict[str, Any] = {}
-    data, touched = config.model_dump(), {name.partition(".")[0] for name in names}
     if "interventions" not in touched:  # checked already: not again for each change
         data["interventions"], kept["interventions"] = [], config.interventions
     if "training" not in touched:
-        data["training"]["set"], data["training"]["vary"], data["training"]["ramp"], kept["training"] = (
-            {},
-            {},
-            [],
-            config.training,
-        )
-    new = load(
-        Document(data, config._source, folder or config._folder, code=config._code, original=config), values
-    )
-    return new.model_copy(update=kept)
+        data["training"] |= NO_PLAN
+        kept["training"] = config.training
+    return _modified(config, data, values, folder=folder).model_copy(update=kept)
 
 
 def intervention(
     config: WorldConfig, request: Mapping[str, Any], before: Iterable[Mapping[str, Any]] = ()
-) -> Any:
-    """An intervention for a living world, checked as one in its file;
-    `before` are those that it may depend on. Raises ConfigError."""
-    listed_ = [*before, dict(request)]
-    data = config.model_dump() | {"interventions": listed_, "ticks": max(config.ticks, request["at"] + 1)}
-    data["training"]["set"], data["training"]["vary"], data["training"]["ramp"] = {}, {}, []
+) -> AnyIntervention:
+    """A checked intervention for a living world; it may depend on those `before`. Raises ConfigError."""
+    data = config.model_dump() | {"interventions": [*before, dict(request)]}
+    data["ticks"] = max(config.ticks, request["at"] + 1)
+    data["training"] |= NO_PLAN
     try:
-        new = load(Document(data, "intervene", config._folder, code=config._code, original=config))
-        _refuse_code(config, new.interventions[-1])
-        return new.interventions[-1]
+        new = _modified(config, data, source="intervene").interventions[-1]
+        if new.kind == "set":
+            _refuse_code(config, new.set)
+        return new
     except ConfigError as error:
-        problems = [
-            p.moved(key=p.key[2:] if p.key[:1] == ("interventions",) else p.key) for p in error.problems
-        ]
+        problems = [p.moved(key=p.key[2 * (p.key[:1] == ("interventions",)) :]) for p in error.problems]
         raise ConfigError(problems, "this intervention is refused") from None
 
 
-def _refuse_code(config: WorldConfig, request: Any) -> None:
+def _modified(
+    config: WorldConfig,
+    data: dict[str, Any],
+    values: Overrides = None,
+    source: str = "",
+    set_by: str = "--set",
+    folder: Path | None = None,
+) -> WorldConfig:
+    """Load the data of a modified world, which has the code of its original."""
+    source, folder = source or config._source, folder or config._folder
+    return load(Document(data, source, folder, set_by=set_by, code=config._code, original=config), values)
+
+
+def _refuse_code(config: WorldConfig, values: Mapping[str, Any]) -> None:
     """Raise ConfigError if an intervention from outside names code: only functions themselves are accepted."""
-    if request.kind != "set":
-        return
     before = {_home(key): value for key, value in names_in(config)}
-    for key, value in names_in(changed(config, request.set)):
+    for key, value in names_in(changed(config, values)):
         if isinstance(value, str) and before.get(_home(key)) != value:
-            allowed = "a world file may name code, and Python may pass the function itself"
             raise ConfigError(
                 [
                     Problem(
                         ("set", ".".join(map(str, key))),
                         "an intervention from outside names no code",
                         value,
-                        allowed,
+                        "a world file may name code, and Python may pass the function itself",
                     )
                 ]
             )
@@ -175,28 +164,22 @@ def _home(key: Key) -> Key:
 
 
 def _check_training(config: WorldConfig) -> list[Problem]:
-    plan, problems = config.training, []
+    plan, training = config.training, config
     for name, (low, high) in plan.vary.items():
         if not low < high:
-            problems.append(
-                Problem(("training", "vary", name), "is no range", [low, high], "[low, high] with low < high")
-            )
-    ends = (0, 1) if plan.vary else (None,) if plan.set else ()
-    training = config
-    for end in ends:
-        values = {} if end is None else {k: v[end] for k, v in plan.vary.items()}
+            allowed = "[low, high] with low < high"
+            return [Problem(("training", "vary", name), "is no range", [low, high], allowed)]
+    ends = [{name: span[end] for name, span in plan.vary.items()} for end in (0, 1)]
+    for values in ends if plan.vary else [{}] if plan.set else []:
         try:
-            if not problems:
-                training = for_training(config, values)
+            training = for_training(config, values)
         except ConfigError as error:
-            problems = [_moved_to_training(p, plan) for p in error.problems]
-    return problems or [p for i, ramp in enumerate(plan.ramp) for p in _check_ramp(training, i, ramp)]
+            return [_moved_to_training(p, plan) for p in error.problems]
+    return [p for i, ramp in enumerate(plan.ramp) for p in _check_ramp(training, i, ramp)]
 
 
-def _check_ramp(config: WorldConfig, number: int, ramp: Any) -> list[Problem]:
+def _check_ramp(config: WorldConfig, number: int, ramp: Ramp) -> list[Problem]:
     """Problems of the two ends of a ramp, in the training world."""
-    from ecs_eco.config.mutable_keys import refused
-
     at = ("training", "ramp", number)
     for end, value in enumerate(ramp.values):
         try:
@@ -210,15 +193,12 @@ def _check_ramp(config: WorldConfig, number: int, ramp: Any) -> list[Problem]:
     return []
 
 
-def _moved_to_training(problem: Problem, plan: Any) -> Problem:
+def _moved_to_training(problem: Problem, plan: Training) -> Problem:
     """The problem at the entry of [training] set or vary that it comes from."""
     path = ".".join(map(str, problem.key))
-    part, written = next(
-        ((part, k) for part in ("vary", "set") for k in getattr(plan, part) if k == path), ("set", None)
-    )
-    key = ("training", part) if written is None else ("training", part, written)
-    fault = problem.what if written is not None else f"{problem.what}, at {problem.path} while training"
-    return problem.moved(key=key, what=fault, source="", line=None)
+    part = "vary" if path in plan.vary else "set"
+    written = path if path in getattr(plan, part) else None
+    return written_at(problem, ("training", part), written, " while training")
 
 
 def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
@@ -227,7 +207,7 @@ def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
     return problem.moved(key=(*inline[str(name)], *problem.key[3:])) if name in inline else problem
 
 
-def document_of(world: Any, overrides: Overrides = None) -> Document:
+def document_of(world: object, overrides: Overrides = None) -> Document:
     """A world before it is checked, with its text as it is written; its `changes` are what `overrides` set."""
     document = read_document(world)
     if problems := apply_overrides(document, overrides):
@@ -240,7 +220,7 @@ def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
     try:
         return _checked(document.data, document)
     except ValidationError as error:
-        model = _model(document, _read_code(document)[0])
+        model = _model(document, code_listed(document))
         return None, _with_checks(problems_of(error, document.data, model), document)
 
 
@@ -267,22 +247,19 @@ def _model(document: Document, code: Code) -> type[WorldConfig]:
 
 def code_listed(document: Document) -> Code:
     """The code that a document lists, as texts; its problems are reported when the world is loaded."""
-    return _read_code(document)[0]
+    return _read_code(document, document.data.get("code"))[0]
 
 
-def _read_code(document: Document, entries: Any = None) -> tuple[Code, list[Problem]]:
+def _read_code(document: Document, entries: object) -> tuple[Code, list[Problem]]:
     """The code that a document lists, as texts; a modified world has the code of its original."""
-    entries = document.data.get("code") if entries is None else entries
     entries = [e for e in entries if isinstance(e, str)] if isinstance(entries, list) else []
-    if document.code is None:
+    if (code := document.code) is None:
         return read(entries, document.places or [document.folder])
-    own = list(dict.fromkeys(s.module if s.of_session else s.entry for s in document.code.sources))
-    if entries != own:
-        fault = "cannot be set from here"
-        return document.code, [
-            Problem(("code",), fault, entries, f"the world's own, {own}, or another world file")
-        ]
-    return document.code, []
+    own = list(dict.fromkeys(s.module if s.of_session else s.entry for s in code.sources))
+    if entries == own:
+        return code, []
+    allowed = f"the world's own, {own}, or another world file"
+    return code, [Problem(("code",), "cannot be set from here", entries, allowed)]
 
 
 def _with_checks(problems: list[Problem], document: Document) -> list[Problem]:

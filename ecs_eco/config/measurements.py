@@ -1,14 +1,13 @@
-"""Reading measurements: an outside series, from a CSV file, whose times are evenly spaced."""
-
-from __future__ import annotations
+"""Measurements: an outside series, from a CSV file, whose times are evenly spaced; and the checks of [data]."""
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 FEWEST = 12
@@ -30,8 +29,8 @@ IN_WORLD = Place(("data", "file"), ("data", "columns"), "", "")
 
 
 class Outside(NamedTuple):
-    """An outside series: evenly spaced times f64[n], and columns f64[n] by the name of the species or
-    reporter that each stands beside; `named` is what the file calls them."""
+    """An outside series: evenly spaced times f64[n], and columns f64[n] by the species or reporter that each
+    is compared with; `named` is what the file calls them."""
 
     times: np.ndarray
     columns: dict[str, np.ndarray]
@@ -53,11 +52,8 @@ def outside_of(data: Mapping[str, Any], folder: Path, names: Sequence[str], sour
     return read._replace(unit=data.get("unit") or read.unit, ticks=data.get("ticks"))
 
 
-def measured(config: Any, source: str = "") -> Outside | None:
-    """Read the outside series of a world; None where it has none, or is no file and has none at hand.
-
-    Raises ConfigError, with `source` as the place of its problems.
-    """
+def measured(config: WorldConfig, source: str = "") -> Outside | None:
+    """Read the outside series of a world, if it has one at hand; raises ConfigError at `source`."""
     data = config.data
     if data is None or not ((config.folder / config._source).is_file() or config.file(data.file).is_file()):
         return None
@@ -72,10 +68,7 @@ def read_outside(
     time: str | None = None,
 ) -> Outside:
     """Read a CSV whose column `time`, or the first, is time; `match` gives the species or reporter, of
-    `names`, that a column stands beside, where it is not named as one.
-
-    Rows without a number in a column that is used are left out at the ends. Raises ConfigError.
-    """
+    `names`, that a column is compared with. Rows without numbers are left out at the ends. Raises ConfigError."""
     place = place or Place()
     head, rows = _rows(Path(file), place)
     if time is not None and time not in head:
@@ -97,17 +90,15 @@ def read_outside(
     table = table.reshape(-1, 1 + len(named))
     whole = np.flatnonzero(np.isfinite(table).all(1))
     table = table[whole[0] : whole[-1] + 1] if whole.size else table[:0]
+    steps = np.diff(table[:, 0])
+    even = not steps.size or ((steps > 0).all() and np.ptp(steps) <= 0.02 * steps.mean())
     faults = (
         (
             not FEWEST <= len(table) <= MOST_ROWS or not np.isfinite(table).all(),
             f"has {len(whole):,} rows of numbers, or gaps between them",
             f"{FEWEST} rows at least, {MOST_ROWS:,} at most, one after the other",
         ),
-        (
-            not _even(table[:, 0]),
-            f"its times ({time}) are not evenly spaced",
-            "times that rise by the same step",
-        ),
+        (not even, f"its times ({time}) are not evenly spaced", "times that rise by the same step"),
         ((table[:, 1:] < 0).any(), "has numbers below 0", "counts or densities"),
         (not table[:, 1:].any(0).all(), "has a column of zeros alone", "counts or densities"),
     )
@@ -150,11 +141,6 @@ def _named(
     return named
 
 
-def _even(times: np.ndarray) -> bool:
-    steps = np.diff(times)
-    return bool((steps > 0).all() and np.ptp(steps) <= 0.02 * steps.mean()) if len(steps) else True
-
-
 def _rows(file: Path, place: Place) -> tuple[list[str], list[list[str]]]:
     try:
         if file.stat().st_size > MOST_BYTES:
@@ -182,3 +168,26 @@ def _number(text: str) -> float:
 
 def _refused(place: Place, what: str, file: str | Path, allowed: str) -> ConfigError:
     return ConfigError([Problem(place.file, what, str(file), allowed, source=place.of_file)])
+
+
+def check_measurements(config: WorldConfig) -> list[Problem]:
+    """The problems of the file of [data]."""
+    try:
+        measured(config)
+    except ConfigError as error:
+        return list(error.problems)
+    return []
+
+
+def check_data(config: WorldConfig) -> Iterator[Problem]:
+    """The problems of names."""
+    if config.data is None:
+        return
+    known, taken = [*config.species, *config.reporters], set()
+    for column, name in config.data.columns.items():
+        key = ("data", "columns", column)
+        if name not in known:
+            yield Problem(key, "no such species or reporter", name, listed(known), nearest(name, known))
+        elif name in taken:
+            yield Problem(key, "another column is compared with it, too", name, "a column for each")
+        taken.add(name)

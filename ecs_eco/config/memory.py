@@ -1,34 +1,39 @@
 """The memory that a world needs at its start, estimated from its numbers alone, and what the machine has."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
+from ecs_eco.config.explain import value_at
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import ConfigError, Problem
-from ecs_eco.genomes.models import Gene
+from ecs_eco.config.rules import Key
+from ecs_eco.engine.errors import MISSING, ConfigError, Problem
 
-Key = tuple[str | int, ...]
 ROW = 160  # bytes of an organism or object, without senses, learning and genome
 MOST_SHOWN = 5
 CGROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 
 
 def require_memory(config: WorldConfig, available: float | None = None) -> None:
-    """ConfigError where a world needs more memory at its start than there is [bytes],
-    with the keys that need the most."""
+    """Raise ConfigError where a world needs more memory at its start than is available [bytes]."""
     available = machine_memory() if available is None else available
     parts = sorted(needs(config), key=lambda part: -part[1])
     total = sum(size for _, size in parts)
     if total <= available:
         return
     largest = [part for part in parts if part[1] > total / 10][:MOST_SHOWN]
-    problems = [_problem(config, key, size, available) for key, size in largest]
+    problems = [
+        Problem(
+            key,
+            f"needs about {in_words(size)}",
+            MISSING if isinstance(value := value_at(config.model_dump(), key), dict) else value,
+            f"what fits into {in_words(available)} with all else",
+            source=config._source,
+        )
+        for key, size in largest
+    ]
     title = (
         f"it would need about {in_words(total)} of memory at its start, and there are {in_words(available)}"
     )
@@ -63,18 +68,23 @@ def n_weights(species: Species, dims: int) -> int:
 
 def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tuple[Key, float]]:
     rows, key, channels = max(64, 1.5 * species.count), ("species", name), len(species.channels(config.dims))
+    weights = n_weights(species, config.dims)
     yield (*key, "count"), rows * (ROW + 8 * channels + 4 * len(config.substances))
     if species.genome is not None:
         loci = (
             species.genome.longest
             or species.genome.loci
-            or sum(_loci(gene, species, config.dims) for gene in species.genome.genes)
+            or sum(
+                gene.letters
+                * (weights if gene.trait == "policy.weights" and gene.form != "cosine" else gene.codons)
+                for gene in species.genome.genes
+            )
         )
         yield (*key, "genome"), 2.0 * rows * species.genome.ploidy * loci
     if not species.policy.thinks:
         return
     # what a module needs is known when it is made
-    size = 0 if species.policy.network else n_weights(species, config.dims)
+    size = 0 if species.policy.network else weights
     horizon = species.ppo["horizon"]
     if species.policy.kind == "individual":
         blocks = 256.0 * math.ceil(max(1, species.count) / 256)
@@ -86,11 +96,6 @@ def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tu
             (*key, "ppo", "horizon"),
             float(species.count) * min(horizon, config.ticks) * (4 * channels + 24) * species.policy.learn,
         )
-
-
-def _loci(gene: Gene, species: Species, dims: int) -> int:
-    each_weight = gene.trait == "policy.weights" and gene.form != "cosine"
-    return gene.letters * (n_weights(species, dims) if each_weight else gene.codons)
 
 
 def machine_memory() -> float:
@@ -119,12 +124,3 @@ def in_words(size: float) -> str:
             return f"{size:.3g} {unit}"
         size /= 1000
     return f"{size:.3g} PB"
-
-
-def _problem(config: WorldConfig, key: Key, size: float, available: float) -> Problem:
-    from ecs_eco.config.explain import value_at
-
-    value: Any = value_at(config.model_dump(include={key[0]}), key)  # type: ignore[arg-type]
-    allowed = f"what fits into {in_words(available)} with all else"
-    shown = Problem(key, f"needs about {in_words(size)}", allowed=allowed, source=config._source)
-    return shown if isinstance(value, dict) else shown.moved(value=value)

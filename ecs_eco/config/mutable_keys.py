@@ -1,7 +1,5 @@
 """Which values of a world file may change while the world lives, and the alternatives for the others."""
 
-from __future__ import annotations
-
 import types
 from collections.abc import Iterator
 from functools import lru_cache
@@ -9,17 +7,16 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from ecs_eco.config.derived import all_genes
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.rules import Key
+from ecs_eco.config.traits import traits_of
 from ecs_eco.engine.errors import MISSING, Problem
 from ecs_eco.engine.section import ANEW, FREE, SHAPE, Change, Section, Use, function_name
 
-Key = tuple[str | int, ...]
-
 
 def changes(old: Any, new: Any, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]:
-    """Every value that differs between two sections as `model_dump` gives them: its key, what it was,
-    and what it is."""
-    if _adds_parameters(old, new):
-        old = {"use": old}
+    """Yield key, old and new value of all that differs between two sections of `model_dump`."""
+    if isinstance(new, dict) and "use" in new and (isinstance(old, str) or callable(old)):
+        old = {"use": old}  # a function without parameters got some: they alone are new
     if isinstance(old, dict) and isinstance(new, dict):
         for part in dict.fromkeys([*old, *new]):
             yield from changes(old.get(part, MISSING), new.get(part, MISSING), (*key, part))
@@ -30,22 +27,15 @@ def changes(old: Any, new: Any, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]
         yield key, old, new
 
 
-def _adds_parameters(old: Any, new: Any) -> bool:
-    """Whether a function without parameters got some: they alone are new."""
-    return isinstance(new, dict) and "use" in new and (isinstance(old, str) or callable(old))
-
-
 def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
     """A problem for each value that differs and cannot change in a living world."""
     problems = []
     for key, before, now in changes(old.model_dump(), new.model_dump()):
-        hint = _hint(".".join(map(str, key)), type(new))
-        if not hint and len(key) > 2 and key[2] in ("properties", "substances") and MISSING in (before, now):
+        hint = why_not(".".join(map(str, key)), type(new))
+        if not hint and MISSING in (before, now) and {"properties", "substances"} & {key[0], *key[2:3]}:
             hint = SHAPE  # a column would be added or removed
         if not hint and key[0] == "objects" and key[-1] == "renewal" and before is MISSING:
             hint = ANEW  # there is no system for it
-        if not hint and key[0] == "substances" and MISSING in (before, now):
-            hint = SHAPE
         if hint:
             problems.append(Problem(key, "cannot change in a living world", now, hint))
     for name, species in new.species.items():
@@ -56,16 +46,12 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
 
 def may_change(key: str, model: type[WorldConfig] = WorldConfig) -> bool:
     """Whether the value of a dotted key may change in a living world, as far as the key alone tells."""
-    return not _hint(key, model)
-
-
-def why_not(key: str, model: type[WorldConfig] = WorldConfig) -> str:
-    """What there is to do instead where the value of a dotted key cannot change; "" where it may."""
-    return _hint(key, model)
+    return not why_not(key, model)
 
 
 @lru_cache(10_000)  # keys may come from anybody
-def _hint(key: str, model: type[WorldConfig]) -> str:
+def why_not(key: str, model: type[WorldConfig] = WorldConfig) -> str:
+    """What there is to do instead where the value of a dotted key cannot change; "" where it may."""
     return _instead(key.split("."), model, ANEW)
 
 
@@ -108,8 +94,6 @@ def _of_genes(key: Key, old: Any, new: Any, config: WorldConfig) -> Iterator[Pro
         yield Problem((*key, "ppo", "horizon"), "cannot change in a living world", new.ppo["horizon"], SHAPE)
     if new.genome is None:
         return
-    from ecs_eco.config.traits import traits_of
-
     own = [c for c in config.own_components(new) if c is not None]
     before, now = (traits_of(species, config.dims, own) for species in (old, new))
     genes = {gene.trait: gene.name for gene in all_genes(new) if gene.trait}

@@ -1,7 +1,5 @@
 """The keys of a world that name code: derived from the types of its fields, so that no new key is forgotten."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin
@@ -9,10 +7,9 @@ from typing import Annotated, Any, get_args, get_origin
 from pydantic import BaseModel
 
 from ecs_eco.config.features.feature import Feature, features_of
+from ecs_eco.config.rules import Key
 from ecs_eco.engine.code import SHIPPED, public_module
 from ecs_eco.engine.section import NamesCode, Use, function_name
-
-Key = tuple[str | int, ...]
 
 
 def names_in(section: Any, key: Key = ()) -> Iterator[tuple[Key, Any]]:
@@ -21,43 +18,24 @@ def names_in(section: Any, key: Key = ()) -> Iterator[tuple[Key, Any]]:
         yield ((*place, "use"), value.use) if isinstance(value, Use) else (place, value)
 
 
-def used_in(section: Any, key: Key = ()) -> Iterator[tuple[Key, Any]]:
-    """Every function, "module:name", or Use of one with parameters, by key."""
-    if isinstance(section, dict):
-        for word, value in section.items():
-            yield from used_in(value, (*key, word))
-    elif isinstance(section, list):
-        for i, value in enumerate(section):
-            yield from used_in(value, (*key, i))
-    elif isinstance(section, BaseModel):
-        marked = fields_of(type(section))
+def used_in(section: Any, key: Key = (), marked: bool = False) -> Iterator[tuple[Key, Any]]:
+    """Every function, "module:name", or Use of one with parameters, by key; `marked`: the field may name code."""
+    if isinstance(section, BaseModel) and not (marked and isinstance(section, Use)):
+        fields = fields_of(type(section))
         for word in _deep_fields_of(type(section)):
-            value = getattr(section, word)
-            yield from _leaves(value, (*key, word)) if word in marked else used_in(value, (*key, word))
-    elif callable(section):  # passed as a value that an intervention sets
+            yield from used_in(getattr(section, word), (*key, word), word in fields)
+    elif isinstance(section, dict | list):
+        for part, value in section.items() if isinstance(section, dict) else enumerate(section):
+            yield from used_in(value, (*key, part), marked)
+    elif callable(section) or (
+        marked and (":" in section if isinstance(section, str) else section is not None)
+    ):
         yield key, section
 
 
-def _leaves(value: Any, key: Key) -> Iterator[tuple[Key, Any]]:
-    if isinstance(value, BaseModel) and not isinstance(value, Use):
-        yield from used_in(value, key)
-    elif isinstance(value, list):
-        for i, inner in enumerate(value):
-            yield from _leaves(inner, (*key, i))
-    elif isinstance(value, dict):
-        for word, inner in value.items():
-            yield from _leaves(inner, (*key, word))
-    elif value is not None and (not isinstance(value, str) or ":" in value):
-        yield key, value
-
-
+@cache
 def fields_of(model: type[BaseModel]) -> frozenset[str]:
     """The fields of a model whose values may name code."""
-    return _fields_of(model)
-
-
-@cache
-def _fields_of(model: type[BaseModel]) -> frozenset[str]:
     return frozenset(
         name
         for name, field in model.model_fields.items()

@@ -1,7 +1,5 @@
 """Notes on a world: what is allowed, and may not be what its author means."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from ecs_eco.config.derived import all_genes
@@ -9,6 +7,7 @@ from ecs_eco.config.models.reproduction import Bearing
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.shipped import WORLDS
+from ecs_eco.learning.weights import NAMES
 from ecs_eco.learning.words import hint
 
 LATE = 0.25  # of a life: who begins to breed so late has generations that hardly overlap
@@ -52,7 +51,7 @@ def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
     way = species.reproduction
     if (
         isinstance(way, Bearing)
-        and (each := _from_mother(way)) > 0
+        and (each := way.energy_given * (1.0 - getattr(way, "father_share", 0.0))) > 0
         and not any(trait.startswith("reproduction.") for trait in _coded(species))
     ):
         if (litter := way.litter) > 1 and litter * each >= most:
@@ -71,11 +70,6 @@ def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
                 f".diet.{i}.until = {food.until:g}: it never holds so much, metabolism.energy_max is "
                 f"{most:g}; it eats when it is full, too, and gains nothing"
             )
-
-
-def _from_mother(way: Bearing) -> float:
-    """Energy that one newborn costs its mother."""
-    return way.energy_given * (1.0 - getattr(way, "father_share", 0.0))
 
 
 def _on_decisions(species: Species) -> Iterator[str]:
@@ -128,8 +122,6 @@ def _on_founders(species: Species) -> Iterator[str]:
 def _on_weights(config: WorldConfig, species: Species) -> Iterator[str]:
     if species.policy.file is None or WORLDS in (path := config.file(species.policy.file)).parents:
         return
-    from ecs_eco.learning.weights import NAMES
-
     if NAMES.encode() not in path.read_bytes():
         yield (
             f".policy.file = {species.policy.file}: it names neither its channels nor its options: "

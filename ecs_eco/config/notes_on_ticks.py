@@ -1,7 +1,5 @@
 """Notes on the length of a tick: where `dt` is too long for what a world says."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

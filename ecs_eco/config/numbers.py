@@ -1,14 +1,11 @@
 """Every number of a section of the world file: its key, what it may be, its unit."""
 
-from __future__ import annotations
-
 import types
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-import annotated_types
 from pydantic.fields import FieldInfo
 
 from ecs_eco.engine.section import LARGEST, Own, Section
@@ -82,18 +79,12 @@ def _number(key: Key, whole: bool, field: FieldInfo, span: tuple[float, float, b
     return Number(key, *span, whole, unit, text)
 
 
-def _narrowed(span: tuple[float, float, bool], limit: Any) -> tuple[float, float, bool]:
-    """Return a span with one more limit."""
+def _narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, float, bool]:
+    """Return a span with one more limit, of the package annotated_types."""
     low, high, above = span
-    if isinstance(limit, annotated_types.Gt):
-        return float(limit.gt), high, True  # type: ignore[arg-type]
-    if isinstance(limit, annotated_types.Ge):
-        return float(limit.ge), high, above  # type: ignore[arg-type]
-    if isinstance(limit, annotated_types.Le):
-        return low, float(limit.le), above  # type: ignore[arg-type]
-    if isinstance(limit, annotated_types.Lt):
-        return low, float(limit.lt), above  # type: ignore[arg-type]
-    return span
+    ends = {w: float(x) for w in ("gt", "ge", "le", "lt") if (x := getattr(limit, w, None)) is not None}
+    low, high = ends.get("gt", ends.get("ge", low)), ends.get("le", ends.get("lt", high))
+    return low, high, above or "gt" in ends
 
 
 def values_in(section: Section) -> Iterator[tuple[Number, Key, float]]:

@@ -1,15 +1,12 @@
 """Values that are set from outside: `--set species.deer.count=50`, or a mapping of dotted keys."""
 
-from __future__ import annotations
-
 import copy
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ecs_eco.config.document import Document, Key
-from ecs_eco.config.entries import entries_in_words, names_code, names_of, place_in
-from ecs_eco.config.ranges import key_of, real_key
+from ecs_eco.config.ranges import entries_in_words, key_of, names_code, names_of, place_in, real_key
 from ecs_eco.config.reading import parse_toml
 from ecs_eco.engine.errors import Problem, listed, nearest, shortened
 

@@ -1,19 +1,16 @@
-"""Numbers written `{ value = 0.014, search = [0.004, 0.02] }`: the value goes to its place,
-the range to [search.ranges]."""
-
-from __future__ import annotations
+"""Numbers written `{ value = 0.014, search = [0.004, 0.02] }`: the range goes to [search.ranges]."""
 
 import math
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ecs_eco.config.entries import names_of, place_in
 from ecs_eco.config.models.search import OBJECTIVES, Range
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import Problem, listed, nearest
+from ecs_eco.engine.section import NAMED, Use, function_name
 
-Key = tuple[str | int, ...]
 PARTS = ("value", "search", "scale")
 
 
@@ -174,3 +171,40 @@ def _check_objective(config: WorldConfig) -> list[Problem]:
             )
         )
     return problems
+
+
+def place_in(entries: list[Any], part: str | int) -> int | None:
+    """The index that a part of a key says, by number or by a name that one entry has; None for none."""
+    if str(part).isdecimal() and len(str(part)) < 10:
+        return int(part) if int(part) < len(entries) else None
+    found = [i for i, entry in enumerate(entries) if name_of_entry(entry) == part]
+    return found[0] if len(found) == 1 else None
+
+
+def names_of(entries: list[Any]) -> list[str]:
+    """The names that one entry each has."""
+    named = [name_of_entry(entry) for entry in entries]
+    return [name for name in named if name and named.count(name) == 1]
+
+
+def entries_in_words(entries: list[Any]) -> str:
+    """The numbers and names of the entries of a list."""
+    if not entries:
+        return "none, the list is empty"
+    names, last = names_of(entries), len(entries) - 1
+    return (f"0 to {last}" if last else "0") + (f", or {listed(names)}" if names else "")
+
+
+def name_of_entry(entry: object) -> str:
+    """The name of an entry: its own, or that of the class or function that it uses; "" for none."""
+    if isinstance(entry, dict):
+        own = entry.get("name")
+        return own if isinstance(own, str) else name_of_entry(entry.get("use", entry.get("function")))
+    if names_code(entry) or isinstance(entry, Use) or callable(getattr(entry, "process", None)):
+        return function_name(entry).partition(":")[2].rpartition(".")[2]
+    return ""
+
+
+def names_code(entry: object) -> bool:
+    """Whether something is a function or "module:name", without parameters."""
+    return callable(entry) or (isinstance(entry, str) and re.fullmatch(NAMED, entry) is not None)

@@ -1,9 +1,4 @@
-"""Reads untrusted files: regular files of bounded size, TOML of bounded depth.
-
-Anything else is an error in plain words.
-"""
-
-from __future__ import annotations
+"""Reads untrusted files: regular files of bounded size, TOML of bounded depth."""
 
 import os
 import re

@@ -1,15 +1,11 @@
 """Formulas of reporters: numbers made of the fields of components, over all that live.
 
 `mean(Metabolism.energy)` has a number for each species, `mean(wolf.Metabolism.energy)` one for the world.
-Within the brackets the language is that of reflexes and happiness (formula.py), with fields in the place of
-sensors; outside of them it is arithmetic on the results. Everything is float64, and organisms are taken in
-the order of their uids, so that results do not depend on rows.
-"""
-
-from __future__ import annotations
+Within the brackets the language is that of formula.py, with fields in the place of sensors. Everything is
+float64, and organisms are taken in the order of their uids, so that results do not depend on rows."""
 
 import ast
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -60,9 +56,8 @@ class Living:
         return np.asarray(getattr(self._columns[component], field)[self._rows], np.float64)
 
 
-class Scope(Mapping[str | None, Living]):
-    """Who is meant by what a formula names: a species or object type, and by None the species that the
-    number is of."""
+class Scope:
+    """Whom names of a formula mean: a species or object type; None is the species that the number is of."""
 
     def __init__(self, tables: Mapping[str, Any]) -> None:
         self.own: str | None = None
@@ -75,18 +70,11 @@ class Scope(Mapping[str | None, Living]):
             self._living[kind] = Living(self._tables[kind])
         return self._living[kind]
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._tables)
-
-    def __len__(self) -> int:
-        return len(self._tables)
-
 
 class ReporterFormula:
-    """A compiled formula: call it with who lives, and the names of the species that it may be of.
+    """A compiled formula, called with who lives, and the names of the species that it may be of.
 
-    `fields` are those that it reads. It gives a number, or, `each`, one for each species that has them.
-    """
+    `fields` are those that it reads. It gives a number, or, `each`, one for each species that has them."""
 
     def __init__(self, text: str, run: Node, fields: frozenset[Field], each: bool) -> None:
         self.text, self.fields, self.each, self._run = text, fields, each, run
@@ -103,10 +91,7 @@ class ReporterFormula:
 
     def _number(self, scope: Scope) -> float:
         with np.errstate(all="ignore"):
-            return float(self._run(scope))  # type: ignore[arg-type]
-
-    def __repr__(self) -> str:
-        return f"ReporterFormula({self.text!r})"
+            return float(self._run(scope))
 
 
 def compile_reporter(
@@ -146,14 +131,8 @@ class _Compiler(Compiler):
         if self.within is not None:
             raise self._error(f"{name} within another", tree, "one at a time, as in mean(x) / max(x)")
         self.aggregates += 1
-        return (
-            self._count(tree) if name == "count" and self._counts_all(tree) else self._aggregate(tree, name)
-        )
-
-    def _counts_all(self, tree: ast.Call) -> bool:
-        return not tree.keywords and (
-            not tree.args or (len(tree.args) == 1 and isinstance(tree.args[0], ast.Name))
-        )
+        whole = not tree.keywords and (not tree.args or (one and isinstance(tree.args[0], ast.Name)))
+        return self._count(tree) if name == "count" and whole else self._aggregate(tree, name)
 
     def _count(self, tree: ast.Call) -> Node:
         """All of the species that the number is of, or of one kind."""
@@ -166,14 +145,10 @@ class _Compiler(Compiler):
                 nearest(of, self.kinds),
             )
         self.each |= of is None
-
-        def run(scope: Any) -> Any:
-            return scope[of].n
-
-        return run
+        return lambda scope: scope[of].n
 
     def _aggregate(self, tree: ast.Call, name: str) -> Node:
-        function, more = AGGREGATES[name], []
+        function = AGGREGATES[name]
         wanted = 2 if name == "quantile" else 1
         if tree.keywords or len(tree.args) != wanted:
             raise self._error(
@@ -181,13 +156,12 @@ class _Compiler(Compiler):
                 tree,
                 "quantile(values, share)" if wanted == 2 else f"{name}(values)",
             )
-        if wanted == 2:
-            more = [self._share(tree.args[1])]
+        more = [self._share(share) for share in tree.args[1:]]
         self.within = set()
         values, of = self.node(tree.args[0]), self.within
         self.within = None
         if len(of) != 1:
-            fault = "no field is read" if not of else "fields of several species are read in one"
+            fault = "fields of several species are read in one" if of else "no field is read"
             raise self._error(
                 f"{name}: {fault}",
                 tree,
@@ -196,20 +170,13 @@ class _Compiler(Compiler):
         (owner,) = of
         self.each |= owner is None
 
-        def run(scope: Any) -> Any:
-            living = scope[owner]
-            return function(np.broadcast_to(values(living), living.n), *more)
-
-        return run
+        return lambda scope: function(np.broadcast_to(values(scope[owner]), scope[owner].n), *more)
 
     def _share(self, tree: ast.AST) -> float:
-        if (
-            not isinstance(tree, ast.Constant)
-            or not isinstance(tree.value, int | float)
-            or not (0 <= tree.value <= 1)
-        ):
+        value = tree.value if isinstance(tree, ast.Constant) else None
+        if not isinstance(value, int | float) or not 0 <= value <= 1:
             raise self._error("quantile of no share", tree, "a number from 0 to 1, as in quantile(x, 0.9)")
-        return float(tree.value)
+        return float(value)
 
     def _name(self, tree: ast.Name) -> Node:
         if tree.id in self.known:
@@ -246,12 +213,11 @@ class _Compiler(Compiler):
         self._check_field(tree, component, field)
         if self.within is None:
             text = ".".join(parts)
-            raise self._error(
-                f"{text} is one number for each organism", tree, f"mean({text}), sum({text}), …"
-            )
+            allowed = f"mean({text}), sum({text}), …"
+            raise self._error(f"{text} is one number for each organism", tree, allowed)
         self.within.add(owner)
         self.fields.add((owner, component, field))
-        return lambda living: living[component, field]  # type: ignore[index]
+        return lambda living: living[component, field]
 
     def _check_field(self, tree: ast.AST, component: str, field: str) -> None:
         if component not in self.known:

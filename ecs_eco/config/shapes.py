@@ -1,7 +1,6 @@
 """The shapes of networks whose weights genes may hold, before there is any network."""
 
-from __future__ import annotations
-
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -56,8 +55,6 @@ def _options(species: Species) -> list[int]:
 
 def _of_module(config: WorldConfig, species: Species) -> Shapes | None:
     """Return the shapes of what learning changes in a torch module, or None where there is none."""
-    from functools import partial
-
     from ecs_eco.learning.continuous import CONTINUOUS
     from ecs_eco.learning.mlp import MLP
     from ecs_eco.learning.module_brain import made

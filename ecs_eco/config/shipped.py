@@ -1,7 +1,5 @@
 """The worlds that come with the package; light, so that listing them loads no models."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import tomllib

@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.fit import Fitted, fit_network
     from ecs_eco.genomes.layout import Layout
     from ecs_eco.genomes.models import Gene
-    from ecs_eco.genomes.of_section import layout_of, operators_of
     from ecs_eco.genomes.operators import toolbox_of
     from ecs_eco.genomes.traits import Trait
+    from ecs_eco.genomes.variable_births import operators_of
+    from ecs_eco.genomes.variable_layout import layout_of
     from ecs_eco.genomes.variety import diversity, frequencies, statistics
 
 _HOME = {
@@ -36,8 +37,8 @@ _HOME = {
     "statistics": "variety",
     "Fitted": "fit",
     "fit_network": "fit",
-    "layout_of": "of_section",
-    "operators_of": "of_section",
+    "layout_of": "variable_layout",
+    "operators_of": "variable_births",
 }
 __all__ = [
     "CHOICES",

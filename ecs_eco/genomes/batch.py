@@ -11,14 +11,22 @@ import numpy as np
 from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.random import mix_int
 from ecs_eco.genomes import kernels
-from ecs_eco.genomes.operators import check_operator, choice_of, strings_of, taken_apart, toolbox_of
+from ecs_eco.genomes.layout import Layout
+from ecs_eco.genomes.models import GenomeSection
+from ecs_eco.genomes.operators import (
+    check_operator,
+    choice_of,
+    kept_random,
+    strings_of,
+    taken_apart,
+    toolbox_of,
+)
 
 if TYPE_CHECKING:
     from deap.base import Toolbox
 
-    from ecs_eco.genomes.layout import Layout
-    from ecs_eco.genomes.models import GenomeSection
-
+Births = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]
+"""Both parents, whether they are swapped and crossed, keys, and a salt."""
 MATE, MUTATE = 1, 2  # parts of a birth's key that seed Python's random numbers
 
 
@@ -95,44 +103,33 @@ class Operators:
         return self._seen[word][1:]
 
     def _cross(self, a: np.ndarray, b: np.ndarray, keys: np.ndarray, salt: int) -> np.ndarray:
-        from deap import tools
-
         function, arguments = self._operator("mate")
         swapped = toss(keys, salt, kernels.ORDER) < 0.5
         crossed = toss(keys, salt, kernels.CROSS) < self.chance
         out = np.empty_like(a, order="C")
-        if function in (tools.cxOnePoint, tools.cxTwoPoint):
-            kernels.cross_points(
-                a, b, swapped, crossed, keys, salt, 1 if function is tools.cxOnePoint else 2, out
-            )
-        elif function is tools.cxUniform:
-            kernels.cross_uniform(a, b, swapped, crossed, keys, salt, np.float32(arguments["indpb"]), out)
-        else:
+        if not self._cross_all(function, arguments, (a, b, swapped, crossed, keys, salt), out):
             np.copyto(out, np.where(swapped[:, None], b, a))
-            self._cross_each(
-                out, np.where(swapped[:, None], a, b), np.flatnonzero(crossed), keys, salt, function
-            )
+            other, mate, name = np.where(swapped[:, None], a, b), self.toolbox.mate, named(function)
+            length = out.shape[1] if self.layout.longest is None else None
+            with kept_random():
+                for birth in np.flatnonzero(crossed):
+                    random.seed(seed_of(keys[birth], MATE + 4 * salt))
+                    pair = mate(self._letters(out[birth]), self._letters(other[birth]))
+                    size = len(self.layout.alphabet)
+                    self._take(out[birth], strings_of("mate", name, pair, length, size)[0])
         return out
 
-    def _cross_each(
-        self,
-        out: np.ndarray,
-        other: np.ndarray,
-        births: np.ndarray,
-        keys: np.ndarray,
-        salt: int,
-        function: Any,
-    ) -> None:
-        mate, name, size = self.toolbox.mate, named(function), len(self.layout.alphabet)
-        length = out.shape[1] if self.layout.longest is None else None
-        state = random.getstate()
-        try:
-            for birth in births:
-                random.seed(seed_of(keys[birth], MATE + 4 * salt))
-                pair = mate(self._letters(out[birth]), self._letters(other[birth]))
-                self._take(out[birth], strings_of("mate", name, pair, length, size)[0])
-        finally:
-            random.setstate(state)
+    def _cross_all(
+        self, function: Callable[..., Any], arguments: dict[str, Any], births: Births, out: np.ndarray
+    ) -> bool:
+        """Fill out by a kernel, if there is one for this operator."""
+        from deap import tools
+
+        if function in (tools.cxOnePoint, tools.cxTwoPoint):
+            kernels.cross_points(*births, 1 if function is tools.cxOnePoint else 2, out)
+        elif function is tools.cxUniform:
+            kernels.cross_uniform(*births, np.float32(arguments["indpb"]), out)
+        return function in (tools.cxOnePoint, tools.cxTwoPoint, tools.cxUniform)
 
     def _letters(self, string: np.ndarray) -> list[int]:
         return string.tolist()
@@ -172,8 +169,7 @@ class Operators:
     def _mutate_each(
         self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any, arguments: dict[str, Any]
     ) -> None:
-        """Mutate birth by birth; loci of genes with mutation rates of their own are passed
-        to the operator separately."""
+        """Mutate birth by birth; genes with mutation rates of their own separately."""
         size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, named(function)
         rates = self.layout.rates(arguments.get("indpb", 0.0))
         lists = {k: v for k, v in arguments.items() if isinstance(v, list | tuple)}
@@ -183,15 +179,12 @@ class Operators:
         ]
         if all(code.gene.mutation is None for code in self.layout.genes):
             parts = [(np.arange(strings.shape[1]), {})]
-        state = random.getstate()
-        try:
+        with kept_random():
             for birth in range(len(strings)):
                 random.seed(seed_of(keys[birth], MUTATE + 4 * salt))
                 for loci, rate in parts:
                     mutated = mutate(strings[birth, loci].tolist(), **rate)
                     strings[birth, loci] = strings_of("mutate", name, mutated, loci.size, size)[0]
-        finally:
-            random.setstate(state)
 
 
 def toss(keys: np.ndarray, salt: int, purpose: int) -> np.ndarray:

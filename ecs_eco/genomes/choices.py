@@ -1,7 +1,5 @@
 """Mate choice: which of the candidates in reach an organism mates with."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable, Sequence
 

@@ -1,22 +1,15 @@
 """The code of one gene: its codons mean entries of a table, numbers in a range, or the weights of a network.
 
-A codon of k letters of an alphabet of A is a number from 0 to A^k − 1, its first letter the most significant
-digit. With Gray code a digit is the sum of the letters so far modulo A, so that neighbouring numbers differ
-in one letter, by one.
-"""
-
-from __future__ import annotations
+A codon of k letters of A is a number from 0 to A^k − 1, its first letter the most significant digit. With
+Gray code a digit is the sum of the letters so far modulo A: neighbouring numbers differ in one letter."""
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.compiled.elementary import arrays, power, scalars
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.models import Gene
-    from ecs_eco.genomes.traits import Shapes, Trait
+from ecs_eco.genomes.models import Gene
+from ecs_eco.genomes.traits import Shapes, Trait
 
 SLACK = 1e-6  # of a range: how far float32 may round beyond its end
 
@@ -232,11 +225,6 @@ def cosines(shape: tuple[int, ...], most: int) -> np.ndarray:
     a, b = shape if len(shape) == 2 else (1, shape[0])
     pairs = sorted((i + j, i, j) for i in range(a) for j in range(b) if i + j <= most)[:most]
     return np.array([np.outer(_cosine(i, a), _cosine(j, b)).ravel() for _, i, j in pairs])
-
-
-def n_coefficients(shape: tuple[int, ...], most: int) -> int:
-    """How many of `most` coefficients a shape has."""
-    return min(most, math.prod(shape))
 
 
 def _cosine(frequency: int, n: int) -> np.ndarray:

@@ -1,17 +1,12 @@
 """Hand-written reflexes and happiness as small networks, so that mutation has weights to act on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 
 from ecs_eco.compiled.threads import one_torch_thread
-
-if TYPE_CHECKING:
-    import torch
 
 BATCH = 512
 RATE = 1e-2  # of Adam at the start; it falls to 0
@@ -22,10 +17,8 @@ HELD_OUT = 4096  # samples on which the error is measured
 class Fitted:
     """A network of tanh layers, called like the function that it was fitted to: x f32[n, inputs].
 
-    A happiness returns f32[n]; a reflex i8[n, actions], each the most likely of −1, 0 and 1. `weights` f32
-    holds all its parameters: for each layer the matrix (inputs, units) by rows, then the bias. `shapes`
-    describes them to a gene of weights.
-    """
+    A happiness returns f32[n]; a reflex i8[n, actions], each the most likely of −1, 0 and 1. `weights` f32 are
+    for each layer the matrix (inputs, units) by rows, then the bias; `shapes` are those of these."""
 
     kind: Literal["reflex", "happiness"]
     sizes: tuple[int, ...]
@@ -61,9 +54,8 @@ class Fitted:
             return out[:, 0]
         return (out.reshape(len(x), self.sizes[-1] // 3, 3).argmax(axis=2) - 1).astype(np.int8)
 
-    def with_weights(self, weights: np.ndarray) -> Fitted:
-        """Return a network of the same form with other weights f32[size];
-        raises ValueError for another number of them."""
+    def with_weights(self, weights: np.ndarray) -> Self:
+        """Return a network of the same form with other weights f32[size]; raises ValueError."""
         weights = np.array(weights, np.float32)
         if weights.shape != self.weights.shape:
             raise ValueError(

@@ -1,5 +1,4 @@
-"""Heredity: what a newborn inherits from its parents – genome, the traits that it codes for,
-and the weights of its brain."""
+"""Heredity: what a newborn inherits: genome, the traits that it codes for, and the weights of its brain."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,7 +9,8 @@ from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Genome, Policy, Traits
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw, mix
-from ecs_eco.genomes.traits import Trait
+from ecs_eco.engine.table import Table
+from ecs_eco.engine.world import World
 
 Values = dict[tuple[type, str], np.ndarray]
 
@@ -70,9 +70,9 @@ class Heredity:
         if "at_limit" in state:
             self.operators.at_limit[:] = state["at_limit"]
 
-    def founders(self, world: Any, table: Any, identity: np.ndarray) -> Values:
+    def founders(self, world: World, table: Table, identity: np.ndarray) -> Values:
         """Return the inherited columns of organisms without parents; `identity` u64[k] tells them apart."""
-        keys = _keys(world, table, identity)
+        keys = hashed(keys_of(world, table), identity)
         values: Values = {}
         if self.layout is not None:
             loci = self.layout.random(keys)
@@ -92,20 +92,17 @@ class Heredity:
 
     def offspring(
         self,
-        world: Any,
-        table: Any,
+        world: World,
+        table: Table,
         first: np.ndarray,
         second: np.ndarray | None,
         identity: np.ndarray,
         sperm: np.ndarray | None = None,
     ) -> Values:
-        """Return the inherited columns of the children of rows `first` i64[k] and `second` i64[k] (None:
-        of one parent; −1: dead).
+        """Return the inherited columns of the children of rows `first` i64[k] and `second` i64[k] (−1: dead).
 
-        `identity` u64[k] tells the newborn of a tick apart; `sperm` u8[k,
-        loci] are the genomes of fathers that may be dead.
-        """
-        keys = _keys(world, table, identity)
+        `identity` u64[k] tells the newborn of a tick apart; `sperm` u8[k, loci] are genomes of fathers."""
+        keys = hashed(keys_of(world, table), identity)
         values: Values = {}
         if self.shuffled:
             first, second, sperm = (
@@ -133,7 +130,7 @@ class Heredity:
         self._prune(table, values)
         return values
 
-    def _prune(self, table: Any, values: Values) -> None:
+    def _prune(self, table: Table, values: Values) -> None:
         """Leave networks the hidden units that genes give them."""
         for layer, at in hidden_units(table).items():
             if (Policy, "weights") in values and (Traits, "value") in values:
@@ -142,7 +139,7 @@ class Heredity:
                     values[Policy, "weights"], values[Traits, "value"][:, at].astype(np.int64), layer
                 )
 
-    def express(self, table: Any, loci: np.ndarray) -> Values:
+    def express(self, table: Table, loci: np.ndarray) -> Values:
         """Return the traits that genomes u8[k, loci] code for, as columns."""
         if not self.expression:
             return {}
@@ -168,23 +165,18 @@ class Heredity:
         return weights
 
 
-def hidden_units(table: Any) -> dict[int, int]:
+def hidden_units(table: Table) -> dict[int, int]:
     """Return the hidden layers whose number of units a gene codes for, and their places in Traits."""
     traits = {} if table.species is None else table.species.traits
     return {int(key.rpartition(".")[2]): at for key, at in traits.items() if key.startswith("policy.hidden.")}
 
 
-def keys_of(world: Any, table: Any) -> np.uint64:
+def keys_of(world: World, table: Table) -> np.uint64:
     """Return the key of one species' newborn of this tick."""
     return np.uint64(random.mix_int(int(world.key) ^ ((table.place + 1) << 32)))
 
 
-def _keys(world: Any, table: Any, identity: np.ndarray) -> np.ndarray:
-    """Return a key for each newborn of this tick: u64[k]."""
-    return hashed(keys_of(world, table), identity)
-
-
-def _anyone(table: Any, keys: np.ndarray, number: int) -> np.ndarray:
+def _anyone(table: Table, keys: np.ndarray, number: int) -> np.ndarray:
     """Return a living row for each key, all equally likely: i64[k]."""
     rows = table.by_uid()
     return rows[(draws(keys, random.GENES + ((2 + number) << 8)) * rows.size).astype(np.int64)]

@@ -1,9 +1,8 @@
 """Kernels over many genomes at once: u8[n, loci], a letter's number per locus.
 
-Draws follow from the key of each birth alone, so that a child does not depend on other births. A `salt` keeps
-the draws of several crossings of one birth apart. Keys are mixed first: `draw` takes key ^ locus, which is
-the same for many pairs of small numbers. A draw is a multiple of 2**-24: a chance below 6e-8 is one of 6e-8.
-"""
+Draws follow from the key of each birth alone. A `salt` keeps the draws of several crossings of one birth
+apart. Keys are mixed first: `draw` takes key ^ locus, which is the same for many pairs of small numbers. A
+draw is a multiple of 2**-24: a chance below 6e-8 is one of 6e-8."""
 
 import numpy as np
 

@@ -1,10 +1,7 @@
 """The layout of a genome: which loci code for which value, both ways."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, Self, get_args
 
 import numpy as np
 
@@ -13,9 +10,7 @@ from ecs_eco.genomes.alphabet import Alphabet
 from ecs_eco.genomes.codes import Code, Codons, Listed, Range, Weights
 from ecs_eco.genomes.models import Derived, Dominance, Gene, GenomeSection
 from ecs_eco.genomes.problems import is_weights, n_codons, places, problems, shapes_of
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.traits import Shapes, Trait
+from ecs_eco.genomes.traits import Shapes, Trait
 
 
 class Piece(NamedTuple):
@@ -28,13 +23,10 @@ class Piece(NamedTuple):
 
 
 class Layout:
-    """Genes on a string of letters, or on two with ploidy 2: a row u8[row] holds the first string,
-    then the second.
+    """Genes on a string of letters, or on two with ploidy 2: a row u8[row] holds the first string, then the second.
 
     `traits` are those that the genes may code for (`traits_of(species, dims)`; None: any name), `shapes` the
-    shapes of networks by trait or gene. Every row of letters decodes to valid values. Raises ConfigError with
-    all that is wrong.
-    """
+    shapes of networks by trait or gene. Every row of letters decodes to valid values. Raises ConfigError."""
 
     longest: int | None = None
     """Letters that a string may have; None: strings keep their length."""
@@ -73,6 +65,7 @@ class Layout:
         )
         self.length = loci or max(stop for _, stop in at)  # of one string
         self.row = self.length * ploidy  # letters of an organism
+        self.highest = len(self.alphabet) - 1  # number in a row
         self._by_name = {code.name: code for code in self.genes}
 
     @classmethod
@@ -81,20 +74,21 @@ class Layout:
         section: GenomeSection,
         traits: Mapping[str, Trait] | None = None,
         shapes: Mapping[str, Shapes] | Shapes | None = None,
-    ) -> Layout:
-        """Return the layout of a world file's genome; `shapes` given as a list are those of policy.weights.
-
-        Raises ValueError for strings of variable length.
-        """
-        if shapes is not None and not isinstance(shapes, Mapping):
-            shapes = {"policy.weights": shapes}
+    ) -> Self:
+        """Return the layout of a genome of fixed length; `shapes` given as a list are those of policy.weights."""
         if section.longest is not None:
             raise ValueError(
                 "Layout.from_config: strings of this section vary in length; "
                 "ecs_eco.genomes.layout_of takes it"
             )
         layout = cls(
-            section.genes, section.alphabet, section.ploidy, section.dominance, section.loci, traits, shapes
+            section.genes,
+            section.alphabet,
+            section.ploidy,
+            section.dominance,
+            section.loci,
+            traits,
+            by_trait(shapes),
         )
         layout.derived = section.derived
         return layout
@@ -184,36 +178,42 @@ class Layout:
         return arrays, n
 
     def own(self, n: int = 1) -> np.ndarray:
-        """Return n equal rows u8[n, loci] that code for the species' own values;
-        letters that code for none are drawn.
+        """Return n equal rows u8[n, loci] that code for the species' own values, with all other letters drawn.
 
-        Weights of a network and neutral markers have no such value. Raises ValueError if no codon of a gene
-        means the species' own value.
+        Raises ValueError if no codon of a gene means the species' own value.
         """
         out = self.random(np.zeros(n, np.uint64))
-        for code in self.genes:
-            if code.trait is not None and not isinstance(code, Weights):
-                numbers = np.broadcast_to(
-                    code.numbers(np.array([code.trait.default]), clip=False), (n, code.codons.n)
-                )
-                for string in range(self.ploidy):
-                    code.codons.write(numbers, out, string * self.length)
+        for code, begins in self._of_values():
+            numbers = np.broadcast_to(
+                code.numbers(np.array([self.own_value(code)]), clip=False), (n, code.codons.n)
+            )
+            for begin in begins:
+                code.codons.write(numbers, out, begin - code.first)
         return out
 
     def coded(self) -> np.ndarray:
-        """Return which letters of an organism code for a value of its species: bool[loci];
-        not neutral ones, nor those of a network."""
+        """Return which letters code for a value of the species, not for networks: bool[loci]."""
         out = np.zeros(self.row, np.bool_)
-        for code in self.genes:
-            for string in range(
-                self.ploidy if code.trait is not None and not isinstance(code, Weights) else 0
-            ):
-                out[string * self.length + code.first : string * self.length + code.stop] = True
+        for code, begins in self._of_values():
+            for begin in begins:
+                out[begin : begin + code.codons.length] = True
         return out
 
     def begins(self, code: Code) -> list[int]:
         """Return where in a founder's row the codons of a gene begin: in each string."""
-        return [string * self.length + code.first for string in range(self.ploidy)]
+        return [begin for one, begins in self._founder() if one is code for begin in begins]
+
+    def own_value(self, code: Code) -> float:
+        """Return what an organism has that has no copy of a gene: the species' own value, else 0."""
+        return 0.0 if code.trait is None else float(code.trait.default)
+
+    def _founder(self) -> list[tuple[Code, list[int]]]:
+        """Return the genes of a founder, each with where its codons begin in each string."""
+        return [(code, [s * self.length + code.first for s in range(self.ploidy)]) for code in self.genes]
+
+    def _of_values(self) -> list[tuple[Code, list[int]]]:
+        """Return those that code for a value of the species."""
+        return [(c, at) for c, at in self._founder() if c.trait is not None and not isinstance(c, Weights)]
 
     def random(self, keys: np.ndarray) -> np.ndarray:
         """Return rows u8[n, loci] of letters drawn uniformly, for keys u64[n]: equal keys, equal rows."""
@@ -263,11 +263,8 @@ class Layout:
         return pieces
 
     def check(self, loci: np.ndarray) -> np.ndarray:
-        """Return rows as they are; raises ValueError for another width or type,
-        or a number that is no letter's."""
-        return self._checked(loci, len(self.alphabet) - 1)
-
-    def _checked(self, loci: np.ndarray, highest: int) -> np.ndarray:
+        """Return rows as they are; raises ValueError for another width or type, or a wrong number."""
+        highest = self.highest
         if (
             not isinstance(loci, np.ndarray)
             or loci.dtype != np.uint8
@@ -314,3 +311,8 @@ def _code(gene: Gene, first: int, size: int, trait: Trait | None, shapes: Mappin
     if is_weights(gene, trait):
         return Weights(gene, trait, codons, shapes_of(gene, shapes) or [])
     return Range(gene, trait, codons) if gene.values is None else Listed(gene, trait, codons)
+
+
+def by_trait(shapes: Mapping[str, Shapes] | Shapes | None) -> Mapping[str, Shapes] | None:
+    """Return shapes of networks by trait; a list is those of policy.weights."""
+    return shapes if shapes is None or isinstance(shapes, Mapping) else {"policy.weights": shapes}

@@ -1,7 +1,5 @@
 """A genome: its alphabet, what every gene codes for, and the operators that make new genomes of old ones."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Annotated, Any, Literal
 
@@ -22,17 +20,10 @@ from ecs_eco.engine.section import (
     quantity,
     table,
 )
+from ecs_eco.genomes.alphabet import Alphabet
 
 Dominance = Literal["first", "mean", "greater"]
 Doubled = Literal["first", "mean", "sum", "greatest"]
-
-
-def _is_one(value: Any) -> bool:
-    return bool(value == 1)
-
-
-def _is_first(value: Any) -> bool:
-    return bool(value == "first")
 
 
 OperatorName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$"), *OF_CODE]
@@ -83,7 +74,7 @@ class Gene(Section, own=LETTERS):
         exclude_if=is_absent,
     )
     copies: Annotated[int, Field(ge=0, le=10_000)] = quantity(
-        "with `longest`: copies of the gene in a founder's string", "1", 1, exclude_if=_is_one
+        "with `longest`: copies of the gene in a founder's string", "1", 1, exclude_if=lambda n: n == 1
     )
     doubled: Doubled | None = about(
         "with `longest`: what several copies in a string make; absent: that of the genome",
@@ -198,7 +189,7 @@ class GenomeSection(Section, own=LETTERS):
         "with `longest`: what several copies of a gene in a string make: the first one's value, the mean, "
         "the sum (within what one copy can say) or the greatest",
         "first",
-        exclude_if=_is_first,
+        exclude_if=lambda how: how == "first",
     )
     insertion: Share = quantity(
         "with `longest`: chance per letter that one is inserted before it",
@@ -237,6 +228,4 @@ class GenomeSection(Section, own=LETTERS):
     @field_validator("alphabet")
     @classmethod
     def _each_letter_once(cls, letters: str) -> str:
-        from ecs_eco.genomes.alphabet import Alphabet
-
         return Alphabet(letters).letters

@@ -1,14 +1,14 @@
-"""DEAP's operators on genomes: a toolbox with `mate`, `mutate` and `select_mate`, and many births at once.
+"""DEAP's operators on genomes: a toolbox with `mate`, `mutate` and `select_mate`.
 
 An operator of DEAP that has a kernel here runs as that kernel for all births at once; any other function in
-the toolbox is called birth by birth, with lists of whole numbers, as DEAP calls it.
-"""
+the toolbox is called birth by birth, with lists of whole numbers, as DEAP calls it."""
 
 from __future__ import annotations
 
 import inspect
 import random
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,12 +16,12 @@ import numpy as np
 from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.errors import UnknownName, listed, nearest, unknown_name
 from ecs_eco.genomes.choices import RULES
+from ecs_eco.genomes.layout import Layout
+from ecs_eco.genomes.models import Gene, GenomeSection
+from ecs_eco.genomes.unequal import SLIP, UnequalCrossover
 
 if TYPE_CHECKING:
     from deap.base import Toolbox
-
-    from ecs_eco.genomes.layout import Layout
-    from ecs_eco.genomes.models import GenomeSection
 
 TRIALS = 20
 PREFIX = {"mate": "cx", "mutate": "mut"}
@@ -97,8 +97,6 @@ def toolbox_of(
 
 
 def _section(section: GenomeSection | Mapping[str, Any]) -> GenomeSection:
-    from ecs_eco.genomes.models import Gene, GenomeSection
-
     if isinstance(section, GenomeSection):
         return section
     return GenomeSection(**{"genes": [Gene(name="any", letters=1, low=0.0, high=1.0)], **section})
@@ -112,8 +110,6 @@ def operator_of(
         return find(name)
     check_name(word, name, layout)
     if name == "cxUnequal":
-        from ecs_eco.genomes.unequal import UnequalCrossover
-
         return UnequalCrossover(layout)  # type: ignore[arg-type]  # of variable length: the name was checked
     from deap import tools
 
@@ -144,8 +140,6 @@ def check_name(word: str, name: str, layout: Layout) -> None:
 def defaults(name: Any, layout: Layout) -> dict[str, Any]:
     """Return arguments that need not be given: mutUniformInt draws among all letters."""
     if name == "cxUnequal":
-        from ecs_eco.genomes.unequal import SLIP
-
         return {"slip": SLIP}
     return {"low": 0, "up": len(layout.alphabet) - 1} if name == "mutUniformInt" else {}
 
@@ -194,8 +188,9 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
     if name == "mutUniformInt":
         _check_letters(word, arguments, layout)
     for share in ("indpb", "slip"):
-        if share in arguments and not _is_share(arguments[share]):
-            raise ValueError(f"{word}: {name} with {share} = {arguments[share]}; allowed are 0 to 1")
+        given = arguments.get(share, 0)
+        if not isinstance(given, int | float) or not 0 <= given <= 1:
+            raise ValueError(f"{word}: {name} with {share} = {given}; allowed are 0 to 1")
     own = [code.name for code in layout.genes if code.gene.mutation is not None]
     if own and layout.longest is not None and word == "mutate" and name not in (*SAFE[word],):
         raise ValueError(
@@ -304,31 +299,37 @@ def _is_whole(letter: Any) -> bool:
     return isinstance(letter, int | np.integer)
 
 
-def _is_share(value: Any) -> bool:
-    return isinstance(value, int | float) and 0 <= value <= 1
-
-
 def _letters(value: Any, size: int) -> bool:
     values = value if isinstance(value, list | tuple | np.ndarray) else [value]
     return all(_is_whole(v) and 0 <= v < size for v in values)
 
 
+@contextmanager
+def kept_random() -> Iterator[None]:
+    """Leave Python's random numbers as they were."""
+    state = random.getstate()
+    try:
+        yield
+    finally:
+        random.setstate(state)
+
+
 def _try(word: str, name: str, operator: Callable[..., Any], layout: Layout) -> None:
     size, length = len(layout.alphabet), min(layout.length, LONGEST_TRIED)
     expected = length if layout.longest is None else None
-    chance, numbers = random.getstate(), str(np.random.get_state())  # noqa: NPY002
+    numbers = str(np.random.get_state())  # noqa: NPY002
     try:
-        for trial in range(TRIALS):
-            random.seed(trial)
-            lengths = [length if expected else random.randrange(1, length + 1) for _ in range(2)]
-            pair = [[random.randrange(size) for _ in range(n)] for n in lengths[: 2 if word == "mate" else 1]]
-            strings_of(word, name, operator(*pair), expected, size)
+        with kept_random():
+            for trial in range(TRIALS):
+                random.seed(trial)
+                lengths = [length if expected else random.randrange(1, length + 1) for _ in range(2)]
+                lengths = lengths[: 2 if word == "mate" else 1]
+                pair = [[random.randrange(size) for _ in range(n)] for n in lengths]
+                strings_of(word, name, operator(*pair), expected, size)
     except (TypeError, AttributeError, IndexError, KeyError, ZeroDivisionError, OverflowError) as error:
         raise ValueError(
             f"{word}: {name} fails on a list of letters' numbers: {type(error).__name__}: {error}"
         ) from error
-    finally:
-        random.setstate(chance)
     if str(np.random.get_state()) != numbers:  # noqa: NPY002
         raise ValueError(
             f"{word}: {name} draws from numpy's global random numbers; use Python's random, "

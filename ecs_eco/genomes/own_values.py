@@ -1,16 +1,12 @@
 """What organisms have in place of their species' values, where genes code for these."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.components import Traits
-
-if TYPE_CHECKING:
-    from ecs_eco.engine.table import Table
+from ecs_eco.engine.table import Table
 
 
 def own_values(table: Table, shared: Mapping[str, Any]) -> tuple[Any, ...]:

@@ -1,16 +1,12 @@
 """Problems with the genes of a layout, each with its key in the section of the genome."""
 
-from __future__ import annotations
-
+import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from ecs_eco.engine.errors import Problem, listed, nearest
-from ecs_eco.genomes.codes import is_whole, n_coefficients
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.models import Gene
-    from ecs_eco.genomes.traits import Shapes, Trait
+from ecs_eco.genomes.codes import is_whole
+from ecs_eco.genomes.models import Gene
+from ecs_eco.genomes.traits import Shapes, Trait
 
 Key = tuple[str | int, ...]
 MOST_LEVELS = 2**31  # of a codon
@@ -25,11 +21,9 @@ def problems(
     traits: Mapping[str, Trait] | None,
     shapes: Mapping[str, Shapes],
 ) -> Iterator[Problem]:
-    """All problems of genes over an alphabet of `size` letters, on a string of `loci` (None:
-    as long as they need).
+    """All problems of genes over an alphabet of `size` letters, on a string of `loci` (None: as long as needed).
 
-    `traits` are those that the species has (None: any name); `shapes` those of networks by trait or by gene.
-    """
+    `traits` are those that the species has (None: any name); `shapes` those of networks by trait or by gene."""
     if not genes:
         yield Problem(("genes",), "is empty", allowed="at least one gene")
     names: dict[str, str] = {}
@@ -60,7 +54,8 @@ def problems(
         most = MOST_WEIGHT_LEVELS if is_weights(gene, trait) else MOST_LEVELS
         if size**gene.letters > most:
             fault = f"too long a codon: it would have {size}^{gene.letters} values"
-            yield Problem((*key, "letters"), fault, gene.letters, f"at most {int(_log(most, size))}")
+            fit = max(letters for letters in range(1, 32) if size**letters <= most)
+            yield Problem((*key, "letters"), fault, gene.letters, f"at most {fit}")
         elif is_weights(gene, trait):
             yield from _of_weights(key, gene, shapes)
         else:
@@ -90,7 +85,7 @@ def n_codons(gene: Gene, trait: Trait | None, shapes: Mapping[str, Shapes]) -> i
     if known is None or (gene.form == "cosine" and gene.coefficients is None):
         return None
     most = gene.coefficients if gene.form == "cosine" and gene.coefficients else LONGEST
-    return sum(n_coefficients(tuple(shape), most) for shape in known)
+    return sum(min(most, math.prod(shape)) for shape in known)
 
 
 def places(
@@ -227,10 +222,3 @@ def _of_bound(key: Key, gene: Gene, trait: Trait | None, value: float) -> Iterat
         yield Problem(
             key, f"outside of what {trait.name} can be", value, f"{trait.low:g} to {trait.high:g}{unit}"
         )
-
-
-def _log(n: int, base: int) -> int:
-    power = 0
-    while base ** (power + 1) <= n:
-        power += 1
-    return power

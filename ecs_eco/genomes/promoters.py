@@ -4,19 +4,14 @@ A string is read from its first letter on. Where a promoter stands and the lette
 there is a copy of the gene, and reading goes on behind it; any other letter is neutral.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.engine.errors import Problem
+from ecs_eco.genomes.models import Gene, GenomeSection
 from ecs_eco.genomes.problems import n_codons
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.models import Gene, GenomeSection
-    from ecs_eco.genomes.traits import Shapes, Trait
+from ecs_eco.genomes.traits import Shapes, Trait
 
 MOST_WORDS = 2**16  # of the longest promoter's length
 LONGEST = 1_000_000  # letters of a string of variable length
@@ -30,23 +25,15 @@ def default_promoters(n: int, letters: str) -> list[str]:
     size, length = len(letters), 1
     while size**length < RARE * n and size ** (length + 1) <= MOST_WORDS:
         length += 1
-    return [_word(int((i + 0.5) * size**length / n), length, letters) for i in range(n)]
+    numbers = (int((i + 0.5) * size**length / n) for i in range(n))
+    digits = (np.unravel_index(number, (size,) * length) for number in numbers)
+    return ["".join(letters[digit] for digit in word) for word in digits]
 
 
 def promoters_of(genes: Sequence[Gene], letters: str) -> list[str]:
     """Return each gene's promoter: its own, or the default."""
     given = default_promoters(len(genes), letters)
     return [gene.promoter or word for gene, word in zip(genes, given, strict=True)]
-
-
-def spans_of(
-    genes: Sequence[Gene], promoters: Sequence[str], traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]
-) -> list[int]:
-    """Return how many letters a copy of each gene has, with its promoter."""
-    return [
-        len(word) + (n_codons(gene, traits.get(gene.trait or ""), shapes) or 0) * gene.letters
-        for gene, word in zip(genes, promoters, strict=True)
-    ]
 
 
 def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:
@@ -155,8 +142,11 @@ def _of_lengths(
     longest = section.longest or 0
     if longest > LONGEST:
         yield Problem(("longest",), "too many letters", longest, f"at most {LONGEST}")
-    spans = spans_of(section.genes, promoters_of(section.genes, section.alphabet), traits, shapes)
-    needed = sum(span * gene.copies for span, gene in zip(spans, section.genes, strict=True))
+    words = promoters_of(section.genes, section.alphabet)
+    needed = sum(
+        gene.copies * (len(word) + (n_codons(gene, traits.get(gene.trait or ""), shapes) or 0) * gene.letters)
+        for gene, word in zip(section.genes, words, strict=True)
+    )
     if section.loci is not None and section.loci < needed:
         yield Problem(
             ("loci",),
@@ -174,11 +164,3 @@ def _of_lengths(
         yield Problem(
             ("longest",), "founders have more letters", longest, f"at least {max(needed, section.loci or 0)}"
         )
-
-
-def _word(number: int, length: int, letters: str) -> str:
-    word = ""
-    for _ in range(length):
-        number, digit = divmod(number, len(letters))
-        word = letters[digit] + word
-    return word

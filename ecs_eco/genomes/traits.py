@@ -1,7 +1,5 @@
 """A trait: a value of a species that a gene may replace, and the column that holds an organism's own."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal

@@ -1,14 +1,9 @@
 """Unequal crossover of strings of variable length, cut at genes, with the signature of DEAP's crossovers."""
 
-from __future__ import annotations
-
 import random
-from typing import TYPE_CHECKING
 
 from ecs_eco.genomes.promoters import copies_in
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.variable_layout import VariableLayout
+from ecs_eco.genomes.variable_layout import VariableLayout
 
 SLIP = 0.1  # by default
 

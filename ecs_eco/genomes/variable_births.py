@@ -9,28 +9,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.engine.code import handed_over
-from ecs_eco.genomes import kernels, variable_kernels
-from ecs_eco.genomes.batch import MUTATE, Operators, named, seed_of, toss
-from ecs_eco.genomes.operators import strings_of, toolbox_of
+from ecs_eco.genomes import variable_kernels
+from ecs_eco.genomes.batch import MUTATE, Births, Operators, named, seed_of
+from ecs_eco.genomes.layout import Layout
+from ecs_eco.genomes.models import GenomeSection
+from ecs_eco.genomes.operators import kept_random, strings_of, toolbox_of
 from ecs_eco.genomes.unequal import UnequalCrossover
+from ecs_eco.genomes.variable_layout import VariableLayout
 
 if TYPE_CHECKING:
     from deap.base import Toolbox
-
-    from ecs_eco.genomes.models import GenomeSection
-    from ecs_eco.genomes.variable_layout import VariableLayout
 
 EVENTS = ("crossing", "duplication", "loss", "insertion", "deletion")
 
 
 class VariableOperators(Operators):
-    """Applies the operators of a toolbox to strings of variable length; `insertion` and `deletion` are
-    chances per letter, `duplication` and `loss` per copy of a gene.
+    """Applies the operators of a toolbox to strings of variable length, which are crossed; then, by the chances
+    of the section, genes are doubled and lost and letters inserted and lost; then `mutate` is applied.
 
-    A string is crossed, then its genes are doubled and lost, then letters inserted and lost, then `mutate` is
-    applied. What would make it longer than `longest`, or leave it without letters, does not happen:
-    `at_limit` i64[5] counts such crossings, duplications, losses, insertions and deletions.
-    """
+    What would make a string longer than `longest`, or leave it without letters, does not happen: `at_limit`
+    i64[5] counts such crossings, duplications, losses, insertions and deletions."""
 
     layout: VariableLayout
 
@@ -76,31 +74,15 @@ class VariableOperators(Operators):
         layout = self.layout
         return layout.blank, layout.words, layout.word, len(layout.alphabet), layout.spans
 
-    def _cross(self, a: np.ndarray, b: np.ndarray, keys: np.ndarray, salt: int) -> np.ndarray:
-        function, arguments = self._operator("mate")
-        a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
-        swapped = toss(keys, salt, kernels.ORDER) < 0.5
-        crossed = toss(keys, salt, kernels.CROSS) < self.chance
-        out = np.empty_like(a)
-        if isinstance(function, UnequalCrossover):
-            variable_kernels.cross_unequal(
-                a,
-                b,
-                swapped,
-                crossed,
-                keys,
-                salt,
-                np.float32(arguments["slip"]),
-                *self.genes,
-                self.at_limit,
-                out,
-            )
-        else:
-            np.copyto(out, np.where(swapped[:, None], b, a))
-            self._cross_each(
-                out, np.where(swapped[:, None], a, b), np.flatnonzero(crossed), keys, salt, function
-            )
-        return out
+    def _cross_all(
+        self, function: Callable[..., Any], arguments: dict[str, Any], births: Births, out: np.ndarray
+    ) -> bool:
+        if not isinstance(function, UnequalCrossover):
+            return False
+        a, b = map(np.ascontiguousarray, births[:2])
+        slip = np.float32(arguments["slip"])
+        variable_kernels.cross_unequal(a, b, *births[2:], slip, *self.genes, self.at_limit, out)
+        return True
 
     def _mutate(self, strings: np.ndarray, keys: np.ndarray, salt: int) -> None:
         letters = np.ascontiguousarray(strings)
@@ -149,21 +131,15 @@ class VariableOperators(Operators):
         self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any, arguments: dict[str, Any]
     ) -> None:
         mutate, name = self.toolbox.mutate, named(function)
-        state = random.getstate()
-        try:
+        lengths = (strings != self.layout.blank).sum(axis=1)
+        with kept_random():
             for birth in range(len(strings)):
                 random.seed(seed_of(keys[birth], MUTATE + 4 * salt))
-                mutated = strings_of(
-                    "mutate", name, mutate(self._letters(strings[birth])), None, self.layout.blank
-                )[0]
-                grows = mutated.size > (strings[birth] != self.layout.blank).sum()
-                self._take(
-                    strings[birth],
-                    mutated,
-                    variable_kernels.INSERTION if grows else variable_kernels.DELETION,
-                )
-        finally:
-            random.setstate(state)
+                mutated = mutate(self._letters(strings[birth]))
+                (string,) = strings_of("mutate", name, mutated, None, self.layout.blank)
+                grows = string.size > lengths[birth]
+                event = variable_kernels.INSERTION if grows else variable_kernels.DELETION
+                self._take(strings[birth], string, event)
 
     def _letters(self, string: np.ndarray) -> list[int]:
         return string[: variable_kernels.end_of(string, self.layout.blank)].tolist()
@@ -175,3 +151,15 @@ class VariableOperators(Operators):
             return
         string[: letters.size] = letters
         string[letters.size :] = self.layout.blank
+
+
+def operators_of(
+    section: GenomeSection,
+    layout: Layout,
+    select_mate: str = "nearest",
+    find: Callable[[Any], Any] = handed_over,
+    mates: bool = True,
+) -> Operators:
+    """Return the operators of a world file's genome; arguments as `Operators.from_config`."""
+    kind = VariableOperators if isinstance(layout, VariableLayout) else Operators
+    return kind.from_config(section, layout, select_mate, find, mates)

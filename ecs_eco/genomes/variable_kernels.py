@@ -99,8 +99,8 @@ def join_strings(strings, blank, ploidy, out):
 
 @njit
 def partner_of(pick, copies, gene_1, m_1, gene_2, m_2):
-    """Return the copy of string 1 that is the `pick`-th of those with a counterpart, and the counterpart of
-    the same rank in string 2; (−1, how many have one) where pick is beyond them."""
+    """Return the `pick`-th copy of string 1 with a counterpart of its rank in string 2, and that one;
+    (−1, how many have one) where pick is beyond them."""
     n = 0
     for c in range(m_1):
         rank = 0

@@ -1,21 +1,17 @@
 """The layout of genomes whose strings vary in length: genes are found by their promoters."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.genomes.codes import Code, Weights
-from ecs_eco.genomes.layout import Layout, Piece
+from ecs_eco.genomes.layout import Layout, Piece, by_trait
+from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.promoters import copies_in, problems_of_variable, promoters_of, word_table
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.models import GenomeSection
-    from ecs_eco.genomes.traits import Shapes, Trait
+from ecs_eco.genomes.traits import Shapes, Trait
 
 SEPARATORS = "|/;:,. "  # between the strings of a text; the first that is no letter
 
@@ -24,10 +20,8 @@ class VariableLayout(Layout):
     """Genes on one or two strings of at most `longest` letters: a row u8[longest * ploidy] holds the letters
     of each string, then blanks, the number after the last letter's.
 
-    What follows the first blank of a string means nothing. Every row decodes to valid values: of a gene that
-    a string has several times `doubled` says what counts, and where no string has it the species' own value
-    does (of a neutral marker 0, of a network weights of 0). Raises ConfigError with all that is wrong.
-    """
+    Every row decodes to valid values: of several copies of a gene `doubled` says what counts; without any the
+    species' own value does (of a neutral marker 0, of a network weights of 0). Raises ConfigError."""
 
     longest: int
 
@@ -45,7 +39,7 @@ class VariableLayout(Layout):
         self.doubled, self.derived = section.doubled, section.derived
         self.length = self.longest = section.longest or 0
         self.row = self.length * self.ploidy
-        self.blank = len(self.alphabet)
+        self.blank = self.highest = len(self.alphabet)
         self.separator = next(c for c in SEPARATORS + chr(0x2016) if c not in self.alphabet.letters)
         words = promoters_of(section.genes, section.alphabet)
         self.promoters = {code.name: word for code, word in zip(self.genes, words, strict=True)}
@@ -121,10 +115,6 @@ class VariableLayout(Layout):
         value[~has] = self.own_value(code)
         return value.reshape(len(loci), self.ploidy, *code.width).astype(code.dtype)
 
-    def own_value(self, code: Code) -> float:
-        """Return what an organism has that has no copy of a gene: the species' own value, else 0."""
-        return 0.0 if code.trait is None else float(code.trait.default)
-
     def _values(
         self, loci: np.ndarray, found: tuple[np.ndarray, ...], code: Code
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -191,29 +181,9 @@ class VariableLayout(Layout):
             self._write(out, place, code, numbers)
         return out
 
-    def own(self, n: int = 1) -> np.ndarray:
-        out = self.random(np.zeros(n, np.uint64))
-        for place, code in self._places(self.founder):
-            if code.trait is not None and not isinstance(code, Weights):
-                numbers = code.numbers(np.array([code.trait.default]), clip=False)
-                self._write(out, place, code, np.broadcast_to(numbers, (n, code.codons.n)))
-        return out
-
-    def coded(self) -> np.ndarray:
-        """Return which letters of a founder code for a value of its species: bool[row]."""
-        out = np.zeros((self.ploidy, self.longest), np.bool_)
-        for place, code in self._places(self.founder):
-            if code.trait is not None and not isinstance(code, Weights):
-                out[:, place : place + code.codons.length] = True
-        return out.ravel()
-
-    def begins(self, code: Code) -> list[int]:
-        return [
-            first + place
-            for place, one in self._places(self.founder)
-            if one is code
-            for first in range(0, self.row, self.longest)
-        ]
+    def _founder(self) -> list[tuple[Code, list[int]]]:
+        strings = range(0, self.row, self.longest)
+        return [(code, [s + place for s in strings]) for place, code in self._places(self.founder)]
 
     def random(self, keys: np.ndarray) -> np.ndarray:
         """Return rows u8[n, row] of founders for keys u64[n]: each gene as often as its `copies` say, and
@@ -307,7 +277,13 @@ class VariableLayout(Layout):
                 pieces.append(Piece(s, "", at, string[at:]))
         return pieces
 
-    def check(self, loci: np.ndarray) -> np.ndarray:
-        """Return rows as they are; raises ValueError for another width or type, or a number that is neither a
-        letter's nor the blank."""
-        return self._checked(loci, self.blank)
+
+def layout_of(
+    section: GenomeSection,
+    traits: Mapping[str, Trait] | None = None,
+    shapes: Mapping[str, Shapes] | Shapes | None = None,
+) -> Layout:
+    """Return the layout of a world file's genome; `shapes` given as a list are those of policy.weights."""
+    if section.longest is None:
+        return Layout.from_config(section, traits, shapes)
+    return VariableLayout(section, traits, by_trait(shapes))

@@ -1,18 +1,11 @@
-"""Genetic variation of a population: allele frequencies, diversity,
-and DEAP's statistics of the coded values."""
-
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+"""Genetic variation of a population: allele frequencies, diversity, and DEAP's statistics."""
 
 import numpy as np
 from deap import tools
 
 from ecs_eco.genomes.codes import Weights
+from ecs_eco.genomes.layout import Layout
 from ecs_eco.genomes.variable_layout import VariableLayout
-
-if TYPE_CHECKING:
-    from ecs_eco.genomes.layout import Layout
 
 
 def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float]]:
@@ -47,18 +40,14 @@ def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
 
 
 class GenomeStatistics(tools.MultiStatistics):
-    """DEAP's MultiStatistics over genomes: registered functions are applied to each gene's values, and to the
-    diversity of the loci; of strings of variable length to letters and copies of genes."""
+    """DEAP's MultiStatistics of each gene's values, and of diversity, or of letters and copies of genes."""
 
     def __init__(self, layout: Layout) -> None:
         names = [code.name for code in layout.genes if not isinstance(code, Weights)]
-        more = ["diversity"] if layout.longest is None else ["letters", *self._copies(layout)]
+        copies = [f"copies of {code.name}" for code in layout.genes]
+        more = ["diversity"] if layout.longest is None else ["letters", *copies]
         super().__init__({name: tools.Statistics() for name in [*names, *more]})
         self.layout = layout
-
-    @staticmethod
-    def _copies(layout: Layout) -> list[str]:
-        return [f"copies of {code.name}" for code in layout.genes]
 
     def compile(self, data: np.ndarray) -> dict[str, dict[str, float]]:
         """Return {gene: {statistic: value}} of genomes u8[n, loci], as a Logbook records it."""

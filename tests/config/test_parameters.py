@@ -13,7 +13,7 @@ from ecs_eco import System, World, component, f32, u8
 from ecs_eco.analysis.runs import load_series
 from ecs_eco.components import Metabolism
 from ecs_eco.config import load
-from ecs_eco.config.parameters import parameters
+from ecs_eco.config.knobs import parameters
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record import fork, resume, run_to_folder
 

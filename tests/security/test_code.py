@@ -11,7 +11,7 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.config import load
-from ecs_eco.config.checks.code import ARGUMENTS
+from ecs_eco.config.checks.reporters import ARGUMENTS
 from ecs_eco.engine.code import SHIPPED, CodeError
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.genomes.operators import SAFE

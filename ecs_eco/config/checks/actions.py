@@ -1,14 +1,12 @@
 """Checks of one species' groups of actions."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.matter import Key
 from ecs_eco.config.models.species import MOTIONS, Species
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.rules import Key, named, once
 from ecs_eco.engine.code import SHIPPED
 from ecs_eco.engine.errors import Problem, listed, unknown
 from ecs_eco.engine.section import LARGEST
@@ -16,52 +14,37 @@ from ecs_eco.engine.section import LARGEST
 
 def check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     """All problems of the species' groups of actions."""
-    groups = species.known_groups()
-    others = [*_groups_of_systems(config), *_groups_of_exchange(species)]
-    ranges = species.ranges()
+    groups, ranges = species.known_groups(), species.ranges()
+    others = [*groups_of_systems(config), *_groups_of_exchange(species)]
     for group, actions in species.groups().items():
         at = (*key, "actions", group)
         if group not in (*groups, *others):
-            if _may_act(config):
-                continue
-            yield unknown(at, "group of actions", group, [*groups, *others])
-            continue
-        if group in ranges:
+            if not _may_act(config):
+                yield unknown(at, "group of actions", group, [*groups, *others])
+        elif group in ranges:
             yield from _check_range(config, (*at, "continuous"), species, group, group in others)
-            continue
-        if group in others:
+        elif group in others:
             yield from _check_free_group(at, actions)
-            continue
-        yield from _check_known_group(config, at, species, group, actions, *groups[group])
+        else:
+            yield from _check_known_group(config, at, species, group, *groups[group])
     yield from _check_neutral(key, species)
     yield from _check_automatic(key, species)
 
 
 def _check_known_group(
-    config: WorldConfig,
-    at: Key,
-    species: Species,
-    group: str,
-    actions: list[str],
-    word: str,
-    known: list[str],
+    config: WorldConfig, at: Key, species: Species, group: str, word: str, known: list[str]
 ) -> Iterator[Problem]:
     """Check a group that shipped systems carry out."""
+    actions = species.groups()[group]
     if group == "pitch":
-        yield Problem(
-            at,
-            "has no single actions",
-            actions,
-            "{ continuous = [least, most] }; or up, none and down in the group climb",
-        )
+        allowed = "{ continuous = [least, most] }; or up, none and down in the group climb"
+        yield Problem(at, "has no single actions", actions, allowed)
         return
     if not actions:
         yield Problem(at, "is empty", actions, listed(known))
     for i, action in enumerate(actions):
-        if action not in known:
-            yield unknown((*at, i), word, action, known)
-        elif action in actions[:i]:
-            yield Problem((*at, i), "named twice", action, listed(known))
+        yield from named((*at, i), word, action, known)
+    yield from once(at, actions, listed(known))
     ways = {"turn": ("turn",), "climb": ("climb", "pitch")}.get(group, ())
     if ways and not any(getattr(species.locomotion, way, 0) for way in ways):
         fault = f"it cannot {group}: locomotion.{group} is missing or 0"
@@ -75,23 +58,14 @@ def _check_known_group(
 def _check_neutral(key: Key, species: Species) -> Iterator[Problem]:
     ranges = species.ranges()
     for group, rest in species.neutral.items():
+        at = (*key, "neutral", group)
         if group not in species.actions:
-            yield unknown(
-                (*key, "neutral", group), "group among the species' actions", group, species.actions
-            )
-        elif group in ranges:
+            yield unknown(at, "group among the species' actions", group, species.actions)
+        elif group not in ranges:
+            yield from named(at, f"action in the group {group}", str(rest), species.groups()[group])
+        elif isinstance(rest, str) or not ranges[group][0] <= rest <= ranges[group][1]:
             low, high = ranges[group]
-            if isinstance(rest, str) or not low <= rest <= high:
-                yield Problem(
-                    (*key, "neutral", group),
-                    "not a number of this continuous action",
-                    rest,
-                    f"{low:g} to {high:g}",
-                )
-        elif rest not in species.groups()[group]:
-            yield unknown(
-                (*key, "neutral", group), f"action in the group {group}", str(rest), species.groups()[group]
-            )
+            yield Problem(at, "not a number of this continuous action", rest, f"{low:g} to {high:g}")
 
 
 def _check_range(
@@ -99,64 +73,38 @@ def _check_range(
 ) -> Iterator[Problem]:
     """Check a continuous action; one that is `free` is carried out by a system of the world's own."""
     low, high = species.ranges()[group]
+    given, at = {"continuous": [low, high]}, key[:-1]
     if not low < high:
         yield Problem(key, "the second is the most", [low, high], "two numbers, the first below the second")
+    elif free:
         return
-    if free:
-        return
-    if group not in MOTIONS:
-        yield Problem(
-            key[:-1],
-            "cannot be continuous",
-            {"continuous": [low, high]},
-            f"a list of actions; continuous may be {listed(MOTIONS)}",
-        )
-        return
-    if species.locomotion is None:
-        yield Problem(
-            key[:-1],
-            "it cannot move: locomotion is missing",
-            {"continuous": [low, high]},
-            "locomotion, or no such group",
-        )
-        return
-    if group in ("climb", "pitch") and config.dims == 2:
-        yield Problem(
-            key[:-1],
-            "no up and down in a plane",
-            {"continuous": [low, high]},
-            "a space of three sizes, or no such group",
-        )
-    if group == "pitch" and "climb" in species.actions:
-        yield Problem(
-            key[:-1], "it goes up and down by climb", {"continuous": [low, high]}, "one of climb and pitch"
-        )
-    gaits = species.locomotion.speed.values()
-    least, most = {"speed": (0.0, max(gaits)), "pitch": (-math.pi / 2, math.pi / 2)}.get(
-        group, (-LARGEST, LARGEST)
-    )
-    if low < least or high > most:
-        words = "speeds up to that of the fastest gait" if group == "speed" else "angles"
-        yield Problem(key, "out of range", [low, high], f"{words}, {least:g} to {most:g}")
+    elif group not in MOTIONS:
+        allowed = f"a list of actions; continuous may be {listed(MOTIONS)}"
+        yield Problem(at, "cannot be continuous", given, allowed)
+    elif species.locomotion is None:
+        yield Problem(at, "it cannot move: locomotion is missing", given, "locomotion, or no such group")
+    else:
+        if group in ("climb", "pitch") and config.dims == 2:
+            yield Problem(at, "no up and down in a plane", given, "a space of three sizes, or no such group")
+        if group == "pitch" and "climb" in species.actions:
+            yield Problem(at, "it goes up and down by climb", given, "one of climb and pitch")
+        ends = {"speed": (0.0, max(species.locomotion.speed.values())), "pitch": (-math.pi / 2, math.pi / 2)}
+        least, most = ends.get(group, (-LARGEST, LARGEST))
+        if low < least or high > most:
+            words = "speeds up to that of the fastest gait" if group == "speed" else "angles"
+            yield Problem(key, "out of range", [low, high], f"{words}, {least:g} to {most:g}")
 
 
-def _groups_of_systems(config: WorldConfig) -> list[str]:
-    """The groups of actions that the world's own systems carry out."""
-    groups: list[str] = []
-    for system in config.systems:
-        groups += getattr(config.known(system), "acts", ())
-    return groups
+def groups_of_systems(config: WorldConfig) -> list[str]:
+    """Return the groups of actions that the world's own systems carry out."""
+    return [group for system in config.systems for group in getattr(config.known(system), "acts", ())]
 
 
 def _groups_of_exchange(species: Species) -> list[str]:
     """The groups of actions by which a species exchanges or converts substances, of any name."""
-    ways = [*species.exchange, *species.reactions]
-    used = {action for way in ways if (action := getattr(way, "action", None)) is not None}
-    return [
-        group
-        for group, actions in species.groups().items()
-        if group not in species.known_groups() and not used.isdisjoint(actions)
-    ]
+    used = {getattr(way, "action", None) for way in (*species.exchange, *species.reactions)}
+    known = species.known_groups()
+    return [g for g, actions in species.groups().items() if g not in known and not used.isdisjoint(actions)]
 
 
 def _may_act(config: WorldConfig) -> bool:
@@ -172,19 +120,17 @@ def _check_free_group(key: Key, actions: list[str]) -> Iterator[Problem]:
     for i, action in enumerate(actions):
         if not re.fullmatch(r"[A-Za-z]\w{0,39}", action):
             yield Problem((*key, i), "not a name", action, "a letter, then letters, digits or _ (at most 40)")
-        elif action in actions[:i]:
-            yield Problem((*key, i), "named twice", action, "each name once")
+    yield from once(key, actions, "each name once")
 
 
 def _check_automatic(key: Key, species: Species) -> Iterator[Problem]:
-    rows, pairs = species.action_rows(), species.action_list()
+    rows, pairs, groups = species.action_rows(), species.action_list(), species.groups()
     for i, action in enumerate(species.automatic):
         at = (*key, "automatic", i)
         if action not in rows:
             yield unknown(at, "action of the species", action, rows)
         elif (group := pairs[rows[action]][0]) in species.ranges():
             yield Problem(at, "is continuous: it is done always", action, "an action alone in its group")
-        elif len(species.groups()[group]) > 1:
-            alone = [names[0] for names in species.groups().values() if len(names) == 1]
-            fault = f"the policy chooses among the group {group}"
-            yield Problem(at, fault, action, f"an action alone in its group: {listed(alone)}")
+        elif len(groups[group]) > 1:
+            allowed = f"an action alone in its group: {listed(a[0] for a in groups.values() if len(a) == 1)}"
+            yield Problem(at, f"the policy chooses among the group {group}", action, allowed)

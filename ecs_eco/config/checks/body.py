@@ -1,17 +1,18 @@
-"""Checks of one species' body, movement and reproduction, and of its features."""
-
-from __future__ import annotations
+"""Checks of bodies: of organisms and inanimate objects, of movement, reproduction and features."""
 
 import math
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.matter import Key, check_matter, check_size
-from ecs_eco.config.derived import all_genes
+from ecs_eco.config.checks.actions import groups_of_systems
 from ecs_eco.config.features.feature import of_each
+from ecs_eco.config.features.heat import check_heat
+from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.models.species import Species
+from ecs_eco.config.models.surroundings import PROPERTIES, ObjectType
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import Problem, unknown
+from ecs_eco.config.rules import Key, at_most, extent, in_reach, inside, named
+from ecs_eco.engine.errors import Problem
 
 MOST_SITES = 10_000_000  # of plants
 # spheres placed at random until none fits, per spacing^dims
@@ -51,13 +52,12 @@ def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterat
             allowed = f"at most {most / config.dt:g} m/s"
             yield Problem((*key, "speed", gait), "further than half of the world in one tick", speed, allowed)
     for gait in species.locomotion.cost:
-        if gait not in species.locomotion.speed:
-            yield unknown((*key, "cost", gait), "gait", gait, species.locomotion.speed)
+        yield from named((*key, "cost", gait), "gait", gait, species.locomotion.speed)
 
 
 def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     way, at = species.reproduction, (*key, "reproduction")
-    if "mate" in species.actions and not isinstance(way, Sexual) and not _own_mating(config):
+    if "mate" in species.actions and not isinstance(way, Sexual) and "mate" not in groups_of_systems(config):
         allowed = 'reproduction.kind = "sexual", or no such group'
         yield Problem(
             (*key, "actions", "mate"), "it has no sexual reproduction", species.actions["mate"], allowed
@@ -70,23 +70,17 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         )
     if way.place == "near" and way.dispersal is None and not isinstance(way, Sexual):
         yield Problem((*at, "dispersal"), 'is missing with place = "near"', allowed="a distance [m]")
-    if way.dispersal is not None and way.dispersal > config.space.widest:
-        allowed = f"at most {config.space.widest:g} m"
-        yield Problem((*at, "dispersal"), config.space.too_wide, way.dispersal, allowed)
+    yield from in_reach(config, (*at, "dispersal"), way.dispersal or 0.0)
     if isinstance(way, Bearing):
         most = species.metabolism.energy_max
-        if way.energy_min > most:
-            fault = "more than energy_max: nobody would be born"
-            yield Problem((*at, "energy_min"), fault, way.energy_min, f"at most {most:g}")
+        fault = "more than energy_max: nobody would be born"
+        yield from at_most((*at, "energy_min"), fault, way.energy_min, most, "")
         if isinstance(way, Alone) and way.energy_given > way.energy_min:
             allowed = f"at most energy_min, {way.energy_min:g}"
             yield Problem(
                 (*at, "energy_given"), "more than the parent needs to have", way.energy_given, allowed
             )
-        if way.energy_given > most:
-            yield Problem(
-                (*at, "energy_given"), "more than energy_max", way.energy_given, f"at most {most:g}"
-            )
+        yield from at_most((*at, "energy_given"), "more than energy_max", way.energy_given, most, "")
     if isinstance(way, Sexual):
         yield from _check_mating(config, key, species, way)
     room = _room(config, species)
@@ -98,11 +92,6 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         yield Problem((*at, "spacing"), fault, way.spacing, "a smaller spacing, or fewer organisms")
 
 
-def _own_mating(config: WorldConfig) -> bool:
-    """Whether a system of the world's own carries out the action."""
-    return any("mate" in getattr(config.known(system), "acts", ()) for system in config.systems)
-
-
 def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) -> Iterator[Problem]:
     at, most = (*key, "reproduction"), species.metabolism.energy_max
     if species.sex in ("female", "male"):
@@ -112,8 +101,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
             species.sex,
             "random, or none for hermaphrodites",
         )
-    if way.reach > config.space.widest:
-        yield Problem((*at, "reach"), config.space.too_wide, way.reach, f"at most {config.space.widest:g} m")
+    yield from in_reach(config, (*at, "reach"), way.reach)
     farthest = (way.dispersal or 4 * species.body.bound) * (1 if config.dims == 2 else math.sqrt(2))
     if way.place == "near" and farthest <= way.spacing:
         yield Problem(
@@ -162,3 +150,123 @@ def farthest(config: WorldConfig, species: Species) -> float:
     inherited = [max(gene.values or [gene.high or 0.0]) for gene in radii]
     radius = max([species.body.radius, *inherited])
     return config.space.widest / radius if radius <= min(config.space.size) / 2 else math.inf
+
+
+def check_matter(config: WorldConfig, key: Key, kind: Species | ObjectType) -> Iterator[Problem]:
+    """Problems of undeclared properties and substances, and of compressible bodies without a pressure."""
+    for name in kind.properties:
+        yield from named((*key, "properties", name), "property", name, PROPERTIES)
+    for name in kind.substances:
+        yield from named((*key, "substances", name), "substance", name, config.substances)
+    if kind.body.compressible and "pressure" not in kind.properties:
+        yield Problem(
+            (*key, "properties", "pressure"),
+            "is missing, and body.compressible changes it",
+            allowed="the pressure at the start [Pa], or compressible = false",
+        )
+
+
+def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:
+    """Problems of a body that does not fit into the world."""
+    size, at = config.space.size, (*key, "body")
+    if body.shape == "sphere":
+        fault = "the body does not fit into the world"
+        yield from at_most((*at, "radius"), fault, body.radius, min(size) / 2)
+        return
+    name, most = "length" if body.shape == "capsule" else "size", longest(config)
+    if max(body.extents[:2]) > most:
+        yield Problem((*at, name), "the body does not fit into the world", allowed=f"at most {most:g} m")
+    if len(size) == 3:
+        part = (*at, "radius" if body.shape == "capsule" else name)
+        yield from at_most(part, "higher than the world is deep", body.extents[2], size[2])
+
+
+def longest(config: WorldConfig) -> float:
+    """How long a capsule or a box may be [m]: the shorter side of a torus, or the diagonal between walls."""
+    sides = config.space.size[:2]
+    return min(sides) if config.space.edges == "torus" else math.hypot(*sides)
+
+
+def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[Problem]:
+    """All problems of an object type."""
+    key, placed = ("objects", name), [*kind.at, *kind.between]
+    if kind.count and placed:
+        fault = "given together with at" if kind.at else "given together with between"
+        yield Problem((*key, "count"), fault, kind.count, "one of count and at")
+    made = (name in (s.remains, *of_each(s, "makes")) for s in config.species.values())
+    if not kind.count and not placed and not any(made):
+        allowed = "at least 1, or a list at, or a species that leaves it as remains or builds it"
+        yield Problem((*key, "count"), "none of these would ever exist", kind.count, allowed)
+    for i, at in enumerate(kind.at):
+        yield from inside((*key, "at", i), at, config.space.size)
+    if len(kind.heading) not in (0, 1, len(kind.at)):
+        yield Problem(
+            (*key, "heading"),
+            f"{len(kind.heading)} headings for {len(kind.at)} places in at",
+            kind.heading,
+            f"{len(kind.at)} numbers [rad], or one for all",
+        )
+    elif kind.heading and not kind.at:
+        yield Problem((*key, "heading"), "given without at", kind.heading, "places in at that have it")
+    if kind.renewal and not kind.count:
+        yield Problem(
+            (*key, "renewal"),
+            "there is no count for it to come back to",
+            kind.renewal,
+            "count of at least 1, or no renewal",
+        )
+    yield from _check_ways(config, key, kind)
+    yield from check_matter(config, key, kind)
+    yield from check_size(config, key, kind.body)
+    yield from check_heat(kind, key)
+    yield from _check_motion(config, key, kind)
+    yield from of_each(kind, "problems", config, key)
+
+
+def _check_ways(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Problem]:
+    """Problems of objects that reach from one place to another."""
+    if kind.between and kind.body.shape == "sphere":
+        yield Problem(
+            (*key, "between"),
+            "a sphere has no length that could reach from place to place",
+            allowed='body.shape = "capsule" or "box", or places in at',
+        )
+        return
+    size, most = config.space.size[:2], longest(config)
+    least = 0.0 if kind.body.shape == "box" else 2 * kind.body.radius
+    for i, way in enumerate(kind.between):
+        at = (*key, "between", i)
+        if not all(0 <= x <= side for x, side in zip(way, size * 2, strict=True)):
+            yield Problem(at, "outside of the world", way, extent(size))
+        elif not least < (length := math.dist(way[:2], way[2:])) <= most:
+            yield Problem(
+                at, f"{length:g} m from end to end", way, f"more than {least:g} m, at most {most:g} m"
+            )
+
+
+def _check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Problem]:
+    """All problems of how objects of a type move."""
+    if kind.pushed and not kind.body.solid:
+        yield Problem((*key, "pushed"), "nothing pushes what is not solid", True, "body.solid = true")
+    motion, size, at = kind.motion, config.space.size, (*key, "motion")
+    if motion is None:
+        return
+    if (motion.velocity is None) == (motion.path is None):
+        yield Problem(
+            (*at, "velocity"),
+            "give either a velocity or a path",
+            allowed="velocity = [1.0, 0.0], or a path and a speed",
+        )
+    if motion.path is not None and motion.speed is None:
+        yield Problem((*at, "speed"), "is missing: it goes along a path", allowed="a speed [m/s]")
+    if motion.path is None and motion.speed is not None:
+        yield Problem((*at, "speed"), "given without a path", motion.speed, "a path, or a velocity alone")
+    if motion.velocity is not None and len(motion.velocity) != len(size):
+        yield Problem(
+            (*at, "velocity"), "wrong number of coordinates", motion.velocity, f"{len(size)} numbers"
+        )
+    for i, place in enumerate(motion.path or ()):
+        yield from inside((*at, "path", i), place, size)
+    fastest = max(map(abs, motion.velocity or [motion.speed or 0.0]))
+    most = min(size) / 2 / config.dt
+    yield from at_most(at, "further than half of the world in one tick", fastest, most, " m/s")

@@ -1,7 +1,5 @@
 """Checks of one species' sensors, actions and networks."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections import Counter
@@ -9,11 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from ecs_eco.config.checks.actions import check_actions
-from ecs_eco.config.checks.body import farthest
-from ecs_eco.config.checks.matter import Key
+from ecs_eco.config.checks.body import Key, farthest
 from ecs_eco.config.formula import FormulaError, compile_formula
 from ecs_eco.config.memory import n_weights
-from ecs_eco.config.models.nerves import Policy
 from ecs_eco.config.models.sensors import (
     Approach,
     Gradient,
@@ -28,8 +24,10 @@ from ecs_eco.config.models.sensors import (
 )
 from ecs_eco.config.models.species import Species, ppo_defaults
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.rules import in_reach, named
 from ecs_eco.engine.errors import Problem, listed, nearest, unknown
 from ecs_eco.engine.section import LARGEST, function_name
+from ecs_eco.learning.settings import check_setting
 from ecs_eco.learning.words import WORDS
 
 MOST_WHOLE = 10**9  # of a whole number among the hyperparameters
@@ -55,37 +53,30 @@ def check_sensors(config: WorldConfig, name: str) -> Iterator[Problem]:
 
 def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Sensor) -> Iterator[Problem]:
     kinds = [*config.species, *config.objects]
+    targets = {
+        "nearest": ("species or object type", kinds),
+        "approach": ("species", [*config.species]),
+        "touch": ("species, object type, wall or any", [*kinds, "wall", "any"]),
+    }
     if isinstance(sensor, Own) and not config.may_have(str(key[1]), sensor.property):
         yield from _unless_felt((*key, "property"), "the species", sensor.property, config.felt(str(key[1])))
     if isinstance(sensor, Property):
         yield from _check_property(config, key, sensor)
     if isinstance(sensor, Nearest | Property) and sensor.kin is not None:
-        yield from _check_kin(config, species, key, sensor)
-    if isinstance(sensor, Smell | Gradient) and sensor.field not in config.fields:
-        yield unknown((*key, "field"), "field", sensor.field, config.fields)
-    if isinstance(sensor, Nearest) and sensor.target not in kinds:
-        yield unknown((*key, "target"), "species or object type", sensor.target, kinds)
-    if isinstance(sensor, Approach) and sensor.target not in config.species:
-        yield unknown((*key, "target"), "species", sensor.target, config.species)
-    if isinstance(sensor, Touch) and sensor.target not in (*kinds, "wall", "any"):
-        yield unknown(
-            (*key, "target"), "species, object type, wall or any", sensor.target, [*kinds, "wall", "any"]
-        )
-    if isinstance(sensor, Rays):
-        for j, target in enumerate(sensor.targets):
-            if target not in (*kinds, "wall"):
-                yield unknown((*key, "targets", j), "species, object type or wall", target, [*kinds, "wall"])
-    if isinstance(sensor, Nearest | Rays | Approach | Property) and sensor.radius > config.space.widest:
-        yield Problem(
-            (*key, "radius"), config.space.too_wide, sensor.radius, f"at most {config.space.widest:g} m"
-        )
-    at = getattr(sensor, "at", [])
-    if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > (
-        most := farthest(config, species)
-    ):
-        yield Problem(
-            (*key, "at"), "further off the body than the world is wide, in its radii", at, f"at most {most:g}"
-        )
+        yield from _check_kin(config, config.family(str(key[1])), key, sensor)
+    if isinstance(sensor, Smell | Gradient):
+        yield from named((*key, "field"), "field", sensor.field, config.fields)
+    if isinstance(sensor, Nearest | Approach | Touch):
+        word, known = targets[sensor.kind]
+        yield from named((*key, "target"), word, sensor.target, known)
+    for j, target in enumerate(sensor.targets if isinstance(sensor, Rays) else ()):
+        yield from named((*key, "targets", j), "species, object type or wall", target, [*kinds, "wall"])
+    if isinstance(sensor, Nearest | Rays | Approach | Property):
+        yield from in_reach(config, (*key, "radius"), sensor.radius)
+    at, most = getattr(sensor, "at", []), farthest(config, species)
+    if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > most:
+        fault = "further off the body than the world is wide, in its radii"
+        yield Problem((*key, "at"), fault, at, f"at most {most:g}")
     if isinstance(sensor, Touch) and at[0] == at[1]:
         yield Problem((*key, "at"), "the sector is empty", at, "two angles that differ [rad]")
     elif not isinstance(sensor, Touch) and len(at) > config.dims:
@@ -93,48 +84,38 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
 
 
 def _check_property(config: WorldConfig, key: Key, sensor: Property) -> Iterator[Problem]:
-    kinds, named = [*config.species, *config.objects], sensor.kinds()
-    for i, kind in enumerate(named):
+    kinds, of = [*config.species, *config.objects], sensor.kinds()
+    for i, kind in enumerate(of):
         at = (*key, "of") if isinstance(sensor.of, str) else (*key, "of", i)
         if kind not in kinds:
             yield unknown(at, "species or object type", kind, kinds)
-        elif kind in named[:i]:
+        elif kind in of[:i]:
             yield Problem(at, "named twice", kind, "each species or object type once")
         elif not config.may_have(kind, sensor.property):
             yield from _unless_felt((*key, "property"), kind, sensor.property, config.felt(kind))
-    if (
-        not named
-        and not config.bearers(sensor.property)
-        and not any(config.may_have(kind, sensor.property) for kind in kinds)
-    ):
-        anywhere = dict.fromkeys(name for kind in kinds for name in config.felt(kind))
-        yield unknown((*key, "property"), "property or substance of any body", sensor.property, anywhere)
+    if not of and not any(config.may_have(kind, sensor.property) for kind in kinds):
+        felt = dict.fromkeys(name for kind in kinds for name in config.felt(kind))
+        yield from _unless_felt((*key, "property"), "any body", sensor.property, felt)
 
 
-def _unless_felt(key: Key, of: str, property: str, felt: Sequence[str]) -> Iterator[Problem]:
-    if property not in felt:
-        yield unknown(key, f"property or substance of {of}", property, felt)
+def _unless_felt(key: Key, of: str, property: str, felt: Iterable[str]) -> Iterator[Problem]:
+    yield from named(key, f"property or substance of {of}", property, felt)
 
 
 def _check_kin(
-    config: WorldConfig, species: Species, key: Key, sensor: Nearest | Property
+    config: WorldConfig, family: Sequence[str], key: Key, sensor: Nearest | Property
 ) -> Iterator[Problem]:
-    family = config.family(next(name for name, s in config.species.items() if s is species))
-    named = [sensor.target] if isinstance(sensor, Nearest) else sensor.kinds()
+    of = [sensor.target] if isinstance(sensor, Nearest) else sensor.kinds()
     at = (*key, "target" if isinstance(sensor, Nearest) else "of")
-    for kind in named:
+    for kind in of:
         if kind not in family and kind in (*config.species, *config.objects):
             yield Problem(at, "none of its kin is among them", kind, " or ".join(family) + ", or no kin")
-    if not named:
+    if not of:
         yield Problem(at, "is missing, and kin needs it", allowed=" or ".join(family))
     if isinstance(sensor, Nearest) and (sensor.occlusion or sensor.sight is not None):
         word = "occlusion" if sensor.occlusion else "sight"
-        yield Problem(
-            (*key, word),
-            "kin are known by their voices, not by sight",
-            getattr(sensor, word),
-            f"kin or {word}, not both",
-        )
+        fault = "kin are known by their voices, not by sight"
+        yield Problem((*key, word), fault, getattr(sensor, word), f"kin or {word}, not both")
 
 
 def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -159,13 +140,10 @@ def _check_reflex(config: WorldConfig, key: Key, species: Species) -> Iterator[P
         return
     for i, connection in enumerate(reflex.connections):
         at = (*key, "reflex", "connections", i)
-        if connection.sensor not in readings:
-            yield unknown((*at, "sensor"), "sensor of the species", connection.sensor, readings)
-        if connection.action not in rows:
-            yield unknown((*at, "action"), "action of the species", connection.action, rows)
+        yield from named((*at, "sensor"), "sensor of the species", connection.sensor, readings)
+        yield from named((*at, "action"), "action of the species", connection.action, rows)
     for action, formula in reflex.formulas.items():
-        if action not in rows:
-            yield unknown((*key, "reflex", "formulas", action), "action of the species", action, rows)
+        yield from named((*key, "reflex", "formulas", action), "action of the species", action, rows)
         yield from _check_formula((*key, "reflex", "formulas", action), formula, readings)
 
 
@@ -174,8 +152,7 @@ def _check_happiness(config: WorldConfig, key: Key, species: Species) -> Iterato
     if happiness is None:
         return
     for sensor in happiness.weights:
-        if sensor not in readings:
-            yield unknown((*key, "happiness", "weights", sensor), "sensor of the species", sensor, readings)
+        yield from named((*key, "happiness", "weights", sensor), "sensor of the species", sensor, readings)
     if happiness.formula is not None:
         yield from _check_formula((*key, "happiness", "formula"), happiness.formula, readings)
 
@@ -200,95 +177,64 @@ def _no_weights(path: Path) -> str:
 
 
 def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterator[Problem]:
-    policy = species.policy
+    policy, at = species.policy, (*key, "policy")
     if policy.file is not None and (wrong := _no_weights(folder / policy.file)):
         near = nearest(policy.file, (p.name for p in folder.glob("*.safetensors")))
-        yield Problem((*key, "policy", "file"), wrong, policy.file, "a file beside the world file", near)
-    if policy.kind != "individual":
-        for word, given, absent in (("inherit", policy.inherit, "none"), ("mutation", policy.mutation, 0.0)):
-            if given != absent:
-                allowed = 'policy.kind = "individual", or nothing here'
-                yield Problem(
-                    (*key, "policy", word), "only individual networks are inherited", given, allowed
-                )
+        yield Problem((*at, "file"), wrong, policy.file, "a file beside the world file", near)
+    inherited = {"inherit": policy.inherit != "none", "mutation": policy.mutation != 0}
+    for word in (w for w, given in inherited.items() if given and policy.kind != "individual"):
+        allowed = 'policy.kind = "individual", or nothing here'
+        yield Problem((*at, word), "only individual networks are inherited", getattr(policy, word), allowed)
     if policy.network is not None and policy.hidden != type(policy).model_fields["hidden"].default:
         fault = "the network's own class says its layers"
-        yield Problem((*key, "policy", "hidden"), fault, policy.hidden, "policy.network or policy.hidden")
+        yield Problem((*at, "hidden"), fault, policy.hidden, "policy.network or policy.hidden")
     if policy.thinks and policy.network is None and (size := n_weights(species, dims)) > MOST_WEIGHTS:
         fault = f"too large: the network would have {size:,} weights"
-        yield Problem(
-            (*key, "policy", "hidden"),
-            fault,
-            policy.hidden,
-            f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]",
-        )
-    yield from _check_outside((*key, "policy"), policy)
-    if not policy.thinks:
-        settings: dict[str, object] = {
-            "ppo": species.ppo,
-            "policy.file": policy.file,
-            "policy.network": policy.network,
-            "policy.learn": policy.learn,
-        }
-        for word, value in settings.items():
-            if value:
-                allowed = 'policy.kind = "shared" or "individual", or nothing here'
-                yield Problem((*key, *word.split(".")), "there is no network to use it", value, allowed)
-    if policy.kind == "none":
-        return
+        allowed = f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]"
+        yield Problem((*at, "hidden"), fault, policy.hidden, allowed)
+    if policy.kind == "function" and policy.function is None:
+        allowed = '"module:name" of a function of sensors (n, channels) and uids (n)'
+        yield Problem((*at, "function"), "is missing", allowed=allowed)
+    if policy.kind != "function" and policy.function is not None:
+        fault, allowed = "there is no such policy to use it", 'policy.kind = "function", or nothing here'
+        yield Problem((*at, "function"), fault, function_name(policy.function), allowed)
+    settings: dict[Key, object] = {("ppo",): species.ppo}
+    settings |= {("policy", word): getattr(policy, word) for word in ("file", "network", "learn")}
+    for place, value in settings.items():
+        if value and not policy.thinks:
+            allowed = 'policy.kind = "shared" or "individual", or nothing here'
+            yield Problem((*key, *place), "there is no network to use it", value, allowed)
+    if policy.kind != "none":
+        yield from _check_needs(key, species)
+
+
+def _check_needs(key: Key, species: Species) -> Iterator[Problem]:
+    """Problems of what a policy needs: something to sense, to choose and, if it learns, to be happy about."""
     free = [a for a in species.action_list() if not {a[1], ".".join(a)} & set(species.automatic)]
-    needs = {"sensors": species.sensors, "actions": free, "happiness": species.happiness}
-    for word, needed in needs.items():
-        if word == "happiness" and not policy.thinks:
-            continue
-        if not needed:
-            chosen = word == "actions" and species.actions
-            fault = "the policy has nothing to choose" if chosen else "is missing: the policy needs it"
-            yield Problem((*key, word), fault, allowed='an entry, or policy.kind = "none"')
-    if policy.thinks:
+    needs = {"sensors": species.sensors, "actions": free}
+    needs |= {"happiness": species.happiness} if species.policy.thinks else {}
+    for word in (word for word, needed in needs.items() if not needed):
+        chosen = word == "actions" and species.actions
+        fault = "the policy has nothing to choose" if chosen else "is missing: the policy needs it"
+        yield Problem((*key, word), fault, allowed='an entry, or policy.kind = "none"')
+    if species.policy.thinks:
         yield from _check_ppo((*key, "ppo"), species)
 
 
-def _check_outside(key: Key, policy: Policy) -> Iterator[Problem]:
-    """Problems of a policy that is a function."""
-    if policy.kind == "function" and policy.function is None:
-        yield Problem(
-            (*key, "function"),
-            "is missing",
-            allowed='"module:name" of a function of sensors (n, channels) and uids (n)',
-        )
-    if policy.kind != "function" and policy.function is not None:
-        yield Problem(
-            (*key, "function"),
-            "there is no such policy to use it",
-            function_name(policy.function),
-            'policy.kind = "function", or nothing here',
-        )
-
-
 def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
-    from ecs_eco.learning.settings import check_setting
-
     known = ppo_defaults()
     for name, value in species.ppo.items():
-        if name not in known:
-            if name in WORDS:
-                yield Problem(
-                    (*key, name),
-                    f"another word for {WORDS[name]}, which is given twice",
-                    value,
-                    f"{WORDS[name]} alone",
-                )
-                continue
+        most, at = MOST_WHOLE if isinstance(value, int) else LARGEST, (*key, name)
+        if name in WORDS and name not in known:
+            fault = f"another word for {WORDS[name]}, which is given twice"
+            yield Problem(at, fault, value, f"{WORDS[name]} alone")
+        elif name not in known:
             fault = "no hyperparameter of this name"
-            yield Problem((*key, name), fault, value, listed(known, 40), nearest(name, known))
-            continue
-        if isinstance(value, int | float) and abs(value) > (
-            most := MOST_WHOLE if isinstance(value, int) else LARGEST
-        ):
-            yield Problem((*key, name), "not possible", value, f"at most {most:g}")
-            continue
-        try:
-            check_setting(name, value)
-        except ValueError as error:
-            yield Problem((*key, name), "not possible", value, str(error).partition("allowed is ")[2])
+            yield Problem(at, fault, value, listed(known, 40), nearest(name, known))
+        elif isinstance(value, int | float) and abs(value) > most:
+            yield Problem(at, "not possible", value, f"at most {most:g}")
+        else:
+            try:
+                check_setting(name, value)
+            except ValueError as error:
+                yield Problem(at, "not possible", value, str(error).partition("allowed is ")[2])

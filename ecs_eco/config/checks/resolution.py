@@ -1,17 +1,14 @@
 """Checks that float32 resolves the steps by which positions, headings, energies and smells change.
 
-What else is summed needs none: ages and times are counted in ticks, incubation in float64, and masses,
-temperatures and substances keep what float32 cannot hold.
-"""
-
-from __future__ import annotations
+Other sums need none: ages and times are ticks, incubation is float64, and masses, temperatures and substances
+keep what float32 cannot hold."""
 
 import math
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.matter import Key
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import Problem
 
 STEPS = 8  # units of float32 that a step must have: it is then rounded by at most 1/16 of itself

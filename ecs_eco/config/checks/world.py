@@ -1,37 +1,33 @@
 """Checks across the sections of a world: all that is named exists, and values fit together."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
-from ecs_eco.config.checks.archipelago import check_archipelago
-from ecs_eco.config.checks.body import check_body
-from ecs_eco.config.checks.code import check_code
-from ecs_eco.config.checks.data import check_data
+from ecs_eco.config.archipelago import check_archipelago
+from ecs_eco.config.checks.body import check_body, check_object
 from ecs_eco.config.checks.genome import check_genome
-from ecs_eco.config.checks.inanimate import check_object, outside
-from ecs_eco.config.checks.interventions import Changed, check_interventions, check_line
-from ecs_eco.config.checks.land import check_land
-from ecs_eco.config.checks.land_use import check_land_use
+from ecs_eco.config.checks.interventions import Changed, check_interventions, check_land_use, check_line
 from ecs_eco.config.checks.nerves import check_nerves
-from ecs_eco.config.checks.reporters import check_record, check_reporters
+from ecs_eco.config.checks.reporters import check_code, check_reporters
 from ecs_eco.config.checks.resolution import check_resolution
-from ecs_eco.config.checks.water import check_water
 from ecs_eco.config.features.feature import of_each
-from ecs_eco.config.models.interventions import Cull
-from ecs_eco.config.models.land_use import Harvest
+from ecs_eco.config.measurements import check_data
+from ecs_eco.config.models.interventions import Cull, Harvest
+from ecs_eco.config.models.surroundings import Terrain
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.errors import MOST, Problem, unknown
+from ecs_eco.config.rules import Key, at_most, inside, named
+from ecs_eco.engine.errors import MOST, ConfigError, Problem, unknown
 from ecs_eco.engine.section import RESERVED
 
-Key = tuple[str | int, ...]
-MOST_CELLS = 100_000_000  # of one field
+MOST_CELLS = 100_000_000  # of one field, or of the height map
 MOST_INDEX_CELLS = 4_000_000
 MOST_CAUSES = 255  # causes of death, stored in a byte
 MOST_STEPS = 1000  # steps of diffusion in a tick
+MOST_LAYERS = 100_000  # of water
+MOST_CLASSES = 250  # of land
+ALONE = ("band", "crs", "corner", "scale", "vertical", "missing", "cover", "classes", "layers", "drainage")
 
 
 def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
@@ -125,7 +121,7 @@ def _check_space(config: WorldConfig) -> Iterator[Problem]:
 
 def _check_fields(config: WorldConfig) -> Iterator[Problem]:
     space = config.space
-    most = min(space.size[:2]) / 2 if space.edges == "torus" else min(space.size[:2])
+    most = min(space.size[:2]) / (2 if space.edges == "torus" else 1)
     for name, field in config.fields.items():
         yield from _check_field_of_substance(config, name)
         cells = math.prod(max(1.0, s / field.cell) for s in space.size)
@@ -133,8 +129,7 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
         # a square may be 0
         steps = field.diffusion * config.dt * sum(2 / 0.9 / side / side for side in sides)
         if field.cell > most:
-            fault = "larger than half of the torus" if space.edges == "torus" else "larger than the world"
-            yield Problem(("fields", name, "cell"), fault, field.cell, f"at most {most:g} m")
+            yield Problem(("fields", name, "cell"), space.too_wide, field.cell, f"at most {most:g} m")
         elif cells > MOST_CELLS:
             fault = f"too small: the field would have {cells:.3g} cells"
             yield Problem(("fields", name, "cell"), fault, field.cell, f"at most {MOST_CELLS:.0e} cells")
@@ -180,10 +175,7 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
     if terrain is None:
         return
     most = min(size[:2]) / 2
-    if terrain.cell > most:
-        yield Problem(
-            ("terrain", "cell"), "larger than half of the world", terrain.cell, f"at most {most:g} m"
-        )
+    yield from at_most(("terrain", "cell"), "larger than half of the world", terrain.cell, most)
     if (cells := (size[0] / terrain.cell) * (size[1] / terrain.cell)) > MOST_CELLS:
         fault = f"too small: {cells:.3g} cells"
         yield Problem(("terrain", "cell"), fault, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
@@ -192,10 +184,132 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
     for group in ("mountains", "rocks", "lakes"):
         for i, mark in enumerate(getattr(terrain, group)):
             key = ("terrain", group, i)
-            yield from outside((*key, "at"), mark.at, size[:2])
-            if mark.radius > most:
-                yield Problem(
-                    (*key, "radius"), "larger than half of the world", mark.radius, f"at most {most:g} m"
-                )
+            yield from inside((*key, "at"), mark.at, size[:2])
+            yield from at_most((*key, "radius"), "larger than half of the world", mark.radius, most)
             if group == "mountains" and mark.height == 0:
                 yield Problem((*key, "height"), "a mountain without height", mark.height, "more than 0 m")
+
+
+def check_water(config: WorldConfig) -> Iterator[Problem]:
+    """All problems of the water, of sinking, and of swimming."""
+    yield from _check_volume(config)
+    water, size = config.water, config.space.size
+    if water is None:
+        return
+    if config.dims == 2:
+        yield Problem(
+            ("water",), "there is no depth in a plane", allowed="a space of three sizes, or no water"
+        )
+        return
+    for name in water.shading:
+        yield from named(("water", "shading", name), "species", name, config.species)
+    if water.layer > size[2] or size[2] / water.layer > MOST_LAYERS:
+        allowed = f"at most {size[2]:g} m, and at least {size[2] / MOST_LAYERS:g}"
+        yield Problem(("water", "layer"), "no layer of this water", water.layer, allowed)
+    for i, current in enumerate(water.current):
+        for axis, speed in enumerate(current.velocity):
+            if abs(speed) * config.dt > (most := size[axis] / 2):
+                fault = "further than half of the world in one tick"
+                yield Problem(
+                    ("water", "current", i, "velocity"), fault, speed, f"at most {most / config.dt:g} m/s"
+                )
+    if water.current and water.current_function is not None:
+        fault = "given together with a current by depth"
+        yield Problem(("water", "current_function"), fault, allowed="one of current and current_function")
+
+
+def _check_volume(config: WorldConfig) -> Iterator[Problem]:
+    bodies = [("species", n, s.body) for n, s in config.species.items()] + [
+        ("objects", n, o.body) for n, o in config.objects.items()
+    ]
+    for section, name, body in bodies:
+        if body.sinking and config.dims == 2:
+            yield Problem(
+                (section, name, "body", "sinking"),
+                "no up and down in a plane",
+                body.sinking,
+                "0, or a space of three sizes",
+            )
+    for name, species in config.species.items():
+        way = species.locomotion
+        if way is not None and way.pitch and way.climb:
+            allowed = "one of climb and pitch"
+            yield Problem(
+                ("species", name, "locomotion", "pitch"), "given together with climb", way.pitch, allowed
+            )
+
+
+def check_land(config: WorldConfig) -> Iterator[Problem]:
+    """All problems of real land; where there are none, the world has read it."""
+    terrain = config.terrain
+    if terrain is None:
+        return
+    if terrain.raster is None:
+        for part in ALONE:
+            if getattr(terrain, part):
+                yield Problem(("terrain", part), "given without a raster", allowed="terrain.raster beside it")
+        return
+    problems = [*_agreement(config, terrain)]
+    yield from problems
+    size = config.space.size
+    if problems or config._land is not None or size[0] / terrain.cell * (size[1] / terrain.cell) > MOST_CELLS:
+        return
+    from ecs_eco.config.land.land import read_land  # not at the top: few worlds have real land
+
+    try:
+        config._land = read_land(terrain, size, config.folder)
+    except ConfigError as error:
+        yield from (p.moved(key=("terrain", *p.key)) for p in error.problems)
+
+
+def _agreement(config: WorldConfig, terrain: Terrain) -> Iterator[Problem]:
+    key = ("terrain",)
+    if config.space.edges == "torus":
+        yield Problem(
+            (*key, "raster"),
+            "its edges do not meet as those of a torus do",
+            terrain.raster,
+            'space.edges = "walls"',
+        )
+    if config.dims == 3:
+        yield Problem((*key, "raster"), "given in a volume", terrain.raster, "space.size of two numbers")
+    if terrain.hills is not None:
+        yield Problem((*key, "hills"), "given together with a raster", allowed="one of the two")
+    if terrain.cover_band is not None and terrain.cover is None:
+        yield Problem(
+            (*key, "cover_band"), "given without cover", terrain.cover_band, "terrain.cover beside it"
+        )
+    if len(terrain.classes) > MOST_CLASSES:
+        yield Problem(
+            (*key, "classes"), f"there are {len(terrain.classes)}", allowed=f"at most {MOST_CLASSES}"
+        )
+    named = {layer.land for layer in terrain.layers}
+    for name, land in terrain.classes.items():
+        at = (*key, "classes", name)
+        if land.codes and terrain.cover is None:
+            yield Problem((*at, "codes"), "there is no raster of classes", land.codes, "terrain.cover")
+        if land.above is not None and land.below is not None and land.above >= land.below:
+            yield Problem(
+                (*at, "below"), f"not above `above`, {land.above:g}", land.below, "a higher elevation"
+            )
+        if (
+            not land.codes
+            and name not in named
+            and all(v is None for v in (land.above, land.below, land.steeper))
+        ):
+            yield Problem(
+                at,
+                "nowhere: it says not where it is",
+                allowed="codes, above, below, steeper, or a layer with this class as `land`",
+            )
+    for i, layer in enumerate(terrain.layers):
+        place = (*key, "layers", i, "land")
+        if layer.make != "class" and layer.land is not None:
+            yield Problem(place, f"given for {layer.make}", layer.land, 'make = "class"')
+        elif layer.make == "class" and layer.land is None:
+            yield Problem(place, "is missing", allowed="the name of a class")
+        elif layer.land is not None and layer.land not in terrain.classes:
+            yield unknown(place, "class", layer.land, terrain.classes)
+    drainage = terrain.drainage
+    if drainage is not None and drainage.sea is drainage.depth is drainage.stream is None:
+        yield Problem((*key, "drainage"), "says not where water collects", allowed="sea, depth or stream")

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, create_model
 
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.config.rules import named
 from ecs_eco.engine.errors import Problem, unknown
 from ecs_eco.engine.section import (
     CHEMISTRY,
@@ -126,8 +127,7 @@ AnyExchange = Annotated[Uptake | Release | Equilibrate, Field(discriminator="kin
 
 
 class Chemistry(Feature, after="substances"):
-    """Substances react in bodies, and are exchanged with fields: systems `React` and `ExchangeMatter`, component
-    `Matter`."""
+    """Substances react, and are exchanged with fields: systems `React`, `ExchangeMatter`, component `Matter`."""
 
     reactions: list[Reaction] = about(
         "reactions of its substances, in this order", [], exclude_if=is_absent, change=SHAPE
@@ -150,8 +150,7 @@ class Chemistry(Feature, after="substances"):
             at = (*key, "reactions", i)
             for part in ("from", "to", "half"):
                 for name in getattr(reaction, part):
-                    if name not in config.substances:
-                        yield unknown((*at, part, name), "substance", name, config.substances)
+                    yield from named((*at, part, name), "substance", name, config.substances)
             if reaction.energy and key[0] == "objects":
                 yield Problem((*at, "energy"), "objects hold no energy", reaction.energy, "0")
             yield from check_action(species, (*at, "action"), reaction.action)
@@ -246,8 +245,7 @@ class Emitting(Feature, after=("defence", "decomposition")):
         """Yield emissions into no field, of no substance, and from nothing."""
         for name, way in species.emits.items():
             at, holds = (*key, "emits", name), getattr(config.fields.get(name), "substance", None)
-            if name not in config.fields:
-                yield unknown(at, "field", name, config.fields)
+            yield from named(at, "field", name, config.fields)
             if isinstance(way, Emission) and way.substance not in config.substances:
                 yield unknown((*at, "substance"), "substance", way.substance, config.substances)
             elif isinstance(way, Emission) and not substances_of(config, key[1]):

@@ -1,7 +1,5 @@
 """Ectothermy: animals that are as warm as their surroundings slow down in the cold, to torpor."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

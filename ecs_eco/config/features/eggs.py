@@ -1,7 +1,5 @@
 """Eggs: a species whose members hatch into another, which lays them by `reproduction.eggs`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

@@ -1,32 +1,14 @@
 """What a feature declares, and how the models of species and object types are assembled from features."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from typing import Any, ClassVar, Protocol, TypeVar
+from typing import Any, ClassVar, TypeVar
 
+from ecs_eco.config.rules import Key, WorldSections
 from ecs_eco.engine.errors import Problem
 from ecs_eco.engine.section import Section
 
-Key = tuple[str | int, ...]
 Model = TypeVar("Model", bound=Section)
-
-
-class WorldSections(Protocol):
-    """What checks across sections read of a `WorldConfig`."""
-
-    species: Any
-    objects: Any
-    fields: Any
-    substances: Any
-    space: Any
-    sun: Any
-    year: Any
-
-    def own_fields(self, kind: str) -> dict[str, float]: ...
-
-    def may_have(self, kind: str, name: str) -> bool: ...
 
 
 class Feature(Section):

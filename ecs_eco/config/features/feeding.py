@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.config.rules import in_reach
 from ecs_eco.engine.errors import Problem, unknown
 from ecs_eco.engine.section import (
     COLUMN,
@@ -64,7 +65,7 @@ class Feeding(Feature, after="emits"):
     @staticmethod
     def problems(species: Feeding, config: WorldSections, key: Key) -> Iterator[Problem]:
         """Yield unknown food, food that gives nothing, and a reach beyond the world."""
-        food, space = [*config.species, *config.objects], config.space
+        food = [*config.species, *config.objects]
         eaten: set[str] = set()
         for i, diet in enumerate(species.diet):
             at = (*key, "diet", i)
@@ -84,8 +85,7 @@ class Feeding(Feature, after="emits"):
                     diet.efficiency,
                     f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
                 )
-            if diet.reach > space.widest:
-                yield Problem((*at, "reach"), space.too_wide, diet.reach, f"at most {space.widest:g} m")
+            yield from in_reach(config, (*at, "reach"), diet.reach)
 
     @staticmethod
     def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:

@@ -1,7 +1,5 @@
 """Heat: the temperature of a body changes, by exchange with its surroundings and by regulation."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

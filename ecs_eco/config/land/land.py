@@ -1,19 +1,17 @@
-"""The land that a world covers: elevations, classes, lakes and lines, cut out of rasters and vector
-layers."""
-
-from __future__ import annotations
+"""The land that a world covers: elevations, classes, lakes and lines of rasters and vector layers."""
 
 import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
+from ecs_eco.config.land.layers import lay
 from ecs_eco.config.land.raster import (
     DAMAGED,
     Raster,
@@ -34,9 +32,8 @@ Place = tuple[float, float, float, float]  # x, y of the world's corner, and the
 
 @dataclass(frozen=True)
 class Land:
-    """Elevations f32[ny, nx] [m], the first row in the south; which of `classes` is where, u8[ny, nx], 0 for
-    none and i + 1 for the i-th; whether there is a lake by a vector layer; and the lines of roads and
-    fences."""
+    """Elevations f32[ny, nx] [m], the first row in the south; classes u8[ny, nx], 0 for none and i + 1 for the
+    i-th; whether there is a lake by a vector layer; and the lines of roads and fences."""
 
     elevation: np.ndarray
     kinds: np.ndarray
@@ -65,25 +62,27 @@ class Land:
         }
 
     @classmethod
-    def of(cls, arrays: Mapping[str, np.ndarray]) -> Land:
+    def of(cls, arrays: Mapping[str, np.ndarray]) -> Self:
         """The land that `arrays()` gave."""
         about = json.loads(str(arrays["about"]))
         place = None if about["place"] is None else tuple(about["place"])
         return cls(arrays["elevation"], arrays["kinds"], arrays["lakes"], about["lines"], place, about["crs"])
 
-    def part(self, nx: int, ny: int) -> Land:
+    def part(self, nx: int, ny: int) -> Self:
         """Its south-west part of so many cells; raises RasterError where it has less."""
         if (ny, nx) == self.elevation.shape:
             return self
-        _require_cells(self.elevation.shape, nx, ny)
-        return Land(
-            self.elevation[:ny, :nx],
-            self.kinds[:ny, :nx],
-            self.lakes[:ny, :nx],
-            self.lines,
-            self.place,
-            self.crs,
-        )
+        has = self.elevation.shape
+        if nx > has[1] or ny > has[0]:
+            raise refused(
+                "raster",
+                f"smaller than the world: this run kept {has[1]} × {has[0]} cells of it, "
+                f"and the world has {nx} × {ny}",
+                "",
+                "space.size as it was, or less",
+            )
+        cut = {name: getattr(self, name)[:ny, :nx] for name in ("elevation", "kinds", "lakes")}
+        return replace(self, **cut)
 
     def coordinates(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Places of the world [m] in units of `crs`; as they are where the land does not say where it
@@ -135,8 +134,7 @@ def _stamp(name: str, folder: Path) -> tuple[int, int]:
 
 @lru_cache(maxsize=8)
 def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tuple[int, int], ...]) -> Land:
-    """Read the land that a section `terrain` in JSON describes; `stamps` only tell new files from old
-    ones."""
+    """Read the land of a section `terrain` in JSON; `stamps` only tell new files from old ones."""
     terrain = Terrain.model_validate_json(text)
     assert terrain.raster is not None
     raster = read_raster(terrain.raster, folder, terrain.band, terrain.crs)
@@ -147,22 +145,16 @@ def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tupl
     north, east = np.gradient(raw, frame.side) if min(raw.shape) > 1 else np.zeros((2, *raw.shape))
     rise = np.sqrt(north * north + east * east)
     for i, land in enumerate(terrain.classes.values()):
-        there = np.ones(raw.shape, np.bool_)
-        if land.codes and codes is not None:
-            there &= np.isin(codes, land.codes)
-        if land.above is not None:
-            there &= raw >= land.above
-        if land.below is not None:
-            there &= raw < land.below
-        if land.steeper is not None:
-            there &= rise >= land.steeper
-        # a class without any condition is that of areas of a layer alone
-        if land.codes or any(v is not None for v in (land.above, land.below, land.steeper)):
-            kinds[there] = i + 1
+        conditions = [
+            *([np.isin(codes, land.codes)] if land.codes and codes is not None else []),
+            *([raw >= land.above] if land.above is not None else []),
+            *([raw < land.below] if land.below is not None else []),
+            *([rise >= land.steeper] if land.steeper is not None else []),
+        ]
+        if conditions:  # a class without any is that of areas of a layer alone
+            kinds[np.logical_and.reduce(conditions)] = i + 1
     lakes, lines = np.zeros(raw.shape, np.bool_), []
     if terrain.layers:
-        from ecs_eco.config.land.layers import lay
-
         lines = lay(terrain, folder, frame, kinds, lakes)
     return Land(
         (raw * (terrain.vertical or 1.0)).astype(np.float32), kinds, lakes, lines, frame.place, raster.crs
@@ -220,8 +212,7 @@ class Frame:
         return out
 
     def nearest(self, other: Raster, part: str) -> np.ndarray:
-        """The values f64[ny, nx] of another raster at the centres of cells; raises RasterError where it does
-        not cover them."""
+        """The values f64[ny, nx] of another raster at the centres of cells; raises RasterError."""
         own, values = self.raster, other.values[::-1]
         if other.west is None or own.west is None or self.place is None:
             if values.shape != own.values.shape:
@@ -231,12 +222,7 @@ class Frame:
                     "",
                     f"as many as `raster`: {own.values.shape[1]} × {own.values.shape[0]}",
                 )
-            return values[
-                np.ix_(
-                    self.y.astype(np.int64).clip(0, len(values) - 1),
-                    self.x.astype(np.int64).clip(0, values.shape[1] - 1),
-                )
-            ]
+            return _picked(values, self.x, self.y)
         if other.crs and own.crs and other.crs != own.crs:
             raise refused(
                 part,
@@ -250,11 +236,13 @@ class Frame:
         y = (south + self.y * _whole(own.dy) - (_whole(other.north) - len(values) * dy)) / dy
         if min(x[0], y[0]) < -1e-6 or x[-1] > values.shape[1] + 1e-6 or y[-1] > len(values) + 1e-6:
             raise refused(part, "does not cover the world", "", "a raster of the same land")
-        return values[
-            np.ix_(
-                y.astype(np.int64).clip(0, len(values) - 1), x.astype(np.int64).clip(0, values.shape[1] - 1)
-            )
-        ]
+        return _picked(values, x, y)
+
+
+def _picked(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The values in the cells where x and y are, in cells from the first column and row."""
+    rows, columns = (at.astype(np.int64).clip(0, n - 1) for at, n in zip((y, x), values.shape, strict=True))
+    return values[np.ix_(rows, columns)]
 
 
 def metres(raster: Raster) -> tuple[float, float]:
@@ -368,17 +356,6 @@ def _between(values: np.ndarray, places: np.ndarray) -> np.ndarray:
     high = np.where(share[:, 0] > 0, np.minimum(low + 1, len(values) - 1), low)
     out: np.ndarray = (1 - share) * values[low] + share * values[high]
     return out
-
-
-def _require_cells(shape: tuple[int, ...], nx: int, ny: int) -> None:
-    if nx > shape[1] or ny > shape[0]:
-        raise refused(
-            "raster",
-            f"smaller than the world: this run kept {shape[1]} × {shape[0]} cells of it, "
-            f"and the world has {nx} × {ny}",
-            "",
-            "space.size as it was, or less",
-        )
 
 
 def _smaller(

@@ -1,8 +1,4 @@
-"""Reads vector layers, GeoJSON by itself and others through pyogrio, and lays them on the cells of a world:
-areas on maps, lines as they are.
-"""
-
-from __future__ import annotations
+"""Reads vector layers, GeoJSON by itself and others through pyogrio, and lays them on the cells of a world."""
 
 import glob
 import json
@@ -47,8 +43,7 @@ NAMES = {POINT: "points", LINE: "lines", AREA: "areas"}
 def lay(
     terrain: Terrain, folder: Path, frame: Any, kinds: np.ndarray, lakes: np.ndarray
 ) -> list[dict[str, Any]]:
-    """Mark the lakes and classes of all layers on maps [ny, nx], in their order; return the lines of roads
-    and fences in the world [m]. Raises RasterError."""
+    """Mark lakes and classes on maps [ny, nx]; return the lines of roads and fences [m]. Raises RasterError."""
     lines: list[dict[str, Any]] = []
     for i, layer in enumerate(terrain.layers):
         if frame.place is None:
@@ -61,7 +56,7 @@ def lay(
             )
         wanted = LINE if layer.make in ("roads", "fences") else AREA
         shapes = shapes_of(layer, folder, frame.raster.crs, i)
-        found = [(kind, _to_world(part, frame)) for kind, part in shapes]
+        found = [(kind, (part - frame.place[:2]) / frame.place[2:]) for kind, part in shapes]
         if found and not any(kind == wanted for kind, _ in found):
             raise _refused(
                 i,
@@ -270,11 +265,6 @@ def within(line: Line, size: tuple[float, float]) -> list[Line]:
         else:
             pieces.append([begin, end])
     return [np.clip(np.array(piece), 0, size) for piece in pieces]
-
-
-def _to_world(part: Line, frame: Any) -> Line:
-    west, south, per_x, per_y = frame.place
-    return np.stack([(part[:, 0] - west) / per_x, (part[:, 1] - south) / per_y], 1)
 
 
 def _refused(

@@ -4,8 +4,6 @@ Files may come from strangers. They are regular files below the folder of their 
 bytes and the one driver that they need: no other file is opened, and no request is sent.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import io
 import os
@@ -54,6 +52,7 @@ GDAL = {
     ".dt1": "DTED",
     ".dt2": "DTED",
 }  # drivers that read one file and follow no name in it
+KINDS = f"a file ending in .npz, .asc or, with rasterio, in {listed(GDAL)}"
 FARTHEST = 1e9  # of a coordinate, in metres or degrees: the earth has 4e7 m
 LATITUDES, LONGITUDES = ("latitude", "lat", "y"), ("longitude", "lon", "x")
 
@@ -106,7 +105,7 @@ def _below(folder: Path, rest: str, name: str) -> Path:
     """Return the path of a file in a folder; raises RasterError where that is elsewhere, by links too."""
     path = folder / rest
     if "\0" in name:
-        raise refused("raster", "cannot be read: is no name of a file", name, _kinds())
+        raise refused("raster", "cannot be read: is no name of a file", name, KINDS)
     if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
         allowed = "a file next to the world file, or in a folder there"
         raise refused("raster", "is not in the world's folder", name, allowed)
@@ -114,16 +113,13 @@ def _below(folder: Path, rest: str, name: str) -> Path:
 
 
 def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str | None = None) -> Raster:
-    """Read one band of a raster file; `crs` is its coordinate system where the file does not say it.
-
-    Raises RasterError.
-    """
+    """Read one band of a raster file; `crs` counts where the file says none. Raises RasterError."""
     path = path_of(name, folder)
     try:
         status = os.stat(path)
         raster = _read(path, status.st_mtime_ns, status.st_size, band)
     except OSError as error:
-        raise refused("raster", f"cannot be read: {error.strerror or error}", name, _kinds()) from None
+        raise refused("raster", f"cannot be read: {error.strerror or error}", name, KINDS) from None
     raster.values.flags.writeable = False
     if raster.values.size == 0 or min(raster.values.shape) < 2:
         raise refused(
@@ -198,10 +194,6 @@ def _read(path: Path, changed: int, size: int, band: int | str | None) -> Raster
     return _of_gdal(path, band)
 
 
-def _kinds() -> str:
-    return f"a file ending in .npz, .asc or, with rasterio, in {listed(GDAL)}"
-
-
 # --- .npz
 
 
@@ -216,56 +208,47 @@ def _of_npz(path: Path, band: int | str | None) -> Raster:
     except DAMAGED as error:
         if isinstance(error, OSError) and error.errno is not None:
             raise
-        raise refused("raster", f"is no .npz of plain arrays: {error}", str(path), _kinds()) from None
+        raise refused("raster", f"is no .npz of plain arrays: {error}", str(path), KINDS) from None
     grids = [name for name, array in arrays.items() if array.ndim == 2 and array.dtype.kind in "iufb"]
-    name = _chosen(band, grids)
-    values = _checked(arrays[name].astype(np.float64))
+    values = _checked(arrays[grids[_chosen(band, grids)]].astype(np.float64))
     ny, nx = values.shape
-    south_first = False
-    axes = {}
-    for names, n in ((LONGITUDES, nx), (LATITUDES, ny)):
-        axis = next((arrays[k] for k in names if k in arrays and arrays[k].shape == (n,) and n > 1), None)
-        axes[names] = None if axis is None else axis.astype(np.float64)
-    x, y = axes[LONGITUDES], axes[LATITUDES]
+    x, y = (
+        next((arrays[k].astype(np.float64) for k in names if k in arrays and arrays[k].shape == (n,)), None)
+        for names, n in ((LONGITUDES, nx), (LATITUDES, ny))
+    )
     crs = str(arrays["crs"]) if "crs" in arrays and arrays["crs"].ndim == 0 else ""
-    if x is not None and y is not None:
-        south_first = bool(y[1] > y[0])
-        dx, dy = abs(x[-1] - x[0]) / (nx - 1), abs(y[-1] - y[0]) / (ny - 1)
-        if x[-1] < x[0]:
-            values = values[:, ::-1]
-        if "longitude" in arrays or "lon" in arrays:
-            crs = crs or "EPSG:4326"
-        placed = Raster(values, min(x[0], x[-1]) - dx / 2, max(y[0], y[-1]) + dy / 2, dx, dy, crs)
-    else:
-        placed = Raster(values, *_edges(arrays), crs)
-    return placed._replace(values=np.ascontiguousarray(placed.values[::-1])) if south_first else placed
+    if x is None or y is None or min(nx, ny) < 2:
+        return Raster(values, *_edges(arrays), crs)
+    dx, dy = abs(x[-1] - x[0]) / (nx - 1), abs(y[-1] - y[0]) / (ny - 1)
+    values = values[:, ::-1] if x[-1] < x[0] else values
+    values = values[::-1] if y[1] > y[0] else values
+    if "longitude" in arrays or "lon" in arrays:
+        crs = crs or "EPSG:4326"
+    west, north = min(x[0], x[-1]) - dx / 2, max(y[0], y[-1]) + dy / 2
+    return Raster(np.ascontiguousarray(values), west, north, dx, dy, crs)
 
 
 def _edges(arrays: dict[str, np.ndarray]) -> tuple[float | None, float | None, float | None, float | None]:
     """West, north and the sides of cells, from numbers named xmin, xmax, ymin, ymax, dx, dy."""
     number = {name: float(a) for name, a in arrays.items() if a.ndim == 0 and a.dtype.kind in "iuf"}
-    if not {"dx", "dy"} <= set(number) or not (number["dx"] and number["dy"]):
+    if not (number.get("dx") and number.get("dy")):
         return None, None, None, None
-    west = number.get("xmin")
-    north = max(number["ymin"], number["ymax"]) if {"ymin", "ymax"} <= set(number) else None
-    if west is None or north is None:
-        west = north = None
-    return west, north, abs(number["dx"]), abs(number["dy"])
+    known = {"xmin", "ymin", "ymax"} <= number.keys()
+    north = max(number["ymin"], number["ymax"]) if known else None
+    return number["xmin"] if known else None, north, abs(number["dx"]), abs(number["dy"])
 
 
-def _chosen(band: int | str | None, names: list[str]) -> str:
-    """The name of a band by its number or name; raises RasterError."""
+def _chosen(band: int | str | None, names: list[str]) -> int:
+    """The place, from 0, of a band by its number or name; raises RasterError."""
     if not names:
         raise refused("raster", "has no array of two axes", "", "numbers on a grid")
-    if isinstance(band, str):
-        if band not in names:
-            raise refused("band", "no band of this name", band, listed(names), nearest(band, names))
-        return band
-    number = 1 if band is None else band
+    if isinstance(band, str) and band not in names:
+        raise refused("band", "no band of this name", band, listed(names), nearest(band, names))
+    number = names.index(band) + 1 if isinstance(band, str) else band or 1
     if number > len(names):
         allowed = f"1 to {len(names)}" if len(names) > 1 else "1, the only one"
         raise refused("band", "no such band", number, f"{allowed} ({listed(names)})")
-    return names[number - 1]
+    return number - 1
 
 
 def _checked(values: np.ndarray) -> np.ndarray:
@@ -334,7 +317,7 @@ def _of_gdal(path: Path, band: int | str | None) -> Raster:
     driver = GDAL.get(path.suffix.lower())
     if driver is None:
         raise refused(
-            "raster", "is of a kind that is not read", str(path), f"{_kinds()}; gdal_translate makes one"
+            "raster", "is of a kind that is not read", str(path), f"{KINDS}; gdal_translate makes one"
         )
     try:
         import rasterio
@@ -352,7 +335,7 @@ def _of_gdal(path: Path, band: int | str | None) -> Raster:
             held.open(driver=driver) as source,
         ):
             names = [name or f"band {i + 1}" for i, name in enumerate(source.descriptions)]
-            number = names.index(_chosen(band, names)) + 1 if isinstance(band, str) else _number(band, names)
+            number = _chosen(band, names) + 1
             if source.width * source.height > MOST_CELLS:
                 raise refused(
                     "raster",
@@ -366,12 +349,7 @@ def _of_gdal(path: Path, band: int | str | None) -> Raster:
     except ConfigError:
         raise
     except Exception as error:  # GDAL has many kinds
-        raise refused("raster", f"cannot be read: {error}", str(path), _kinds()) from None
-
-
-def _number(band: int | str | None, names: list[str]) -> int:
-    _chosen(band, names)
-    return 1 if band is None else int(band)
+        raise refused("raster", f"cannot be read: {error}", str(path), KINDS) from None
 
 
 def _placed_by_gdal(source: Any, values: np.ndarray, path: Path) -> Raster:
@@ -386,9 +364,8 @@ def _placed_by_gdal(source: Any, values: np.ndarray, path: Path) -> Raster:
             str(path),
             "a raster with north up, as gdalwarp makes it",
         )
-    unit = 1.0
-    if source.crs is not None and source.crs.is_projected:
-        unit = float(source.crs.linear_units_factor[1])
+    projected = source.crs is not None and source.crs.is_projected
+    unit = float(source.crs.linear_units_factor[1]) if projected else 1.0
     if unit != 1.0:
         raise refused(
             "raster",

@@ -1,7 +1,5 @@
 """Islands: worlds of one kind, with values of their own, that exchange migrants."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal

@@ -1,26 +1,34 @@
 """The body of an organism or of an inanimate object: its shape, its size and its mass."""
 
-from __future__ import annotations
-
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from ecs_eco.engine.section import COLUMN, FORM, FREE, Positive, Real, Section, about, is_absent, quantity
+from ecs_eco.engine.section import (
+    COLUMN,
+    FORM,
+    FREE,
+    LARGEST,
+    SMALLEST,
+    Positive,
+    Real,
+    Section,
+    about,
+    is_absent,
+    quantity,
+)
 
 Size = Annotated[list[Positive], Field(min_length=2, max_length=3)]
-
-
-def _is_sphere(value: str) -> bool:
-    return value == "sphere"
 
 
 class Body(Section):
     """A sphere; a capsule, which is a cylinder with two half spheres as its ends, along its heading; or an
     upright box. On a plane they are seen from above: a disc, a stadium, a rectangle."""
 
-    shape: Literal["sphere", "capsule", "box"] = about("its shape", "sphere", exclude_if=_is_sphere)
+    shape: Literal["sphere", "capsule", "box"] = about(
+        "its shape", "sphere", exclude_if=lambda shape: shape == "sphere"
+    )
     radius: Positive = quantity(
         "radius of a sphere, or of a capsule across; that of the smallest sphere "
         "around a box follows from its size, and is not given",
@@ -106,7 +114,7 @@ class Body(Section):
         return data
 
     @model_validator(mode="after")
-    def _fits_shape(self) -> Body:
+    def _fits_shape(self) -> Self:
         for key, shape in (("length", "capsule"), ("size", "box")):
             given = getattr(self, key) is not None
             if given and self.shape != shape:
@@ -118,7 +126,9 @@ class Body(Section):
                 f"its length is from tip to tip, so it is at least twice the radius, {2 * self.radius:g} m"
             )
         if self.density is not None:
-            self.__dict__["mass"] = _finite(self.density * self.volume)
+            self.__dict__["mass"] = mass = self.density * self.volume
+            if not SMALLEST <= mass <= LARGEST:
+                raise ValueError(f"density × volume is {mass:g} kg; allowed is 1e-30 to 1e+30")
         return self
 
     @model_serializer(mode="wrap")
@@ -133,9 +143,3 @@ def _around(size: list[Any]) -> float:
     """Radius of the smallest sphere around a box [m]; 1 where its size is wrong, which is said elsewhere."""
     sides = [float(side) for side in size if isinstance(side, int | float) and 0 < side <= 1e30]
     return math.hypot(*[*sides, sides[-1]][:3]) / 2 if len(sides) == len(size) in (2, 3) else 1.0
-
-
-def _finite(mass: float) -> float:
-    if not 1e-30 <= mass <= 1e30:
-        raise ValueError(f"density × volume is {mass:g} kg; allowed is 1e-30 to 1e+30")
-    return mass

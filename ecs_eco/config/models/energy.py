@@ -1,7 +1,5 @@
 """The energy of an organism: what it burns, and moves by."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated
 

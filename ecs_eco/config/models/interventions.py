@@ -1,13 +1,16 @@
-"""Interventions in a running world, as in fishing, forestry, or a field experiment."""
-
-from __future__ import annotations
+"""Interventions in a running world, and what people do with land and sea all the time."""
 
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import lru_cache
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainSerializer
 
 from ecs_eco.engine.section import (
+    ANEW,
+    FREE,
+    Change,
     Count,
     Name,
     NonNegative,
@@ -28,15 +31,13 @@ Corner = Annotated[list[Real], Field(min_length=2, max_length=2)]
 REGION = "a circle [x, y, radius] or a rectangle [x0, y0, x1, y1]"
 
 
-def _plain(value: Any) -> Any:
-    return function_name(value) if callable(value) else value
-
-
 Changes = Annotated[
     dict[str, Any],
     Field(min_length=1),
     PlainSerializer(
-        lambda values, info: {k: _plain(v) if info.mode == "json" else v for k, v in values.items()}
+        lambda values, info: {
+            k: function_name(v) if info.mode == "json" and callable(v) else v for k, v in values.items()
+        }
     ),
 ]
 
@@ -55,13 +56,7 @@ class Intervention(Section):
 
     def due(self, tick: int) -> bool:
         """Whether it is carried out in this tick."""
-        if tick == self.at or self.every is None:
-            return tick == self.at
-        return (
-            tick > self.at
-            and (tick - self.at) % self.every == 0
-            and (self.until is None or tick <= self.until)
-        )
+        return self.next(tick) == tick
 
     def next(self, tick: int) -> int | None:
         """The first tick from this one on in which it is carried out; None where there is none."""
@@ -72,12 +67,8 @@ class Intervention(Section):
 
     def once(self, tick: int) -> dict[str, Any]:
         """The single intervention of this tick as a dict of JSON types, as in a world file."""
-        fields = {
-            k: v
-            for k, v in self.model_dump(mode="json").items()
-            if v is not None and k not in ("every", "until")
-        }
-        return fields | {"at": tick}
+        data = self.model_dump(mode="json", exclude={"every", "until"}) | {"at": tick}
+        return {key: value for key, value in data.items() if value is not None}
 
 
 class Cull(Intervention):
@@ -184,11 +175,10 @@ def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
     return [intervention.model_copy(update={"at": at}) for intervention, at in dated if at is not None]
 
 
-def describe(intervention: Mapping[str, Any] | str) -> str:
+def describe(done: Mapping[str, Any] | str) -> str:
     """One line on an intervention that was carried out."""
-    if isinstance(intervention, str):
-        return intervention
-    done = intervention
+    if isinstance(done, str):
+        return done
     where = f" in {_place(done['region'])}" if done.get("region") else ""
     kind, species = done.get("kind"), done.get("species")
     if kind == "cull":
@@ -211,8 +201,9 @@ def describe(intervention: Mapping[str, Any] | str) -> str:
         return f"dose {done['amount']:g}{what} {whom}{where}"
     if kind == "set":
         return ", ".join(f"{key} = {value}" for key, value in done["set"].items())
-    switches = [name for name in ("reproduction", "learning") if done.get(name) is not None]
-    return f"{' and '.join(f'{name} {_on_off(done[name])}' for name in switches)} for {species or 'all'}"
+    switches = {name: done.get(name) for name in ("reproduction", "learning")}
+    turned = (f"{name} {'on' if on else 'off'}" for name, on in switches.items() if on is not None)
+    return f"{' and '.join(turned)} for {species or 'all'}"
 
 
 def _amount(cull: Mapping[str, Any]) -> str:
@@ -222,9 +213,67 @@ def _amount(cull: Mapping[str, Any]) -> str:
     return f"{100 * cull['share']:g} % of" if "share" in cull else f"{cull['count']:,}"
 
 
-def _on_off(value: bool) -> str:
-    return "on" if value else "off"
-
-
 def _place(numbers: Any) -> str:
     return "[" + ", ".join(f"{x:g}" for x in numbers) + "]"
+
+
+Season = Annotated[list[Share], Field(min_length=2, max_length=2)]
+
+
+class Use(Section, change=FREE):
+    """Where and when something is done, at the start of a tick, after interventions."""
+
+    species: Name = about("a species or an object type", change=ANEW)
+    region: Region | None = quantity(f"in {REGION}; absent: everywhere", "m", None)
+    at: Tick = quantity("the first tick", "ticks", 0)
+    until: Tick | None = quantity("the last tick; absent: to the end of the run", "ticks", None)
+    period: Positive | None = quantity("length of a year, for season and quota", "s", None)
+    season: Season | None = about("from which share of each year to which; absent: all the year", None)
+
+    def active(self, tick: int, dt: float) -> bool:
+        """Whether it is done in a tick of dt [s]."""
+        if tick < self.at or (self.until is not None and tick > self.until):
+            return False
+        if self.season is None or self.period is None:
+            return True
+        (first, last), share = map(exact, self.season), tick / exact(self.period / dt) % 1
+        return first <= share < last if first < last else share >= first or share < last
+
+    def year(self, tick: int, dt: float) -> int:
+        """The number of the year that a tick of dt [s] is in, from 0; always 0 without years."""
+        return 0 if self.period is None else tick // exact(self.period / dt)
+
+
+@lru_cache(256)
+def exact(value: float) -> Fraction:
+    """The ratio of whole numbers that a value stands for, 1/5 for 0.2: with it every year has the same ticks,
+    which the rounding of floats would shift."""
+    return Fraction(value).limit_denominator(10**6)
+
+
+class Harvest(Use):
+    """Organisms or objects are taken at a rate, up to a quota: fishing, felling, hunting, reaping."""
+
+    kind: Annotated[Literal["harvest"], Change(ANEW)]
+    rate: NonNegative = quantity(
+        "share of those there that is taken in a second (the mortality F of Baranov 1918)", "1/s"
+    )
+    quota: Count | None = quantity(
+        "most that is taken in a year, or ever where there are no years; absent: no limit", "1", None
+    )
+    least: NonNegative | None = quantity(
+        "least radius of a body that is taken, as of a mesh; absent: any", "m", None
+    )
+    most: NonNegative | None = quantity("greatest radius of a body that is taken; absent: any", "m", None)
+    cause: Annotated[str, Field(min_length=1, max_length=60)] = about("cause of death", "harvested")
+
+
+class Plant(Use):
+    """Newcomers are brought at a rate, in the state of founders: planting, sowing, stocking."""
+
+    kind: Annotated[Literal["plant"], Change(ANEW)]
+    rate: NonNegative = quantity("how many in a second", "1/s")
+    up_to: Count | None = quantity("number there beyond which none are brought; absent: no limit", "1", None)
+
+
+AnyUse = Annotated[Harvest | Plant, Field(discriminator="kind")]

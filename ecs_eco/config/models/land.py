@@ -1,7 +1,5 @@
 """Real land: what a world takes from rasters and vector layers."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

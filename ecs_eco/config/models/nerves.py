@@ -1,8 +1,6 @@
 """The three networks of the nervous system: reflex, happiness and policy (paper, Definition 3)."""
 
-from __future__ import annotations
-
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
@@ -69,7 +67,7 @@ class Connection(Section, own=COLUMN):
         return self.name or f"{self.sensor}_{self.action.replace('.', '_')}"
 
     @model_validator(mode="after")
-    def _one_threshold(self) -> Connection:
+    def _one_threshold(self) -> Self:
         if (self.above is None) == (self.below is None):
             raise ValueError("give exactly one of above and below")
         return self
@@ -94,7 +92,7 @@ class Happiness(Section):
     minimum: Real = quantity("happiness of the dead: the least that the network gives", "1", own=True)
 
     @model_validator(mode="after")
-    def _one_way(self) -> Happiness:
+    def _one_way(self) -> Self:
         if bool(self.weights) + (self.formula is not None) + (self.function is not None) != 1:
             raise ValueError("give exactly one of weights, formula and function")
         return self

@@ -1,7 +1,5 @@
 """Reporters: what a user measures in a world, a formula over components or a function of the world."""
 
-from __future__ import annotations
-
 import re
 from typing import Annotated, Any
 

@@ -1,6 +1,4 @@
-"""Settings of `ecs-eco search`: ranges of numbers, the objective, seeds and stages. Runs ignore them."""
-
-from __future__ import annotations
+"""What runs ignore: settings of `ecs-eco search`, the measurements that it fits, and knobs of the page."""
 
 from typing import Annotated, Any, Literal
 
@@ -10,10 +8,12 @@ from ecs_eco.engine.section import (
     Name,
     NamesCode,
     Positive,
+    Real,
     Section,
     Share,
     about,
     function_name,
+    is_absent,
     quantity,
     table,
 )
@@ -148,3 +148,57 @@ class Search(Section):
         )
         total = sum(weight for _, weight in goals)
         return [(of, weight / total) for of, weight in goals]
+
+
+Text = Annotated[str, Field(min_length=1, max_length=200)]
+
+
+class Data(Section):
+    """An outside series: measurements that reports show beside a run, and that a search can fit."""
+
+    file: Annotated[str, Field(min_length=1, max_length=1000)] = about(
+        "a CSV beside the world file: a head with the names of the columns, then a row for each time, evenly "
+        "spaced"
+    )
+    time: Text | None = about("the column of the times; absent: the first one", None, exclude_if=is_absent)
+    unit: Text | None = about(
+        'unit of the times, as "year"; absent: the name of their column', None, exclude_if=is_absent
+    )
+    columns: dict[Text, Text] = Field(
+        default_factory=dict,
+        max_length=64,
+        description="column = the species, or the reporter, that it "
+        "is compared with; columns that are not here are compared with what they are named as",
+    )
+    ticks: Positive | None = quantity(
+        "how long a unit of the times lasts in the world; absent: not known, and lags and amplitudes are "
+        "compared period by period",
+        "ticks",
+        None,
+        exclude_if=is_absent,
+    )
+    statistics: Annotated[list[Literal["period", "lag", "amplitude", "mean"]], Field(min_length=1)] = about(
+        "what a search with the objective data compares: period of the cycle (where `ticks` is given), lags "
+        "between the columns, amplitude and mean of each (mean where the units are the same)",
+        ["period", "lag", "amplitude"],
+    )
+
+
+class Knob(Section):
+    """A number that the page offers as a slider."""
+
+    key: str = about("dotted key of a number that may change in a run, as species.deer.metabolism.basal")
+    label: Annotated[str, Field(min_length=1, max_length=60)] | None = about(
+        "what it is called in the page; absent: its key", None
+    )
+    min: Real = quantity("value at the left end of the slider", "unit of the key")
+    max: Real = quantity("value at the right end", "unit of the key")
+    unit: Annotated[str, Field(max_length=20)] | None = about("its unit; absent: that of its key", None)
+
+
+class Viewer(Section):
+    """What the viewer's page offers first: `ecs-eco watch`."""
+
+    knobs: Annotated[list[Knob], Field(max_length=24)] = table(
+        "numbers that the page offers as sliders, in this order", list
+    )

@@ -6,11 +6,9 @@ the list (`deer_smell_1`, `deer_smell_2`). Formulas, weights and reflexes use th
 name of a smell is the mean over all noses for it.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -60,9 +58,11 @@ class Sensor(Section):
 
     name: Name | None = about("name of the channel, or prefix of the channels' names", None)
 
+    called: ClassVar[str] = "{0.kind}"
+
     def base(self) -> str:
         """The default name, before numbering."""
-        return self.kind  # type: ignore[attr-defined]
+        return self.called.format(self).replace(".", "_")
 
     def channels(self, dims: int) -> tuple[str, ...]:
         """Names of its channels, in a space of `dims` axes."""
@@ -88,8 +88,7 @@ class Own(Sensor):
         own=COLUMN,
     )
 
-    def base(self) -> str:
-        return self.property.replace(".", "_")
+    called = "{0.property}"
 
 
 class Nearest(Sensor, own=True):
@@ -223,8 +222,7 @@ class Smell(Sensor):
     at: Point = quantity(ON_BODY, "1", [0.0, 0.0], own=COLUMN)
     scale: Positive = quantity("the value of the field that reads 1/2", "unit of the field", 1.0, own=True)
 
-    def base(self) -> str:
-        return self.field
+    called = "{0.field}"
 
 
 class Gradient(Sensor, own=True):
@@ -239,8 +237,7 @@ class Gradient(Sensor, own=True):
     span: Positive = quantity("distance between the two receptors of a pair", "m", 1.0)
     scale: Positive = quantity("concentration below which it shows no direction", "unit of the field", 0.01)
 
-    def base(self) -> str:
-        return f"{self.field}_gradient"
+    called = "{0.field}_gradient"
 
     def channels(self, dims: int) -> tuple[str, ...]:
         return tuple(f"{self.name or self.base()}_{way}" for way in _ways(dims)[:-1])
@@ -259,8 +256,7 @@ class Approach(Sensor):
     radius: Positive = quantity("how far it feels", "m", own=COLUMN)
     scale: Positive = quantity("speed of approach that reads 1", "m/s", 1.0, own=True)
 
-    def base(self) -> str:
-        return f"{self.target}_approach"
+    called = "{0.target}_approach"
 
     def channels(self, dims: int) -> tuple[str, ...]:
         return tuple(f"{self.name or self.base()}_{way}" for way in (*_ways(dims)[:-1], "closing"))
@@ -277,8 +273,7 @@ class Touch(Sensor, own=COLUMN):
         [-math.pi, math.pi],
     )
 
-    def base(self) -> str:
-        return f"touch_{self.target}"
+    called = "touch_{0.target}"
 
 
 class Place(Sensor):

@@ -1,29 +1,24 @@
 """A species: body, chemistry, senses, nerves, reproduction and death."""
 
-from __future__ import annotations
-
 from dataclasses import fields
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, field_validator, model_validator
+from pydantic import Field, ModelWrapValidatorHandler, PrivateAttr, field_validator, model_validator
 
-from ecs_eco.config.features.breeding import Seasons
-from ecs_eco.config.features.building import Building
-from ecs_eco.config.features.care import Caring
-from ecs_eco.config.features.carrying import Carrying
+from ecs_eco.config.features.carrying import Building, Carrying
 from ecs_eco.config.features.chemistry import Chemistry, Emitting, Provision
 from ecs_eco.config.features.death import Mortality
 from ecs_eco.config.features.ectothermy import Ectothermy
 from ecs_eco.config.features.eggs import Eggs
 from ecs_eco.config.features.feature import assembled, features_of, of_each
 from ecs_eco.config.features.feeding import Defending, Feeding
-from ecs_eco.config.features.growth import Growing
 from ecs_eco.config.features.heat import Warmth
+from ecs_eco.config.features.life_history import Caring, Growing, Seasons
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.energy import Locomotion, Metabolism
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
-from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
+from ecs_eco.config.models.sensors import AnySensor, Sensor, Smell, name_sensors
 from ecs_eco.config.models.surroundings import BODY, PROPERTIES, Color
 from ecs_eco.engine.section import (
     ANEW,
@@ -47,6 +42,7 @@ from ecs_eco.engine.section import (
     table,
 )
 from ecs_eco.genomes.models import GenomeSection
+from ecs_eco.learning.settings import PPO
 from ecs_eco.learning.words import ours
 
 # groups of actions and their members; those of speed are the gaits
@@ -143,31 +139,25 @@ class Species(
 
     @field_validator("sensors")
     @classmethod
-    def _name(cls, sensors: list[Any]) -> list[Any]:
+    def _name(cls, sensors: list[Sensor]) -> list[Sensor]:
         return name_sensors(sensors)
 
     @model_validator(mode="wrap")
     @classmethod
-    def _rename_ppo(cls, data: Any, check: Any) -> Any:
-        """Take the words of others for hyperparameters, and note them."""
-        given = data.get("ppo") if isinstance(data, dict) else None
-        if not isinstance(given, dict) or not (words := _ours(given)):
+    def _fill_ppo(cls, data: object, check: ModelWrapValidatorHandler[Self]) -> Self:
+        """Take the words of others for hyperparameters, and note them; fill in those that are not given."""
+        if not isinstance(data, dict) or not isinstance(given := data.get("ppo", {}), dict):
             return check(data)
-        made = check(data | {"ppo": {words.get(name, name): value for name, value in given.items()}})
+        try:
+            words = ours(given)
+        except ValueError:  # one is given twice, which is reported elsewhere
+            words = {}
+        policy = data.get("policy")
+        thinks = isinstance(policy, dict) and policy.get("kind") in THINKING
+        ppo = (ppo_defaults() if thinks else {}) | {words.get(name, name): x for name, x in given.items()}
+        made = check(data | {"ppo": ppo} if ppo else data)
         made._words = tuple(words)
         return made
-
-    @model_validator(mode="before")
-    @classmethod
-    def _fill_ppo(cls, data: Any) -> Any:
-        if (
-            isinstance(data, dict)
-            and isinstance(data.get("policy"), dict)
-            and data["policy"].get("kind") in THINKING
-        ):
-            given = data.get("ppo", {})
-            return data | {"ppo": ppo_defaults() | given} if isinstance(given, dict) else data
-        return data
 
     def channels(self, dims: int) -> tuple[str, ...]:
         """Names of the sensory inputs in their order, in a space of `dims` axes."""
@@ -176,7 +166,7 @@ class Species(
     def readings(self, dims: int) -> dict[str, tuple[int, ...]]:
         """Names that formulas, weights and reflexes may use, and the channels that each averages."""
         names: dict[str, tuple[int, ...]] = {}
-        for row, sensor in enumerate(self._sensor_of_channel(dims)):
+        for row, sensor in enumerate(s for s in self.sensors for _ in s.channels(dims)):
             if isinstance(sensor, Smell):
                 names[sensor.field] = (*names.get(sensor.field, ()), row)
         return names | {channel: (row,) for row, channel in enumerate(self.channels(dims))}
@@ -233,20 +223,7 @@ class Species(
         """Names of properties that the species can sense in itself, and others in its bodies."""
         return tuple(dict.fromkeys((*self.own(), "sex", *BODY)))
 
-    def _sensor_of_channel(self, dims: int) -> list[Any]:
-        return [sensor for sensor in self.sensors for _ in sensor.channels(dims)]
-
-
-def _ours(given: dict[str, Any]) -> dict[str, str]:
-    """Our names of the words of others for hyperparameters; none where one is given twice."""
-    try:
-        return ours(given)
-    except ValueError:
-        return {}
-
 
 def ppo_defaults() -> dict[str, Any]:
     """Every hyperparameter of PPO with its default."""
-    from ecs_eco.learning import PPO  # not at the top: listing species must not load learning
-
     return {f.name: f.default for f in fields(PPO)}

@@ -1,9 +1,7 @@
 """Space, terrain, ambient conditions, scalar fields and inanimate objects."""
 
-from __future__ import annotations
-
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -183,11 +181,6 @@ class Motion(Section, change=FREE):
     speed: Positive | None = quantity("along the path", "m/s", None)
 
 
-def _is_empty(value: list[Any]) -> bool:
-    """Whether there is nothing to write: worlds without such objects have the hashes that they had."""
-    return not value
-
-
 @assembled
 class ObjectType(Chemistry, Decomposing, Emitting):
     """A type of inanimate objects."""
@@ -198,7 +191,7 @@ class ObjectType(Chemistry, Decomposing, Emitting):
     at: list[Point] = table("places of single objects at the start [m]", list, change=NUMBERS)
     heading: list[Real] = Field(
         default_factory=list,
-        exclude_if=_is_empty,
+        exclude_if=is_empty,
         json_schema_extra={"unit": "rad"},
         description="headings of the objects in at, counter-clockwise from the x "
         "axis: one for each, or one for all; absent: 0 [rad]",
@@ -208,7 +201,7 @@ class ObjectType(Chemistry, Decomposing, Emitting):
         "middle, heading and length follow; capsules or boxes, in a volume on its floor",
         "m",
         default_factory=list,
-        exclude_if=_is_empty,
+        exclude_if=is_empty,
         change=NUMBERS,
     )
     color: Color = about("colour in figures, #rrggbb", "#888888", change=FREE)

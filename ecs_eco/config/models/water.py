@@ -1,7 +1,5 @@
 """The sun, the year and the water: light with depth, temperature, currents."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator

@@ -1,7 +1,5 @@
 """The whole world file."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from pathlib import Path
@@ -11,14 +9,11 @@ from pydantic import Field, PrivateAttr
 
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.archipelago import Archipelago
-from ecs_eco.config.models.data import Data
-from ecs_eco.config.models.interventions import AnyIntervention
-from ecs_eco.config.models.land_use import AnyUse
+from ecs_eco.config.models.interventions import AnyIntervention, AnyUse
 from ecs_eco.config.models.reporters import Reporter
-from ecs_eco.config.models.search import Search
+from ecs_eco.config.models.search import Data, Search, Viewer
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
-from ecs_eco.config.models.viewer import Viewer
 from ecs_eco.config.models.water import Sun, Water, Year
 from ecs_eco.config.names import code_of, is_component
 from ecs_eco.engine.code import NONE, Code

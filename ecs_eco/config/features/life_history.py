@@ -1,0 +1,174 @@
+"""Life history: fertility depends on age and season, the young grow, and parents feed them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.section import (
+    COLUMN,
+    FREE,
+    SHAPE,
+    NonNegative,
+    Positive,
+    Section,
+    Share,
+    about,
+    is_absent,
+    is_empty,
+    quantity,
+)
+
+Season = Annotated[float, Field(gt=0, le=1)]
+
+
+class Breeding(Section, change=FREE, own=COLUMN):
+    """How fertility depends on age and season: `fertility` is its height, reached at the prime, in season.
+
+    With age it follows a beta curve from maturity to the end; where the prime is a third of the way it is
+    Brass's polynomial (Brass 1975), which fits mammals well (Gage 2001). Over the year it follows a von Mises
+    curve, a normal one bent into a circle.
+    """
+
+    maturity: NonNegative = quantity("age from which it is fertile", "s", 0.0)
+    prime: Positive | None = quantity(
+        "age at which it is most fertile; absent: a third of the way from maturity to the end; "
+        "without an end: at maturity",
+        "s",
+        None,
+    )
+    end: Positive | None = quantity(
+        "age at which fertility ends; absent: it does not fall with age, "
+        "and rises in proportion to age from maturity to the prime",
+        "s",
+        None,
+    )
+    season: Share | None = quantity(
+        "time of the year when it is most fertile: 0 is the spring equinox, 0.25 "
+        "midsummer; absent: it breeds all year; the world needs a year",
+        "1",
+        None,
+    )
+    width: Season = quantity("length of the season: its standard deviation, as a share of a year", "1", 0.1)
+
+    def age_of_prime(self) -> float:
+        """The age of the prime [s]."""
+        if self.prime is not None:
+            return self.prime
+        return self.maturity if self.end is None else self.maturity + (self.end - self.maturity) / 3
+
+
+class Seasons(Feature, after="fertility"):
+    """Fertility follows age and season: system `Mature`, component `Breeding`."""
+
+    breeding: Breeding | None = about(
+        "how fertility depends on age and season; absent: it stays", None, exclude_if=is_absent
+    )
+
+    @staticmethod
+    def problems(species: Seasons, config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield ages that are not in order, and a season without a year."""
+        way, at = species.breeding, (*key, "breeding")
+        if way is None:
+            return
+        if way.end is not None and way.end <= way.maturity:
+            yield Problem((*at, "end"), "not after maturity", way.end, f"more than {way.maturity:g} s")
+        elif way.prime is not None and not (way.maturity < way.prime < (way.end or float("inf"))):
+            allowed = f"more than {way.maturity:g} s" + (f", less than {way.end:g} s" if way.end else "")
+            yield Problem((*at, "prime"), "not between maturity and end", way.prime, allowed)
+        if way.season is not None and config.year is None and (config.sun is None or config.sun.year is None):
+            allowed = "a section year, or sun.year; or no season"
+            yield Problem((*at, "season"), "there is no year for it", way.season, allowed)
+
+
+Newborn = Annotated[float, Field(ge=1e-9, le=1)]
+
+
+class Growth(Section, change=FREE, own=True):
+    """Growth from newborn to adult size, which is that of `body`; the costs of living follow the mass to the
+    power 3/4. Founders and immigrants are adults."""
+
+    law: Literal["von_bertalanffy", "west"] = about(
+        "what approaches the adult's at a constant rate: the cube root of the mass (von Bertalanffy 1957) or "
+        "the fourth root (West, Brown & Enquist 2001)",
+        "von_bertalanffy",
+    )
+    rate: Positive = quantity("of that approach; of an adult mass that is a gene, the one of body", "1/s")
+    newborn: Newborn = quantity("mass of a newborn, as a share of the adult's", "1", 0.05)
+    cost: NonNegative = quantity("energy burnt for each kilogram of growth", "energy/kg", 0.0)
+    reserve: NonNegative = quantity(
+        "energy that it keeps back: it grows by what it holds beyond; "
+        "with 0 it spends all on growth, and starves",
+        "energy",
+        0.0,
+    )
+    pace: NonNegative = quantity(
+        "power of the mass, as a share of the adult's, with which speeds rise; 0: "
+        "the young are as fast as adults",
+        "1",
+        0.0,
+    )
+    store: NonNegative = quantity(
+        "power of the mass, as a share of the adult's, with which "
+        "metabolism.energy_max rises, 1 for fat in proportion to the body; 0: the "
+        "young hold as much as adults. What one was born with beyond it is kept",
+        "1",
+        0.0,
+        exclude_if=is_empty,
+    )
+
+
+class Growing(Feature, after="breeding"):
+    """The young grow: system `GrowUp`, component `Stature`."""
+
+    growth: Growth | None = about(
+        "how the young grow; absent: they are born as large as adults",
+        None,
+        exclude_if=is_absent,
+        change=SHAPE,
+    )
+
+    @staticmethod
+    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield a reserve that leaves nothing for growth."""
+        way, most = species.growth, species.metabolism.energy_max
+        if way is not None and way.cost and way.reserve >= most:
+            fault = "as much as energy_max: nobody would grow"
+            yield Problem((*key, "growth", "reserve"), fault, way.reserve, f"less than {most:g}")
+
+
+Arriving = Annotated[float, Field(ge=1e-6, le=1)]
+
+
+class Care(Section, change=FREE, own=True):
+    """Feeding of the young by their parents, who pay for it.
+
+    With an action `nurse` a parent feeds when it decides to, else whenever it can.
+    """
+
+    rate: Positive = quantity("most energy given to each of the young", "energy/s")
+    until: Positive = quantity("age until which the young are fed", "s")
+    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
+    reserve: NonNegative = quantity("energy that a parent keeps back", "energy", 0.0)
+    efficiency: Arriving = quantity("share of the energy given that reaches the young", "1", 1.0)
+    by: Literal["mother", "father", "both"] = about("who feeds them", "mother")
+
+
+class Caring(Feature, after="reproduction"):
+    """Parents feed their young, by decision or whenever they can: system `Nurse`."""
+
+    acts = {"nurse": ("nurse",)}
+    care: Care | None = about(
+        "how parents feed their young; absent: they do not", None, exclude_if=is_absent, change=SHAPE
+    )
+
+    @staticmethod
+    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield an action that nurses nobody."""
+        if species.care is None and "nurse" in species.actions and "nurse" not in species.ranges():
+            at = (*key, "actions", "nurse")
+            yield Problem(at, "it cares for nobody", species.actions["nurse"], "care, or no such group")

@@ -1,0 +1,69 @@
+"""Rules that the checks of several sections share: each yields a problem where it is broken."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, Protocol
+
+from ecs_eco.engine.errors import Problem, unknown
+
+Key = tuple[str | int, ...]
+
+
+class WorldSections(Protocol):
+    """What checks across sections read of a `WorldConfig`."""
+
+    species: Any
+    objects: Any
+    fields: Any
+    substances: Any
+    space: Any
+    sun: Any
+    year: Any
+
+    def own_fields(self, kind: str) -> dict[str, float]: ...
+
+    def may_have(self, kind: str, name: str) -> bool: ...
+
+
+def named(key: Key, kind: str, name: str, known: Iterable[str]) -> Iterator[Problem]:
+    """Yield the problem of a name that is none of those known."""
+    if name not in known:
+        yield unknown(key, kind, name, known)
+
+
+def once(key: Key, names: Sequence[str], allowed: str) -> Iterator[Problem]:
+    """Yield the problems of names in a list that it has before."""
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            yield Problem((*key, i), "named twice", name, allowed)
+
+
+def at_most(key: Key, fault: str, value: float, most: float, unit: str = " m") -> Iterator[Problem]:
+    """Yield the problem of a value that is above the greatest."""
+    if value > most:
+        yield Problem(key, fault, value, f"at most {most:g}{unit}")
+
+
+def in_reach(config: WorldSections, key: Key, distance: float) -> Iterator[Problem]:
+    """Yield the problem of a distance [m] beyond which nothing is looked for in a world."""
+    yield from at_most(key, config.space.too_wide, distance, config.space.widest)
+
+
+def inside(key: Key, at: Sequence[float], size: Sequence[float]) -> Iterator[Problem]:
+    """Yield the problem of a place [m] that is not in a space of this size."""
+    if len(at) != len(size):
+        yield Problem(key, "wrong number of coordinates", at, f"{len(size)} numbers [m]")
+    elif not all(0 <= x < length for x, length in zip(at, size, strict=True)):
+        yield Problem(key, "outside of the world", at, extent(size))
+
+
+def extent(size: Sequence[float]) -> str:
+    """Return what coordinates may be in a space of this size, in words."""
+    return " and ".join(f"0 to {side:g} m" for side in size)
+
+
+def written_at(problem: Problem, place: Key, written: str | None, while_: str = "") -> Problem:
+    """Return a problem of another world moved to the value that was `written` for it at a place, or to the place
+    itself, and then with its own key."""
+    where = "" if written is not None else f", at {problem.path}{while_}"
+    key = place if written is None else (*place, written)
+    return problem.moved(key=key, what=problem.what + where, source="", line=None)
