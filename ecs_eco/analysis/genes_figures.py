@@ -170,7 +170,7 @@ def _species(lineage: Lineage, series: Series, s: str, place: Path) -> Iterator[
         yield _selection(counts, generation)
     if many := quantitative(kept):
         found = [course(lineage, s, gene, every) for gene in many]
-        traits = {g["name"]: g["trait"] for g in kept["genes"]}
+        traits = {g["name"]: g["trait"] for g in (*kept["genes"], *kept.get("derived", []))}
         for k in range(0, len(found), PANELS):
             yield drawn(
                 courses(found[k : k + PANELS], traits, s),

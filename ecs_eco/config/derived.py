@@ -31,8 +31,9 @@ def all_genes(species: Species) -> list[Gene]:
     formulas, _ = formulas_of(section)
     for name in formulas:
         found = _samples(section, formulas, name)
-        ends = {"low": float(found[name].min()), "high": float(found[name].max())}
-        derived.append(Gene.model_construct(name=name, trait=section.derived[name].trait, letters=1, **ends))
+        low, high = float(found[name].min()), float(found[name].max())
+        trait = section.derived[name].trait
+        derived.append(Gene.model_construct(name=name, trait=trait, letters=1, low=low, high=high))
     return [*section.genes, *derived]
 
 

@@ -36,8 +36,9 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
     ]
     in_traits = {trait.name for trait in traits if trait.component == "Traits"}
     section = species.genome
-    genes = () if section is None else (*section.genes, *section.derived.values())
-    places = [gene.trait for gene in genes if gene.trait in in_traits]  # their order stays, whatever changes
+    traits_of_genes = [gene.trait for gene in section.genes] if section else []
+    coded = [*traits_of_genes, *(one.trait for one in section.derived.values())] if section else []
+    places = [trait for trait in coded if trait in in_traits]  # their order stays, whatever changes
     return {
         trait.name: replace(trait, index=places.index(trait.name))
         if trait.component == "Traits" and trait.name in places

@@ -11,6 +11,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.world import World
+from ecs_eco.genomes.traits import Trait
 
 Values = dict[tuple[type, str], np.ndarray]
 

@@ -1,6 +1,7 @@
 """The layout of a genome: which loci code for which value, both ways."""
 
 from collections.abc import Collection, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, Self, get_args
 
 import numpy as np

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from ecs_eco.config.checks.actions import groups_of_systems
+from ecs_eco.config.derived import all_genes
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.features.heat import check_heat
 from ecs_eco.config.models.body import Body

@@ -10,7 +10,7 @@ from ecs_eco.config.checks.body import check_body, check_object
 from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.checks.interventions import Changed, check_interventions, check_land_use, check_line
 from ecs_eco.config.checks.nerves import check_nerves
-from ecs_eco.config.checks.reporters import check_code, check_reporters
+from ecs_eco.config.checks.reporters import check_code, check_record, check_reporters
 from ecs_eco.config.checks.resolution import check_resolution
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.measurements import check_data
