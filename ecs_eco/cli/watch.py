@@ -19,11 +19,10 @@ from ecs_eco.config import load
 from ecs_eco.ecosystem import World
 from ecs_eco.engine import portable
 from ecs_eco.record.archipelago import is_archipelago, read
+from ecs_eco.view.branch import Start
 from ecs_eco.view.islands import watch_islands
 from ecs_eco.view.live import Live
-from ecs_eco.view.pair import Pair
-from ecs_eco.view.picker import Picker
-from ecs_eco.view.recipe import Start
+from ecs_eco.view.pair import Pair, Picker
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.watch import Window
 from ecs_eco.view.watch import watch as serve

@@ -6,33 +6,39 @@ import math
 from collections import deque
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
+from ecs_eco.config.knobs import offered
 from ecs_eco.config.models.interventions import describe as in_words
+from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.hooks import listening
-from ecs_eco.view import listed, listing
+from ecs_eco.engine.table import Table
+from ecs_eco.view import listing
 from ecs_eco.view.account import REMEMBERED, of_world
-from ecs_eco.view.families import Families, asked, logged
+from ecs_eco.view.families import Families, Logged, asked, logged, tree
 from ecs_eco.view.fates import Fate, Fates
-from ecs_eco.view.fields import map_of
 from ecs_eco.view.frames import Encoder, extent, grade
-from ecs_eco.view.last_states import LastStates
+from ecs_eco.view.inspect import LastStates
 from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.rewind import Ring
-from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, sky, switches, uses_of
+from ecs_eco.view.scene import (
+    coloured_genes,
+    describe,
+    drawn,
+    kinds_of,
+    land_of,
+    map_of,
+    sky,
+    switches,
+    uses_of,
+)
 from ecs_eco.view.sentence import sentence
-from ecs_eco.view.series import Curves
 from ecs_eco.view.source import Message
-from ecs_eco.view.tally import Tally
-from ecs_eco.view.tree import Logged, tree
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
-    from ecs_eco.engine.table import Table
+from ecs_eco.view.tally import Curves, Tally
 
 TRACED = 600  # points of the happiness trace of one organism
 FOLLOWED = 16  # organisms whose traces are kept
@@ -342,10 +348,8 @@ class Live:
         if kind == "tree":
             return [tree(Logged(self.pedigree), self.families, request)]
         if kind in ("table", "scatter"):
-            return [getattr(listing, kind)(partial(listed.living, self), self.species, request)]
+            return [getattr(listing, kind)(partial(listing.living, self), self.species, request)]
         if kind == "params":
-            from ecs_eco.config.knobs import offered
-
             return [{"kind": "params", **offered(self.world.config)}]
         return [
             {

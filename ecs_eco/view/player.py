@@ -14,12 +14,9 @@ from functools import partial
 from typing import Any
 
 from ecs_eco.engine.errors import nearest
-from ecs_eco.view import panels
 from ecs_eco.view.families import asked
-from ecs_eco.view.log import Log
-from ecs_eco.view.messages import refusal, short, text
-from ecs_eco.view.shown import Inbox, Page, View, beside
-from ecs_eco.view.source import Message, Source
+from ecs_eco.view.shown import Inbox, Log, Page, View, beside, choose, panel
+from ecs_eco.view.source import Message, Source, refusal, short, text
 
 USUAL = 10.0  # ticks a second that are called 1×
 FASTEST_FRAMES = 0.05  # [s] from frame to frame
@@ -205,7 +202,7 @@ class Player(Inbox):
             and view.panel != (tick, view.selected)
             and now >= view.panel_at + 2 * FASTEST_FRAMES
         ):
-            panels.panel(self.source, view, now, out)
+            panel(self.source, view, now, out)
         if view.seen != (tick, view.colour) and now >= view.frame_at + self._period():
             if self._made.get(view.colour, (-1,))[0] != tick:
                 self.frames += 1
@@ -329,7 +326,7 @@ class Player(Inbox):
         self._refresh_all()
 
     def _select(self, view: View, request: Message) -> None:
-        panels.choose(self.source, view, request)
+        choose(self.source, view, request)
 
     def _field(self, view: View, request: Message) -> None:
         view.lay(self.source, request)

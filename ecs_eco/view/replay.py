@@ -11,27 +11,22 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.style import own_colors
-from ecs_eco.view import families, listed, listing
+from ecs_eco.view import families, listing
 from ecs_eco.view.account import of_run
-from ecs_eco.view.eyes import eyes_of
-from ecs_eco.view.families import Families, asked
+from ecs_eco.view.families import Families, Recorded, asked, tree
 from ecs_eco.view.fates import Fate, recorded
-from ecs_eco.view.fields import map_of
 from ecs_eco.view.frames import Encoder, extent, grade
-from ecs_eco.view.gene_values import GeneValues
 from ecs_eco.view.interpolate import Organisms
 from ecs_eco.view.life import Lives
 from ecs_eco.view.parts import Cache
-from ecs_eco.view.recording import COMPARED, Recording, overlaid
-from ecs_eco.view.rerun import Rerun, Stretch
-from ecs_eco.view.scene import describe, drawn, size_in, sized, sky
+from ecs_eco.view.recording import COMPARED, GeneValues, Recording, overlaid
+from ecs_eco.view.rerun import Rerun, Stretch, note, stretches
+from ecs_eco.view.scene import describe, drawn, eyes_of, map_of, size_in, sized, sky
 from ecs_eco.view.sentence import sentence
 from ecs_eco.view.source import Message
 from ecs_eco.view.story import foods_of
-from ecs_eco.view.stretches import note, stretches
 from ecs_eco.view.tally import DEPTH
 from ecs_eco.view.told import Told
-from ecs_eco.view.tree import Recorded, tree
 
 STRETCHES = 3  # that are kept
 GENOMES = 500_000  # beyond so many births, mean values of genes are not computed
@@ -380,7 +375,7 @@ class Replay:
         if kind == "fill":
             return self._fill(request.get("uid"))
         if kind in ("table", "scatter"):
-            return [getattr(listing, kind)(partial(listed.recorded, self), self.recording.species, request)]
+            return [getattr(listing, kind)(partial(listing.recorded, self), self.recording.species, request)]
         if kind == "why":
             return [of_run(self.recording.path, self._tick)]
         if kind == "tree":

@@ -1,7 +1,8 @@
-"""The interface between the viewer and what it shows: a living world or a recorded run."""
+"""The interface between the viewer and what it shows, a living world or a recorded run, and its messages."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, runtime_checkable
 
@@ -91,3 +92,21 @@ class Source(Protocol):
     def handle(self, request: Message) -> list[Message]:
         """Carry out `act`, `params`, `seek`, `fill`, `why`, `tree` and return the answers to the page that
         asked; refusals are `said`."""
+
+
+def text(message: Message) -> str:
+    """Return a message as JSON."""
+    return json.dumps(message, separators=(",", ":"), allow_nan=False)
+
+
+def refusal(words: str, field: str | None = None) -> str:
+    """Return what a page is told whose request, or its part `field`, is refused."""
+    return text(
+        {"kind": "said", "level": "error", "text": words} | ({} if field is None else {"field": field})
+    )
+
+
+def short(value: Any) -> str:
+    """Return a value as JSON, cut where it is long."""
+    words = json.dumps(value)
+    return words if len(words) <= 60 else words[:59] + "…"

@@ -24,7 +24,7 @@ from ecs_eco.cli.run import command_of
 from ecs_eco.config import load
 from ecs_eco.config.models.sensors import AnySensor
 from ecs_eco.config.shipped import shipped
-from ecs_eco.view.recipe import of_run
+from ecs_eco.view.branch import of_run
 
 ROOT = Path(ecs_eco.__path__[0]).parent
 FEW = ["--set", "species.grass.count=60", "--set", "species.deer.count=12", "--set", "species.wolf.count=2"]
