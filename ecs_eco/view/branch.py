@@ -1,5 +1,4 @@
-"""A living world beside another one, from a tick of that one on, with a change or without; and how to have it
-again without the page: lines for a world file, and a command."""
+"""A living world beside another one, from a tick of that one on; and how to have it again without the page."""
 
 from __future__ import annotations
 
@@ -37,8 +36,7 @@ class Start(NamedTuple):
 
 
 def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Message:
-    """Return {"toml", "command"} for a branch of a recorded run, with `code` of its own or without, from the
-    start of a tick."""
+    """Return {"toml", "command"} for a branch of a recorded run, with `code` or without, from a tick on."""
     done = [] if change is None else [dated(change, tick)]
     words = ["ecs-eco", *portable.option().split(), "resume", folder, "--from-tick", str(tick)]
     words += ["--trust"] if code else []
@@ -239,8 +237,7 @@ def as_done_to(live: Live, world: World) -> None:
 
 
 def by_hand(world: World, first: int, end: int) -> list[Message]:
-    """Return the interventions that were carried out in ticks from `first` to before `end` and that its world
-    file does not plan, as in a world file."""
+    """Return the interventions in ticks from `first` to before `end` that the world file does not plan."""
     plan = () if world.config is None else world.config.interventions
     out: list[Message] = []
     for tick in dict.fromkeys(tick for tick, _ in world.intervened if first <= tick < end):

@@ -1,16 +1,15 @@
-"""Families: from which founder each organism descends, who descends from one of them, and the family tree of one
-organism."""
+"""Families: founders, descendants, and the family tree of one organism."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.recording import Recording
-from ecs_eco.view.source import Message
+from ecs_eco.view.source import Message, uid_of
 
 Lives = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Uids ascending and the uids of both parents, 0 for none: u64[n] each."""
@@ -65,8 +64,7 @@ class Families:
         return np.where(self._uid[row] == uid, self._root[row], uid) if self._uid.size else uid
 
     def values(self, name: str, uid: np.ndarray) -> np.ndarray:
-        """Return the value of each of a species for the colour "family", u8[n]: the largest families have
-        one each, and keep it; 0 for all others."""
+        """Return u8[n] for the colour "family": each of the largest families keeps a value, all others have 0."""
         founders, family, size = np.unique(self.roots(uid), return_inverse=True, return_counts=True)
         there = set(founders.tolist())
         slots = {root: slot for root, slot in self._slots.get(name, {}).items() if root in there}
@@ -145,16 +143,6 @@ class Young(NamedTuple):
     parents: np.ndarray
 
 
-class Genealogy(Protocol):
-    """A source of lives and of who is whose child."""
-
-    def life(self, uid: int) -> dict[str, Any] | None:
-        """Return `species`, `born`, `died`, `age` at death [s] and `parents`; None where it is not known."""
-
-    def young(self, uids: np.ndarray) -> Young:
-        """Return the children of any of these organisms u64[n]."""
-
-
 class Logged:
     """The genealogy of a living world since its log began."""
 
@@ -223,7 +211,7 @@ def described(
     return {"species": species, "born": born, "died": died, "age": age, "parents": parents}
 
 
-def tree(known: Genealogy, families: Families, request: Message) -> Message:
+def tree(known: Logged | Recorded, families: Families, request: Message) -> Message:
     """Return the message "tree" about the organism of a request; ValueError for one that is not known.
 
     `lives` has the focal one, the nearest ABOVE ancestors, the last BESIDE siblings, BELOW children (those
@@ -231,9 +219,7 @@ def tree(known: Genealogy, families: Families, request: Message) -> Message:
     where it was counted, `siblings` all siblings and half-siblings of the focal one. `clade` is the value, 0
     to 255, of each for the colour `by` of the request, where that is one by descent.
     """
-    uid = request.get("uid")
-    if isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63:
-        raise ValueError(f"tree: uid = {str(uid)[:60]}; allowed: the uid of an organism")
+    uid = uid_of(request)
     focal = known.life(uid)
     if focal is None:
         raise ValueError(f"tree: no organism {uid} is known here")
@@ -266,7 +252,7 @@ def tree(known: Genealogy, families: Families, request: Message) -> Message:
     }
 
 
-def _ancestors(known: Genealogy, uid: int, focal: dict[str, Any]) -> dict[int, dict[str, Any]]:
+def _ancestors(known: Logged | Recorded, uid: int, focal: dict[str, Any]) -> dict[int, dict[str, Any]]:
     """Return the lives of an organism and its ancestors, generation by generation, by uid."""
     lives, waiting = {uid: focal}, list(focal["parents"])
     while waiting and len(lives) <= ABOVE:

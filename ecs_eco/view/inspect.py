@@ -1,11 +1,10 @@
-"""The state of one organism for the viewer's panel, read from a living world without changing it, and the last
-states of watched organisms that die."""
+"""The state of one organism for the panel, read from a living world without changing it, and its last state."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -22,30 +21,7 @@ SEXES = ("none", "female", "male")
 WIDEST = 64  # values of a gene that are listed
 
 
-class Known(Protocol):
-    """A source of life histories: `ecs_eco.view.pedigree.PedigreeLog` of a living world,
-    a recording of a run."""
-
-    def species(self, uid: int) -> str | None:
-        """Return the name of its species; None where it is not known."""
-
-    def parents(self, uid: int) -> list[int]:
-        """Return the uids of its known parents."""
-
-    def children(self, uid: int) -> list[int]:
-        """Return the uids of its children."""
-
-    def born(self, uid: int) -> int | None:
-        """Return the tick of its birth."""
-
-    def generation(self, uid: int) -> int | None:
-        """Return how many ancestors it has in its longest line."""
-
-    def died(self, uid: int) -> dict[str, Any] | None:
-        """Return tick, cause and killer of its death; None while it lives."""
-
-
-def state_of(world: World, uid: int, lives: Known | None = None) -> dict[str, Any]:
+def state_of(world: World, uid: int, lives: PedigreeLog | None = None) -> dict[str, Any]:
     """Return the state of one organism between two ticks: the message "organism" of the viewer.
 
     Parents, children and what is known of the dead come from `lives`. Raises KeyError for one that never was,
@@ -80,7 +56,7 @@ def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
     )
 
 
-def pedigree(uid: int, lives: Known | None) -> dict[str, Any]:
+def pedigree(uid: int, lives: PedigreeLog | None) -> dict[str, Any]:
     """Return species, birth, death, parents, children and generation as far as they are known."""
     if lives is None:
         return {
@@ -102,8 +78,7 @@ def pedigree(uid: int, lives: Known | None) -> dict[str, Any]:
 
 
 def body(world: World, table: Table, row: int) -> dict[str, Any]:
-    """Return place, age, sex and energy of a living organism, None for those it lacks,
-    also as a trace of one tick."""
+    """Return place, age, sex, energy (None for those it lacks) and a trace of one tick of a living organism."""
     out: dict[str, Any] = dict.fromkeys(("place", "heading", "age", "sex", "energy", "energy_max"))
     if Position in table:
         p = table[Position]
@@ -222,8 +197,7 @@ def _listed(value: Any) -> Any:
 
 
 def nerves(table: Table, row: int) -> dict[str, Any] | None:
-    """Return the readings, probabilities, decision and happiness of a living organism in the last tick;
-    None if it had none."""
+    """Return readings, decision and happiness of a living organism in the last tick; None if it had none."""
     rows, at = thinkers(table, table.uid[row : row + 1])
     if not rows.size:
         return None
@@ -239,8 +213,7 @@ def nerves(table: Table, row: int) -> dict[str, Any] | None:
 def described(
     channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any, continuous: Any = ()
 ) -> dict[str, Any]:
-    """Return one organism's nervous system (the first of `mind`) as the viewer shows it; actions of the
-    groups `continuous` are numbers."""
+    """Return the nervous system of the first of `mind`; actions of the groups `continuous` are numbers."""
     rows = zip(actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True)
     return {
         "sensors": [{"name": name, "value": number(v)} for name, v in zip(channels, mind.x[0], strict=True)],

@@ -28,7 +28,7 @@ from ecs_eco.view.player import Player
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.server import Server
 from ecs_eco.view.shown import Inbox, Page
-from ecs_eco.view.source import Message, text
+from ecs_eco.view.source import Message, said, text
 
 PAGE = "islands.html"
 POINTS = 400  # of the numbers over time
@@ -166,27 +166,28 @@ class Map(Inbox):
         elif page in self._pages and kind == "open":
             self._open(page, request.get("island"))
         elif page in self._pages:
-            _send(page, _refusal(f"unknown request {str(kind)[:40]!r}; allowed: 'open'", "kind"))
+            _send(page, said("error", f"unknown request {str(kind)[:40]!r}; allowed: 'open'", "kind"))
 
     def _open(self, page: Page, name: Any) -> None:
         known = [island["name"] for island in self.message["islands"]]
         if name not in known:
             _send(
                 page,
-                _refusal(
+                said(
+                    "error",
                     f"open: island = {str(name)[:60]!r}; allowed: {', '.join(known)}; did you "
                     f"mean {nearest(str(name), known)!r}?",
                     "open",
                 ),
             )
         elif not self.message["tick"]:
-            _send(page, _refusal(f"{name} has not come to its first barrier yet", "open"))
+            _send(page, said("error", f"{name} has not come to its first barrier yet", "open"))
         else:
 
             def tell(address: str | None, why: str) -> None:
                 _send(
                     page,
-                    _refusal(why, "open")
+                    said("error", why, "open")
                     if address is None
                     else {"kind": "opened", "island": name, "address": address},
                 )
@@ -210,10 +211,6 @@ def watch_islands(
 
 def _send(page: Page, message: Message) -> None:
     page.send([text(message)])
-
-
-def _refusal(words: str, field: str) -> Message:
-    return {"kind": "said", "level": "error", "text": words, "field": field}
 
 
 MOST = 6  # islands that are open at a time; the one that was asked for longest ago is closed

@@ -37,7 +37,7 @@ from ecs_eco.view.scene import (
     uses_of,
 )
 from ecs_eco.view.sentence import sentence
-from ecs_eco.view.source import Message
+from ecs_eco.view.source import Message, said
 from ecs_eco.view.tally import Curves, Tally
 
 TRACED = 600  # points of the happiness trace of one organism
@@ -172,8 +172,7 @@ class Live:
     # --- frames ---------------------------------------------------------------------------------------------
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frame of this tick: value 0 for organisms without one,
-        1 to 255 from the low to the high of `scales`."""
+        """Return the frame of this tick: value 0 for unknown, 1 to 255 from low to high of `scales`."""
         light, elevation = sky(self.world)
         self._encoder.begin(number, self.tick, light, elevation)
         for name in self.names:
@@ -228,8 +227,7 @@ class Live:
         return value
 
     def column(self, table: Table, colour: str) -> tuple[Any, float | None, float | None]:
-        """Return the values behind a colour: a column or None,
-        and their range as far as it is known beforehand."""
+        """Return the column behind a colour, or None, and its low and high where they are known beforehand."""
         if colour == "energy" and Metabolism in table:
             species = table.species.config
             return (
@@ -258,8 +256,7 @@ class Live:
     def _range(
         self, name: str, colour: str, low: float | None, high: float | None, least: float, most: float
     ) -> tuple[float, float]:
-        """Return the range of a colour: wide enough for all now, and only slowly narrower,
-        so that colours do not jump."""
+        """Return the range of a colour: wide enough for all now, and narrower only slowly."""
         if not least <= most:
             return self.ranges.get((colour, name), (0.0, 1.0))
         before = self.ranges.get((colour, name), (least, most))
@@ -285,8 +282,8 @@ class Live:
                 decoded = table.species.heredity.layout.decode(table[Genome].loci[rows], self.genes[name])
                 for gene, values in decoded.items():
                     point["genes", f"{name}.{gene}"] = float(values.mean(dtype=np.float64))
-        for name, said in self._reports().items():
-            for species, value in (said if isinstance(said, dict) else {"": said}).items():
+        for name, report in self._reports().items():
+            for species, value in (report if isinstance(report, dict) else {"": report}).items():
                 point["reports", name, species] = value
         self.curves.add(self.tick, point | self.tally.rates())
 
@@ -320,8 +317,7 @@ class Live:
         return foods.get(species, []), [eater for eater, eaten in foods.items() if species in eaten]
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
-        """Add a point to an organism's trace and return the trace;
-        those of the last few organisms selected are kept."""
+        """Add a point to an organism's trace and return it; the last few organisms keep theirs."""
         points = self._traces.pop(uid, None)
         points = self._traces[uid] = deque(maxlen=TRACED) if points is None else points
         while len(self._traces) > FOLLOWED:
@@ -351,14 +347,7 @@ class Live:
             return [getattr(listing, kind)(partial(listing.living, self), self.species, request)]
         if kind == "params":
             return [{"kind": "params", **offered(self.world.config)}]
-        return [
-            {
-                "kind": "said",
-                "level": "warning",
-                "text": f"{kind} is for recorded runs; this world is alive",
-                "field": kind,
-            }
-        ]
+        return [said("warning", f"{kind} is for recorded runs; this world is alive", kind)]
 
     def _seek(self, tick: Any) -> Message:
         """Go back to an earlier tick; what came after it is forgotten."""
@@ -371,7 +360,7 @@ class Live:
             while trace and trace[-1][0] >= tick:
                 trace.pop()
         text = f"Back at tick {tick:,}. It goes on as it did, unless you change something"
-        return {"kind": "said", "level": "info", "field": "seek", "text": text}
+        return said("info", text, "seek")
 
     def _forget(self) -> None:
         """Forget who was born and died since a checkpoint: they are noted again as it is lived again."""
@@ -389,8 +378,8 @@ class Live:
         except (ValueError, RuntimeError) as error:
             problems = error.problems if isinstance(error, ConfigError) else []
             field = ".".join(map(str, problems[0].key)) if problems else "act"
-            return {"kind": "said", "level": "error", "text": str(error), "field": field}
-        return {"kind": "said", "level": "info", "text": f"tick {self.tick}: {in_words(request)}"}
+            return said("error", str(error), field)
+        return said("info", f"tick {self.tick}: {in_words(request)}")
 
 
 def _number(value: float | None) -> float | None:

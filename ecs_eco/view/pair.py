@@ -17,7 +17,7 @@ from ecs_eco.view.branch import Start
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.second import Second, beside, choices, fork, forks
-from ecs_eco.view.source import Message, Source, short
+from ecs_eco.view.source import Message, Source, said, short
 
 SEEDS = 2**53  # from here on numbers of a page are not exact
 
@@ -59,7 +59,7 @@ class Picker:
             )
         self.wanted = world, seed
         words = f"beginning {self.titles[world] or world} …"
-        return {"kind": "said", "level": "info", "field": "begin", "text": words}
+        return said("info", words, "begin")
 
     def begin(self) -> Any:
         """Return the source of what is wanted, or a text: why it cannot be begun."""
@@ -196,8 +196,7 @@ class Pair:
             self._come_up()
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frames of both, one behind the other; of the first alone while the second has no state
-        of this tick."""
+        """Return the frames of both, one behind the other; of the first alone while the second is not there."""
         frame = self.first.frame(number, colour)
         if self.second is None or not self.second.there:
             return frame
@@ -243,18 +242,18 @@ class Pair:
         except (CheckpointError, ConfigError, RecordingError, ValueError, RuntimeError, OSError) as error:
             problems = error.problems if isinstance(error, ConfigError) else []
             field = ".".join(map(str, problems[0].key)) if problems else ""
-            return [_said("error", str(error), "whatif") | ({"at": field} if field else {})]
+            return [said("error", str(error), "whatif") | ({"at": field} if field else {})]
         self._close("")
         self.second = made
         self._show([*made.greeting(), self._sentence(), *self._marks()])
-        return [_said("info", f"forked at tick {made.start:,}: {made.told['change']}", "whatif")]
+        return [said("info", f"forked at tick {made.start:,}: {made.told['change']}", "whatif")]
 
     def _close(self, why: str, level: str = "info") -> list[Message]:
         if self.second is None:
             return []
         self.second = None
         self._show([{"kind": "beside", "closed": why}, *self._marks()])
-        return [_said(level, why, "whatif")] if why else []
+        return [said(level, why, "whatif")] if why else []
 
     def _show(self, messages: list[Message]) -> None:
         """Send messages to all pages, and the frame of this tick again."""
@@ -288,9 +287,9 @@ class Pair:
             raise
         except Exception as error:
             self._close("")
-            self._told.append(_said("error", f"the other world stopped: {error}", "whatif"))
+            self._told.append(said("error", f"the other world stopped: {error}", "whatif"))
             return
-        self._told += [_said("warning", f"the other world: {text}", "act") for text in second.refusals()]
+        self._told += [said("warning", f"the other world: {text}", "act") for text in second.refusals()]
         if second.there and not was and self.player is not None:
             self.player.again()
 
@@ -307,7 +306,3 @@ class Pair:
         if message["kind"] != "marks" or self.second is None or self.second.mark is None:
             return message
         return message | {"interventions": [*message["interventions"], self.second.mark]}
-
-
-def _said(level: str, text: str, field: str) -> Message:
-    return {"kind": "said", "level": level, "text": text, "field": field}

@@ -1,5 +1,4 @@
-"""The parts of one kind of a recorded run, read by ticks: a row group at a time,
-and only the columns requested."""
+"""The parts of one kind of a recorded run, read by row group and column, as they are needed."""
 
 from __future__ import annotations
 
@@ -99,8 +98,7 @@ class Parts:
             yield self.read(group, names)
 
     def find(self, uid: int, names: Sequence[str], first: int = 0) -> dict[str, Any] | None:
-        """Return the row of an organism as a dict: the first one at or after a tick;
-        None where there is none."""
+        """Return the row of an organism as a dict: the first at or after a tick; None where there is none."""
         for group in self.groups:
             if (
                 group.rows

@@ -16,7 +16,7 @@ from typing import Any
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view.families import asked
 from ecs_eco.view.shown import Inbox, Log, Page, View, beside, choose, panel
-from ecs_eco.view.source import Message, Source, refusal, short, text
+from ecs_eco.view.source import Message, Source, said, short, text
 
 USUAL = 10.0  # ticks a second that are called 1×
 FASTEST_FRAMES = 0.05  # [s] from frame to frame
@@ -109,7 +109,7 @@ class Player(Inbox):
 
     def tell(self, level: str, words: str) -> None:
         """Send a text to all pages."""
-        message = {"kind": "said", "level": level, "text": words}
+        message = said(level, words)
         for page in self._views:
             page.send([text(message)])
         self._log.told(self.source.tick, [message])
@@ -266,7 +266,7 @@ class Player(Inbox):
                 )
         except Exception as error:  # no message of a page may end the run; a ConfigError is a ValueError
             words = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
-            page.send([refusal(words, str(kind)[:40])])
+            page.send([text(said("error", words, str(kind)[:40]))])
             self._log.refused(self.source.tick, view, request, words)
 
     def _ask(self, page: Page, view: View, request: Message) -> None:
@@ -325,12 +325,6 @@ class Player(Inbox):
         self._next = time.monotonic()
         self._refresh_all()
 
-    def _select(self, view: View, request: Message) -> None:
-        choose(self.source, view, request)
-
-    def _field(self, view: View, request: Message) -> None:
-        view.lay(self.source, request)
-
     def _colour(self, view: View, request: Message) -> None:
         by, known = request.get("by"), self._colours
         if by not in known and asked(by) is None:
@@ -347,7 +341,7 @@ REQUESTS: dict[str, Callable[[Player, View, Message], None]] = {
     "pause": Player._play,
     "step": Player._step,
     "speed": Player._speed,
-    "select": Player._select,
+    "select": lambda player, view, request: choose(player.source, view, request),
     "colour": Player._colour,
-    "field": Player._field,
+    "field": lambda player, view, request: view.lay(player.source, request),
 }

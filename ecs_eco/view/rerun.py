@@ -1,5 +1,4 @@
-"""Reruns a stretch of a recorded run, from the nearest checkpoint, to see what was not recorded, in a thread of its
-own; and which stretches have details of organisms."""
+"""Reruns of stretches of a recorded run, in a thread of their own, and which stretches have details."""
 
 from __future__ import annotations
 
@@ -54,8 +53,7 @@ class Stretch:
         self.states = joined.get("snapshots", {})
 
     def at(self, tick: int, species: int) -> Columns:
-        """Return the state of all of a species (by its number) at a tick: uid, x, y, z, heading,
-        energy, happiness."""
+        """Return the state of all of a species (its number) at a tick: the columns of snapshots."""
         chosen = (self.states["tick"] == tick) & (self.states["species"] == species)
         return {name: column[chosen] for name, column in self.states.items()}
 
@@ -111,8 +109,7 @@ def compute(
 
 
 def near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
-    """Return the world of the last checkpoint before the end of a tick,
-    or of the start if that can be repeated."""
+    """Return the world of the last checkpoint before the end of a tick, or of the start."""
     file = checkpoint.latest(path / "checkpoints", before=tick, check=partial(_of_run, manifest))
     if file is not None:
         return World.restore(file, record=False)
@@ -178,8 +175,7 @@ class Rerun:
             self._thread.join(patience)
 
     def _is_over(self) -> bool:
-        """Whether the result is no longer needed: at exit Python waits for this thread,
-        and nothing else can stop it."""
+        """Whether the result is no longer needed: at exit Python waits for this thread."""
         return self._halted or not threading.main_thread().is_alive()
 
     def _work(self, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:

@@ -1,11 +1,10 @@
-"""The second of two worlds side by side, a branch of the first or another one: it follows the clock of the
-first."""
+"""The second of two worlds, a branch of the first or another one: it follows the clock of the first."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from ecs_eco.config.knobs import offered
 from ecs_eco.config.models.interventions import describe
@@ -17,31 +16,6 @@ from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.source import Message, Source
 from ecs_eco.view.versus import Side, differences, side
-
-
-class Follower(Protocol):
-    """What lets a world follow a clock: a branch, or a recording."""
-
-    start: int
-    refused: list[str]
-    common: int
-
-    @property
-    def tick(self) -> int:
-        """Its own tick."""
-
-    @property
-    def first(self) -> int:
-        """The first tick to which it can go back."""
-
-    def follow(self, tick: int, seconds: float, sampled: Callable[[int], bool]) -> bool:
-        """Go on to a tick, for about so many seconds at most; return whether it is there."""
-
-    def back(self, tick: int) -> None:
-        """Go back to a tick."""
-
-    def sample(self) -> None:
-        """Note a point of the curves."""
 
 
 class Shown:
@@ -73,7 +47,7 @@ class Second:
     """A source beside the `first` one. `told` is what pages have to know of it: names, tick of the fork and
     change, and how to have it again; `ticks` are the first one's, all of them."""
 
-    def __init__(self, first: Source, source: Source, follower: Follower, told: Message) -> None:
+    def __init__(self, first: Source, source: Source, follower: Branch | Shown, told: Message) -> None:
         self.of, self.source, self.follower, self.told = first, source, follower, told
         # a living world's tick is the next one, a recording's the last one
         self.shift = int(isinstance(source, Live)) - int(isinstance(first, Live))
@@ -233,8 +207,7 @@ class Second:
 
 
 def beside(first: Source, second: Source, names: tuple[str, str]) -> Second:
-    """Return another world beside the first; what is done to a living first one is done to a living second
-    one, too."""
+    """Return another world beside the first; a living one gets what is done to a living first one."""
     told = {"at": None, "change": "", "names": list(names), "recipe": None}
     if isinstance(second, Live):
         ask = partial(as_done_to, first) if isinstance(first, Live) else _nothing
@@ -300,8 +273,7 @@ def fork(first: Source, tick: int | None, change: Any, start: Start | None = Non
 
 
 def forks(first: Source) -> bool:
-    """Whether what pages show can be forked: not a world that was made by hand, nor a recorded one that
-    cannot be built here."""
+    """Whether what pages show can be forked: not a world made by hand, nor a run that cannot be built here."""
     if isinstance(first, Live):
         return first.world.config is not None
     return isinstance(first, Replay) and first.recording.scene is not None

@@ -81,8 +81,7 @@ class Client:
 
 
 class Strangers(dict[Any, asyncio.Transport]):
-    """The connections that have not shown the credential, by address, oldest first: so few that they leave
-    this process the handles that it needs."""
+    """Connections without the credential, by address, oldest first: they must not use up this process's handles."""
 
     def add(self, address: Any, transport: asyncio.Transport) -> None:
         """Add a connection; end the oldest where there are too many."""
@@ -165,8 +164,7 @@ class Server:
         return self
 
     def address(self, minutes: float = MINUTES) -> str:
-        """Return an address that admits one page within these minutes: its code is in the fragment,
-        which browsers do not send."""
+        """Return an address that admits one page within these minutes; its code is in the fragment."""
         return f"http://{HOST}:{self.port}/#code={self.credentials.code(minutes)}"
 
     def show(self, player: Inbox) -> None:
@@ -209,8 +207,7 @@ class Server:
         return Starlette(routes=[Route("/", page), entrance, WebSocketRoute("/ws", self._speak), files])
 
     async def _enter(self, request: Request) -> Response:
-        """Exchange a page's code for the credential, or confirm the credential that it has;
-        403 for an invalid one."""
+        """Exchange a page's code for the credential, or confirm the one that it has; else 403."""
         kind, _, word = request.headers.get("authorization", "").partition(" ")
         handed = None
         if kind == "Code":

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 
 from ecs_eco.config.models.interventions import describe
 from ecs_eco.engine.errors import nearest
-from ecs_eco.view.source import Known, Message, Paired, Source, refusal, short, text
+from ecs_eco.view.source import Known, Message, Source, said, short, text
 
 FIELDS = 0.5  # [s] from one map of a field to the next
 
@@ -126,15 +126,15 @@ def panel(source: Source, view: View, now: float, out: list[str | bytes]) -> Non
     try:
         out.append(text(known.organism(uid)))
     except KeyError:
-        out.append(refusal(f"no organism {uid} is known here", "select"))
+        out.append(text(said("error", f"no organism {uid} is known here", "select")))
         view.selected = None
     except Exception as error:  # a panel that cannot be made must not end the run
-        out.append(refusal(f"organism {uid}: {type(error).__name__}: {error}", "select"))
+        out.append(text(said("error", f"organism {uid}: {type(error).__name__}: {error}", "select")))
         view.selected = None
 
 
 def _second(source: Source) -> Known | None:
-    return source.second if isinstance(source, Paired) else None
+    return getattr(source, "second", None)
 
 
 KEPT = 200  # entries; older ones are forgotten
@@ -167,7 +167,7 @@ class Log:
 
     def refused(self, tick: int, view: View, request: Message, words: str) -> None:
         """Note that a page was refused what it asked for."""
-        self.answered(tick, view, request, [{"kind": "said", "level": "error", "text": words}])
+        self.answered(tick, view, request, [said("error", words)])
 
     def told(self, tick: int, messages: Sequence[Message]) -> list[Message]:
         """Note what all pages are told; return all that they are to be sent."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 Message = dict[str, Any]
 
@@ -13,17 +13,7 @@ class Known(Protocol):
     """A world of which single organisms are known."""
 
     def organism(self, uid: int) -> Message:
-        """Return all that is known of one organism now: {"kind": "organism", …};
-        KeyError if it never existed."""
-
-
-@runtime_checkable
-class Paired(Protocol):
-    """A source that can have a second world beside it."""
-
-    @property
-    def second(self) -> Known | None:
-        """The second world, None where there is none."""
+        """Return all that is known of one organism now: {"kind": "organism", …}; KeyError if it never was."""
 
 
 class Source(Protocol):
@@ -55,8 +45,7 @@ class Source(Protocol):
         """Return further messages that a new page needs after hello, such as `marks`."""
 
     def news(self) -> list[Message]:
-        """Return messages for all pages since the last call, such as `marks` of a new intervention;
-        cheap if there are none."""
+        """Return messages for all pages since the last call, such as `marks`; cheap if there are none."""
 
     def passed(self) -> None:
         """Take note of a tick that has passed; called before every tick, and cheap."""
@@ -75,23 +64,19 @@ class Source(Protocol):
         """Return the map of one of `fields` of hello: {"kind": "field", …}."""
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
-        """Return the values that 1 and 255 stand for in the last frame of this colour,
-        for each species that has it."""
+        """Return the values that 1 and 255 stand for in the last frame of this colour, by species."""
 
     def sample(self) -> None:
         """Add a point to the series, if they are not known beforehand; the player decides how often."""
 
     def series(self, after: int) -> Message | None:
-        """Return the points of later ticks than `after` (−1: all): {"kind": "series", …};
-        None where there are none."""
+        """Return {"kind": "series", …}: the points of later ticks than `after` (−1: all); None without any."""
 
     def organism(self, uid: int) -> Message:
-        """Return all that is known of one organism now: {"kind": "organism", …};
-        KeyError if it never existed."""
+        """Return all that is known of one organism now: {"kind": "organism", …}; KeyError if it never was."""
 
     def handle(self, request: Message) -> list[Message]:
-        """Carry out `act`, `params`, `seek`, `fill`, `why`, `tree` and return the answers to the page that
-        asked; refusals are `said`."""
+        """Carry out `act`, `params`, `seek`, `fill`, `why` or `tree`; return the answers to the page."""
 
 
 def text(message: Message) -> str:
@@ -99,11 +84,17 @@ def text(message: Message) -> str:
     return json.dumps(message, separators=(",", ":"), allow_nan=False)
 
 
-def refusal(words: str, field: str | None = None) -> str:
-    """Return what a page is told whose request, or its part `field`, is refused."""
-    return text(
-        {"kind": "said", "level": "error", "text": words} | ({} if field is None else {"field": field})
-    )
+def said(level: str, words: str, field: str | None = None) -> Message:
+    """Return a message in words: "info", "warning" or "error"; `field`: the request that it is about."""
+    return {"kind": "said", "level": level, "text": words} | ({} if field is None else {"field": field})
+
+
+def uid_of(request: Message) -> int:
+    """Return the uid of a request; ValueError where it has none."""
+    uid = request.get("uid")
+    if isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63:
+        raise ValueError(f"{request['kind']}: uid = {short(uid)}; allowed: the uid of an organism")
+    return uid
 
 
 def short(value: Any) -> str:

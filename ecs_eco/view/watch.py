@@ -1,5 +1,4 @@
-"""Watching: a source, its player and its server together, for the command line, and for an output cell of a
-notebook, where the world lives between the cells, in their thread."""
+"""Watching: a source, its player and its server together, for the command line and for notebooks."""
 
 from __future__ import annotations
 
@@ -61,8 +60,7 @@ def served(source: Source, *how: Any, **more: Any) -> Player:
 
 
 def _begun(player: Player) -> Player | None:
-    """Return the player of what pages want to begin, the same one where that cannot be; None where they want
-    nothing."""
+    """Return the player of what pages want to begin (the same one where that fails); None if nothing."""
     picker = getattr(player.source, "picker", None)
     if picker is None or picker.wanted is None:
         return None
