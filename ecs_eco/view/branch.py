@@ -36,7 +36,8 @@ class Start(NamedTuple):
 
 
 def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Message:
-    """Return {"toml", "command"} for a branch of a recorded run, with `code` or without, from a tick on."""
+    """Return {"toml", "command"} for a branch of a recorded run, with `code` of its own or without, from the
+    start of a tick."""
     done = [] if change is None else [dated(change, tick)]
     words = ["ecs-eco", *portable.option().split(), "resume", folder, "--from-tick", str(tick)]
     words += ["--trust"] if code else []
@@ -237,7 +238,8 @@ def as_done_to(live: Live, world: World) -> None:
 
 
 def by_hand(world: World, first: int, end: int) -> list[Message]:
-    """Return the interventions in ticks from `first` to before `end` that the world file does not plan."""
+    """Return the interventions that were carried out in ticks from `first` to before `end` and that its world
+    file does not plan, as in a world file."""
     plan = () if world.config is None else world.config.interventions
     out: list[Message] = []
     for tick in dict.fromkeys(tick for tick, _ in world.intervened if first <= tick < end):

@@ -86,7 +86,8 @@ class Recording:
     # --- who is where ---------------------------------------------------------------------------------------
 
     def organisms(self, tick: int, species: str) -> Organisms:
-        """Return the living of a species at the end of a tick: from details, else between snapshots."""
+        """Return the living of a species at the end of a tick: from its details if there are any;
+        else between snapshots."""
         organisms = self._chapter(tick).organisms(tick, self.species.index(species))
         return overlaid(organisms, self.details_at(tick, species))
 
@@ -178,7 +179,8 @@ class Recording:
         return sorted(young)[-most:]
 
     def generation(self, uid: int, most: int = 5000) -> int | None:
-        """Return how many ancestors an organism has in its longest line; None where they are too many."""
+        """Return how many ancestors an organism has in its longest line, founders 0;
+        None where there are too many to follow."""
         known: dict[int, int] = {}
         waiting = [uid]
         while waiting:

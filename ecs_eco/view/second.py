@@ -207,7 +207,8 @@ class Second:
 
 
 def beside(first: Source, second: Source, names: tuple[str, str]) -> Second:
-    """Return another world beside the first; a living one gets what is done to a living first one."""
+    """Return another world beside the first; what is done to a living first one is done to a living second
+    one, too."""
     told = {"at": None, "change": "", "names": list(names), "recipe": None}
     if isinstance(second, Live):
         ask = partial(as_done_to, first) if isinstance(first, Live) else _nothing
@@ -273,7 +274,8 @@ def fork(first: Source, tick: int | None, change: Any, start: Start | None = Non
 
 
 def forks(first: Source) -> bool:
-    """Whether what pages show can be forked: not a world made by hand, nor a run that cannot be built here."""
+    """Whether what pages show can be forked: not a world that was made by hand, nor a recorded one that
+    cannot be built here."""
     if isinstance(first, Live):
         return first.world.config is not None
     return isinstance(first, Replay) and first.recording.scene is not None

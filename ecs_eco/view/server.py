@@ -81,7 +81,8 @@ class Client:
 
 
 class Strangers(dict[Any, asyncio.Transport]):
-    """Connections without the credential, by address, oldest first: they must not use up this process's handles."""
+    """The connections that have not shown the credential, by address, oldest first: so few that they leave
+    this process the handles that it needs."""
 
     def add(self, address: Any, transport: asyncio.Transport) -> None:
         """Add a connection; end the oldest where there are too many."""
@@ -164,7 +165,8 @@ class Server:
         return self
 
     def address(self, minutes: float = MINUTES) -> str:
-        """Return an address that admits one page within these minutes; its code is in the fragment."""
+        """Return an address that admits one page within these minutes: its code is in the fragment,
+        which browsers do not send."""
         return f"http://{HOST}:{self.port}/#code={self.credentials.code(minutes)}"
 
     def show(self, player: Inbox) -> None:
@@ -207,7 +209,8 @@ class Server:
         return Starlette(routes=[Route("/", page), entrance, WebSocketRoute("/ws", self._speak), files])
 
     async def _enter(self, request: Request) -> Response:
-        """Exchange a page's code for the credential, or confirm the one that it has; else 403."""
+        """Exchange a page's code for the credential, or confirm the credential that it has;
+        403 for an invalid one."""
         kind, _, word = request.headers.get("authorization", "").partition(" ")
         handed = None
         if kind == "Code":

@@ -61,7 +61,8 @@ class Told:
         return story.entries
 
     def rates(self, ticks: np.ndarray) -> dict[str, Any]:
-        """Return births, deaths and deaths by cause a tick, between these ticks, by species; {} of a long run."""
+        """Return births, deaths and deaths by cause a tick, between these ticks, by species; {} of a run
+        that is too long."""
         if self._sums is None or ticks.size < 2:
             return {}
         _, births, deaths = self._sums

@@ -60,7 +60,8 @@ def served(source: Source, *how: Any, **more: Any) -> Player:
 
 
 def _begun(player: Player) -> Player | None:
-    """Return the player of what pages want to begin (the same one where that fails); None if nothing."""
+    """Return the player of what pages want to begin, the same one where that cannot be; None where they want
+    nothing."""
     picker = getattr(player.source, "picker", None)
     if picker is None or picker.wanted is None:
         return None
