@@ -28,7 +28,7 @@ from ecs_eco.systems.intervene import Intervene
 from ecs_eco.worlds.build import build
 from ecs_eco.worlds.policies import policy
 
-_above = lazy(__name__, {"view": "ecs_eco.view.notebook"})  # rooms above, for methods that lead there
+_above = lazy(__name__, {"view": "ecs_eco.view.watch"})  # rooms above, for methods that lead there
 
 
 class World(SpatialWorld):
@@ -169,7 +169,7 @@ class World(SpatialWorld):
 
     def view(self, ticks: int | None = None, **how: Any) -> Any:
         """Show this world alive: in an output cell of a notebook, else in the browser until Ctrl-C;
-        see `ecs_eco.view.notebook.view`."""
+        see `ecs_eco.view.watch.view`."""
         return _above("view")(self, ticks, **how)
 
     def _repr_html_(self) -> str:

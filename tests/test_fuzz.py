@@ -267,7 +267,7 @@ def test_too_little_memory_ends_a_command_with_a_word(monkeypatch):
     def exhausted(*arguments, **more):
         raise MemoryError("Unable to allocate 3 TiB")
 
-    monkeypatch.setattr("ecs_eco.cli.simulate.run_world", exhausted)
+    monkeypatch.setattr("ecs_eco.cli.run.run_to_folder", exhausted)
     done = CliRunner().invoke(app, ["run", "predator-prey"])
     assert (done.exit_code, done.stderr) == (
         1,

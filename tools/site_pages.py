@@ -223,16 +223,13 @@ def _titles(folder: Path) -> list[tuple[str, str]]:
 
 
 def _commands() -> str:
-    import typer.main
+    from ecs_eco.cli.app import COMMANDS, loaded
 
-    from ecs_eco.cli.app import app
-
-    group: Any = typer.main.get_command(app)
     parts = [
         "# Commands\n\nWhat `ecs-eco COMMAND --help` says, of all commands. How they work together: "
         "[running](../how-to/running.md)."
     ]
-    parts += [_command(name, command) for name, command in sorted(group.commands.items())]
+    parts += [_command(name, loaded(name)) for name in sorted(COMMANDS)]
     return "\n\n".join(parts) + "\n"
 
 

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from ecs_eco.cli.terminal import exits, path_of, refuse, say
+from ecs_eco.templates import new_package, new_world, world_from_raster
 
 
 @exits
@@ -36,8 +37,6 @@ def new(
     ] = False,
 ) -> None:
     """Write a world of your own to begin with: a file, a system and its test."""
-    from ecs_eco.templates import new_package, new_world
-
     if package and origin is not None:
         refuse("--from", "does not go with --package", origin, "one of the two")
     files = new_package(folder) if package else new_world(folder, origin or "meadow")
@@ -101,8 +100,6 @@ def from_raster(
     ] = None,
 ) -> None:
     """Write a first world on real land: grass, and deer that climb."""
-    from ecs_eco.templates import world_from_raster
-
     number = int(band) if band is not None and band.isdecimal() else band
     path = world_from_raster(raster, file, band=number, cell=cell, crs=crs)
     say(f"  {path}")

@@ -10,6 +10,12 @@ import typer
 from ecs_eco.cli.options import Quiet, Trust
 from ecs_eco.cli.terminal import complain, exits, progress, say, whole
 from ecs_eco.cli.trust import allow
+from ecs_eco.compiled import kernel_cache
+from ecs_eco.config import load
+from ecs_eco.config.shipped import shipped
+from ecs_eco.ecosystem import World
+from ecs_eco.worlds import first_start
+from ecs_eco.worlds.first_start import MARK, cores, known_to_list, two_processes
 
 cache = typer.Typer(
     no_args_is_help=True,
@@ -23,10 +29,7 @@ cache = typer.Typer(
 @exits
 def show() -> None:
     """Say where compiled kernels are kept, and how many."""
-    from ecs_eco.compiled.kernel_cache import cache_folder
-    from ecs_eco.worlds.first_start import MARK
-
-    folder = cache_folder()
+    folder = kernel_cache.cache_folder()
     say(f"{folder}\n  {_content(folder)}")
     known = sorted(mark.stem for mark in folder.glob(f"*{MARK}"))
     say(f"  all that is listed of {', '.join(known)}" if known else "  of no world all that is listed")
@@ -55,16 +58,15 @@ def warm(
     """Compile the kernels of worlds beforehand, so that their first start is as quick as a later one."""
     for world in worlds or []:
         allow(trust, world, None)
-    from ecs_eco.compiled.kernel_cache import cache_folder
-    from ecs_eco.config import load
-    from ecs_eco.config.shipped import shipped
-    from ecs_eco.worlds.first_start import cores, known_to_list, warm
 
     configs = {world: load(world) for world in worlds or []}
-    folder, names = cache_folder(), list(dict.fromkeys(known_to_list(c.name) for c in configs.values()))
+    folder, names = (
+        kernel_cache.cache_folder(),
+        list(dict.fromkeys(known_to_list(c.name) for c in configs.values())),
+    )
     before = len(list(folder.glob("*.nbc")))
     with progress("kernels", quiet, "kernels") as bar:
-        warm(names or sorted(shipped()), workers or cores(), bar)
+        first_start.warm(names or sorted(shipped()), workers or cores(), bar)
         for world, config in configs.items():
             if world not in shipped():
                 _try(config)
@@ -80,9 +82,7 @@ def clear(
     others: Annotated[bool, typer.Option("--others", help="Only those of other versions.")] = False,
 ) -> None:
     """Remove compiled kernels; they are compiled again when they are called."""
-    from ecs_eco.compiled.kernel_cache import cache_folder
-
-    folder = cache_folder()
+    folder = kernel_cache.cache_folder()
     folders = _others(folder) if others else [*_others(folder), folder]
     removed = sum(_clear(one) for one in folders)
     say(f"{removed} kernels removed below {folder.parent}")
@@ -90,9 +90,6 @@ def clear(
 
 def _try(config: object) -> None:
     """Let a world live for some ticks, which compiles what it calls then."""
-    from ecs_eco.ecosystem import World
-    from ecs_eco.worlds.first_start import two_processes
-
     with two_processes("others"):
         World.from_config(config, record=False).run(3)
 
@@ -107,11 +104,8 @@ def _content(folder: Path) -> str:
 
 
 def _clear(folder: Path) -> int:
-    from ecs_eco.compiled.kernel_cache import CLAIM
-    from ecs_eco.worlds.first_start import MARK
-
     removed = len(list(folder.glob("*.nbc")))
-    ours = ("*.nbc", f"*{CLAIM}", f"*{MARK}", "*.nbc.*.tmp")  # what is in a folder of kernels
+    ours = ("*.nbc", f"*{kernel_cache.CLAIM}", f"*{MARK}", "*.nbc.*.tmp")  # what is in a folder of kernels
     for file in [path for pattern in ours for path in folder.glob(pattern)]:
         file.unlink(missing_ok=True)
     try:

@@ -5,12 +5,28 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Column, Table
 
+from ecs_eco.analysis.compare import compare as compare_arms
 from ecs_eco.cli.folders import POLICIES, known_policies, results
-from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, progress, say
+from ecs_eco.cli.options import On, Policies, Quiet, Set, Ticks, Trust, Workers, World
+from ecs_eco.cli.terminal import (
+    FAILED,
+    INTERRUPTED,
+    complain,
+    exits,
+    path_of,
+    printable,
+    progress,
+    say,
+    whole,
+)
+from ecs_eco.cli.trust import allow
 from ecs_eco.experiments.arm import arms_of, check_training
 from ecs_eco.experiments.comparison import Comparison, Key, run_jobs
 from ecs_eco.experiments.engines import LOCAL, check_engine, engine, prepare
@@ -22,26 +38,61 @@ from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
 
 
-def compare_world(
-    world: str,
-    changes: list[str],
-    treatments: list[str],
-    seeds: int,
-    ticks: int | None,
-    workers: int | None,
-    out: Path | None,
-    quiet: bool,
-    training_seeds: int | None = None,
-    retrain: bool = False,
-    policies: str = "trained",
-    on: str = LOCAL,
+@exits
+def compare(
+    world: World,
+    control: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME|KEY=VALUE",
+            help="A treatment: random-policy (random-policy:deer for one species), untrained-policy, "
+            "learning, frozen-learning, no-reflexes, neutral-drift, shuffled-genome, no-mutation, "
+            "constant-light, inverted-light, no-smell, "
+            "no-SPECIES, energy-only, energy-and-light, or a changed value. Repeatable.",
+        ),
+    ] = None,
+    seeds: Annotated[
+        int,
+        typer.Option(
+            parser=whole(1, 10_000), metavar="N", help="Number of runs of each arm, with seeds from 1."
+        ),
+    ] = 8,
+    ticks: Ticks = None,
+    set_: Set = None,
+    workers: Workers = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            parser=path_of,
+            metavar="PATH",
+            help="Folder for the results: new, empty, or begun by this command. Default: in runs/.",
+        ),
+    ] = None,
+    quiet: Quiet = False,
+    training_seeds: Annotated[
+        int | None,
+        typer.Option(
+            parser=whole(1, 10_000),
+            metavar="N",
+            help="Train policies from seeds 1 to N, and run each with every seed.",
+        ),
+    ] = None,
+    retrain: Annotated[
+        bool,
+        typer.Option(
+            "--retrain",
+            help="Train again under each treatment that changes values; else it runs with the same policies.",
+        ),
+    ] = False,
+    policies: Policies = "trained",
+    on: On = LOCAL,
+    trust: Trust = False,
 ) -> None:
-    """Run all arms with all seeds on an engine, then write and print the differences.
-
-    `policies` are those of arms whose treatment says nothing else: as `run` takes them.
-    """
+    """Compare a world with itself under treatments; the same command with --out DIR resumes a stopped
+    comparison."""
+    allow(trust, world, set_)
     check_engine(on)
-    arms = arms_of(world, changes, treatments)
+    arms = arms_of(world, set_ or [], control or ["random-policy"])
     if policies != "trained":
         known_policies(policies, arms[0].config)
         if training_seeds is not None:
@@ -143,10 +194,8 @@ def _do(
 
 def _report(comparison: Comparison) -> None:
     """Compare the arms, write the comparison, and print it: in how many runs all persisted, and a table."""
-    from ecs_eco.analysis.compare import compare
-
     policies = comparison.policies_in_words()
-    result = compare(
+    result = compare_arms(
         comparison.folders(),
         comparison.folder,
         training=comparison.training_seeds_of_runs(),
@@ -198,10 +247,6 @@ def _say_measured(name: str, kinds: Mapping[str, Any]) -> None:
 
 def _print_table(arms: Mapping[str, Any]) -> None:
     """Print numbers and extinctions by arm and species."""
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Column, Table
-
     head = ("arm", "runs", "all persist", "species", "mean number", "died out in")
     table = Table(*(Column(word, overflow="fold", no_wrap=word in ("arm", "species")) for word in head))
     for name, arm in arms.items():

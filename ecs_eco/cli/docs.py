@@ -6,6 +6,7 @@ from __future__ import annotations
 import ast
 import os
 import sys
+import webbrowser
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated
@@ -14,6 +15,7 @@ import typer
 
 import ecs_eco
 from ecs_eco.cli.terminal import complain, exits, refuse, say
+from ecs_eco.config.shipped import titles
 
 PACKAGE = Path(ecs_eco.__file__).parent
 SITE = PACKAGE / "_site"  # tools/build_site.py writes it, and the wheel takes it
@@ -57,8 +59,6 @@ def docs(
         )
     say(found.as_uri())
     if browser and _graphical():
-        import webbrowser
-
         webbrowser.open(found.as_uri())
 
 
@@ -76,8 +76,6 @@ def _graphical() -> bool:
 
 def list_() -> None:
     """List worlds, sensors, components and systems."""
-    from ecs_eco.config.shipped import titles
-
     sections = {
         "Worlds": titles(),
         "Sensors": dict(_classes(PACKAGE / "config" / "models" / "sensors.py", "kind")),

@@ -9,17 +9,21 @@ import stat
 import tempfile
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
 
+from ecs_eco import __version__
 from ecs_eco.cli.options import Quiet
 from ecs_eco.cli.terminal import FAILED, complain, exits, progress, say
-from ecs_eco.compiled import portable
-
-if TYPE_CHECKING:
-    from ecs_eco.testing.self_test import Outcome
-    from ecs_eco.testing.target import Target
+from ecs_eco.compiled import jit, portable
+from ecs_eco.testing import self_test
+from ecs_eco.testing.browser import chromium
+from ecs_eco.testing.self_test import Outcome
+from ecs_eco.testing.target import OTHERS, Target, instructions, target, versions
 
 Facts = list[tuple[str, str]]
 
@@ -32,12 +36,6 @@ def doctor(
     quiet: Quiet = False,
 ) -> None:
     """Print what results depend on here, and whether they agree with the release: exit code 1 if not."""
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
-    from ecs_eco.testing.target import target
-
     here = target()
     console = Console(highlight=False, soft_wrap=True)
     sections = {
@@ -59,12 +57,10 @@ def doctor(
         _self_test(here, quiet, console)
 
 
-def _self_test(here: Target, quiet: bool, console: Any) -> None:
-    from ecs_eco.testing.self_test import cases, differing, examine_all
-
+def _self_test(here: Target, quiet: bool, console: Console) -> None:
     with progress("self-test", quiet, "worlds") as bar:
-        outcomes = examine_all(cases(), bar)
-    other = differing(outcomes, here)
+        outcomes = self_test.examine_all(self_test.cases(), bar)
+    other = self_test.differing(outcomes, here)
     console.print(_table(outcomes, other), end="\n\n")
     failed = [outcome.case.name for outcome in outcomes if not outcome.holds]
     if failed:
@@ -88,9 +84,7 @@ def _self_test(here: Target, quiet: bool, console: Any) -> None:
     say(f"All results are the same for one thread, for two, and from a checkpoint{compared}.")
 
 
-def _table(outcomes: list[Outcome], other: list[str] | None) -> Any:
-    from rich.table import Table
-
+def _table(outcomes: list[Outcome], other: list[str] | None) -> Table:
     table = Table(
         title=f"Self-test: {len(outcomes)} short runs",
         title_justify="left",
@@ -111,16 +105,11 @@ def _table(outcomes: list[Outcome], other: list[str] | None) -> Any:
 
 
 def _versions(here: Target) -> Facts:
-    from ecs_eco import __version__
-    from ecs_eco.testing.target import OTHERS, versions
-
     inside = {**here.versions, "python": platform.python_version(), **versions(OTHERS)}
     return [("ecs-eco", f"{__version__}, in {Path(__file__).parents[1]}"), *inside.items()]
 
 
 def _processor(here: Target) -> Facts:
-    from ecs_eco.testing.target import instructions
-
     triple, _, features = instructions()
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     variables = [
@@ -145,17 +134,15 @@ def _processor(here: Target) -> Facts:
 
 
 def _disk() -> Facts:
-    from ecs_eco.compiled.jit import FOLDER
-
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        usable = FOLDER.usable()
-    path, facts = FOLDER.path, []
+        usable = jit.FOLDER.usable()
+    path, facts = jit.FOLDER.path, []
     if path.is_dir():
         status, files = path.lstat(), list(path.glob("*.nbc"))
         size = sum(file.stat().st_size for file in files)
         facts.append(("cache", str(path)))
-        about = f"owner {_owner(status.st_uid)}, mode {stat.S_IMODE(status.st_mode):04o}"
+        about = f"owner {_owner(path)}, mode {stat.S_IMODE(status.st_mode):04o}"
         facts.append(("", f"{about}, {len(files)} kernels, {size / 1e6:.1f} MB"))
     if not usable:
         facts.append(("cache", f"NOT USED: {caught[0].message if caught else path}"))
@@ -172,18 +159,14 @@ def _disk() -> Facts:
     return facts
 
 
-def _owner(uid: int) -> str:
+def _owner(path: Path) -> str:
     try:
-        import pwd
-
-        return pwd.getpwuid(uid).pw_name
-    except (ImportError, KeyError):
-        return str(uid)
+        return path.owner()
+    except (KeyError, NotImplementedError):  # no such name, or a system without them
+        return str(path.lstat().st_uid)
 
 
 def _viewer() -> Facts:
-    from ecs_eco.testing.browser import chromium
-
     windows = (
         any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")) or platform.system() != "Linux"
     )

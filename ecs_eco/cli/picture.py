@@ -8,9 +8,18 @@ from typing import Annotated, Any
 
 import typer
 
+from ecs_eco.analysis.nervous_figure import draw_nervous_system, draw_nervous_systems, save
 from ecs_eco.cli.options import Quiet, Run, Set, Size, Trust, World
 from ecs_eco.cli.terminal import complain, exits, progress, recorded, refuse, say, whole
 from ecs_eco.cli.trust import allow
+from ecs_eco.config import load
+from ecs_eco.engine.errors import RecordingError
+from ecs_eco.runs.begin import config_of
+from ecs_eco.view import film
+from ecs_eco.view.inspect import drawable
+from ecs_eco.view.paint import Painter
+from ecs_eco.view.replay import Replay
+from ecs_eco.view.rerun import compute
 
 SIZES = (320, 7680)  # [px]
 DRAWINGS = (".png", ".svg", ".pdf")
@@ -31,8 +40,6 @@ def draw(
     set_: Set = None,
 ) -> None:
     """Draw the nervous systems of a world's species."""
-    from ecs_eco.config import load
-
     config = load(world, set_ or [])
     path = _file(
         out or Path(f"{config.name}-{species or 'nerves'}.png"),
@@ -40,7 +47,6 @@ def draw(
         "--out",
         "no picture that can be written",
     )
-    from ecs_eco.analysis.nervous_figure import draw_nervous_systems, save  # matplotlib is slow to load
 
     figure = draw_nervous_systems(config, [species] if species else [])
     try:
@@ -78,7 +84,6 @@ def picture(
         _draw_nerves(replay, folder, out, tick, organism, quiet)
         return
     path = _file(out or Path(f"{replay.recording.manifest['world']}-{tick}.png"), (".png",))
-    from ecs_eco.view.paint import Painter
 
     try:
         say(f"Drawn in {Painter(replay, _size(size)).save(tick, path)}")
@@ -113,8 +118,6 @@ def video(
     quiet: Quiet = False,
 ) -> None:
     """Make a film of a recorded run."""
-    from ecs_eco.view import film
-
     replay = _replay(folder)
     path = _file(out or Path(f"{replay.recording.manifest['world']}.mp4"), film.ENDINGS)
     try:
@@ -129,7 +132,6 @@ def video(
     if not 1 <= fps <= 240:
         refuse("--fps", "not possible", fps, "1 to 240 frames a second")
     pixels, ticks = _size(size), film.ticks_of(first, last, fps, step)
-    from ecs_eco.view.paint import Painter
 
     painter = Painter(replay, pixels)
     with progress(path.name, quiet, "frames") as bar:
@@ -172,9 +174,6 @@ def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: in
         refuse("--tick", f"organism {uid} has not sensed yet", tick, f"{state['born'] + 1} or later")
     if state["note"]:
         complain(state["note"])
-    from ecs_eco.analysis.nervous_figure import draw_nervous_system, save
-    from ecs_eco.runs.begin import config_of
-    from ecs_eco.view.inspect import drawable
 
     figure = draw_nervous_system(
         config_of(replay.recording.manifest, path=folder), species, drawable(state["nerves"])
@@ -187,9 +186,6 @@ def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: in
 
 def _again(replay: Any, uid: int, quiet: bool) -> dict[str, Any]:
     """Rerun the stretch around the tick, and return the state of the organism then."""
-    from ecs_eco.engine.errors import RecordingError
-    from ecs_eco.view.rerun import compute
-
     r = replay.recording
     with progress("running again", quiet) as bar:
         stretch = compute(r.path, r.manifest, replay.tick, min(r.last, replay.tick), r.recorded, bar)
@@ -204,7 +200,6 @@ def _again(replay: Any, uid: int, quiet: bool) -> dict[str, Any]:
 
 def _replay(folder: Path) -> Any:
     recorded(folder)
-    from ecs_eco.view.replay import Replay
 
     return Replay(folder)
 

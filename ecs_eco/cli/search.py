@@ -6,21 +6,24 @@ from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any
 
 import typer
 
 from ecs_eco.cli.folders import results
-from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, refuse, say, shown
+from ecs_eco.cli.options import On, Quiet, Set, Trust, Workers, World
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, path_of, refuse, say, shown, whole
+from ecs_eco.cli.trust import allow
 from ecs_eco.config import load
 from ecs_eco.config.notes import notes
 from ecs_eco.config.overrides import ALIASES, parse
 from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.experiments.engines import LOCAL, check_engine
+from ecs_eco.experiments.ray_executor import WorkerLost
 from ecs_eco.record.claim import Claim
-
-if TYPE_CHECKING:
-    from ecs_eco.search.run import Search
+from ecs_eco.search import search as search_values
+from ecs_eco.search.journal import has_search
+from ecs_eco.search.run import Search
 
 SECTION = {  # options, and the keys of [search] that they set
     **{
@@ -41,31 +44,111 @@ SECTION = {  # options, and the keys of [search] that they set
 }
 
 
-def search_world(
-    world: str,
-    changes: list[str],
-    ranges: list[str],
-    options: dict[str, Any],
-    budget: float | None,
-    trials: int | None,
-    workers: int | None,
-    optimiser: str,
-    out: Path | None,
-    quiet: bool,
-    on: str = LOCAL,
+@exits
+def search(
+    world: World,
+    range_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--range",
+            metavar="KEY=LOW:HIGH",
+            help="A number to vary, in addition to those of the file. Repeatable.",
+        ),
+    ] = None,
+    objective: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="persistence, cycling, population, data, or module:function. Default: as in the world.",
+        ),
+    ] = None,
+    budget: Annotated[
+        float | None,
+        typer.Option(min=0.01, metavar="MINUTES", help="Time for the whole search. [default: 30]"),
+    ] = None,
+    trials: Annotated[
+        int | None,
+        typer.Option(parser=whole(1), metavar="N", help="Number of candidates; also instead of --budget."),
+    ] = None,
+    ticks: Annotated[
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Length of a whole run [ticks].")
+    ] = None,
+    world_seeds: Annotated[
+        int | None,
+        typer.Option(parser=whole(1, 1000), metavar="N", help="Number of world seeds of a candidate."),
+    ] = None,
+    training_seeds: Annotated[
+        int | None,
+        typer.Option(parser=whole(1, 1000), metavar="N", help="Number of training seeds of a candidate."),
+    ] = None,
+    policies: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="trained, random, untrained, train (each candidate its own), train-once."
+        ),
+    ] = None,
+    training_ticks: Annotated[
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Length of a training [ticks].")
+    ] = None,
+    confirm_world_seeds: Annotated[
+        int | None,
+        typer.Option(parser=whole(1, 1000), metavar="N", help="Number of world seeds of the confirmation."),
+    ] = None,
+    confirm_training_seeds: Annotated[
+        int | None,
+        typer.Option(
+            parser=whole(1, 1000), metavar="N", help="Number of training seeds of the confirmation."
+        ),
+    ] = None,
+    confirm_ticks: Annotated[
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Length of its runs [ticks].")
+    ] = None,
+    optimiser: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="gp, tpe, random (as a baseline); abc, abc-smc: sample numbers that fit [data].",
+        ),
+    ] = "gp",
+    seed: Annotated[
+        int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N", help="Seed of the optimiser.")
+    ] = None,
+    workers: Workers = None,
+    on: On = LOCAL,
+    set_: Set = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            parser=path_of,
+            metavar="PATH",
+            help="Folder for the results: new, empty, or of a search to continue.",
+        ),
+    ] = None,
+    quiet: Quiet = False,
+    trust: Trust = False,
 ) -> None:
-    """Start or resume a search on an engine, and print its result."""
+    """Search for values with which a world persists."""
+    allow(trust, world, set_)
+    options = {
+        "objective": objective,
+        "ticks": ticks,
+        "world_seeds": world_seeds,
+        "training_seeds": training_seeds,
+        "policies": policies,
+        "training_ticks": training_ticks,
+        "confirm_world_seeds": confirm_world_seeds,
+        "confirm_training_seeds": confirm_training_seeds,
+        "confirm_ticks": confirm_ticks,
+        "seed": seed,
+    }
     check_engine(on)
-    overrides = overrides_of(changes, ranges, options)
+    overrides = overrides_of(set_ or [], range_ or [], options)
     try:
         config = load(world, overrides)
     except ConfigError as error:
         raise ConfigError([_moved(p) for p in error.problems], error.title) from None
     if budget is None and trials is None:
         budget = 30.0
-    from ecs_eco.experiments.ray_executor import WorkerLost
-    from ecs_eco.search import search
-    from ecs_eco.search.journal import has_search
 
     for note in notes(config):
         complain(f"note: {note}")
@@ -73,7 +156,7 @@ def search_world(
     with folder as claim:
         try:
             with _shown(config.name, quiet) as show:
-                result = search(
+                result = search_values(
                     world,
                     claim,
                     overrides,

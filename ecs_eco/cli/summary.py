@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from ecs_eco.cli.options import Set, Trust
 from ecs_eco.cli.terminal import exits, refuse, say
 from ecs_eco.cli.trust import allow
-
-if TYPE_CHECKING:
-    from ecs_eco.config import WorldConfig
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.checks.genome import components_of
+from ecs_eco.config.json_schema import json_schema
+from ecs_eco.config.memory import require_memory
+from ecs_eco.config.notes import notes
+from ecs_eco.config.notes_on_ticks import notes_on_ticks
+from ecs_eco.config.shapes import shapes_of_networks
+from ecs_eco.config.traits import traits_of
+from ecs_eco.genomes import layout_of
 
 
 @exits
@@ -34,17 +40,12 @@ def check(
     trust: Trust = False,
 ) -> None:
     """Check a world file and print a summary."""
-    from ecs_eco.config import load
-
     allow(trust, world, set_)
     if schema:
-        from ecs_eco.config.json_schema import json_schema
-
         model = () if world is None else (type(load(world, set_ or [])),)
         return say(json.dumps(json_schema(*model), indent=1, ensure_ascii=False))
     if world is None:
         refuse("WORLD", "is missing", "", "a world, or --schema")
-    from ecs_eco.config.memory import require_memory
 
     config = load(world, set_ or [])
     require_memory(config)
@@ -52,11 +53,6 @@ def check(
 
 
 def _layout(config: WorldConfig, name: str) -> Any:
-    from ecs_eco.config.checks.genome import components_of
-    from ecs_eco.config.shapes import shapes_of_networks
-    from ecs_eco.config.traits import traits_of
-    from ecs_eco.genomes import layout_of
-
     species = config.species[name]
     assert species.genome is not None
     own = components_of(config, species)
@@ -74,9 +70,6 @@ def _layout(config: WorldConfig, name: str) -> Any:
 
 def summary(config: WorldConfig) -> str:
     """Name, space, species with their channels, actions and genes, and the hash of the configuration."""
-    from ecs_eco.config.notes import notes
-    from ecs_eco.config.notes_on_ticks import notes_on_ticks
-
     space = " × ".join(f"{s:g}" for s in config.space.size)
     lines = [
         f"{config.name}: {config.title}".rstrip(": "),

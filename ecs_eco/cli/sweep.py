@@ -7,21 +7,28 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
+from rich.console import Console
+from rich.table import Table
 
 from ecs_eco.cli.folders import results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, refuse, say, shown
+from ecs_eco.cli.trust import allow
+from ecs_eco.config.shipped import named
+from ecs_eco.engine import trust
+from ecs_eco.engine.code import read
 from ecs_eco.experiments.engines import SLURM, check_engine, engine
 from ecs_eco.record.claim import Claim
+from ecs_eco.record.code import FOLDER
 from ecs_eco.sweeps.design import design_of
 from ecs_eco.sweeps.folder import Sweep, begin, check_plan, has_sweep, read_sweep
+from ecs_eco.sweeps.jobs import UNFINISHED, run_job
 from ecs_eco.sweeps.plan import read_plan
-
-if TYPE_CHECKING:
-    from ecs_eco.sweeps.run import Outcome
-    from ecs_eco.sweeps.status import Status
+from ecs_eco.sweeps.run import Outcome, do_jobs, unfinished
+from ecs_eco.sweeps.slurm import Options, resume
+from ecs_eco.sweeps.status import Status, Survey
+from ecs_eco.sweeps.table import collect
 
 PACE = 1.0  # [s] between two looks at the folder
 
@@ -72,18 +79,11 @@ def check_where(on: str, sbatch: Sequence[str]) -> None:
 
 def allow_code(world: str, folder: Path) -> None:
     """Allow the code that a plan's world lists, and print it."""
-    from ecs_eco.cli.trust import allow
-    from ecs_eco.config.shipped import named
-
     allow(True, world if named(world) is not None else folder / world)
 
 
 def allow_kept(sweep: Sweep) -> None:
     """Allow the code that a sweep keeps in its folder, and print it."""
-    from ecs_eco.engine import trust
-    from ecs_eco.engine.code import read
-    from ecs_eco.record.code import FOLDER
-
     code = read([str(n["entry"]) for n in sweep.content["code"]], [sweep.folder / FOLDER])[0]
     trust.remember({source.sha256: source.path for source in code.sources})
     for source in code.sources:
@@ -92,8 +92,6 @@ def allow_kept(sweep: Sweep) -> None:
 
 def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool, sbatch: Sequence[str] = ()) -> None:
     """Do what is not done of a sweep, or submit it; end the command if jobs failed or it was stopped."""
-    from ecs_eco.sweeps.run import do_jobs, unfinished
-
     numbers = unfinished(sweep)
     if len(numbers) < len(sweep.jobs) and not quiet:
         complain(f"{len(sweep.jobs) - len(numbers)} of {len(sweep.jobs)} jobs are done already.")
@@ -111,8 +109,6 @@ def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool, sbatch: Se
 
 def submit_sweep(sweep: Sweep, numbers: Sequence[int], limit: int | None, sbatch: Sequence[str]) -> None:
     """Submit to SLURM what is neither done nor queued."""
-    from ecs_eco.sweeps.slurm import Options, resume
-
     options = Options(more=tuple(sbatch)) if limit is None else Options(limit, more=tuple(sbatch))
     ids, queued = resume(sweep.folder, numbers, options)
     if queued:
@@ -143,8 +139,6 @@ def tell_outcome(sweep: Sweep, outcome: Outcome) -> None:
 
 def tell_failures(sweep: Sweep, failed: dict[int, str], most: int = 5) -> None:
     """Say why jobs failed, the most frequent reason first."""
-    from ecs_eco.sweeps.status import Status
-
     reasons = Status(failed=failed).errors()
     for text, numbers in reasons[:most]:
         complain(
@@ -158,7 +152,6 @@ def tell_failures(sweep: Sweep, failed: dict[int, str], most: int = 5) -> None:
 
 def do_jobs_here(folder: Path, numbers: Sequence[int], trust: bool) -> None:
     """Do jobs in this process, one after another; SIGTERM leaves a checkpoint and exits with UNFINISHED."""
-    from ecs_eco.sweeps.jobs import UNFINISHED, run_job
 
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
@@ -191,11 +184,6 @@ def do_jobs_here(folder: Path, numbers: Sequence[int], trust: bool) -> None:
 
 def tell_status(folder: Path) -> None:
     """Print a table of the state of a sweep, and why jobs failed."""
-    from rich.console import Console
-    from rich.table import Table
-
-    from ecs_eco.sweeps.status import Survey
-
     sweep = read_sweep(folder)
     status = Survey(sweep).look()
     table = Table(
@@ -229,8 +217,6 @@ def duration(seconds: float | None) -> str:
 @contextmanager
 def watched(sweep: Sweep, quiet: bool) -> Iterator[None]:
     """Show how far a sweep is: a bar on a terminal, a line every half minute elsewhere, nothing if quiet."""
-    from ecs_eco.sweeps.status import Survey
-
     end, survey, name = threading.Event(), Survey(sweep), sweep.content["world"]
     with shown(
         name,
@@ -262,8 +248,6 @@ def in_words(status: Status) -> str:
 
 def collect_sweep(folder: Path, quiet: bool) -> None:
     """Write the table, the figures and the page of a sweep, and print what they hold."""
-    from ecs_eco.sweeps.table import collect
-
     sweep = read_sweep(folder)
     result = collect(sweep)
     if result.missing and not quiet:

@@ -6,6 +6,7 @@ Nothing is imported here that loads numpy, which must come after the choice of t
 import json
 import os
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any
 
 import typer
@@ -84,19 +85,14 @@ def run(
     trust: Trust = False,
 ) -> None:
     """Run all jobs of a plan; `sweep PLAN` is short for it."""
-    settle(on, out)
-    from ecs_eco.cli.sweep import sweep_plan
-
-    sweep_plan(plan, on, workers, out, quiet, trust, sbatch or [])
+    _work(on, out).sweep_plan(plan, on, workers, out, quiet, trust, sbatch or [])
 
 
 @sweep.command()
 @exits
 def status(folder: Folder) -> None:
     """Say what is done, runs, waits and failed, how fast, and how long it still takes."""
-    from ecs_eco.cli.sweep import tell_status
-
-    tell_status(folder)
+    _work().tell_status(folder)
 
 
 @sweep.command()
@@ -110,19 +106,14 @@ def resume(
     trust: Trust = False,
 ) -> None:
     """Go on with the jobs that are not done, failed ones included."""
-    settle(None, folder)
-    from ecs_eco.cli.sweep import resume_sweep
-
-    resume_sweep(folder, on, workers, quiet, trust, sbatch or [])
+    _work(None, folder).resume_sweep(folder, on, workers, quiet, trust, sbatch or [])
 
 
 @sweep.command()
 @exits
 def collect(folder: Folder, quiet: Quiet = False) -> None:
     """Make one table of all runs that are done, with figures and a report."""
-    from ecs_eco.cli.sweep import collect_sweep
-
-    collect_sweep(folder, quiet)
+    _work().collect_sweep(folder, quiet)
 
 
 @sweep.command(hidden=True)
@@ -131,10 +122,15 @@ def job(
     folder: Folder, numbers: Annotated[list[int], typer.Argument(metavar="NUMBER…")], trust: Trust = False
 ) -> None:
     """Do jobs of a sweep, by their numbers, in this process; exit with 75 where it was told to stop."""
-    settle(None, folder)
-    from ecs_eco.cli.sweep import do_jobs_here
+    _work(None, folder).do_jobs_here(folder, numbers, trust)
 
-    do_jobs_here(folder, numbers, trust)
+
+def _work(on: str | None = None, folder: Path | None = None) -> ModuleType:
+    """Settle the mode, then return the module that does the work of the commands, which loads numpy."""
+    settle(on, folder)
+    from ecs_eco.cli import sweep
+
+    return sweep
 
 
 def settle(on: str | None, folder: Path | None) -> None:

@@ -5,14 +5,23 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.padding import Padding
+from rich.text import Text
 
+from ecs_eco.analysis.lineage import Lineage
+from ecs_eco.analysis.report import write_report
+from ecs_eco.analysis.report.archipelago import write_archipelago
+from ecs_eco.analysis.runs import parts
+from ecs_eco.analysis.why import write_why
+from ecs_eco.cli.folders import pages
 from ecs_eco.cli.terminal import exits, path_of, printable, recorded, refuse, say
-
-if TYPE_CHECKING:
-    from ecs_eco.analysis.lineage import Lineage
+from ecs_eco.engine.errors import listed, nearest
+from ecs_eco.record import archipelago
+from ecs_eco.record.geodata import write_tracks
 
 
 @exits
@@ -37,23 +46,18 @@ def report(
     ] = None,
 ) -> None:
     """Draw the figures of a run."""
-    from ecs_eco.cli.folders import pages
-    from ecs_eco.record.archipelago import is_archipelago
-
     pairs = dict(text.partition("=")[::2] for text in match or ())
     if wrong := next((text for text in match or () if text.count("=") != 1), None):
         refuse("--match", "is no pair", wrong, "COLUMN=SPECIES")
     if match and against is None:
         refuse("--match", "is given without --against", match[0], "both")
-    if is_archipelago(folder):
+    if archipelago.is_archipelago(folder):
         if against is not None:
             refuse("--against", "is not possible for an archipelago", str(against), "the folder of an island")
-        from ecs_eco.analysis.report.archipelago import write_archipelago
 
         pages(out, folder)
         return say(f"written: {write_archipelago(folder, out)}")
     recorded(folder)
-    from ecs_eco.analysis.report import write_report
 
     pages(out, folder)
     say(f"written: {write_report(folder, out, against, pairs)}")
@@ -73,13 +77,15 @@ def why(
     json_: Annotated[bool, typer.Option("--json", help="Print why.json instead of sentences.")] = False,
 ) -> None:
     """Explain what happened in a run, why, and which values to change."""
-    from ecs_eco.cli.archipelago import refuse_islands
-
-    refuse_islands(folder)
+    if archipelago.is_archipelago(folder):
+        names = list(archipelago.read(folder)["config"]["archipelago"]["islands"])
+        refuse(
+            "DIR",
+            "is an archipelago; name one of its islands",
+            str(folder),
+            f"a run folder, as {folder}/islands/{names[0]}",
+        )
     recorded(folder)
-    from ecs_eco.analysis.runs import parts
-    from ecs_eco.analysis.why import write_why
-    from ecs_eco.cli.folders import pages
 
     if not parts(folder, "series"):
         refuse("DIR", "holds no series", str(folder), "a run of one tick or more")
@@ -94,10 +100,6 @@ def why(
 
 def _print_blocks(blocks: dict[str, list[str]]) -> None:
     """Sentences under their headings, as wide as the terminal."""
-    from rich.console import Console
-    from rich.padding import Padding
-    from rich.text import Text
-
     console: Any = Console(file=sys.stdout, highlight=False, width=None if sys.stdout.isatty() else 110)
     for head, lines in blocks.items():
         console.print(Text(printable(f"\n{head}" if head != next(iter(blocks)) else head), style="bold"))
@@ -124,12 +126,7 @@ def lineage(
     ] = False,
 ) -> None:
     """Print and write the lineages of a run."""
-    from ecs_eco.analysis.lineage import Lineage
-    from ecs_eco.analysis.runs import parts
-    from ecs_eco.engine.errors import listed, nearest
-    from ecs_eco.record.archipelago import is_archipelago
-
-    if not is_archipelago(folder):
+    if not archipelago.is_archipelago(folder):
         recorded(folder)
         if not parts(folder, "births"):
             refuse("DIR", "holds no births", str(folder), "a run with organisms")
@@ -198,8 +195,6 @@ def tracks(
     ] = False,
 ) -> None:
     """Write where organisms were, as geographic data."""
-    from ecs_eco.record.geodata import write_tracks
-
     written = write_tracks(folder, file, species, lines)
     say(
         f"{written.places:,} places of {written.individuals:,} organisms in {file}, in "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 import time
@@ -14,6 +15,14 @@ from typing import Any, NoReturn
 import typer
 
 from ecs_eco.compiled.garbage import loaded
+from ecs_eco.engine.errors import (
+    CheckpointError,
+    ConfigError,
+    FolderInUse,
+    ForeignFile,
+    Problem,
+    RecordingError,
+)
 
 _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
@@ -50,14 +59,6 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def wrapped(*args: Any, **kwargs: Any) -> None:
-        from ecs_eco.engine.errors import (
-            CheckpointError,
-            ConfigError,
-            FolderInUse,
-            ForeignFile,
-            RecordingError,
-        )
-
         try:
             command(*args, **kwargs)
         except ConfigError as error:
@@ -90,8 +91,6 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
 
 def refuse(source: str, fault: str, value: object, allowed: str, near: str = "") -> NoReturn:
     """Refuse an argument of the command line."""
-    from ecs_eco.engine.errors import ConfigError, Problem
-
     raise ConfigError([Problem((), fault, value, allowed, near, source)])
 
 
@@ -196,3 +195,22 @@ def now_and_then(line: Callable[..., str], every: float = 30.0) -> Callable[...,
             complain(line(*told))
 
     return show
+
+
+def stopped(done: int, ticks: int, out: Path) -> NoReturn:
+    """Ends a command after Ctrl-C."""
+    manifest = out / "manifest.json"
+    if manifest.is_file():
+        done = json.loads(manifest.read_text(encoding="utf-8")).get("done", done)
+    kept = f"what was recorded until then is in {out}" if manifest.is_file() else "nothing was recorded"
+    if any((out / "checkpoints").glob("tick-*")):
+        kept += f"; go on with: ecs-eco resume {out}"
+    complain(f"Stopped at tick {done} of {ticks}; {kept}.")
+    raise typer.Exit(INTERRUPTED)
+
+
+def numbers(result: dict[str, Any]) -> str:
+    """The times of a run, a line each."""
+    return "".join(
+        f"\n  {word.replace('_', ' ')}: {result[word]:.1f}" for word in result if word.endswith("_seconds")
+    )

@@ -5,20 +5,19 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ecs_eco.cli.terminal import complain
-
-if TYPE_CHECKING:
-    from ecs_eco.engine.code import Code
+from ecs_eco.config.loading import code_listed, document_of
+from ecs_eco.engine import trust
+from ecs_eco.engine.code import Code, read
+from ecs_eco.record.code import FOLDER
+from ecs_eco.record.seal import read_manifest
 
 
 def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None = None) -> None:
     """If `wanted`, remember the sources that a world or a run folder names, and print them."""
     if not wanted or world is None:
         return
-    from ecs_eco.config.loading import code_listed, document_of
-    from ecs_eco.engine import trust
 
     code = (
         _of_run(Path(world))
@@ -36,10 +35,6 @@ def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None 
 
 def _of_run(folder: Path) -> Code:
     """The code kept in a run's folder, as it is now."""
-    from ecs_eco.engine.code import read
-    from ecs_eco.record.code import FOLDER
-    from ecs_eco.runs.run import read_manifest
-
     listed = read_manifest(folder).get("code", [])
     entries = (
         [str(n["entry"]) for n in listed if isinstance(n, dict) and "entry" in n]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,10 +11,21 @@ from typing import Annotated, Any
 
 import typer
 
+from ecs_eco.cli.folders import POLICIES, known_policies
 from ecs_eco.cli.options import Learn, NoBrowser, Policies, Port, Seed, Set, Threads, Trust
 from ecs_eco.cli.terminal import exits, refuse, say, whole
 from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
+from ecs_eco.config import load
+from ecs_eco.ecosystem import World
+from ecs_eco.record.archipelago import is_archipelago, read
+from ecs_eco.view.branch import Start
+from ecs_eco.view.islands import watch_islands
+from ecs_eco.view.live import Live
+from ecs_eco.view.pair import Pair, Picker
+from ecs_eco.view.replay import Replay
+from ecs_eco.view.watch import Window
+from ecs_eco.view.watch import watch as serve
 
 
 @exits
@@ -44,7 +56,6 @@ def watch(
     allow(trust, world, set_)
     if other is not None:
         allow(trust, other, set_)
-    from ecs_eco.record.archipelago import is_archipelago
 
     changes, shown = set_ or [], [world] if other is None else [world, other]
     if other is not None and (maps := [one for one in shown if is_archipelago(one)]):
@@ -65,9 +76,6 @@ def watch(
         _map(Path(world), port, not no_browser)
         return
     with _port(port):
-        from ecs_eco.view.pair import Pair
-        from ecs_eco.view.watch import watch as serve
-
         first, *others = [_source(one, changes, ticks, seed, threads, learn, policies) for one in shown]
         source = (
             Pair(first, others[0], _names(shown, [first, others[0]]))
@@ -85,9 +93,6 @@ def watch(
 
 
 def _map(folder: Path, port: int, browser: bool) -> None:
-    from ecs_eco.record.archipelago import read
-    from ecs_eco.view.islands import watch_islands
-
     manifest = read(folder)
     with _port(port):
         try:
@@ -101,8 +106,6 @@ def _map(folder: Path, port: int, browser: bool) -> None:
 @contextmanager
 def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Any]:
     """A window on a world that is run and recorded: pass its `open` to the run."""
-    from ecs_eco.view.watch import Window
-
     with _port(port), Window(ticks, _Announcer(title), port=port, browser=browser) as opened:
         yield opened
 
@@ -127,9 +130,6 @@ def _start(
     source: Any, world: str, changes: list[str], ticks: int | None, learn: bool | None, policies: str
 ) -> Any:
     """Return how a living world began, as words of `run`; None for a recorded one."""
-    from ecs_eco.view.live import Live
-    from ecs_eco.view.recipe import Start
-
     if not isinstance(source, Live):
         return None
     config = source.world.config
@@ -154,11 +154,6 @@ def _picker(
 ) -> Any:
     """Return what may be begun in the place of a living world, None for a recorded one; --set and a folder of
     policies are for the world that they were given for."""
-    from ecs_eco.cli.folders import POLICIES
-    from ecs_eco.view.live import Live
-    from ecs_eco.view.pair import Pair
-    from ecs_eco.view.picker import Picker
-
     if not isinstance(source, Live):
         return None
 
@@ -181,19 +176,12 @@ def _live(
     learn: bool | None,
     policies: str,
 ) -> Any:
-    from ecs_eco.cli.folders import known_policies
-    from ecs_eco.config import load
-    from ecs_eco.ecosystem import World
-    from ecs_eco.view.live import Live
-
     config = load(world, changes)
     known_policies(policies, config)
     return Live(World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn), ticks)
 
 
 def _replay(folder: Path) -> Any:
-    from ecs_eco.view.replay import Replay
-
     return Replay(folder)
 
 
@@ -219,8 +207,6 @@ class _Announcer:
 @contextmanager
 def _port(port: int) -> Iterator[None]:
     """Refuse a port that is not available."""
-    import socket
-
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ecs_eco.components import Metabolism
+from ecs_eco.engine.table import Table
 from ecs_eco.record.ledger import FLOWS
-
-if TYPE_CHECKING:
-    from ecs_eco.engine.table import Table
 
 IDENTITY = ("alive", "uid", "born")  # columns that only flushes change
 
@@ -24,8 +23,6 @@ def columns(table: Table) -> Iterator[tuple[Any, str, Any]]:
 
 def budget(table: Table) -> dict[str, np.ndarray]:
     """Return energy and flows of a table with Metabolism; nothing of another."""
-    from ecs_eco.components import Metabolism
-
     return (
         {n: getattr(table[Metabolism], n) for n in ("energy", *FLOWS.values())} if Metabolism in table else {}
     )

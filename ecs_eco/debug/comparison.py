@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.debug.columns import IDENTITY, budget, bytes_of, columns, more, owner_of
 from ecs_eco.debug.invariants import Invariants
 from ecs_eco.engine.system import System
+from ecs_eco.engine.table import Table
 from ecs_eco.record.ledger import FLOWS, LEDGER, imbalance
-
-if TYPE_CHECKING:
-    from ecs_eco.engine.table import Table
-    from ecs_eco.space.world import SpatialWorld
+from ecs_eco.record.recorder import Recorder
+from ecs_eco.space.world import SpatialWorld
+from ecs_eco.systems import ResetFlows
 
 # [1] tolerance of a float32 sum, relative to its largest number: 8 units in the last place
 ROUNDING = np.float32(1e-6)
@@ -139,8 +139,6 @@ class Before:
                 )
 
     def _energy(self, table: Table) -> None:
-        from ecs_eco.systems import ResetFlows
-
         was, now = self.budget[table.name], budget(table)
         if not was or not now or not any(isinstance(s, ResetFlows) for s in self.world.systems):
             return  # without ResetFlows there is no ledger
@@ -202,6 +200,4 @@ class Before:
 
 def _page(system: Any) -> int | None:
     """Return the page of the ledger that a recorder is about to write; None of another system."""
-    from ecs_eco.record.recorder import Recorder
-
     return system._at if isinstance(system, Recorder) else None

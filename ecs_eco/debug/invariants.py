@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
+from ecs_eco.components import Metabolism, Position
 from ecs_eco.debug.columns import columns, more, owner_of
 from ecs_eco.debug.errors import DebugError
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.system import System
+from ecs_eco.engine.table import Table
 from ecs_eco.engine.uids import is_given
-
-if TYPE_CHECKING:
-    from ecs_eco.engine.table import Table
-    from ecs_eco.space.world import SpatialWorld
+from ecs_eco.space.world import SpatialWorld
 
 FULL_TURN = 6.2831855  # [rad]
 
@@ -156,8 +155,6 @@ class Invariants:
 
     def _resolution(self, table: Table) -> None:
         """Check that steps of energy and place are not rounded away at the present values."""
-        from ecs_eco.components import Metabolism, Position
-
         dt, species, rows = np.float32(self.world.dt), table.species.config, table.rows()
         basal = np.float32(species.metabolism.basal if species is not None else 0) * dt
         if basal > 0 and Metabolism in table:

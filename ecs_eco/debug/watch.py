@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import weakref
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import esper
 import numpy as np
@@ -15,10 +15,8 @@ from ecs_eco.debug.comparison import Before
 from ecs_eco.debug.errors import StaleHandle
 from ecs_eco.debug.invariants import Invariants
 from ecs_eco.engine.schema import Columns
-
-if TYPE_CHECKING:
-    from ecs_eco.engine.table import Table
-    from ecs_eco.space.world import SpatialWorld
+from ecs_eco.engine.table import Table
+from ecs_eco.space.world import SpatialWorld
 
 BETWEEN = "what was done between ticks"
 

@@ -7,9 +7,11 @@ import keyword
 import re
 from pathlib import Path
 
+from ecs_eco.config import load
 from ecs_eco.config.shipped import WORLDS
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.engine.files import write
+from ecs_eco.worlds.policies import name_weights
 
 HERE = Path(__file__).parent
 ORIGINS = ("meadow", "blank", "predator-prey")
@@ -48,9 +50,6 @@ def new_world(folder: str | Path, origin: str = "meadow") -> list[Path]:
         )
     written = _written(folder, {f"{name}.toml": worlds[origin], **files})
     if origin == "predator-prey":
-        from ecs_eco.config import load
-        from ecs_eco.worlds.policies import name_weights
-
         config = load(origin)
         for species, kind in config.species.items():
             if kind.policy.file:

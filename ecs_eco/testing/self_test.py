@@ -7,12 +7,12 @@ import json
 import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from ecs_eco.config import load
+from ecs_eco.config.shipped import shipped
+from ecs_eco.ecosystem import World
 from ecs_eco.testing.target import Target
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
 
 DIGESTS = Path(__file__).parent / "digests.json"
 TICKS, SAVED, HORIZON, SEED = 40, 23, 16, 1  # two updates of learners; the checkpoint falls within a rollout
@@ -47,15 +47,11 @@ class Outcome(NamedTuple):
 
 def cases() -> list[Case]:
     """Return the cases: all shipped worlds, both ways."""
-    from ecs_eco.config.shipped import shipped
-
     return [Case(world, learn) for world in shipped() for learn in (False, True)]
 
 
 def examine(case: Case) -> Outcome:
     """Run one case; takes seconds."""
-    from ecs_eco.ecosystem import World
-
     config = _config(case, HORIZON)
     options: dict[str, Any] = {"seed": SEED, "learn": case.learn, "record": False}
     digest = World.from_config(config, threads=1, **options).run(TICKS).digest()
@@ -82,15 +78,11 @@ def examine_all(
 
 def short_world(case: Case, seed: int, horizon: int) -> World:
     """Return the world of a case, which learns every `horizon` ticks."""
-    from ecs_eco.ecosystem import World
-
     return World.from_config(_config(case, horizon), threads=1, seed=seed, learn=case.learn, record=False)
 
 
 def _config(case: Case, horizon: int) -> Any:
     """The world, with rollouts short enough for updates within the test."""
-    from ecs_eco.config import load
-
     learners = [name for name, species in load(case.world).species.items() if species.policy.thinks]
     return load(case.world, [f"species.{name}.ppo.horizon={horizon}" for name in learners])
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ecs_eco.compiled import workers
+from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.system import System
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
 
 State = dict[str, dict[str, np.ndarray]]
 
@@ -94,8 +93,6 @@ def act(world: World, kind: type[System]) -> None:
 @contextmanager
 def all_threads() -> Iterator[None]:
     """Within this block worlds use all their threads, however few organisms they have."""
-    from ecs_eco.compiled import workers
-
     before, workers.PARALLEL_FROM = workers.PARALLEL_FROM, 0
     try:
         yield

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ecs_eco.components import Metabolism
+from ecs_eco.engine.table import Table
 from ecs_eco.record.ledger import LEDGER, imbalance
-
-if TYPE_CHECKING:
-    from ecs_eco.engine.table import Table
-    from ecs_eco.space.world import SpatialWorld
+from ecs_eco.space.world import SpatialWorld
 
 
 class Stores:

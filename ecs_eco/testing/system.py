@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.components import Position
 from ecs_eco.debug import Debug, DebugError
+from ecs_eco.ecosystem import World
 from ecs_eco.engine.phases import PHASES
 from ecs_eco.engine.schema import Handle
 from ecs_eco.engine.system import System
 from ecs_eco.testing.states import State, all_threads, difference, shuffle, state
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
 
 
 def check_system(kind: Any, make_world: Callable[[int], Any], ticks: int = 5) -> None:

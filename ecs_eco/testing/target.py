@@ -9,6 +9,8 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import NamedTuple
 
+from numba.core.registry import cpu_target
+
 from ecs_eco.compiled import portable
 
 COMPUTING = ("numpy", "numba", "llvmlite", "torch", "deap", "scipy")  # whose versions results may depend on
@@ -57,8 +59,6 @@ def versions(names: tuple[str, ...]) -> dict[str, str]:
 def instructions() -> tuple[str, str, list[str]]:
     """Return the triple, the processor's name and the features that numba compiles for;
     NUMBA_CPU_NAME changes them."""
-    from numba.core.registry import cpu_target
-
     triple, name, features = cpu_target.target_context.codegen().magic_tuple()
     return triple, name, sorted(word[1:] for word in features.split(",") if word.startswith("+"))
 

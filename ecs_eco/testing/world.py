@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.components import Position
+from ecs_eco.ecosystem import World
+from ecs_eco.engine.table import Table
 from ecs_eco.engine.uids import is_given
 from ecs_eco.record import matter
 from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.testing.states import all_threads, difference, shuffle, state
 from ecs_eco.testing.stores import Stores
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
-    from ecs_eco.engine.table import Table
 
 
 def check_world(world: Any, ticks: int = 30) -> None:
@@ -53,8 +51,6 @@ def check_world(world: Any, ticks: int = 30) -> None:
 
 
 def _built(config: Any, threads: int) -> Any:
-    from ecs_eco.ecosystem import World
-
     return World.from_config(config, threads=threads)
 
 

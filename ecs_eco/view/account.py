@@ -4,32 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis.compare import clean
+from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.analysis.why import Case, explain, sentences
+from ecs_eco.analysis.why.case import in_force
+from ecs_eco.ecosystem import World
+from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.source import Message
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
-    from ecs_eco.view.pedigree import PedigreeLog
 
 REMEMBERED = 20  # blocks of 1,000 ticks of a living world
 
 
 def of_run(folder: Path, tick: int) -> Message:
     """Return the account of a recorded run, all of it: {"kind": "why", …}."""
-    from ecs_eco.analysis.why import Case
-
     return _told(Case.read(folder), tick)
 
 
 def of_world(world: World, lives: PedigreeLog) -> Message:
     """Return the account of a living world so far, of the ticks that its recorder remembers."""
-    from ecs_eco.analysis.runs import Series, load_series
-    from ecs_eco.analysis.why import Case
-    from ecs_eco.analysis.why.case import in_force
-
     if world.recorder is None or world.config is None:
         return _nothing(world.tick, "This world is not recorded: there is nothing to account for.")
     series = load_series(world.recorder.series())
@@ -52,9 +48,6 @@ def _nothing(tick: int, text: str) -> Message:
 
 
 def _told(case: Any, tick: int) -> Message:
-    from ecs_eco.analysis.compare import clean
-    from ecs_eco.analysis.why import explain, sentences
-
     with np.errstate(all="ignore"):
         findings = explain(case)
     sections: Mapping[str, Any] = sentences(case, findings)

@@ -1,15 +1,15 @@
-"""Families: from which founder each organism descends, and who descends from one of them."""
+"""Families: founders, descendants, and the family tree of one organism."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from ecs_eco.view.pedigree import PedigreeLog
-    from ecs_eco.view.recording import Recording
+from ecs_eco.view.pedigree import PedigreeLog
+from ecs_eco.view.recording import Recording
+from ecs_eco.view.source import Message, uid_of
 
 Lives = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Uids ascending and the uids of both parents, 0 for none: u64[n] each."""
@@ -129,3 +129,162 @@ class Families:
                 break
             root[known:] = now
         self._uid, self._root = uid.copy(), root
+
+
+ABOVE = 48  # ancestors that are listed
+BESIDE = 12  # siblings
+BELOW = 24  # children
+EACH = 4  # grandchildren of one child
+
+
+class Young(NamedTuple):
+    """Children of some organisms, by uid ascending: uids u64[n], and the uids of both parents u64[n, 2]."""
+
+    uid: np.ndarray
+    parents: np.ndarray
+
+
+class Logged:
+    """The genealogy of a living world since its log began."""
+
+    def __init__(self, log: PedigreeLog) -> None:
+        self.log = log
+
+    def life(self, uid: int) -> dict[str, Any] | None:
+        """Return the facts of a life; None of one that is not known, or forgotten."""
+        log = self.log
+        species = log.species(uid)
+        if species is None:
+            return None
+        return described(species, log.born(uid), log.died(uid), log.parents(uid), log.world.dt)
+
+    def young(self, uids: np.ndarray) -> Young:
+        """Return the children of any of these, as far as they are remembered."""
+        uid, first, second = logged(self.log)
+        since = int(np.searchsorted(uid, uids.min())) if uids.size else uid.size  # children are younger
+        return _young([(uid[since:], first[since:], second[since:])], uids)
+
+
+class Recorded:
+    """The genealogy of a recorded run, its future too."""
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording = recording
+
+    def life(self, uid: int) -> dict[str, Any] | None:
+        """Return the facts of a life; None of one that was never born."""
+        r = self.recording
+        birth = r.birth(uid)
+        if birth is None:
+            return None
+        born = int(birth["tick"])
+        parents = [int(p) for p in (birth["parent"], birth["parent2"]) if p]
+        return described(r.species[birth["species"]], born, r.death(uid, born), parents, r.dt)
+
+    def young(self, uids: np.ndarray) -> Young:
+        """Return the children of any of these, a row group of births at a time."""
+        names, births = ("uid", "parent", "parent2"), self.recording.births
+        least = int(uids.min()) if uids.size else 0
+        groups = [
+            group for group in births.groups if group.rows and (group.uids is None or group.uids[1] > least)
+        ]
+        columns = (births.read(group, names) for group in groups if uids.size)
+        return _young((tuple(part[name].astype(np.uint64) for name in names) for part in columns), uids)
+
+
+def _young(parts: Iterable[tuple[np.ndarray, ...]], uids: np.ndarray) -> Young:
+    """Return the rows of lives (uids and the uids of both parents) that are children of any of these."""
+    uid, parents = [np.zeros(0, np.uint64)], [np.zeros((0, 2), np.uint64)]
+    for born, first, second in parts if uids.size else ():
+        rows = np.flatnonzero(np.isin(first, uids) | np.isin(second, uids))
+        uid.append(born[rows])
+        parents.append(np.stack([first[rows], second[rows]], axis=1))
+    every = np.concatenate(uid)
+    order = np.argsort(every, kind="stable")
+    return Young(every[order], np.concatenate(parents)[order])
+
+
+def described(
+    species: str, born: int | None, died: dict[str, Any] | None, parents: list[int], dt: float
+) -> dict[str, Any]:
+    """Return the facts of a life; `dt` is the length of a tick [s]."""
+    age = None if died is None or born is None else round((died["tick"] - born) * dt, 6)
+    return {"species": species, "born": born, "died": died, "age": age, "parents": parents}
+
+
+def tree(known: Logged | Recorded, families: Families, request: Message) -> Message:
+    """Return the message "tree" about the organism of a request; ValueError for one that is not known.
+
+    `lives` has the focal one, the nearest ABOVE ancestors, the last BESIDE siblings, BELOW children (those
+    with the most young), and the last EACH grandchildren by each. `young` of a life counts all its children,
+    where it was counted, `siblings` all siblings and half-siblings of the focal one. `clade` is the value, 0
+    to 255, of each for the colour `by` of the request, where that is one by descent.
+    """
+    uid = uid_of(request)
+    focal = known.life(uid)
+    if focal is None:
+        raise ValueError(f"tree: no organism {uid} is known here")
+    lives = _ancestors(known, uid, focal)
+    children = known.young(_uids([uid]))
+    theirs = known.young(children.uid)
+    chosen = _fertile(children.uid, theirs, BELOW)
+    grand = _of_each(chosen, theirs)
+    after = known.young(grand)
+    parents = _uids(focal["parents"])
+    litter = known.young(parents)
+    beside = litter.uid[~np.isin(litter.uid, _uids([*lives, *children.uid.tolist()]))]
+    listed = [*chosen.tolist(), *grand.tolist(), *beside[-BESIDE:].tolist()]
+    lives |= {one: known.life(one) or _unknown() for one in dict.fromkeys(listed) if one not in lives}
+    counts = [(_uids([uid]), children), (chosen, theirs), (grand, after), (parents, litter)]
+    young = {
+        one: n
+        for uids, of in counts
+        for one, n in zip(uids.tolist(), _counted(uids, of).tolist(), strict=True)
+    }
+    clades = families.clades(request.get("by"), [life["species"] for life in lives.values()], _uids([*lives]))
+    return {
+        "kind": "tree",
+        "uid": uid,
+        "siblings": int(beside.size),
+        "lives": [
+            {"uid": one, "young": young.get(one), "clade": clade, **life}
+            for (one, life), clade in zip(lives.items(), clades, strict=True)
+        ],
+    }
+
+
+def _ancestors(known: Logged | Recorded, uid: int, focal: dict[str, Any]) -> dict[int, dict[str, Any]]:
+    """Return the lives of an organism and its ancestors, generation by generation, by uid."""
+    lives, waiting = {uid: focal}, list(focal["parents"])
+    while waiting and len(lives) <= ABOVE:
+        one = waiting.pop(0)
+        if one not in lives:
+            lives[one] = known.life(one) or _unknown()
+            waiting += lives[one]["parents"]
+    return lives
+
+
+def _unknown() -> dict[str, Any]:
+    return {"species": None, "born": None, "died": None, "age": None, "parents": []}
+
+
+def _fertile(uids: np.ndarray, theirs: Young, most: int) -> np.ndarray:
+    """Return those with the most young, among equals the youngest: uids ascending."""
+    order = np.lexsort((uids, _counted(uids, theirs)))
+    return np.sort(uids[order[-most:]])
+
+
+def _of_each(parents: np.ndarray, theirs: Young) -> np.ndarray:
+    """Return the last EACH children of each parent: uids ascending."""
+    found = [theirs.uid[(theirs.parents == parent).any(axis=1)][-EACH:] for parent in parents]
+    return np.unique(np.concatenate([np.zeros(0, np.uint64), *found]))
+
+
+def _counted(uids: np.ndarray, of: Young) -> np.ndarray:
+    """Return the number of children of each of these: i64[n]."""
+    every = np.sort(of.parents.ravel())
+    return np.searchsorted(every, uids, side="right") - np.searchsorted(every, uids)
+
+
+def _uids(uids: Sequence[int]) -> np.ndarray:
+    return np.array(uids, np.uint64)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.components import Position, Velocity
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
-    from ecs_eco.engine.table import Table
-    from ecs_eco.view.recording import Recording
+from ecs_eco.ecosystem import World
+from ecs_eco.engine.table import Table
+from ecs_eco.view.recording import Recording
 
 TICKS = 5  # that a mark stays
 MOST = 100  # marks in a message, the latest

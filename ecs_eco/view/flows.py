@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.config.models.reporters import EATEN
+from ecs_eco.ecosystem import World
 from ecs_eco.record.ledger import LEDGER
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
 
 FLOWS = {"taken_in": "taken in", "burnt": "burnt", "given": "given", "lost": "lost"}
 """Columns of the ledger → what pages call them."""

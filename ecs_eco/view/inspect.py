@@ -1,49 +1,27 @@
-"""The state of one organism for the viewer's panel, read from a living world without changing it."""
+"""The state of one organism for the panel, read from a living world without changing it, and its last state."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Collection
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position, Shape
+from ecs_eco.ecosystem import World
+from ecs_eco.engine.table import Table
+from ecs_eco.genomes.promoters import copies_in
 from ecs_eco.nervous.thoughts import Minds, minds, thinkers
 from ecs_eco.space.bodies import extents
-from ecs_eco.view.eyes import reach_of
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
-    from ecs_eco.engine.table import Table
+from ecs_eco.view.pedigree import PedigreeLog
+from ecs_eco.view.scene import reach_of
 
 SEXES = ("none", "female", "male")
 WIDEST = 64  # values of a gene that are listed
 
 
-class Known(Protocol):
-    """A source of life histories: `ecs_eco.view.pedigree.PedigreeLog` of a living world,
-    a recording of a run."""
-
-    def species(self, uid: int) -> str | None:
-        """Return the name of its species; None where it is not known."""
-
-    def parents(self, uid: int) -> list[int]:
-        """Return the uids of its known parents."""
-
-    def children(self, uid: int) -> list[int]:
-        """Return the uids of its children."""
-
-    def born(self, uid: int) -> int | None:
-        """Return the tick of its birth."""
-
-    def generation(self, uid: int) -> int | None:
-        """Return how many ancestors it has in its longest line."""
-
-    def died(self, uid: int) -> dict[str, Any] | None:
-        """Return tick, cause and killer of its death; None while it lives."""
-
-
-def state_of(world: World, uid: int, lives: Known | None = None) -> dict[str, Any]:
+def state_of(world: World, uid: int, lives: PedigreeLog | None = None) -> dict[str, Any]:
     """Return the state of one organism between two ticks: the message "organism" of the viewer.
 
     Parents, children and what is known of the dead come from `lives`. Raises KeyError for one that never was,
@@ -78,7 +56,7 @@ def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
     )
 
 
-def pedigree(uid: int, lives: Known | None) -> dict[str, Any]:
+def pedigree(uid: int, lives: PedigreeLog | None) -> dict[str, Any]:
     """Return species, birth, death, parents, children and generation as far as they are known."""
     if lives is None:
         return {
@@ -201,8 +179,6 @@ def _with_copies(layout: Any, loci: np.ndarray) -> dict[str, Any]:
 
 def copies_found(known: dict[str, Any], text: str) -> dict[str, Any]:
     """Return a genome of variable length as the record alone describes it: where genes are, without values."""
-    from ecs_eco.genomes.promoters import copies_in
-
     promoters = {g["name"]: g["promoter"] for g in known["genes"]}
     spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in known["genes"]}
     traits, strings = {g["name"]: g["trait"] for g in known["genes"]}, text.split(known["separator"])
@@ -299,3 +275,41 @@ def number(value: Any) -> float | None:
         if abs(value) < 1e15
         else float(value)
     )
+
+
+KEPT = 64  # organisms
+OF_NOW = ("born", "died", "parents", "children", "generation")  # what is known of a life goes on
+
+
+class LastStates:
+    """Notes the state of each that dies while it is in `watched` (uids), before its row is free."""
+
+    def __init__(self, world: World, pedigree: PedigreeLog, watched: Collection[int]) -> None:
+        self.world, self.pedigree, self.watched = world, pedigree, watched
+        self._states: dict[int, dict[str, Any]] = {}  # by uid, the last that died last
+        world.on_death.append(self._has_died)
+
+    def state_of(self, uid: int) -> dict[str, Any]:
+        """Return the message "organism" of the living or the dead; KeyError for one that never was.
+
+        Of a dead one that was watched: its last state, `as_of` the last tick that it lived in.
+        """
+        state = state_of(self.world, uid, lives=self.pedigree)
+        last = self._states.get(uid)
+        if state["alive"] or state["died"] is None or last is None:
+            return state
+        note = f"As it was in its last tick, {last['as_of']:,}."
+        return last | {name: state[name] for name in OF_NOW} | {"alive": False, "note": note}
+
+    def _has_died(self, table: Table, rows: np.ndarray) -> None:
+        if not self.watched:
+            return
+
+        for uid in table.uid[rows].tolist():
+            if uid in self.watched:
+                state, nerves = state_of(self.world, uid), table.species.nerves
+                felt = nerves is not None and nerves.thoughts is not None and state["nerves"] is not None
+                self._states.pop(uid, None)
+                self._states[uid] = state | {"as_of": nerves.thoughts.tick if felt else self.world.tick}
+                while len(self._states) > KEPT:
+                    self._states.pop(next(iter(self._states)))

@@ -1,10 +1,14 @@
 """The map of an archipelago as a page: numbers on islands, migrants along the ways, an island at a click.
 
-The folder may belong to a run that goes on: the map follows it from barrier to barrier.
-"""
+The folder may belong to a run that goes on: the map follows it from barrier to barrier. Each island that is
+opened is replayed in a process of its own."""
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import threading
+from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -16,13 +20,15 @@ from ecs_eco.analysis.archipelago import Islands, load_islands, places
 from ecs_eco.analysis.style import own_colors
 from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.engine.errors import ConfigError, RecordingError, nearest
+from ecs_eco.engine.processes import python
 from ecs_eco.record.archipelago import FILE, ISLANDS, read
+from ecs_eco.runs.run import read_manifest
 from ecs_eco.view.entrance import Entrance
-from ecs_eco.view.island_server import Opened
-from ecs_eco.view.messages import text
+from ecs_eco.view.player import Player
+from ecs_eco.view.replay import Replay
 from ecs_eco.view.server import Server
 from ecs_eco.view.shown import Inbox, Page
-from ecs_eco.view.source import Message
+from ecs_eco.view.source import Message, said, text
 
 PAGE = "islands.html"
 POINTS = 400  # of the numbers over time
@@ -80,8 +86,6 @@ def describe(folder: Path) -> Message:
 
 
 def _colours(folder: Path, island: str) -> Any:
-    from ecs_eco.runs.run import read_manifest
-
     path = folder / ISLANDS / island
     return read_manifest(path).get("colors") if (path / "manifest.json").is_file() else None
 
@@ -162,27 +166,28 @@ class Map(Inbox):
         elif page in self._pages and kind == "open":
             self._open(page, request.get("island"))
         elif page in self._pages:
-            _send(page, _refusal(f"unknown request {str(kind)[:40]!r}; allowed: 'open'", "kind"))
+            _send(page, said("error", f"unknown request {str(kind)[:40]!r}; allowed: 'open'", "kind"))
 
     def _open(self, page: Page, name: Any) -> None:
         known = [island["name"] for island in self.message["islands"]]
         if name not in known:
             _send(
                 page,
-                _refusal(
+                said(
+                    "error",
                     f"open: island = {str(name)[:60]!r}; allowed: {', '.join(known)}; did you "
                     f"mean {nearest(str(name), known)!r}?",
                     "open",
                 ),
             )
         elif not self.message["tick"]:
-            _send(page, _refusal(f"{name} has not come to its first barrier yet", "open"))
+            _send(page, said("error", f"{name} has not come to its first barrier yet", "open"))
         else:
 
             def tell(address: str | None, why: str) -> None:
                 _send(
                     page,
-                    _refusal(why, "open")
+                    said("error", why, "open")
                     if address is None
                     else {"kind": "opened", "island": name, "address": address},
                 )
@@ -208,5 +213,81 @@ def _send(page: Page, message: Message) -> None:
     page.send([text(message)])
 
 
-def _refusal(words: str, field: str) -> Message:
-    return {"kind": "said", "level": "error", "text": words, "field": field}
+MOST = 6  # islands that are open at a time; the one that was asked for longest ago is closed
+SERVE = "from ecs_eco.view.islands import serve; serve(sys.argv[1])"
+
+Tell = Callable[[str | None, str], None]
+
+
+class Opened:
+    """The islands that are open; `ask` answers from a thread of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._lock = threading.Lock()
+        self._open: OrderedDict[tuple[str, int], subprocess.Popen[str]] = OrderedDict()
+
+    def ask(self, name: str, tick: int, tell: Tell) -> None:
+        """Open an island as it was recorded up to a tick, or find it open; call `tell(address, "")` with an
+        address that admits one page, or `tell(None, why)`."""
+        threading.Thread(target=self._ask, args=(name, tick, tell), daemon=True).start()
+
+    def close(self) -> None:
+        """Close all."""
+        with self._lock:
+            for process in self._open.values():
+                _end(process)
+            self._open.clear()
+
+    def _ask(self, name: str, tick: int, tell: Tell) -> None:
+        with self._lock:  # one starts at a time
+            process = self._open.pop((name, tick), None)
+            if process is None or process.poll() is not None:
+                process = subprocess.Popen(
+                    python(SERVE, str(self.folder / name)),
+                    text=True,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE,
+                )
+            address = _address(process)
+            if address is None:
+                lines = process.communicate()[1].strip().splitlines()
+                tell(None, f"{name} cannot be opened: {lines[-1] if lines else 'its process ended'}")
+                return
+            self._open[name, tick] = process
+            while len(self._open) > MOST:
+                _end(self._open.popitem(last=False)[1])
+        tell(address, "")
+
+
+def _address(process: subprocess.Popen[str]) -> str | None:
+    """Ask a process for another address; None where it has ended."""
+    assert process.stdin is not None
+    assert process.stdout is not None
+    try:
+        process.stdin.write("\n")
+        process.stdin.flush()
+    except OSError:
+        return None
+    return process.stdout.readline().strip() or None
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    process.kill()
+    process.communicate()
+
+
+def serve(folder: str) -> None:
+    """Replay a recorded run; print an address for each line of standard input, and end when that ends."""
+    source = Replay(folder)
+    player = Player(source)
+    with Server(player) as server:
+
+        def answer() -> None:
+            for _ in sys.stdin:
+                print(server.address(), flush=True)
+            player.close()
+
+        threading.Thread(target=answer, daemon=True).start()
+        source.run(player.turn)

@@ -6,33 +6,39 @@ import math
 from collections import deque
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
+from ecs_eco.config.knobs import offered
 from ecs_eco.config.models.interventions import describe as in_words
+from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.hooks import listening
-from ecs_eco.view import listed, listing
+from ecs_eco.engine.table import Table
+from ecs_eco.view import listing
 from ecs_eco.view.account import REMEMBERED, of_world
-from ecs_eco.view.families import Families, asked, logged
+from ecs_eco.view.families import Families, Logged, asked, logged, tree
 from ecs_eco.view.fates import Fate, Fates
-from ecs_eco.view.fields import map_of
 from ecs_eco.view.frames import Encoder, extent, grade
-from ecs_eco.view.last_states import LastStates
+from ecs_eco.view.inspect import LastStates
 from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.rewind import Ring
-from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, sky, switches, uses_of
+from ecs_eco.view.scene import (
+    coloured_genes,
+    describe,
+    drawn,
+    kinds_of,
+    land_of,
+    map_of,
+    sky,
+    switches,
+    uses_of,
+)
 from ecs_eco.view.sentence import sentence
-from ecs_eco.view.series import Curves
-from ecs_eco.view.source import Message
-from ecs_eco.view.tally import Tally
-from ecs_eco.view.tree import Logged, tree
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
-    from ecs_eco.engine.table import Table
+from ecs_eco.view.source import Message, said
+from ecs_eco.view.tally import Curves, Tally
 
 TRACED = 600  # points of the happiness trace of one organism
 FOLLOWED = 16  # organisms whose traces are kept
@@ -279,8 +285,8 @@ class Live:
                 decoded = table.species.heredity.layout.decode(table[Genome].loci[rows], self.genes[name])
                 for gene, values in decoded.items():
                     point["genes", f"{name}.{gene}"] = float(values.mean(dtype=np.float64))
-        for name, said in self._reports().items():
-            for species, value in (said if isinstance(said, dict) else {"": said}).items():
+        for name, report in self._reports().items():
+            for species, value in (report if isinstance(report, dict) else {"": report}).items():
                 point["reports", name, species] = value
         self.curves.add(self.tick, point | self.tally.rates())
 
@@ -342,19 +348,10 @@ class Live:
         if kind == "tree":
             return [tree(Logged(self.pedigree), self.families, request)]
         if kind in ("table", "scatter"):
-            return [getattr(listing, kind)(partial(listed.living, self), self.species, request)]
+            return [getattr(listing, kind)(partial(listing.living, self), self.species, request)]
         if kind == "params":
-            from ecs_eco.config.knobs import offered
-
             return [{"kind": "params", **offered(self.world.config)}]
-        return [
-            {
-                "kind": "said",
-                "level": "warning",
-                "text": f"{kind} is for recorded runs; this world is alive",
-                "field": kind,
-            }
-        ]
+        return [said("warning", f"{kind} is for recorded runs; this world is alive", kind)]
 
     def _seek(self, tick: Any) -> Message:
         """Go back to an earlier tick; what came after it is forgotten."""
@@ -367,7 +364,7 @@ class Live:
             while trace and trace[-1][0] >= tick:
                 trace.pop()
         text = f"Back at tick {tick:,}. It goes on as it did, unless you change something"
-        return {"kind": "said", "level": "info", "field": "seek", "text": text}
+        return said("info", text, "seek")
 
     def _forget(self) -> None:
         """Forget who was born and died since a checkpoint: they are noted again as it is lived again."""
@@ -385,8 +382,8 @@ class Live:
         except (ValueError, RuntimeError) as error:
             problems = error.problems if isinstance(error, ConfigError) else []
             field = ".".join(map(str, problems[0].key)) if problems else "act"
-            return {"kind": "said", "level": "error", "text": str(error), "field": field}
-        return {"kind": "said", "level": "info", "text": f"tick {self.tick}: {in_words(request)}"}
+            return said("error", str(error), field)
+        return said("info", f"tick {self.tick}: {in_words(request)}")
 
 
 def _number(value: float | None) -> float | None:

@@ -1,26 +1,86 @@
-"""Two worlds as one source: a world, and beside it what would be if, or another world altogether.
+"""Two worlds as one source: a world, and beside it what would be if, or another world altogether; and what may be
+begun in its place.
 
 The first is the one whose page it is: its clock, its charts, its organisms. The second follows that clock, in
-the same thread. Of it pages get the frame, behind that of the first, and messages "beside".
-"""
+the same thread. Of it pages get the frame, behind that of the first, and messages "beside"."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
-from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
-from ecs_eco.view.fork import choices, fork, forks
+from ecs_eco.config.shipped import titles
+from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError, listed, nearest
+from ecs_eco.view.branch import Start
 from ecs_eco.view.live import Live
-from ecs_eco.view.picker import Picker, reason
-from ecs_eco.view.recipe import Start
-from ecs_eco.view.second import Second, beside
-from ecs_eco.view.source import Message, Source
+from ecs_eco.view.player import Player
+from ecs_eco.view.second import Second, beside, choices, fork, forks
+from ecs_eco.view.source import Message, Source, said, short
 
-if TYPE_CHECKING:
-    from ecs_eco.view.player import Player
+SEEDS = 2**53  # from here on numbers of a page are not exact
+
+
+class Picker:
+    """Which worlds a page may begin: those that come with the package, and the one that is shown.
+
+    `build(world, seed)` makes the source of one, with its own seed where that is None, a `Pair`; it may raise
+    whatever building a world raises.
+    """
+
+    def __init__(self, world: str, title: str, build: Callable[[str, int | None], Any]) -> None:
+        name = world.replace("_", "-")
+        known = titles()
+        self.world = self.first = name if name in known else world
+        self.titles = known if self.world in known else {world: title, **known}
+        self.build = build
+        self.wanted: tuple[str, int | None] | None = None  # what is to be begun, as soon as the tick is over
+        self.begun = 0  # how often this server has begun anew
+
+    def offered(self) -> Message:
+        """Return what a page needs to choose."""
+        worlds = [{"name": name, "title": title} for name, title in self.titles.items()]
+        return {"worlds": worlds, "world": self.world, "begun": self.begun}
+
+    def ask(self, request: Message) -> Message:
+        """Note what is to be begun: {"world", "seed"}; ValueError if it is none of those offered."""
+        world, seed = request.get("world", self.world), request.get("seed")
+        if not isinstance(world, str) or world not in self.titles:
+            raise ValueError(
+                f"begin: world = {short(world)}; allowed: {listed(self.titles)}; "
+                f"did you mean {nearest(str(world), list(self.titles))!r}?"
+            )
+        whole = isinstance(seed, int) and not isinstance(seed, bool)
+        if seed is not None and not (whole and 0 <= seed < SEEDS):
+            raise ValueError(
+                f"begin: seed = {short(seed)}; allowed: a whole number from 0 to {SEEDS - 1}, "
+                "or null for that of the world"
+            )
+        self.wanted = world, seed
+        words = f"beginning {self.titles[world] or world} …"
+        return said("info", words, "begin")
+
+    def begin(self) -> Any:
+        """Return the source of what is wanted, or a text: why it cannot be begun."""
+        assert self.wanted is not None
+        (world, seed), self.wanted = self.wanted, None
+        try:
+            made = self.build(world, seed)
+        except Exception as error:  # whatever is wrong with it, the one that is shown goes on
+            return f"{world} cannot be begun: {error}"
+        self.world, self.begun, made.picker = world, self.begun + 1, self
+        return made
+
+
+def reason(first: Any, second: Any) -> str:
+    """Return why what is shown cannot be begun anew."""
+    if second is not None:
+        return "Two worlds are shown beside each other."
+    if not isinstance(first, Live):
+        return "A recorded run is shown as it is."
+    return "The program that runs this world, and may record it, decides what it begins."
+
 
 SLICE = 0.05  # [s] that the second runs on end to come up with the first, before pages are served again
 ALONE = 0.2  # [s] the same, while time stands still for the first
@@ -183,18 +243,18 @@ class Pair:
         except (CheckpointError, ConfigError, RecordingError, ValueError, RuntimeError, OSError) as error:
             problems = error.problems if isinstance(error, ConfigError) else []
             field = ".".join(map(str, problems[0].key)) if problems else ""
-            return [_said("error", str(error), "whatif") | ({"at": field} if field else {})]
+            return [said("error", str(error), "whatif") | ({"at": field} if field else {})]
         self._close("")
         self.second = made
         self._show([*made.greeting(), self._sentence(), *self._marks()])
-        return [_said("info", f"forked at tick {made.start:,}: {made.told['change']}", "whatif")]
+        return [said("info", f"forked at tick {made.start:,}: {made.told['change']}", "whatif")]
 
     def _close(self, why: str, level: str = "info") -> list[Message]:
         if self.second is None:
             return []
         self.second = None
         self._show([{"kind": "beside", "closed": why}, *self._marks()])
-        return [_said(level, why, "whatif")] if why else []
+        return [said(level, why, "whatif")] if why else []
 
     def _show(self, messages: list[Message]) -> None:
         """Send messages to all pages, and the frame of this tick again."""
@@ -228,9 +288,9 @@ class Pair:
             raise
         except Exception as error:
             self._close("")
-            self._told.append(_said("error", f"the other world stopped: {error}", "whatif"))
+            self._told.append(said("error", f"the other world stopped: {error}", "whatif"))
             return
-        self._told += [_said("warning", f"the other world: {text}", "act") for text in second.refusals()]
+        self._told += [said("warning", f"the other world: {text}", "act") for text in second.refusals()]
         if second.there and not was and self.player is not None:
             self.player.again()
 
@@ -247,7 +307,3 @@ class Pair:
         if message["kind"] != "marks" or self.second is None or self.second.mark is None:
             return message
         return message | {"interventions": [*message["interventions"], self.second.mark]}
-
-
-def _said(level: str, text: str, field: str) -> Message:
-    return {"kind": "said", "level": level, "text": text, "field": field}

@@ -1,5 +1,4 @@
-"""The parts of one kind of a recorded run, read by ticks: a row group at a time,
-and only the columns requested."""
+"""The parts of one kind of a recorded run, read by row group and column, as they are needed."""
 
 from __future__ import annotations
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
-    from ecs_eco.engine.table import Table
+from ecs_eco.ecosystem import World
+from ecs_eco.engine.table import Table
 
 MOST = 500_000  # lives kept; beyond that the oldest quarter is dropped
 LATER = 20_000  # pending births and deaths: entered one by one they would cost a large world some percent

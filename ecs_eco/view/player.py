@@ -14,12 +14,9 @@ from functools import partial
 from typing import Any
 
 from ecs_eco.engine.errors import nearest
-from ecs_eco.view import panels
 from ecs_eco.view.families import asked
-from ecs_eco.view.log import Log
-from ecs_eco.view.messages import refusal, short, text
-from ecs_eco.view.shown import Inbox, Page, View, beside
-from ecs_eco.view.source import Message, Source
+from ecs_eco.view.shown import Inbox, Log, Page, View, beside, choose, panel
+from ecs_eco.view.source import Message, Source, said, short, text
 
 USUAL = 10.0  # ticks a second that are called 1×
 FASTEST_FRAMES = 0.05  # [s] from frame to frame
@@ -112,7 +109,7 @@ class Player(Inbox):
 
     def tell(self, level: str, words: str) -> None:
         """Send a text to all pages."""
-        message = {"kind": "said", "level": level, "text": words}
+        message = said(level, words)
         for page in self._views:
             page.send([text(message)])
         self._log.told(self.source.tick, [message])
@@ -205,7 +202,7 @@ class Player(Inbox):
             and view.panel != (tick, view.selected)
             and now >= view.panel_at + 2 * FASTEST_FRAMES
         ):
-            panels.panel(self.source, view, now, out)
+            panel(self.source, view, now, out)
         if view.seen != (tick, view.colour) and now >= view.frame_at + self._period():
             if self._made.get(view.colour, (-1,))[0] != tick:
                 self.frames += 1
@@ -269,7 +266,7 @@ class Player(Inbox):
                 )
         except Exception as error:  # no message of a page may end the run; a ConfigError is a ValueError
             words = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
-            page.send([refusal(words, str(kind)[:40])])
+            page.send([text(said("error", words, str(kind)[:40]))])
             self._log.refused(self.source.tick, view, request, words)
 
     def _ask(self, page: Page, view: View, request: Message) -> None:
@@ -328,12 +325,6 @@ class Player(Inbox):
         self._next = time.monotonic()
         self._refresh_all()
 
-    def _select(self, view: View, request: Message) -> None:
-        panels.choose(self.source, view, request)
-
-    def _field(self, view: View, request: Message) -> None:
-        view.lay(self.source, request)
-
     def _colour(self, view: View, request: Message) -> None:
         by, known = request.get("by"), self._colours
         if by not in known and asked(by) is None:
@@ -350,7 +341,7 @@ REQUESTS: dict[str, Callable[[Player, View, Message], None]] = {
     "pause": Player._play,
     "step": Player._step,
     "speed": Player._speed,
-    "select": Player._select,
+    "select": lambda player, view, request: choose(player.source, view, request),
     "colour": Player._colour,
-    "field": Player._field,
+    "field": lambda player, view, request: view.lay(player.source, request),
 }

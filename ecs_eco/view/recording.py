@@ -1,7 +1,8 @@
-"""Queries on a recorded run: organisms at a tick, the life of one organism, curves, and interventions."""
+"""Queries on a recorded run: organisms at a tick, one life, curves, values of genes, interventions."""
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from collections.abc import Sequence
 from functools import cached_property
@@ -11,14 +12,19 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.land import Land, land_at
+from ecs_eco.analysis.lineage import Lineage
+from ecs_eco.config.models.interventions import describe
+from ecs_eco.ecosystem import World
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.record import checkpoint, seal
 from ecs_eco.record.details import KIND
+from ecs_eco.runs.begin import config_of
 from ecs_eco.runs.run import read_manifest
 from ecs_eco.view.interpolate import STATE, Chapter, Organisms, chapter
 from ecs_eco.view.parts import Cache, Columns, Parts
-from ecs_eco.view.series import by_species
+from ecs_eco.view.scene import coloured_genes
+from ecs_eco.view.tally import by_species
 
 CHAPTERS = 3  # that are kept
 COMPARED = ("n", "births", "deaths", "energy_mean", "happiness_mean")
@@ -67,9 +73,6 @@ class Recording:
         return Parts(self.path, kind, words, self._cache if cache is None else cache, self._sealed)
 
     def _build(self) -> tuple[Any, str]:
-        from ecs_eco.ecosystem import World
-        from ecs_eco.runs.begin import config_of
-
         try:
             config = config_of(self.manifest, path=self.path)
             return World.from_config(
@@ -276,8 +279,6 @@ class Recording:
 
     def interventions(self) -> list[dict[str, Any]]:
         """Return the interventions: tick and text."""
-        from ecs_eco.config.models.interventions import describe
-
         return [{"tick": tick, "text": describe(done)} for tick, done in self.manifest.get("intervened", [])]
 
     def land(self, tick: int) -> Land:
@@ -312,3 +313,60 @@ def lying(file: Any, name: str, shape: str | None) -> np.ndarray:
     radius, rounding = column("Body.radius"), column("Shape.rounding")
     sides = [2 * radius * (column(f"Shape.half_{side}") + rounding) for side in ("length", "width", "height")]
     return np.stack([*pose, *sides], axis=1)
+
+
+class GeneValues:
+    """The genes that code for one number each, `codes` by species and name, and their values in organisms."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording, scene = recording, recording.scene
+        codes = (
+            {} if scene is None else {name: coloured_genes(scene.tables[name]) for name in recording.species}
+        )
+        self.codes = {name: genes for name, genes in codes.items() if genes}
+        # values by species, of the uids asked for lately
+        self._kept: dict[str, tuple[np.ndarray, dict[str, np.ndarray]]] = {}
+
+    def expressed(self, name: str, uid: np.ndarray, gene: str) -> np.ndarray:
+        """Return a gene's values of organisms (uids ascending): f32[n]."""
+        kept, decoded = self._kept.get(name, (np.zeros(0, np.uint64), {}))
+        if not np.isin(uid, kept).all():
+            fresh = uid[~np.isin(uid, kept)]
+            values = self._decoded(name, fresh)
+            old = np.isin(kept, uid)
+            order = np.argsort(np.concatenate([kept[old], fresh]), kind="stable")
+            decoded = {
+                g: np.concatenate([decoded[g][old] if g in decoded else np.zeros(0, np.float32), values[g]])[
+                    order
+                ]
+                for g in values
+            }
+            kept = np.concatenate([kept[old], fresh])[order]
+            self._kept[name] = kept, decoded
+        return decoded[gene][np.searchsorted(kept, uid)]
+
+    def _decoded(self, name: str, uid: np.ndarray) -> dict[str, np.ndarray]:
+        layout = self._recording.scene.tables[name].species.heredity.layout
+        texts = self._recording.genomes(uid)
+        known = np.array([bool(text) for text in texts], np.bool_)
+        out = {gene: np.full(uid.size, np.nan, np.float32) for gene in self.codes[name]}
+        if known.any():
+            loci = layout.rows([text for text in texts if text])
+            for gene, values in layout.decode(loci, list(self.codes[name])).items():
+                out[gene][known] = values
+        return out
+
+    def means(self, tick: np.ndarray) -> dict[str, list[float | None]]:
+        """Return the mean of each gene over the living at these ticks, by "species.gene"."""
+        lineage = Lineage.read(self._recording.path)
+        out: dict[str, list[float | None]] = {}
+        for name, genes in self.codes.items():
+            mask = (lineage.species == name) & (lineage.genome != "")
+            values = self._decoded(name, lineage.uid[mask])
+            n = lineage.living_sums(tick, mask=mask)
+            for gene in genes:
+                weights = np.zeros(len(lineage))
+                weights[mask] = values[gene]
+                mean = lineage.living_sums(tick, weights, mask) / np.where(n, n, np.nan)
+                out[f"{name}.{gene}"] = [float(f"{v:.5g}") if math.isfinite(v) else None for v in mean]
+        return out

@@ -11,27 +11,22 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.style import own_colors
-from ecs_eco.view import families, listed, listing
+from ecs_eco.view import families, listing
 from ecs_eco.view.account import of_run
-from ecs_eco.view.eyes import eyes_of
-from ecs_eco.view.families import Families, asked
+from ecs_eco.view.families import Families, Recorded, asked, tree
 from ecs_eco.view.fates import Fate, recorded
-from ecs_eco.view.fields import map_of
 from ecs_eco.view.frames import Encoder, extent, grade
-from ecs_eco.view.gene_values import GeneValues
 from ecs_eco.view.interpolate import Organisms
 from ecs_eco.view.life import Lives
 from ecs_eco.view.parts import Cache
-from ecs_eco.view.recording import COMPARED, Recording, overlaid
-from ecs_eco.view.rerun import Rerun, Stretch
-from ecs_eco.view.scene import describe, drawn, size_in, sized, sky
+from ecs_eco.view.recording import COMPARED, GeneValues, Recording, overlaid
+from ecs_eco.view.rerun import Rerun, Stretch, note, stretches
+from ecs_eco.view.scene import describe, drawn, eyes_of, map_of, size_in, sized, sky
 from ecs_eco.view.sentence import sentence
-from ecs_eco.view.source import Message
+from ecs_eco.view.source import Message, said, uid_of
 from ecs_eco.view.story import foods_of
-from ecs_eco.view.stretches import note, stretches
 from ecs_eco.view.tally import DEPTH
 from ecs_eco.view.told import Told
-from ecs_eco.view.tree import Recorded, tree
 
 STRETCHES = 3  # that are kept
 GENOMES = 500_000  # beyond so many births, mean values of genes are not computed
@@ -167,7 +162,7 @@ class Replay:
         both = [self._marks(), {"kind": "story", "entries": self.past.entries}]
         if self.recording.scene is not None:
             return both
-        return [*both, _message("warning", f"this world cannot be built here: {self.recording.why}")]
+        return [*both, said("warning", f"this world cannot be built here: {self.recording.why}")]
 
     def _marks(self) -> Message:
         r = self.recording
@@ -193,18 +188,18 @@ class Replay:
         if stretch is None:
             return []
         if isinstance(stretch, str):
-            return [_message("error", stretch, "fill")]
+            return [said("error", stretch, "fill")]
         del self.stretches[: max(0, len(self.stretches) + 1 - STRETCHES)]
         self.stretches.append(stretch)
         text = f"ticks {stretch.first} to {stretch.last} have been run again: all details are available there"
         if stretch.wrong is None:
-            message = _message("info", text, "fill")
+            message = said("info", text, "fill")
         else:
             differs = (
                 f"but it differs from the recording from tick {stretch.wrong} on: other versions, "
                 "or another machine?"
             )
-            message = _message("warning", f"{text}; {differs}", "fill")
+            message = said("warning", f"{text}; {differs}", "fill")
         try:
             return [message, self.organism(self._rerun.uid), self._marks()]
         except KeyError:
@@ -378,9 +373,9 @@ class Replay:
         if kind == "seek":
             return self._seek(request.get("tick"))
         if kind == "fill":
-            return self._fill(request.get("uid"))
+            return self._fill(request)
         if kind in ("table", "scatter"):
-            return [getattr(listing, kind)(partial(listed.recorded, self), self.recording.species, request)]
+            return [getattr(listing, kind)(partial(listing.recorded, self), self.recording.species, request)]
         if kind == "why":
             return [of_run(self.recording.path, self._tick)]
         if kind == "tree":
@@ -388,7 +383,7 @@ class Replay:
         if kind == "params":
             return [{"kind": "params", "list": []}]
         how = "ecs-eco resume DIR --from-tick T --set KEY=VALUE --out NEW"
-        return [_message("warning", f"a recorded run does not change; fork it: {how}", kind)]
+        return [said("warning", f"a recorded run does not change; fork it: {how}", kind)]
 
     def _seek(self, tick: Any) -> list[Message]:
         r = self.recording
@@ -397,11 +392,10 @@ class Replay:
         self._tick = min(max(round(tick), r.first), r.last)
         return []
 
-    def _fill(self, uid: Any) -> list[Message]:
-        if isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63:
-            raise ValueError(f"fill: uid = {str(uid)[:60]}; allowed: the uid of an organism")
+    def _fill(self, request: Message) -> list[Message]:
+        uid = uid_of(request)
         if self._rerun.busy:
-            return [_message("info", f"still running: {100 * self._rerun.share:.0f} %", "fill")]
+            return [said("info", f"still running: {100 * self._rerun.share:.0f} %", "fill")]
         try:
             died = self.lives.died(uid, self._tick)
         except KeyError:
@@ -412,8 +406,4 @@ class Replay:
         # its own files and cache: the recording's belong to this thread
         series = self.recording.parts("series", Cache())
         self._rerun.begin(uid, tick, lambda tick: series.between(tick, tick, COMPARED))
-        return [_message("info", f"running again from the last checkpoint before tick {tick + 1}", "fill")]
-
-
-def _message(level: str, text: str, field: str = "") -> Message:
-    return {"kind": "said", "level": level, "text": text} | ({"field": field} if field else {})
+        return [said("info", f"running again from the last checkpoint before tick {tick + 1}", "fill")]

@@ -1,28 +1,28 @@
-"""Reruns a stretch of a recorded run, from the nearest checkpoint, to see what was not recorded;
-in a thread of its own."""
+"""Reruns of stretches of a recorded run, in a thread of their own, and which stretches have details."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.components import Biology
+from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+from ecs_eco.engine.table import Table
 from ecs_eco.engine.turns import apart, turn
 from ecs_eco.record import checkpoint
 from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.details import KIND
+from ecs_eco.record.recorder import Recorder
 from ecs_eco.runs.begin import start_of
 from ecs_eco.runs.requests import repeat_requests
 from ecs_eco.view.parts import Columns
-
-if TYPE_CHECKING:
-    from ecs_eco.engine.table import Table
+from ecs_eco.view.recording import Recording
 
 ROWS = 2_000_000  # organisms times ticks that a stretch may have
 BEFORE, AFTER = 20, 60  # ticks around the requested one
@@ -74,8 +74,6 @@ def compute(
     Called in the thread that will own the world. Raises CheckpointError, RecordingError, ConfigError for a
     run that cannot be repeated here, InterruptedError once `halt()` is true.
     """
-    from ecs_eco.record.recorder import Recorder
-
     with turn:
         world = near(path, manifest, tick)
     at = world.tick
@@ -112,10 +110,7 @@ def compute(
 
 
 def near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
-    """Return the world of the last checkpoint before the end of a tick,
-    or of the start if that can be repeated."""
-    from ecs_eco.ecosystem import World
-
+    """Return the world of the last checkpoint before the end of a tick, or of the start."""
     file = checkpoint.latest(path / "checkpoints", before=tick, check=partial(_of_run, manifest))
     if file is not None:
         return World.restore(file, record=False)
@@ -208,3 +203,63 @@ class Rerun:
             self._result = str(error)
         except MemoryError:
             self._result = "there is not enough memory to run it again"
+
+
+def stretches(recording: Recording, again: Sequence[Stretch]) -> list[dict[str, Any]]:
+    """Return the stretches of `marks`: kind ("full", "focal" or "filled"), first and last tick, species,
+    the number of focal organisms, and the first tick at which a filled one differs from the record."""
+    record = str(recording.manifest.get("record") or "")
+    kind, _, most = record.partition("=")
+    out: list[dict[str, Any]] = []
+    for name in recording.species:
+        for first, last in spans(recording, name):
+            same = next((s for s in out if (s["first"], s["last"]) == (first, last)), None)
+            if same is not None:
+                same["species"].append(name)
+            else:
+                out.append(
+                    {
+                        "kind": "full" if kind == "full" else "focal",
+                        "first": first,
+                        "last": last,
+                        "species": [name],
+                        "n": int(most) if most.isdecimal() else None,
+                        "wrong": None,
+                    }
+                )
+    return out + [
+        {
+            "kind": "filled",
+            "first": s.first,
+            "last": s.last,
+            "species": sorted(s.details),
+            "n": None,
+            "wrong": s.wrong,
+        }
+        for s in again
+    ]
+
+
+def spans(recording: Recording, species: str) -> list[tuple[int, int]]:
+    """Return first and last tick of each stretch in which details of a species were recorded."""
+    out: list[tuple[int, int]] = []
+    for first, last in sorted(group.ticks for group in recording.details[species].groups if group.rows):
+        first, last = max(first, recording.first), min(last, recording.last)
+        if out and first <= out[-1][1] + 1:
+            out[-1] = out[-1][0], max(last, out[-1][1])
+        elif first <= last:
+            out.append((first, last))
+    return out
+
+
+def note(recording: Recording) -> str:
+    """Say which data are exact, and which are interpolated."""
+    r = recording
+    detailed = [name for name in r.species if r.details[name].rows]
+    text = "Recorded in every tick."
+    if r.every > 1:
+        text = (
+            f"Recorded every {r.every} ticks; in between, "
+            "births and deaths are exact and places are on straight lines."
+        )
+    return text + (f" Details of {', '.join(detailed)}: {r.manifest.get('record')}." if detailed else "")

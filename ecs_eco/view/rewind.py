@@ -5,18 +5,15 @@ from __future__ import annotations
 import json
 import time
 from collections import deque
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.record import freeze as frozen
 from ecs_eco.record import rewinding
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from ecs_eco.ecosystem import World
-    from ecs_eco.view.tally import Tally
+from ecs_eco.view.tally import Tally
 
 MEMORY = 96e6  # [bytes] of checkpoints; beyond that the oldest goes
 SHARE = 1 / 120  # of the time that the world takes, for making checkpoints

@@ -1,28 +1,166 @@
-"""What a page needs to know of a world before it draws it: species, ground, sky."""
+"""What a page needs to know of a world before it draws it: species, senses, ground, sky, maps of fields."""
 
 from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.analysis.land import Land, land_at
+from ecs_eco.analysis.nervous_diagram import diagram, nervous_species
 from ecs_eco.analysis.relief import Relief
-from ecs_eco.components import Position, Shape, Velocity
+from ecs_eco.components import Position, Senses, Shape, Velocity
 from ecs_eco.config.models.body import Body
+from ecs_eco.ecosystem import World
+from ecs_eco.engine.table import Table
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.region import Region
 from ecs_eco.space.sun import Sun, sine_of_elevation
-from ecs_eco.view.eyes import eyes_of
-from ecs_eco.view.fields import names_of
-from ecs_eco.view.wiring import wiring
 
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
-    from ecs_eco.engine.table import Table
+SEEING = ("nearest", "rays", "approach", "property")
+
+
+def eyes_of(sensors: Any) -> list[dict[str, Any]]:
+    """Return the sensors of a species that reach further than its body: name, kind, targets, reach [m], field
+    of view [rad] and, of rays, their number and direction; `sensors` as in a manifest."""
+    out = []
+    for number, sensor in enumerate(sensors or ()):
+        if sensor["kind"] not in SEEING:
+            continue
+        eye = {
+            "number": number,
+            "name": sensor.get("name") or "",
+            "kind": sensor["kind"],
+            "targets": _targets(sensor),
+            "reach": float(sensor["radius"]),
+            "fov": min(float(sensor.get("fov", 2 * math.pi)), 2 * math.pi),
+        }
+        if sensor["kind"] == "rays":
+            eye |= {
+                "count": int(sensor["count"]),
+                "angle": float(sensor.get("angle", 0.0)),
+                "each": sensor.get("report") == "per_ray",
+            }
+        if sensor.get("kin"):
+            eye["kin"] = sensor["kin"]
+        out.append(eye)
+    return out
+
+
+def _targets(sensor: Mapping[str, Any]) -> list[str]:
+    of = sensor.get("target") or sensor.get("targets") or sensor.get("of") or []
+    return [of] if isinstance(of, str) else list(of)
+
+
+def reach_of(world: World, table: Table, row: int) -> dict[str, float]:
+    """Return how far the sensors of one organism reach now [m], by the number of the sensor, where that is
+    its own or depends on the light."""
+    config, out = table.species.config, {}
+    for number, sensor in enumerate(() if config is None else config.sensors):
+        if sensor.kind not in SEEING:
+            continue
+        reach = float(sensor.radius)
+        if number in table.species.own_ranges:
+            reach = float(table[Senses].radius[row, number])
+        sight = getattr(sensor, "sight", None)
+        if sight is not None:
+            p = table[Position]
+            places = (np.array([axis[row]], np.float32) for axis in (p.x, p.y, p.z))
+            light = float(world.surroundings("light", *places)[0])
+            reach = min(reach, float(sensor.blind) + float(sight) * light)
+        if reach != float(sensor.radius):
+            out[str(number)] = round(reach, 3)
+    return out
+
+
+SIDE = 160  # of a map along each side
+LAYERS = 64  # of depth, for what is no lattice
+GROWTH = "growth of the land"
+
+
+def names_of(world: World) -> list[str]:
+    """Return the names of what can be laid over the scene: fields, light where it varies in the water, and
+    the growth that real land allows."""
+    land = getattr(world.terrain, "land", None)
+    more = ["light"] if world.space.volume and "light" in world.environment else []
+    return [*more, *world.fields, *([GROWTH] if getattr(land, "growth", None) is not None else [])]
+
+
+def map_of(world: World, name: str) -> dict[str, Any]:
+    """Return the message "field": values u8[ny, nx], from low to high, in base64; on land as seen from above,
+    from the south-west; in water as seen from the side, the mean from front to back, from the bottom.
+
+    KeyError for a name that is not among `names_of`.
+    """
+    values, unit = _values(world, name)
+    ny, nx = values.shape
+    values = values[:: max(1, -(-ny // SIDE)), :: max(1, -(-nx // SIDE))]
+    low, high = min(0.0, float(values.min())), float(values.max())
+    graded = np.zeros(values.shape, np.uint8)
+    if high > low:
+        graded = np.rint(255 * (values - low) / (high - low)).astype(np.uint8)
+    return {
+        "kind": "field",
+        "name": name,
+        "tick": world.tick,
+        "unit": unit,
+        "nx": values.shape[1],
+        "ny": values.shape[0],
+        "low": float(f"{low:.4g}"),
+        "high": float(f"{high:.4g}"),
+        "values": base64.b64encode(graded.tobytes()).decode(),
+    }
+
+
+def _values(world: World, name: str) -> tuple[np.ndarray, str]:
+    """Return the values f64[ny, nx] of a map, and their unit."""
+    terrain: Any = world.terrain
+    if name in names_of(world):
+        if name == "light" and name not in world.fields:
+            x, y, top = (float(side) for side in world.space.size)
+            z = ((np.arange(LAYERS, dtype=np.float32) + 0.5) * (top / LAYERS)).astype(np.float32)
+            light = world.surroundings(
+                "light", np.full(LAYERS, x / 2, np.float32), np.full(LAYERS, y / 2, np.float32), z
+            )
+            return light[:, None].astype(np.float64), "of full light"
+        if name == GROWTH and name not in world.fields:
+            return np.asarray(terrain.land.growth, np.float64), "times the usual"
+        field = world.fields[name]
+        lattice = field.value.astype(np.float64)
+        flat = lattice.mean(axis=1) if world.space.volume else lattice[0]
+        return flat, "mol/L" if field.substance else "in each cell"
+    raise KeyError(name)
+
+
+def wiring(config: Any, species: str) -> dict[str, Any]:
+    """Return {"wiring": …} of a species with nerves, else {}.
+
+    `reflexes` are [rows of readings, row of the action, what it does]; `all` says of reflex, policy and
+    happiness whether every reading may lead to it, as where it is a function or a network.
+    """
+    if config is None or species not in nervous_species(config):
+        return {}
+    d = diagram(config, species)
+    reflexes = [[[row for row, _ in reflex.sources], reflex.action, reflex.label] for reflex in d.reflexes]
+    happiness = d.happiness
+    return {
+        "wiring": {
+            "reflexes": reflexes,
+            "function": d.function,
+            "policy": d.policy.label,
+            "happiness": None if happiness is None else happiness.label,
+            "felt": [] if happiness is None else [row for row, _ in happiness.sources],
+            "all": {
+                "reflex": bool(d.function),
+                "policy": bool(d.policy.layers),
+                "happiness": happiness is not None and not happiness.sources,
+            },
+        }
+    }
+
 
 CELLS = 65_536  # of the ground that is sent; larger grounds are sent coarser
 

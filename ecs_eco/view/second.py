@@ -1,42 +1,21 @@
-"""The second of two worlds side by side: it follows the clock of the first."""
+"""The second of two worlds, a branch of the first or another one: it follows the clock of the first."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
-from ecs_eco.view.branch import Branch, as_done_to
+from ecs_eco.config.knobs import offered
+from ecs_eco.config.models.interventions import describe
+from ecs_eco.runs.requests import waiting
+from ecs_eco.view import branch as branches
+from ecs_eco.view.branch import Branch, Start, as_done_to, by_hand, kept, of_living, of_recorded
 from ecs_eco.view.families import asked
 from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.source import Message, Source
 from ecs_eco.view.versus import Side, differences, side
-
-
-class Follower(Protocol):
-    """What lets a world follow a clock: a branch, or a recording."""
-
-    start: int
-    refused: list[str]
-    common: int
-
-    @property
-    def tick(self) -> int:
-        """Its own tick."""
-
-    @property
-    def first(self) -> int:
-        """The first tick to which it can go back."""
-
-    def follow(self, tick: int, seconds: float, sampled: Callable[[int], bool]) -> bool:
-        """Go on to a tick, for about so many seconds at most; return whether it is there."""
-
-    def back(self, tick: int) -> None:
-        """Go back to a tick."""
-
-    def sample(self) -> None:
-        """Note a point of the curves."""
 
 
 class Shown:
@@ -68,7 +47,7 @@ class Second:
     """A source beside the `first` one. `told` is what pages have to know of it: names, tick of the fork and
     change, and how to have it again; `ticks` are the first one's, all of them."""
 
-    def __init__(self, first: Source, source: Source, follower: Follower, told: Message) -> None:
+    def __init__(self, first: Source, source: Source, follower: Branch | Shown, told: Message) -> None:
         self.of, self.source, self.follower, self.told = first, source, follower, told
         # a living world's tick is the next one, a recording's the last one
         self.shift = int(isinstance(source, Live)) - int(isinstance(first, Live))
@@ -254,3 +233,61 @@ def _side(source: Source) -> Side:
 
 def _wrapped(message: Message) -> Message:
     return {"kind": "beside", "marks": message}
+
+
+NAMES = ("as it was", "what if")
+
+
+def fork(first: Source, tick: int | None, change: Any, start: Start | None = None) -> Second:
+    """Return a branch of what pages show, from a tick (None: the one that is shown) and with a change, an
+    intervention as in a world file (None: nothing is changed).
+
+    A recorded run is branched at the end of the tick that it shows. Raises ValueError or ConfigError for a
+    tick that is not kept and for a change that does not fit, CheckpointError or RecordingError for a world
+    that cannot be copied or run here.
+    """
+    change = change or None
+    if isinstance(first, Live):
+        branch = of_living(first, first.tick if tick is None else tick, change)
+        done = by_hand(first.world, 0, branch.start)
+        done += waiting(first.world) if branch.start == first.tick else []
+        again = branches.of_world(start, done, branch.start, change)
+    elif isinstance(first, Replay):
+        if tick is not None and tick != first.tick:
+            raise ValueError(
+                f"what if: tick = {tick}; a recorded run is forked at the tick that it shows, "
+                f"{first.tick:,}: go there first"
+            )
+        branch = of_recorded(first, change)
+        code = bool(first.recording.manifest["config"].get("code"))
+        again = branches.of_run(str(first.recording.path), code, branch.start, change)
+    else:
+        raise ValueError("what if: nothing that can be forked is shown")
+    words = "nothing changed" if change is None else describe(change)
+    told = {
+        "at": branch.start - int(isinstance(first, Replay)),
+        "change": words,
+        "names": list(NAMES),
+        "recipe": again,
+    }
+    return Second(first, branch.live, branch, told)
+
+
+def forks(first: Source) -> bool:
+    """Whether what pages show can be forked: not a world that was made by hand, nor a recorded one that
+    cannot be built here."""
+    if isinstance(first, Live):
+        return first.world.config is not None
+    return isinstance(first, Replay) and first.recording.scene is not None
+
+
+def choices(first: Source) -> Message:
+    """Return the values that a change may set, and the first and last tick of a fork: "params"."""
+    if isinstance(first, Live):
+        config, ticks = first.world.config, (kept(first), first.tick)
+    elif isinstance(first, Replay):
+        scene = first.recording.scene
+        config, ticks = None if scene is None else scene.config, (first.tick, first.tick)
+    else:
+        return {"kind": "params", **offered(None)}
+    return {"kind": "params", **offered(config), "forks": list(ticks)}

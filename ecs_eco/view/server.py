@@ -24,8 +24,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from ecs_eco.view.credentials import MINUTES, Credentials
-from ecs_eco.view.guard import SUBPROTOCOL, Guard
+from ecs_eco.view.guard import MINUTES, SUBPROTOCOL, Credentials, Guard
 from ecs_eco.view.shown import Inbox
 
 STATIC = Path(__file__).parent / "static"

@@ -1,15 +1,16 @@
-"""What one page shows, asks, and is sent beside frames: deaths to be marked, and a field over the scene."""
+"""What pages are shown: the view of each page, its panel, and one log of what all of them did."""
 
 from __future__ import annotations
 
 import math
 import threading
 from collections import deque
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
+from ecs_eco.config.models.interventions import describe
 from ecs_eco.engine.errors import nearest
-from ecs_eco.view.messages import short, text
-from ecs_eco.view.source import Message, Source
+from ecs_eco.view.source import Known, Message, Source, said, short, text
 
 FIELDS = 0.5  # [s] from one map of a field to the next
 
@@ -99,3 +100,100 @@ class Inbox:
         """End what serves the pages."""
         self.closing = True
         self._wake.set()
+
+
+def choose(source: Source, view: View, request: Message) -> None:
+    """Select an organism by its uid, None for none; one of the second world with `second`."""
+    uid, second = request.get("uid"), request.get("second", False)
+    if uid is not None and (isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63):
+        raise ValueError(f"select: uid = {short(uid)}; allowed: the uid of an organism, or null")
+    if not isinstance(second, bool):
+        raise ValueError(f"select: second = {short(second)}; allowed: true or false")
+    if second and uid is not None and _second(source) is None:
+        raise ValueError(f"select: #{uid} is asked for of a second world, but there is none beside this one")
+    view.selected, view.panel, view.panel_at = None if uid is None else Chosen(uid, second), None, -math.inf
+
+
+def panel(source: Source, view: View, now: float, out: list[str | bytes]) -> None:
+    """Add the state of the selected organism, or that there is none."""
+    assert view.selected is not None
+    view.panel_at, view.panel = now, (source.tick, view.selected)
+    uid, second = view.selected
+    known = _second(source) if second else source
+    if known is None:  # pages have been told that the other world is closed
+        view.selected = None
+        return
+    try:
+        out.append(text(known.organism(uid)))
+    except KeyError:
+        out.append(text(said("error", f"no organism {uid} is known here", "select")))
+        view.selected = None
+    except Exception as error:  # a panel that cannot be made must not end the run
+        out.append(text(said("error", f"organism {uid}: {type(error).__name__}: {error}", "select")))
+        view.selected = None
+
+
+def _second(source: Source) -> Known | None:
+    return getattr(source, "second", None)
+
+
+KEPT = 200  # entries; older ones are forgotten
+LONGEST = 400  # letters of one
+DOES = ("act", "seek", "whatif", "begin")  # requests that are noted
+
+
+class Log:
+    """What pages did and were told, the last KEPT entries; each page has a number, in the order of coming.
+
+    `views` are the pages that there are. Not `used`, for a recorded run, it numbers pages and notes nothing.
+    """
+
+    def __init__(self, views: Mapping[Page, View], used: bool) -> None:
+        self.views, self.used = views, used
+        self.entries: deque[Message] = deque(maxlen=KEPT)
+        self._came = 0
+
+    def came(self, view: View) -> list[Message]:
+        """Give a new page its number; return all that was noted so far."""
+        self._came += 1
+        view.number = self._came
+        return [{"kind": "log", "page": view.number, "entries": list(self.entries)}] if self.used else []
+
+    def answered(self, tick: int, view: View, request: Message, answers: Sequence[Message]) -> None:
+        """Note what a page asked for at a tick and was told, and tell all pages."""
+        if request.get("kind") in DOES:
+            for answer in answers:
+                self._note(tick, answer, {"page": view.number, **_of(request)})
+
+    def refused(self, tick: int, view: View, request: Message, words: str) -> None:
+        """Note that a page was refused what it asked for."""
+        self.answered(tick, view, request, [said("error", words)])
+
+    def told(self, tick: int, messages: Sequence[Message]) -> list[Message]:
+        """Note what all pages are told; return all that they are to be sent."""
+        for message in messages:
+            self._note(tick, message, {"page": None})
+        return list(messages)
+
+    def _note(self, tick: int, answer: Message, who: Message) -> None:
+        if not self.used or answer["kind"] != "said":
+            return
+        words = str(answer["text"]).removeprefix(f"tick {tick}: ")
+        entry = {"tick": tick, "level": answer["level"], "text": _cut(words), **who}
+        self.entries.append(entry)
+        for page in self.views:
+            page.send([text({"kind": "log", "entries": [entry]})])
+
+
+def _of(request: Message) -> dict[str, Any]:
+    """Return what was asked for, in words, and whether it takes something back."""
+    what, way = request.get("what"), request.get("as")
+    try:
+        words = describe(what) if isinstance(what, dict) else ""
+    except (KeyError, TypeError, ValueError, AttributeError):  # it is no intervention
+        words = ""
+    return {"asked": request["kind"], "what": _cut(words)} | ({"as": way} if way in ("undo", "reset") else {})
+
+
+def _cut(words: str) -> str:
+    return words if len(words) <= LONGEST else words[: LONGEST - 1] + "…"

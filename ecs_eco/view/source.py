@@ -1,9 +1,10 @@
-"""The interface between the viewer and what it shows: a living world or a recorded run."""
+"""The interface between the viewer and what it shows, a living world or a recorded run, and its messages."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 Message = dict[str, Any]
 
@@ -14,15 +15,6 @@ class Known(Protocol):
     def organism(self, uid: int) -> Message:
         """Return all that is known of one organism now: {"kind": "organism", …};
         KeyError if it never existed."""
-
-
-@runtime_checkable
-class Paired(Protocol):
-    """A source that can have a second world beside it."""
-
-    @property
-    def second(self) -> Known | None:
-        """The second world, None where there is none."""
 
 
 class Source(Protocol):
@@ -91,3 +83,27 @@ class Source(Protocol):
     def handle(self, request: Message) -> list[Message]:
         """Carry out `act`, `params`, `seek`, `fill`, `why`, `tree` and return the answers to the page that
         asked; refusals are `said`."""
+
+
+def text(message: Message) -> str:
+    """Return a message as JSON."""
+    return json.dumps(message, separators=(",", ":"), allow_nan=False)
+
+
+def said(level: str, words: str, field: str | None = None) -> Message:
+    """Return a message in words: "info", "warning" or "error"; `field`: the request that it is about."""
+    return {"kind": "said", "level": level, "text": words} | ({} if field is None else {"field": field})
+
+
+def uid_of(request: Message) -> int:
+    """Return the uid of a request; ValueError where it has none."""
+    uid = request.get("uid")
+    if isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63:
+        raise ValueError(f"{request['kind']}: uid = {short(uid)}; allowed: the uid of an organism")
+    return uid
+
+
+def short(value: Any) -> str:
+    """Return a value as JSON, cut where it is long."""
+    words = json.dumps(value)
+    return words if len(words) <= 60 else words[:59] + "…"

@@ -1,5 +1,4 @@
-"""The story of a world: extinctions, returns, booms, crashes and first births, told in the tick in which they
-happen, with what the deaths since the turn say of their cause."""
+"""The story of a world: extinctions, returns, booms, crashes and first births, with their causes."""
 
 from __future__ import annotations
 

@@ -78,31 +78,30 @@ class Told:
         return out
 
     def energy(self, ticks: np.ndarray) -> dict[str, Any]:
-        """Return what each species took in and burnt at these ticks [energy], by species; {} of a run that
-        is too long."""
+        """Return what each species took in and burnt at these ticks [energy], by species; {} of a long run."""
         r = self._recording
         if self._sums is None:
             return {}
-        flows = np.zeros((2, r.last + 1 - r.first, len(r.species)))
-        for c in r.series.each(("tick", "species", *FLOWS)):
-            flows[:, c["tick"] - r.first, c["species"]] = [c[name] for name in FLOWS]
-        at = ticks - r.first
+        flows = {words: self._column(name) for name, words in FLOWS.items()}
         return {
-            name: {
-                words: [float(f"{v:.5g}") for v in flows[k, at, s]] for k, words in enumerate(FLOWS.values())
-            }
+            name: {words: [float(f"{v:.5g}") for v in of[ticks - r.first, s]] for words, of in flows.items()}
             for s, name in enumerate(r.species)
-            if flows[:, :, s].any()
+            if any(of[:, s].any() for of in flows.values())
         }
+
+    def _column(self, name: str) -> np.ndarray:
+        """Return a column of the series, 0 where nothing was recorded: f64[ticks, species]."""
+        out = np.zeros((self._recording.last + 1 - self._recording.first, len(self._recording.species)))
+        for c in self._recording.series.each(("tick", "species", name)):
+            out[c["tick"] - self._recording.first, c["species"]] = c[name]
+        return out
 
     def depths(self, ticks: np.ndarray) -> dict[str, list[float | None]]:
         """Return mean depths at these ticks, as heights below 0 [m], of those that move; {} of no water."""
         r = self._recording
         if self._sums is None or not any("depth_mean" in group.names for group in r.series.groups):
             return {}
-        deep = np.full((r.last + 1 - r.first, len(r.species)), np.nan)
-        for c in r.series.each(("tick", "species", "n", "depth_mean")):
-            deep[c["tick"] - r.first, c["species"]] = np.where(c["n"] > 0, -c["depth_mean"], np.nan)
+        deep = np.where(self._sums[0] > 0, -self._column("depth_mean"), np.nan)
         moves = {name for name, s in r.manifest["config"]["species"].items() if s.get("locomotion")}
         return {
             name: [None if np.isnan(v) else float(f"{v:.5g}") for v in deep[ticks - r.first, s]]
@@ -117,11 +116,8 @@ class Told:
             return {}
         names = dict.fromkeys(name for group in r.series.groups for name in group.names)
         at, sums = ticks - r.first, {}
-        for column in [name for name in names if name in flows.FLOWS or is_eaten(name)]:
-            values = np.zeros((r.last + 1 - r.first, len(r.species)))
-            for c in r.series.each(("tick", "species", column)):
-                values[c["tick"] - r.first, c["species"]] = c[column]
-            sums[column] = values.cumsum(axis=0)[at]
+        for column in [name for name in names if name in flows.FLOWS or name.startswith(EATEN)]:
+            sums[column] = self._column(column).cumsum(axis=0)[at]
         foods, by = foods_of(r.manifest.get("config")), "eaten by "
         meals = {
             (food, cause.removeprefix(by)): self._sums[2][at, s, k]
@@ -130,12 +126,7 @@ class Told:
             if cause.startswith(by)
         }
         said = flows.recorded(sums, r.species, ticks, foods, meals)
-        return {"flows": said} | ({} if any(map(is_eaten, sums)) else {"shared": True})
-
-
-def is_eaten(column: str) -> bool:
-    """Whether a column of the series says what was gained from a food."""
-    return column.startswith(EATEN)
+        return {"flows": said} | ({} if any(name.startswith(EATEN) for name in sums) else {"shared": True})
 
 
 def _listed(values: np.ndarray) -> list[float | None]:

@@ -19,11 +19,12 @@ from typer.testing import CliRunner
 
 import ecs_eco
 from ecs_eco.cli import app
-from ecs_eco.cli.archipelago import command_of
+from ecs_eco.cli.app import COMMANDS, loaded
+from ecs_eco.cli.run import command_of
 from ecs_eco.config import load
 from ecs_eco.config.models.sensors import AnySensor
 from ecs_eco.config.shipped import shipped
-from ecs_eco.view.recipe import of_run
+from ecs_eco.view.branch import of_run
 
 ROOT = Path(ecs_eco.__path__[0]).parent
 FEW = ["--set", "species.grass.count=60", "--set", "species.deer.count=12", "--set", "species.wolf.count=2"]
@@ -54,7 +55,7 @@ def environment() -> dict[str, str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("arguments", [["--help"], ["list"], ["run", "--help"]])
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["list"]])
 def test_it_starts_quickly_and_loads_nothing_heavy(arguments: list[str]) -> None:
     code = f"""
 import sys
@@ -90,6 +91,22 @@ def _seconds(code: str) -> tuple[float, str]:
     )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, done.stderr.strip()
+
+
+def test_help_of_a_command_loads_no_torch() -> None:
+    code = """
+import sys
+from ecs_eco.cli.app import COMMANDS, loaded
+for name in COMMANDS:
+    loaded(name)
+print([m for m in ("torch", "matplotlib", "ray", "optuna", "deap") if m in sys.modules], file=sys.stderr)
+"""
+    assert _seconds(code)[1] == "[]"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_list_of_commands_has_the_help_of_each(name: str) -> None:
+    assert COMMANDS[name][1] == loaded(name).help
 
 
 def test_no_command_is_help() -> None:
@@ -188,7 +205,7 @@ def test_run_hands_on_its_options(
     (here / "folder").mkdir()
     for name in ("deer", "wolf"):
         (here / "folder" / f"{name}.safetensors").write_bytes(b"")
-    catch(monkeypatch, "ecs_eco.runs.run.run_to_folder")
+    catch(monkeypatch, "ecs_eco.cli.run.run_to_folder")
     args, kwargs = caught("run", "predator-prey", "--ticks", "7", "--seed", "3", *arguments)
     config, seed, ticks, out, *rest = args
     assert (config.name, seed, ticks, out.path) == ("predator-prey", 3, 7, Path("runs/predator-prey-3"))
@@ -213,7 +230,7 @@ def test_commands_that_repeat_a_run_allow_its_code_and_name_the_mode(monkeypatch
 
 
 def test_the_world_has_ticks_and_seed_where_none_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    catch(monkeypatch, "ecs_eco.runs.run.run_to_folder")
+    catch(monkeypatch, "ecs_eco.cli.run.run_to_folder")
     args, _ = caught("run", "predator-prey", "--set", "seed=9", "--set", "ticks=77")
     assert args[1:3] == (9, 77)
 
@@ -223,7 +240,7 @@ def test_an_interrupt_says_how_far_it_came(monkeypatch: pytest.MonkeyPatch) -> N
         args[-1](3, args[2])
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("ecs_eco.runs.run.run_to_folder", interrupted)
+    monkeypatch.setattr("ecs_eco.cli.run.run_to_folder", interrupted)
     output = invoke("run", "predator-prey", "--ticks", "10", code=130)
     assert "Stopped at tick 3 of 10; nothing was recorded." in output
 
@@ -289,5 +306,5 @@ def test_a_world_without_policies_is_not_trained(here: Path) -> None:
 
 def test_report_is_written_for_a_run_folder(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (here / "manifest.json").write_text("{}")
-    catch(monkeypatch, "ecs_eco.analysis.report.write_report")
+    catch(monkeypatch, "ecs_eco.cli.telling.write_report")
     assert caught("report", ".") == ((Path(), None, None, {}), {})

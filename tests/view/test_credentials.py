@@ -2,7 +2,7 @@
 
 import pytest
 
-from ecs_eco.view.credentials import MINUTES, Credentials
+from ecs_eco.view.guard import MINUTES, Credentials
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from ecs_eco.view.credentials import MINUTES, Credentials
 from ecs_eco.view.entrance import Entrance
+from ecs_eco.view.guard import MINUTES, Credentials
 
 
 class Desk:

@@ -8,9 +8,9 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.config import load
-from ecs_eco.view.fields import CELLS, map_of, names_of
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
+from ecs_eco.view.scene import SIDE, map_of, names_of
 from tests.view.parks import small
 
 
@@ -57,9 +57,9 @@ def test_an_empty_field_and_a_large_one_are_sent_too():
     world.fields["wolf_smell"].value[:] = 0
     assert map_of(world, "wolf_smell")["high"] == 0.0
     assert not values(map_of(world, "wolf_smell")).any()
-    world.fields["wolf_smell"].value = np.ones((1, 3 * CELLS, 2 * CELLS), np.float32)
+    world.fields["wolf_smell"].value = np.ones((1, 3 * SIDE, 2 * SIDE), np.float32)
     message = map_of(world, "wolf_smell")
-    assert max(message["nx"], message["ny"]) <= CELLS
+    assert max(message["nx"], message["ny"]) <= SIDE
 
 
 def test_light_in_water_is_a_column_of_depths_that_darkens_downwards():

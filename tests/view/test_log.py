@@ -3,10 +3,9 @@
 import json
 
 from ecs_eco.view.live import Live
-from ecs_eco.view.log import KEPT, LONGEST, Log
 from ecs_eco.view.pair import Pair
 from ecs_eco.view.player import Player
-from ecs_eco.view.shown import View
+from ecs_eco.view.shown import KEPT, LONGEST, Log, View
 from tests.view.parks import small
 
 BASAL = {"kind": "set", "set": {"species.deer.metabolism.basal": 0.01}}

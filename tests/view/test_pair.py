@@ -11,11 +11,11 @@ from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
 from ecs_eco.runs.repeat import repeat
+from ecs_eco.view.branch import Start
 from ecs_eco.view.frames import HEADER
 from ecs_eco.view.live import Live
 from ecs_eco.view.pair import Pair
 from ecs_eco.view.player import PATIENCE
-from ecs_eco.view.recipe import Start
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.watch import Window, served
 from tests.view.parks import ACTS, SMALL, Page, small

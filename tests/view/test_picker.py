@@ -6,8 +6,7 @@ import pytest
 
 from ecs_eco.cli.watch import _live, _picker
 from ecs_eco.view.live import Live
-from ecs_eco.view.pair import Pair
-from ecs_eco.view.picker import Picker
+from ecs_eco.view.pair import Pair, Picker
 from ecs_eco.view.watch import _begun, served
 from tests.view.parks import small
 

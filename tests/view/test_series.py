@@ -6,7 +6,7 @@ from ecs_eco import World
 from ecs_eco.record import run_to_folder
 from ecs_eco.view.live import Live
 from ecs_eco.view.recording import Recording
-from ecs_eco.view.series import Curves, by_species
+from ecs_eco.view.tally import Curves, by_species
 
 MOSS = {"count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5, "basal": 0.125}}
 GARDEN = {

@@ -10,8 +10,7 @@ from ecs_eco.components import Body, Position
 from ecs_eco.record import run_to_folder
 from ecs_eco.view.inspect import state_of
 from ecs_eco.view.live import Live
-from ecs_eco.view.outlines import outlines
-from ecs_eco.view.paint import Painter
+from ecs_eco.view.paint import Painter, outlines
 from ecs_eco.view.replay import Replay
 
 YARD = {

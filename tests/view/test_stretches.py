@@ -5,8 +5,7 @@ import pytest
 from ecs_eco.record import resume, run_to_folder
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.replay import Replay
-from ecs_eco.view.rerun import Stretch
-from ecs_eco.view.stretches import spans, stretches
+from ecs_eco.view.rerun import Stretch, spans, stretches
 
 
 @pytest.fixture

@@ -7,11 +7,21 @@ from ecs_eco import World
 from ecs_eco.components import Position
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
-from ecs_eco.view.families import Families, logged, recorded
+from ecs_eco.view.families import (
+    ABOVE,
+    BELOW,
+    BESIDE,
+    EACH,
+    Families,
+    Logged,
+    Recorded,
+    logged,
+    recorded,
+    tree,
+)
 from ecs_eco.view.live import Live
 from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.replay import Replay
-from ecs_eco.view.tree import ABOVE, BELOW, BESIDE, EACH, Logged, Recorded, tree
 from tests.view.test_pair_panel import forked, uids
 
 DEER = {

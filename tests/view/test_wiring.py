@@ -6,7 +6,7 @@ from ecs_eco import World
 from ecs_eco.analysis.nervous_diagram import nervous_species
 from ecs_eco.config import load
 from ecs_eco.config.shipped import shipped
-from ecs_eco.view.wiring import wiring
+from ecs_eco.view.scene import wiring
 
 
 @pytest.fixture(scope="module")

@@ -133,7 +133,7 @@ def modules(ground: Ground) -> Iterator[Attack]:
         [*script, "search", "world.toml", *search, *two],
         [*script, "run", "islands.toml", "--ticks", "3", *two],
         python("from ecs_eco.cli import main; main()", "check", "world.toml"),
-        python("from ecs_eco.view.island_server import serve; serve(sys.argv[1])", str(ground.run)),
+        python("from ecs_eco.view.islands import serve; serve(sys.argv[1])", str(ground.run)),
         [sys.executable, "-m", "ecs_eco", *compare, *two],
     ]
     if find_spec("ray") is not None:

@@ -1,0 +1,406 @@
+"""The commands run, resume and repeat. What few runs need loads when it is needed:
+islands, bands, the viewer, the figures of measures."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ecs_eco.analysis.extinction import opening
+from ecs_eco.analysis.runs import load_series
+from ecs_eco.cli.folders import known_policies, results
+from ecs_eco.cli.options import (
+    Bands,
+    Divided,
+    Learn,
+    NoBrowser,
+    On,
+    Out,
+    Policies,
+    Port,
+    Quiet,
+    Report,
+    Run,
+    Seed,
+    Set,
+    Threads,
+    Ticks,
+    Trust,
+    Watch,
+    Workers,
+    World,
+)
+from ecs_eco.cli.terminal import (
+    FAILED,
+    complain,
+    exits,
+    numbers,
+    path_of,
+    progress,
+    refuse,
+    say,
+    stopped,
+    whole,
+)
+from ecs_eco.cli.trust import allow
+from ecs_eco.compiled import portable
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.ecosystem import World as Ecosystem
+from ecs_eco.experiments.engines import LOCAL, check_engine
+from ecs_eco.record.archipelago import is_archipelago
+from ecs_eco.record.details import how_many
+from ecs_eco.runs.repeat import repeat as repeat_run
+from ecs_eco.runs.run import fork, read_manifest, run_to_folder, world_at
+from ecs_eco.runs.run import resume as resume_run
+from ecs_eco.worlds.first_start import known_to_list, two_processes
+
+Prepare = Callable[[Ecosystem], None]  # called with a world before its first tick
+
+
+@exits
+def run(
+    world: World,
+    ticks: Ticks = None,
+    seed: Seed = None,
+    set_: Set = None,
+    out: Out = None,
+    quiet: Quiet = False,
+    threads: Threads = 1,
+    learn: Learn = None,
+    policies: Policies = "trained",
+    report: Report = True,
+    checkpoint_every: Annotated[
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Ticks between checkpoints.")
+    ] = None,
+    keep: Annotated[
+        int, typer.Option(parser=whole(1), metavar="K", help="Number of checkpoints to keep.")
+    ] = 3,
+    record: Annotated[
+        str | None,
+        typer.Option(
+            metavar="focal=N|full",
+            help="Record every tick of N organisms of each species, or of all organisms.",
+        ),
+    ] = None,
+    watch: Watch = False,
+    port: Port = 0,
+    no_browser: NoBrowser = False,
+    trust: Trust = False,
+    workers: Workers = None,
+    on: On = LOCAL,
+    bands: Bands = False,
+    divided: Divided = False,
+) -> None:
+    """Run a world and record it in a folder; `resume` continues it."""
+    allow(trust, world, set_)
+    lead = partial(
+        _run,
+        world,
+        set_ or [],
+        ticks,
+        seed,
+        out,
+        quiet,
+        threads,
+        learn,
+        policies,
+        report,
+        checkpoint_every,
+        keep,
+        record,
+    )
+    if not (bands or divided):
+        return lead(shown=(port, not no_browser) if watch else None, workers=workers, on=on)
+    from ecs_eco.cli.bands import run_in_bands
+
+    def build() -> Ecosystem:
+        return Ecosystem.from_config(
+            load(world, set_ or []), seed=seed, policies=policies, threads=threads, learn=learn, record=False
+        )
+
+    run_in_bands(lead, build, ticks, watch, divided)
+
+
+@exits
+def repeat(
+    folder: Run,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            parser=path_of,
+            metavar="PATH",
+            help="Folder for the repetition: new or empty. Default: none, it is not recorded.",
+        ),
+    ] = None,
+    quiet: Quiet = False,
+    threads: Threads = 1,
+    trust: Trust = False,
+) -> None:
+    """Repeat a recorded run, with all interventions, and print whether it ends the same."""
+    allow(trust, folder)
+    with (
+        nullcontext() if out is None else results(out, folder.name) as claim,
+        progress(folder.name, quiet) as bar,
+    ):
+        result = repeat_run(folder, claim, bar, threads=threads)
+    done = f"{result['ticks']} ticks of {result['world']} again, with {result['interventions']} interventions"
+    if result["same"]:
+        say(f"{done}: the same end, {result['digest'][:16]}")
+        return
+    complain(
+        f"{done}: ANOTHER end, {result['digest'][:16]} instead of {result['recorded'][:16]}{result['why']}"
+    )
+    raise typer.Exit(FAILED)
+
+
+@exits
+def resume(
+    folder: Run,
+    until: Annotated[
+        int | None,
+        typer.Option(
+            parser=whole(0), metavar="T", help="Continue to this tick. Default: the planned end of the run."
+        ),
+    ] = None,
+    from_tick: Annotated[
+        int | None,
+        typer.Option(
+            parser=whole(0),
+            metavar="T",
+            help="Fork: continue from this tick, in a folder of its own (--out).",
+        ),
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Fork: a value to change from there on. Repeatable."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder of the fork: new or empty.")
+    ] = None,
+    quiet: Quiet = False,
+    threads: Threads = 1,
+    report: Report = True,
+    watch: Watch = False,
+    port: Port = 0,
+    no_browser: NoBrowser = False,
+    trust: Trust = False,
+    workers: Workers = None,
+    on: On = LOCAL,
+    bands: Bands = False,
+    divided: Divided = False,
+) -> None:
+    """Resume a run from its last checkpoint, or fork it with changed values."""
+    allow(trust, folder)
+    changes = set_ or []
+    lead = partial(_resume, folder, until, from_tick, changes, out, quiet, threads, report)
+    if not (bands or divided):
+        return lead(shown=(port, not no_browser) if watch else None, workers=workers, on=on)
+    from ecs_eco.cli.bands import run_in_bands
+
+    if from_tick is not None or changes or out is not None:
+        refuse(
+            "--bands",
+            "goes on with a run; a fork begins in one process",
+            "",
+            "resume without --from-tick, --set and --out",
+        )
+    manifest = read_manifest(folder)
+
+    def build() -> Ecosystem:
+        return world_at(folder, manifest, None, threads, lambda text: None, trust=False)
+
+    run_in_bands(lead, build, manifest["ticks"] if until is None else until, watch, divided)
+
+
+def _run(
+    world: str,
+    changes: list[str],
+    ticks: int | None,
+    seed: int | None,
+    out: Path | None,
+    quiet: bool,
+    threads: int,
+    learn: bool | None,
+    policies: str,
+    report: bool,
+    checkpoint_every: int | None,
+    keep: int,
+    record: str | None,
+    prepare: Prepare | None = None,
+    *,
+    shown: tuple[int, bool] | None = None,
+    workers: int | None = None,
+    on: str = LOCAL,
+) -> None:
+    """Run a world into a folder; `shown`: the port of a viewer, and whether to open the browser."""
+    config = load(world, changes)
+    islands = _has_islands(config, world, shown is not None or checkpoint_every is not None, workers, on)
+    if islands:
+        check_engine(on)
+    seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
+    known_policies(policies, config)
+    command = command_of(world, config, seed, ticks, policies, changes, learn, record)
+    if islands:
+        from ecs_eco.cli.archipelago import run_islands
+
+        return run_islands(
+            config, seed, ticks, out, quiet, threads, learn, policies, report, record, workers, on, command
+        )
+    how_many(record)
+    with (
+        nullcontext() if prepare else two_processes(known_to_list(config.name)) as kernels,
+        results(out, f"{config.name}-{seed}") as claim,
+        progress(config.name, quiet) as bar,
+        _viewer(config.title or config.name, ticks, shown) as viewer,
+    ):
+        out = claim.path
+        try:
+            more = _given(
+                prepare=prepare if viewer is None else viewer.open,
+                record=record,
+                checkpoint_every=checkpoint_every,
+                keep=checkpoint_every and keep,
+            )
+            result = run_to_folder(
+                config,
+                seed,
+                ticks,
+                claim,
+                policies,
+                learn,
+                bar,
+                threads=threads,
+                report=report,
+                command=command,
+                **more,
+            )
+        except KeyboardInterrupt:
+            stopped(bar.done, ticks, out)
+    say(
+        f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(result)}{kernels or ''}"
+        f"{_populations(out)}"
+    )
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    """Those options that are given."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _resume(
+    folder: Path,
+    until: int | None,
+    from_tick: int | None,
+    changes: list[str],
+    out: Path | None,
+    quiet: bool,
+    threads: int,
+    report: bool,
+    prepare: Prepare | None = None,
+    *,
+    shown: tuple[int, bool] | None = None,
+    workers: int | None = None,
+    on: str = LOCAL,
+) -> None:
+    """Resume a run in its folder, or fork it into another; `shown` is as for `_run`."""
+    forks = from_tick is not None or bool(changes) or out is not None
+    if is_archipelago(folder):
+        from ecs_eco.cli.archipelago import resume_islands
+
+        return resume_islands(folder, until, forks, quiet, threads, report, workers, on)
+    if forks and out is None:
+        fault = "is missing: a fork is recorded in a folder of its own"
+        refuse("--out", fault, "", "a folder, new or empty")
+    manifest, where = read_manifest(folder), out or folder
+    title = manifest["config"].get("title") or folder.name
+    with (
+        nullcontext() if out is None else results(out, folder.name) as claim,
+        _viewer(title, manifest["ticks"] if until is None else until, shown) as viewer,
+        progress(folder.name, quiet) as bar,
+    ):
+        more: dict[str, Any] = {"threads": threads, "report": report, "complain": complain}
+        more |= _given(prepare=prepare if viewer is None else viewer.open)
+        try:
+            if claim is not None:
+                command = f"ecs-eco{portable.option()} resume {shlex.quote(str(folder))} --out DIR"
+                command += " --trust" if manifest["config"].get("code") else ""
+                command += "" if from_tick is None else f" --from-tick {from_tick}"
+                command += "".join(f" --set {shlex.quote(change)}" for change in changes)
+                result = fork(folder, claim, from_tick, changes, until, bar, command=command, **more)
+            else:
+                result = resume_run(folder, until, bar, **more)
+        except KeyboardInterrupt:
+            stopped(bar.done, bar.total, where)
+    say(
+        f"{result['done']} ticks of {result['world']}, seed {result['seed']}, "
+        f"in {where}{numbers(result)}{_populations(where)}"
+    )
+
+
+def command_of(
+    world: str,
+    config: WorldConfig,
+    seed: int,
+    ticks: int,
+    policies: str,
+    changes: list[str],
+    learn: bool | None,
+    record: str | None,
+) -> str:
+    """Return the command that runs a world so, as its manifest has it."""
+    command = (
+        f"ecs-eco{portable.option()} run {shlex.quote(world)} --seed {seed} "
+        f"--ticks {ticks} --policies {shlex.quote(policies)}"
+    )
+    command += " --trust" if config.code else ""
+    command += "".join(f" --set {shlex.quote(change)}" for change in changes)
+    command += {None: "", True: " --learn", False: " --no-learn"}[learn] + " --out DIR"
+    return command + ("" if record is None else f" --record {record}")
+
+
+def _has_islands(config: WorldConfig, world: str, alive: bool, workers: int | None, on: str) -> bool:
+    """Return whether a world is to be run as an archipelago; refuses options of the one kind for the other.
+    `alive`: whether it is to be watched, or to have checkpoints of its own."""
+    islands = config.archipelago is not None and config.archipelago.here is None
+    if islands and alive:
+        refuse(
+            "WORLD",
+            "has islands: they have checkpoints at barriers, and are watched once recorded",
+            world,
+            "no --watch and no --checkpoint-every",
+        )
+    if not islands and (workers is not None or on != LOCAL):
+        source, value = ("--on", on) if workers is None else ("--workers", workers)
+        refuse(source, "is for islands, and this world has no [archipelago]", value, "none")
+    return islands
+
+
+def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> AbstractContextManager[Any]:
+    """The viewer of a run, or nothing."""
+    if shown is None:
+        return nullcontext()
+    from ecs_eco.cli.watch import window
+
+    return window(ticks, title, *shown)
+
+
+def _populations(out: Path) -> str:
+    """Whether all species persisted, which died out of what, the numbers of each species at the end of a run,
+    and what was measured."""
+    series = load_series(out)
+    lines = [
+        *opening(series),
+        "at the end: "
+        + ", ".join(f"{n:.0f} {name}" for name, n in zip(series.species, series.n[-1], strict=True)),
+    ]
+    if series.reporters:
+        from ecs_eco.analysis import measures
+
+        lines += measures.lines(series)
+    return "".join(f"\n  {line}" for line in lines)
