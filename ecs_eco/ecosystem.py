@@ -173,11 +173,6 @@ class World(SpatialWorld):
         see `ecs_eco.view.notebook.view`."""
         return _above("view")(self, ticks, **how)
 
-    def _repr_html_(self) -> str:
-        from ecs_eco.engine.html import of_world
-
-        return of_world(self)
-
     def policy(self, species: str, uid: int | None = None) -> Any:
         """Return a copy of a species' policy as a torch module, or of one organism's; see
         `ecs_eco.worlds.policies.policy`."""
