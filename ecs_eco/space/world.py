@@ -84,7 +84,8 @@ class SpatialWorld(World):
         return grid(("table", "alive", "components"), rows, caption)
 
     def stop(self) -> None:
-        """Make `run` return, as `World.stop` does; processes that share a world stop at the same tick."""
+        """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is then
+        true."""
         self.stopping = self.bands.stops()
 
     def listed(self) -> list[str]:
