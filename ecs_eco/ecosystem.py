@@ -11,7 +11,6 @@ from typing import Any, NoReturn, Self
 
 from ecs_eco import debug
 from ecs_eco._lazy import lazy
-from ecs_eco.engine import html
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.table import Table
@@ -171,9 +170,6 @@ class World(SpatialWorld):
         """Show this world alive: in an output cell of a notebook, else in the browser until Ctrl-C;
         see `ecs_eco.view.watch.view`."""
         return _above("view")(self, ticks, **how)
-
-    def _repr_html_(self) -> str:
-        return html.of_world(self)
 
     def policy(self, species: str, uid: int | None = None) -> Any:
         """Return a copy of a species' policy as a torch module, or of one organism's; see

@@ -1,6 +1,6 @@
 """One world over many processes: each does the work of a band of the map, or holds it alone.
 
-What of a system may be divided, the system says, by `world.bands` (`ecs_eco.engine.bands`); many worlds
+What of a system may be divided, the system says, by `world.bands` (`ecs_eco.space.one_band`); many worlds
 belong to `ecs_eco.experiments`. mpi4py is imported when a world is divided. See docs/explanation/bands.md.
 """
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.engine.bands import OneBand
 from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.space.one_band import OneBand
 
 if TYPE_CHECKING:
+    from mpi4py.MPI import Comm
+
+    from ecs_eco.space.index import Index
     from ecs_eco.space.world import SpatialWorld
 
 LEAST = 64  # organisms: fewer are the work of every process, for an exchange takes as long
@@ -39,7 +42,7 @@ class Bands(OneBand):
     organisms of the species at hand; of work that has no place, such as gradients, each has an equal part.
     """
 
-    def __init__(self, world: SpatialWorld, comm: Any, least: int = LEAST) -> None:
+    def __init__(self, world: SpatialWorld, comm: Comm, least: int = LEAST) -> None:
         self.comm, self.size, self.rank, self.least = comm, comm.Get_size(), comm.Get_rank(), least
         self.workers = world.workers
         self.traffic = Traffic()
@@ -56,7 +59,7 @@ class Bands(OneBand):
         """Return which of n independent items, first … last − 1, this process is to do."""
         return n * self.rank // self.size, n * (self.rank + 1) // self.size
 
-    def cut(self, index: Any) -> tuple[np.ndarray, np.ndarray]:
+    def cut(self, index: Index) -> tuple[np.ndarray, np.ndarray]:
         """Return where bands begin and end, in rows of cells and in entries of an index: i64[size + 1] each."""
         along = index.start[:: index.space.shape[0]]  # the first entry of each row of cells
         aims = np.array(self.bounds(index.n))
@@ -72,7 +75,7 @@ class Bands(OneBand):
 
     # --- shared work ----------------------------------------------------------------------------------------
 
-    def over(self, index: Any, *outputs: np.ndarray) -> AbstractContextManager[None]:
+    def over(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
         """Within, `World.split` over the entries of an index, or over the rows of its cells, runs for this
         process's band alone; afterwards the `outputs` [index.n, …] are completed."""
         # where both are as many it cannot be told which of them are meant
@@ -81,7 +84,7 @@ class Bands(OneBand):
         return self._over(index, outputs)
 
     @contextmanager
-    def _over(self, index: Any, outputs: tuple[np.ndarray, ...]) -> Iterator[None]:
+    def _over(self, index: Index, outputs: tuple[np.ndarray, ...]) -> Iterator[None]:
         rows, entries = self.cut(index)
         own = {
             n: (int(edges[self.rank]), int(edges[self.rank + 1]))
@@ -119,7 +122,7 @@ class Bands(OneBand):
         self.traffic.calls += len(arrays)
         self.traffic.seconds += time.perf_counter() - start
 
-    def _complete(self, array: np.ndarray, edges: Any) -> None:
+    def _complete(self, array: np.ndarray, edges: Sequence[int] | np.ndarray) -> None:
         """Get the rows between edges[k] and edges[k + 1] from process k, for all k."""
         size = array.itemsize * int(np.prod(array.shape[1:]))
         if not size or self.size == 1:

@@ -9,10 +9,12 @@ from ecs_eco.bands.divided import divided
 from ecs_eco.bands.widths import require_divisible
 
 if TYPE_CHECKING:
+    from mpi4py.MPI import Comm
+
     from ecs_eco.ecosystem import World
 
 
-def divide(world: World, comm: Any = None, least: int = LEAST, *, state: bool = False) -> Any:
+def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state: bool = False) -> Any:
     """Let this process share the work of a world with those of an MPI communicator (None: all there are).
 
     Each of them must have built the same world, from the same configuration and seed, and let the same ticks

@@ -13,6 +13,7 @@ from ecs_eco.space.geometry import cells_of
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 Values = dict[tuple[type, str], np.ndarray]
 
@@ -150,7 +151,7 @@ class Births:
 
     def inherited(
         self,
-        world: Any,
+        world: SpatialWorld,
         table: Table,
         parents: np.ndarray,
         litters: Litters,

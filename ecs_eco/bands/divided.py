@@ -6,7 +6,7 @@ import weakref
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import esper
 import numpy as np
@@ -21,15 +21,19 @@ from ecs_eco.bands.rollout import BandRollout
 from ecs_eco.bands.talk import Talk
 from ecs_eco.bands.widths import Widths, least_height
 from ecs_eco.components import Body, Position, Traits, Velocity
-from ecs_eco.engine.bands import OneBand
 from ecs_eco.engine.context import LAST, priority_of
+from ecs_eco.space.one_band import OneBand
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from mpi4py.MPI import Comm
+
     from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.index import Index
 
+T = TypeVar("T")
 EVERY = 32  # ticks between two looks at whether the load is balanced
 UNEVEN = 1.1  # load of the heaviest band, as a share of the mean, from which edges move
 SEEN = (Position, Body, Traits)  # what others see of an organism
@@ -48,7 +52,7 @@ class Step(esper.Processor):
     def __init__(self, act: Callable[[], None]) -> None:
         self.act = act
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_: object) -> None:
         """Tell, and listen."""
         self.act()
 
@@ -64,7 +68,7 @@ class Divided(OneBand):
 
     divided = True
 
-    def __init__(self, world: World, comm: Any, widths: Widths) -> None:
+    def __init__(self, world: World, comm: Comm, widths: Widths) -> None:
         self.world: Any = weakref.proxy(world)
         self.common_bands = Bands(world, comm)
         self.wire = Wire(comm)
@@ -103,7 +107,7 @@ class Divided(OneBand):
 
     def _take_part(self, world: World) -> None:
         """Put what is told between the systems of a tick, and in the place of births and deaths."""
-        put = world.context.put
+        world.tells_deaths, put = True, world.context.put
         put(Step(self.look_around), priority_of("environment", 0))
         for system in world.systems:
             if type(system).__name__ == "Diffuse":
@@ -222,7 +226,7 @@ class Divided(OneBand):
         """The processes that share work on what all of them hold: policies and rollouts."""
         return self.common_bands
 
-    def own(self, index: Any, *outputs: np.ndarray) -> AbstractContextManager[None]:
+    def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
         """Within, `World.split` over the entries of an index, or over the rows of its cells, runs for those
         that are no ghosts."""
         if self.processes == 1 or index.n == self.edges.ny:  # it cannot be told which of them are meant
@@ -230,7 +234,7 @@ class Divided(OneBand):
         return self._own(index)
 
     @contextmanager
-    def _own(self, index: Any) -> Iterator[None]:
+    def _own(self, index: Index) -> Iterator[None]:
         workers, here = self.common_bands.workers, self.entries(index)
         rows = self.edges.rows[self.place : self.place + 2]
         parts = {self.edges.ny: (int(rows[0]), int(rows[1])), index.n: (here.start, here.stop)}
@@ -240,19 +244,19 @@ class Divided(OneBand):
         finally:
             workers.own = None
 
-    def entries(self, index: Any) -> slice:
+    def entries(self, index: Index) -> slice:
         """Return which entries of an index are no ghosts: they are in one piece."""
         nx = index.space.shape[0]
         first, last = self.edges.rows[self.place], self.edges.rows[self.place + 1]
         return slice(int(index.start[first * nx]), int(index.start[last * nx]))
 
-    def living(self, table: Any) -> np.ndarray:
+    def living(self, table: Table) -> np.ndarray:
         """Return which rows of a table live and are no ghosts: bool[capacity]."""
         alive: np.ndarray = table.alive.copy()
         alive[self.ghosts[table.name]] = False
         return alive
 
-    def count(self, table: Any) -> int:
+    def count(self, table: Table) -> int:
         """Return how many of a table live, in all processes."""
         return int(self.wire.total(np.array([table.n - self.ghosts[table.name].size]))[0])
 
@@ -277,11 +281,11 @@ class Divided(OneBand):
         """Return what newborn inherit, of parents wherever they are."""
         return self.births.inherited(*arguments)
 
-    def sites(self, table: Any, stands: np.ndarray) -> np.ndarray:
+    def sites(self, table: Table, stands: np.ndarray) -> np.ndarray:
         """Return the uids of the plants on each site i64[ny, nx], −1 where none stands."""
         return self.births.sites_of(table, stands.shape)
 
-    def learnt(self, minds: Any, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
+    def learnt(self, minds: object, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
         """Note what individuals have learnt in this tick, an entry each; return it."""
         if len(arrays[0]) and self.world.recorder is not None:
             name = next(
@@ -303,7 +307,7 @@ class Divided(OneBand):
         """Do what process 0 asks for; return whether any process has been told to stop."""
         return self.talk.go_on()
 
-    def undivided(self, world: Any) -> Any:
+    def undivided(self, world: T) -> T | None:
         """Return the whole world in process 0, None in the others."""
         return self.talk.undivided()
 
@@ -322,7 +326,7 @@ class Divided(OneBand):
         return Traffic(one.calls + other.calls, one.received + other.received, one.seconds + other.seconds)
 
 
-def divided(world: World, comm: Any, widths: Widths) -> Divided:
+def divided(world: World, comm: Comm, widths: Widths) -> Divided:
     """Let this process hold a part of a world alone, and record it as process 0 does."""
     bands = Divided(world, comm, widths)
     bands.early = share_recording(world, comm)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -64,7 +64,7 @@ class Edges:
         return self._near[rank, width]
 
 
-def beyond(first: Any, last: Any, n: int, width: int, torus: bool) -> np.ndarray:
+def beyond(first: int | np.integer, last: int | np.integer, n: int, width: int, torus: bool) -> np.ndarray:
     """Return which of n rows are not first … last − 1, and no more than `width` from these: bool[n]."""
     rows = np.concatenate([np.arange(first - width, first), np.arange(last, last + width)])
     rows = rows % n if torus else rows[(rows >= 0) & (rows < n)]

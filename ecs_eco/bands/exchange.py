@@ -11,6 +11,9 @@ import numpy as np
 from ecs_eco.bands.bands import Traffic, mpi
 
 if TYPE_CHECKING:
+    from mpi4py.MPI import Comm
+    from numpy.typing import DTypeLike
+
     from ecs_eco.engine.table import Table
 
 OWN = {"uid": np.uint64, "born": np.int64, "cause": np.uint8, "killer": np.uint64}
@@ -20,7 +23,7 @@ TAG = 17
 class Wire:
     """What goes between the processes of a communicator, and how much it was."""
 
-    def __init__(self, comm: Any) -> None:
+    def __init__(self, comm: Comm) -> None:
         self.comm, self.size, self.rank = comm, comm.Get_size(), comm.Get_rank()
         self.traffic = Traffic()
 
@@ -130,7 +133,7 @@ def settled(
     taken = 8 * len(tables)
     counts, rows = data[:taken].view(np.int64), []
 
-    def read(n: int, dtype: Any, inner: tuple[int, ...] = ()) -> np.ndarray:
+    def read(n: int, dtype: DTypeLike, inner: tuple[int, ...] = ()) -> np.ndarray:
         nonlocal taken
         size = n * np.dtype(dtype).itemsize * int(np.prod(inner))
         out = data[taken : taken + size].copy().view(dtype).reshape(n, *inner)

@@ -11,18 +11,18 @@ from ecs_eco.learning.individual import summary
 from ecs_eco.record.events import EVENTS
 from ecs_eco.record.learning import UPDATE
 from ecs_eco.record.parts import forget, page_end, renew_means, stocks, sums
+from ecs_eco.record.recorder import Recorder
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
+    from mpi4py.MPI import Comm
 
+    from ecs_eco.ecosystem import World
 Groups = dict[str, list[tuple[np.ndarray, ...]]]
 
 
-def share_recording(world: World, comm: Any) -> list[tuple[np.ndarray, ...]]:
+def share_recording(world: World, comm: Comm) -> list[tuple[np.ndarray, ...]]:
     """Let all processes record as process 0 does, if it does; what there is so far is in its records: return
     the events among it."""
-    from ecs_eco.record.recorder import Recorder
-
     if (recorder := world.recorder) is not None:
         recorder.flush()  # pages begin together
     how = comm.bcast(None if recorder is None else (recorder.block, recorder.snapshot_every, recorder.keeps))
@@ -36,7 +36,7 @@ def share_recording(world: World, comm: Any) -> list[tuple[np.ndarray, ...]]:
     return []
 
 
-def collect(bands: Any, recorder: Any) -> None:
+def collect(bands: Any, recorder: Recorder) -> None:
     """Bring what all have recorded since the last time to process 0, as one would have recorded it.
 
     Counts are the same. Sums of energies are added band by band, not row by row, so their last digits may be
@@ -107,7 +107,7 @@ def _counted(rows: list[tuple[Any, ...]]) -> list[tuple[Any, ...]]:
 
 
 def _learnt(
-    world: Any,
+    world: World,
     place: dict[str, int],
     rows: list[tuple[Any, ...]],
     lessons: list[tuple[int, str, tuple[np.ndarray, ...]]],

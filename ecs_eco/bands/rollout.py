@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +10,8 @@ import numpy as np
 from ecs_eco.learning.rollout import Rollout, _lives
 
 if TYPE_CHECKING:
+    from numpy.typing import DTypeLike
+
     from ecs_eco.bands.exchange import Wire
     from ecs_eco.engine.table import Table
 
@@ -30,7 +32,7 @@ class BandRollout(Rollout):
     stored = 0  # of this tick, by this process
 
     @classmethod
-    def of(cls, table: Table, wire: Wire, holds: Any) -> BandRollout:
+    def of(cls, table: Table, wire: Wire, holds: Callable[[np.ndarray], np.ndarray]) -> BandRollout:
         """Take the place of the rollout of a species that learns together; of what that has stored, keep what
         is still open for organisms in rows that `holds(rows)` says, and in process 0 the rest."""
         learner = table.species.nerves.learner
@@ -59,7 +61,7 @@ class BandRollout(Rollout):
         *known, self._lives, self._places = columns
         super()._hold(known)
 
-    def _take_over(self, old: Rollout, holds: Any) -> None:
+    def _take_over(self, old: Rollout, holds: Callable[[np.ndarray], np.ndarray]) -> None:
         row = old.steps["row"]
         order, follows = _lives(row, old.ended)
         lives = np.empty(old.n, np.uint64)
@@ -113,7 +115,7 @@ class BandRollout(Rollout):
         """Take the open records of organisms that came to rows i64[k]; return what is left of the bytes."""
         n, at = int(data[:8].copy().view(np.int64)[0]), 8
 
-        def read(dtype: Any, inner: tuple[int, ...] = ()) -> np.ndarray:
+        def read(dtype: DTypeLike, inner: tuple[int, ...] = ()) -> np.ndarray:
             nonlocal at
             size = n * np.dtype(dtype).itemsize * int(np.prod(inner))
             at += size

@@ -15,6 +15,8 @@ from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.runs.signals import stopping
 
 if TYPE_CHECKING:
+    from mpi4py.MPI import Comm
+
     from ecs_eco.ecosystem import World
 
 GRACE = 5.0  # [s] that another process leaves process 0 to say what is wrong: most faults are those of all
@@ -26,7 +28,7 @@ def together(
     lead: Callable[[Callable[[Any], None]], Any],
     build: Callable[[], World],
     ticks: int | None,
-    comm: Any = None,
+    comm: Comm | None = None,
     *,
     state: bool = False,
 ) -> tuple[Any, Any] | None:
@@ -59,7 +61,7 @@ def together(
         raise
 
 
-def _built(build: Callable[[], World], comm: Any) -> World:
+def _built(build: Callable[[], World], comm: Comm) -> World:
     """Return the world of a process that follows; where there is none, let process 0 speak first: most
     of what is wrong here is wrong there."""
     try:
@@ -69,7 +71,7 @@ def _built(build: Callable[[], World], comm: Any) -> World:
         raise
 
 
-def _follow(world: World, ticks: int | None, comm: Any, state: bool) -> None:
+def _follow(world: World, ticks: int | None, comm: Comm, state: bool) -> None:
     divide(world, comm, state=state)
     with stopping(world):
         world.run((ticks or world.config.ticks) - world.tick)
@@ -87,7 +89,7 @@ def _end_of(world: World) -> None:
         bands.talk.end()
 
 
-def _agreed(world: World, comm: Any) -> Any:
+def _agreed(world: World, comm: Comm) -> Any:
     """Return the bands of a world; RuntimeError if not all processes came to the same one."""
     _end_of(world)
     if world.bands.divided:
@@ -102,7 +104,7 @@ def _agreed(world: World, comm: Any) -> Any:
     return world.bands
 
 
-def _end_all(error: BaseException, comm: Any) -> None:
+def _end_all(error: BaseException, comm: Comm) -> None:
     """Say what is wrong and end all processes: those that wait for this one would wait for ever."""
     if comm.Get_size() == 1:
         return

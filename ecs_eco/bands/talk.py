@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.bands.bands import mpi
 from ecs_eco.bands.gather import gather
 from ecs_eco.bands.records import collect
+
+if TYPE_CHECKING:
+    from ecs_eco.record.recorder import Recorder
 
 STOP, GATHER, ASK, COLLECT, END = 1, 2, 4, 8, 16  # bits of what a process says
 
@@ -76,7 +79,7 @@ class Talk:
         whole = gather(self.bands)
         return self.bands.wire.comm.bcast(what(whole) if what is not None and whole is not None else None)
 
-    def collect(self, recorder: Any) -> None:
+    def collect(self, recorder: Recorder) -> None:
         """Bring what all have recorded to process 0."""
         if not self._answering and not self.world.ticking:
             self.say(COLLECT)

@@ -159,12 +159,10 @@ def _of_tables(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
         of_features = of_each(kinds[name], "undivided") if name in kinds else ()
         for part, found in (*_of_table(table), *of_features):
             if found:
-                yield (section, name, *part.split(".")), f"{species_word(species)} {found}"
-
-
-def species_word(species: Any) -> str:
-    """Return what a table holds, for a message."""
-    return "objects" if species.is_object else "a species"
+                yield (
+                    (section, name, *part.split(".")),
+                    f"{'objects' if species.is_object else 'a species'} {found}",
+                )
 
 
 def _of_table(table: Table) -> Iterator[tuple[str, str]]:

@@ -47,7 +47,7 @@ class Helper:
         self._arguments: tuple[Any, ...] = ()
         self._error: BaseException | None = None
 
-    def start(self, work: Callable[..., Any], *arguments: Any) -> None:
+    def start(self, work: Callable[..., Any], *arguments: object) -> None:
         """Let it call `work(*arguments)` beside this thread."""
         self.wake()
         self._ask(work, arguments)

@@ -8,7 +8,7 @@ into these, as bitcode, and compiled there once more. To leave that out saves a 
 from __future__ import annotations
 
 import weakref
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numba import _dynfunc, types  # type: ignore[attr-defined]
 from numba.core import compiler_machinery
@@ -17,6 +17,11 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.environment import lookup_environment
 from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
+
+if TYPE_CHECKING:
+    from numba.core.compiler import StateDict
+    from numba.core.environment import Environment
+    from numba.core.funcdesc import FunctionDescriptor
 
 _register: Any = compiler_machinery.register_pass  # numba's are not annotated
 NUMBERS = types.Number, types.Boolean, types.NoneType, types.Omitted
@@ -37,7 +42,7 @@ class Linked(JITCodeLibrary):
         return 0
 
 
-def stand_in(description: Any, environment: Any, library: Any) -> Any:
+def stand_in(description: FunctionDescriptor, environment: Environment, library: Linked) -> Any:
     """Return a function that stands for one without machine code, and cannot be called."""
     name = description.qualname.split(".")[-1]
     return _dynfunc.make_function(description.lookup_module(), name, "", 0, environment, (library,))
@@ -49,7 +54,7 @@ class InnerLowering(NativeLowering):
 
     _name = "inner_lowering"
 
-    def run_pass(self, state: Any) -> bool:
+    def run_pass(self, state: StateDict) -> bool:
         """Lower a function that is linked into others."""
         codegen, name = state.targetctx.codegen(), state.func_id.func_qualname
         state.library = Linked(codegen, name)  # type: ignore[no-untyped-call]
@@ -83,7 +88,7 @@ class OuterLower(Lower):
         )
 
 
-def _holds(kind: Any, *allowed: type) -> bool:
+def _holds(kind: types.Type, *allowed: type) -> bool:
     """Return whether a type is one of those allowed, or a tuple of them."""
     parts: Any = kind  # numba's are not annotated
     if isinstance(kind, types.BaseTuple):
@@ -102,12 +107,12 @@ class OuterLowering(NativeLowering):
         """What lowers a function that Python calls."""
         return OuterLower
 
-    def run_pass(self, state: Any) -> bool:
+    def run_pass(self, state: StateDict) -> bool:
         """Lower a function that Python calls."""
         super().run_pass(state)  # type: ignore[no-untyped-call]
         for variable in state.library._final_module.global_variables:
             if variable.name.startswith(ENVIRONMENT):
-                environment = lookup_environment(variable.name)  # type: ignore[no-untyped-call]
+                environment = lookup_environment(variable.name)
                 if environment is not None:
                     state.targetctx.codegen().set_env(variable.name, environment)
         return True
@@ -120,7 +125,7 @@ class _Pipeline(CompilerBase):
 
     def define_pipelines(self) -> list[Any]:
         """Return the only pipeline: kernels never fall back to Python's objects."""
-        passes: Any = DefaultPassBuilder.define_nopython_pipeline(self.state)  # type: ignore[no-untyped-call]
+        passes: Any = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.passes = [
             (self.lowering if one is NativeLowering else one, about) for one, about in passes.passes
         ]

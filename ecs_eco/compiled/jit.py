@@ -13,9 +13,9 @@ from ecs_eco.compiled.kernel import Kernel, kernel
 from ecs_eco.compiled.kernel_cache import Folder, KernelCache, cache_folder
 
 numba.core.config._config_fname = ""  # no .numba_config.yaml of the folder that a command happens to run in
-numba.config.reload_config()  # type: ignore[no-untyped-call]
+numba.config.reload_config()
 # numba has the flag, and no option that sets it
-CPUTargetOptions.noalias = TargetOptions.Mapping("noalias")  # type: ignore[no-untyped-call]
+CPUTargetOptions.noalias = TargetOptions.Mapping("noalias")
 portable.check()
 if portable.on():
     numba.config.CPU_NAME, numba.config.CPU_FEATURES = portable.CPU, ""  # type: ignore[attr-defined]

@@ -8,7 +8,7 @@ it. What other kernels call needs none, so it is compiled by itself, without; an
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numba
 from numba import types
@@ -18,20 +18,27 @@ from ecs_eco.compiled.garbage import uncollected
 from ecs_eco.compiled.inner import InnerPipeline, OuterPipeline
 from ecs_eco.compiled.kernel_cache import KernelCache
 
+if TYPE_CHECKING:
+    from numba.core.cpu import CPUContext
+
+    from ecs_eco.compiled.kernel_cache import Types
+
 
 class Kernel(CPUDispatcher):
     """numba's dispatcher for Python's calls; kernels that call this one get `inner`."""
 
     inner: Any
+    targetctx: CPUContext
+    divided: Any = None  # it in parts (`ecs_eco.compiled.parts`)
     _cache: Any
-    calls: ClassVar[list[tuple[Kernel, tuple[Any, ...]]]] = []
+    calls: ClassVar[list[tuple[Kernel, Types]]] = []
     """What Python has called in this process, in the order of first calls, with types."""
 
     @property
     def _numba_type_(self) -> Any:
         return types.Dispatcher(self.inner)
 
-    def compile(self, sig: Any) -> Any:
+    def compile(self, sig: Types) -> Any:
         """Return the function for these types, found or compiled."""
         cache = self._cache
         Kernel.calls.append((self, sig))
@@ -41,7 +48,7 @@ class Kernel(CPUDispatcher):
                     return super().compile(sig)
             return super().compile(sig)
 
-    def known(self, sig: Any) -> bool:
+    def known(self, sig: Types) -> bool:
         """Return whether a compiled form for these types is kept, or another process makes it."""
         return isinstance(self._cache, KernelCache) and self._cache.known(sig, self.targetctx)
 
@@ -51,7 +58,7 @@ class Inner(CPUDispatcher):
 
     _cache: Any
 
-    def compile(self, sig: Any) -> Any:
+    def compile(self, sig: Types) -> Any:
         """Return the function for these types, found or compiled."""
         with uncollected():
             return super().compile(sig)

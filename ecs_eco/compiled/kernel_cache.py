@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numba
 from numba.core import config, serialize
@@ -26,6 +26,15 @@ from numba.core.caching import NullCache
 
 from ecs_eco.compiled import portable
 from ecs_eco.compiled.machine_code import from_bytes, to_bytes
+
+if TYPE_CHECKING:
+    from numba import types
+    from numba.core.codegen import JITCPUCodegen
+    from numba.core.compiler import CompileResult
+    from numba.core.cpu import CPUContext
+    from numba.core.typing import Signature
+
+    Types: TypeAlias = str | tuple[types.Type, ...] | Signature
 
 SEAL = 32  # [bytes] of SHA-256, at the head of a file
 CLAIM, PATIENCE = ".claim", 120.0  # of a process that compiles; how long another waits for it [s]
@@ -183,14 +192,14 @@ class KernelCache(NullCache):
             source + code.co_code + repr((code.co_firstlineno, code.co_filename, options)).encode()
         )
         if cells:
-            self._source.update(serialize.dumps(cells))  # type: ignore[no-untyped-call]
+            self._source.update(serialize.dumps(cells))
 
     @property
     def cache_path(self) -> str:
         """The folder."""
         return str(self.folder.path)
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
+    def load_overload(self, sig: Types, target_context: CPUContext) -> CompileResult | None:
         """Return the compiled form for a signature; None if it is missing, damaged, or of a module that this
         process does not have."""
         if not self.folder.usable():
@@ -208,34 +217,35 @@ class KernelCache(NullCache):
         except ModuleNotFoundError:
             return None
 
-    def save_overload(self, sig: Any, data: Any) -> None:
+    def save_overload(self, sig: Types, data: CompileResult) -> None:
         """Keep a compiled form; what cannot be kept is compiled again next time.
 
         That is one with constants in its machine code, or of a module that no other process can import, as
         that of a script which runpy.run_path has run.
         """
         self.folder.compiled += 1
+        result: Any = data  # a named tuple, whose fields type checkers do not see
         if (
             not self.folder.writable()
-            or data.library.has_dynamic_globals
-            or data.fndesc.modname not in sys.modules
-            or any(not lifted.can_cache for lifted in data.lifted)
+            or result.library.has_dynamic_globals
+            or result.fndesc.modname not in sys.modules
+            or any(not lifted.can_cache for lifted in result.lifted)
         ):
             return
-        path = self._path(sig, data.codegen)
+        path = self._path(sig, result.codegen)
         content = to_bytes(data)
         try:
             _write(path, hashlib.sha256(path.name.encode() + content).digest() + content)
         except OSError as error:
             self.folder.stop_writing(error)
 
-    def known(self, sig: Any, target_context: Any) -> bool:
+    def known(self, sig: Types, target_context: CPUContext) -> bool:
         """Return whether a compiled form is there, or another process makes it."""
         path = self._path(sig, target_context.codegen())
         return path.exists() or path.with_suffix(CLAIM).exists()
 
     @contextmanager
-    def claimed(self, sig: Any, target_context: Any) -> Iterator[None]:
+    def claimed(self, sig: Types, target_context: CPUContext) -> Iterator[None]:
         """Within, no other process that shares the folder compiles this; begins when none does."""
         claim = self._path(sig, target_context.codegen()).with_suffix(CLAIM)
         own = _take(claim)
@@ -248,7 +258,7 @@ class KernelCache(NullCache):
             if own:
                 claim.unlink(missing_ok=True)
 
-    def _path(self, sig: Any, codegen: Any) -> Path:
+    def _path(self, sig: Types, codegen: JITCPUCodegen) -> Path:
         key = self._source.copy()
         key.update(repr((str(sig), codegen.magic_tuple())).encode())
         return self.folder.path / f"{self._name}-{key.hexdigest()[:24]}.nbc"

@@ -7,7 +7,7 @@ word about it, and what it calls can be read off its object code (`ecs_eco.compi
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import llvmlite.binding as llvm
 import numpy as np
@@ -16,6 +16,10 @@ from numba.core.ccallback import CFunc
 
 from ecs_eco.compiled import libm
 from ecs_eco.compiled.kernel_cache import Folder, KernelCache
+
+if TYPE_CHECKING:
+    from numba.core.registry import CPUDispatcher
+    from numba.core.typing import Signature
 
 NAMES = frozenset(f"{name}{kind}" for name in (*libm.ONE, *libm.TWO, "sincos") for kind in ("", "f"))
 """The names of the C library that lead to functions of the portable mode."""
@@ -61,7 +65,7 @@ def install(folder: Folder) -> None:
             _link(name + suffix, function, _of_one(function, kind is types.float32), kind(kind), folder)
         for name, function in libm.TWO.items():
             _link(name + suffix, function, _of_two(function, kind is types.float32), kind(kind, kind), folder)
-        place = types.CPointer(kind)  # type: ignore[no-untyped-call]
+        place = types.CPointer(kind)
         _link(
             "sincos" + suffix,
             libm.sin,
@@ -71,7 +75,9 @@ def install(folder: Folder) -> None:
         )
 
 
-def _link(name: str, origin: Any, function: Callable[..., Any], signature: Any, folder: Folder) -> None:
+def _link(
+    name: str, origin: CPUDispatcher, function: Callable[..., Any], signature: Signature, folder: Folder
+) -> None:
     """Let a name lead to a function; `origin` is what it is made of, and stands for it in the cache, for the
     closure itself is another one in each process."""
     options = {"nopython": True, "nogil": True, "error_model": "numpy"}
@@ -82,7 +88,7 @@ def _link(name: str, origin: Any, function: Callable[..., Any], signature: Any, 
     _kept.append(compiled)
 
 
-def _of_one(function: Any, single: bool) -> Callable[..., Any]:
+def _of_one(function: CPUDispatcher, single: bool) -> Callable[..., Any]:
     def call(x):
         return function(np.float64(x))
 
@@ -92,7 +98,7 @@ def _of_one(function: Any, single: bool) -> Callable[..., Any]:
     return call_single if single else call
 
 
-def _of_two(function: Any, single: bool) -> Callable[..., Any]:
+def _of_two(function: CPUDispatcher, single: bool) -> Callable[..., Any]:
     def call(x, y):
         return function(np.float64(x), np.float64(y))
 

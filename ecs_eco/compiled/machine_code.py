@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import llvmlite.binding as llvm
 from numba.core import serialize
@@ -19,10 +19,15 @@ from numba.core.environment import Environment, lookup_environment
 from ecs_eco.compiled.elf import undefined
 from ecs_eco.compiled.inner import Linked, stand_in
 
+if TYPE_CHECKING:
+    from numba.core.codegen import JITCPUCodegen
+    from numba.core.cpu import CPUContext
 
-def to_bytes(result: Any) -> bytes:
+
+def to_bytes(result: CompileResult) -> bytes:
     """Return a compiled form as bytes."""
-    library, description = result.library, result.fndesc
+    made: Any = result  # a named tuple, whose fields type checkers do not see
+    library, description = made.library, made.fndesc
     library._ensure_finalized()
     code, bitcode, symbols = b"", b"", []
     if isinstance(library, Linked):
@@ -37,22 +42,15 @@ def to_bytes(result: Any) -> bytes:
         ]
     called = ([] if not code else undefined(code)) if sys.platform == "linux" else None
     description.typemap = description.calltypes = None  # of no use, and not all of it can be written
-    environments = result._find_referenced_environments()
+    environments = made._find_referenced_environments()
     bare = [one.env_name for one in environments if _is_bare(one)]
     others = [one for one in environments if not _is_bare(one)]
-    rest = (
-        description,
-        result.environment,
-        result.signature,
-        result.objectmode,
-        result.lifted,
-        result.reload_init,
-    )
+    rest = (description, made.environment, made.signature, made.objectmode, made.lifted, made.reload_init)
     content = library.name, code, bitcode, symbols, called, rest, bare, others
-    return bytes(serialize.dumps(content))  # type: ignore[no-untyped-call]
+    return bytes(serialize.dumps(content))
 
 
-def from_bytes(content: bytes, target_context: Any) -> CompileResult:
+def from_bytes(content: bytes, target_context: CPUContext) -> CompileResult:
     """Return a compiled form, its machine code loaded; ModuleNotFoundError where its module is not there."""
     name, code, bitcode, symbols, called, rest, bare, others = serialize.loads(content)
     _provide_runtime()
@@ -71,7 +69,7 @@ def from_bytes(content: bytes, target_context: Any) -> CompileResult:
     else:
         library = _Bitcode(codegen, name, bitcode)
         function = stand_in(description, own, library)
-    return compile_result(  # type: ignore[no-untyped-call]
+    return compile_result(
         target_context=target_context,
         typing_context=target_context.typing_context,
         library=library,
@@ -90,7 +88,7 @@ def from_bytes(content: bytes, target_context: Any) -> CompileResult:
 class _Library(JITCodeLibrary):
     """Machine code that is there; what is linked into other kernels is `_Bitcode`."""
 
-    def __init__(self, codegen: Any, name: str, code: bytes, symbols: list[str]) -> None:
+    def __init__(self, codegen: JITCPUCodegen, name: str, code: bytes, symbols: list[str]) -> None:
         super().__init__(codegen, name)  # type: ignore[no-untyped-call]
         self.enable_object_caching()  # type: ignore[no-untyped-call]
         self._set_compiled_object(code)  # type: ignore[no-untyped-call]
@@ -101,11 +99,11 @@ class _Library(JITCodeLibrary):
 class _Bitcode(Linked):
     """Bitcode that is there; read when a kernel is compiled with it."""
 
-    def __init__(self, codegen: Any, name: str, bitcode: bytes) -> None:
+    def __init__(self, codegen: JITCPUCodegen, name: str, bitcode: bytes) -> None:
         super().__init__(codegen, name)  # type: ignore[no-untyped-call]
         self._bitcode, self._finalized = bitcode, True
 
-    def _get_module_for_linking(self) -> Any:
+    def _get_module_for_linking(self) -> llvm.ModuleRef:
         if self._shared_module is None:
             self._shared_module = llvm.parse_bitcode(self._bitcode)
         return self._shared_module
@@ -121,14 +119,14 @@ def _provide_runtime() -> None:
         llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
 
-def _is_bare(environment: Any) -> bool:
+def _is_bare(environment: Environment) -> bool:
     """Whether it is one of a function of numba's own that keeps no constants: nothing is read of it, and its
     module need not be loaded."""
     return not environment.consts and environment.globals["__name__"].startswith("numba.")
 
 
-def _without_constants(name: str) -> Any:
-    known = lookup_environment(name)  # type: ignore[no-untyped-call]
+def _without_constants(name: str) -> Environment:
+    known = lookup_environment(name)
     if known is None:
         known = Environment({})
         known.env_name = name

@@ -11,7 +11,8 @@ others do its parts.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numba
 import numpy as np
@@ -26,31 +27,43 @@ from ecs_eco.compiled.kernel_cache import KernelCache
 from ecs_eco.compiled.spinning import number, rest
 from ecs_eco.compiled.vectors import place
 
+if TYPE_CHECKING:
+    from numba.core.cpu import CPUContext
+    from numba.core.typing import Context as Typing
+    from numba.core.typing import Signature
+
+    from ecs_eco.compiled.vectors import Emit
+
 # Places in the record of a team, i64[RECORD]; those that are written by several are 64 bytes from each other
 JOB, NEXT, INSIDE = 0, 8, 16  # the number of the job; the next part to be done; how many helpers are inside
 PARTS, FIRST, LAST, CODE, ARGUMENTS, FAILED = range(24, 30)
 RECORD = 32
 ROOM = 1 << 16  # [bytes] for the arguments of one call
-_I64: Any = ir.IntType(64)
-_BYTE: Any = ir.IntType(8).as_pointer()
-_PART: Any = ir.FunctionType(_I64, [_I64, _I64, _BYTE])  # first, last, arguments: 0, or what went wrong
-_unpacked: Any = unpack_tuple  # numba's are not annotated
+_I64 = ir.IntType(64)
+_BYTE = ir.IntType(8).as_pointer()
+_PART = ir.FunctionType(_I64, [_I64, _I64, _BYTE])  # first, last, arguments: 0, or what went wrong
 
 
-def _add(typing: Any, record: Any, at: Any, more: Any) -> Any:
+def _add(typing: Typing, record: types.Array, at: types.Type, more: types.Type) -> tuple[Signature, Emit]:
     """Add to record[at] what no other thread does at the same time; what was there before."""
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         address = place(context, builder, signature.args[0], *arguments[:2])
         return builder.atomic_rmw("add", address, arguments[2], "seq_cst")
 
     return types.int64(record, types.intp, types.int64), make
 
 
-def _call(typing: Any, code: Any, first: Any, last: Any, held: Any) -> Any:
+def _call(
+    typing: Typing, code: types.Type, first: types.Type, last: types.Type, held: types.Type
+) -> tuple[Signature, Emit]:
     """Call the code at an address for first … last − 1, with arguments that are at another one."""
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         code, first, last, held = arguments
         return builder.call(
             builder.inttoptr(code, _PART.as_pointer()), [first, last, builder.inttoptr(held, _BYTE)]
@@ -59,19 +72,24 @@ def _call(typing: Any, code: Any, first: Any, last: Any, held: Any) -> Any:
     return types.int64(types.int64, types.int64, types.int64, types.int64), make
 
 
-def _lay_out(typing: Any, of: Any, room: Any, arguments: Any) -> Any:
+def _lay_out(
+    typing: Typing, of: types.Dispatcher, room: types.Array, arguments: types.Tuple | types.UniTuple
+) -> tuple[Signature, Emit]:
     """Put arguments into the room for them, and return the address of code that calls the kernel `of` with
     what is there."""
-    call = of.get_call_type(typing, (types.intp, types.intp, *arguments.types), {})
+    call: Any = of.get_call_type(typing, (types.intp, types.intp, *arguments.types), {})
+    kernel: Any = of.dispatcher
 
-    def make(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, given: Sequence[ir.Value]
+    ) -> ir.Value:
         kind = given[2].type
         if context.get_abi_sizeof(kind) > ROOM:
             raise ValueError(
-                f"kernel {of.dispatcher.__name__}: its arguments take "
+                f"kernel {kernel.__name__}: its arguments take "
                 f"{context.get_abi_sizeof(kind)} bytes; at most {ROOM} can be divided"
             )
-        compiled = of.dispatcher.overloads[call.args]
+        compiled = kernel.overloads[call.args]
         context.active_code_library.add_linking_library(compiled.library)
         part = ir.Function(builder.module, _PART, f"{builder.function.name}.part")
         part.linkage = "internal"
@@ -83,7 +101,7 @@ def _lay_out(typing: Any, of: Any, room: Any, arguments: Any) -> Any:
             context.declare_function(builder.module, about),
             about.restype,
             about.argtypes,
-            [*part.args[:2], *_unpacked(inside, held, len(arguments.types))],
+            [*part.args[:2], *unpack_tuple(inside, held, len(arguments.types))],
         )
         if context.enable_nrt:  # nobody wants what it returns
             context.nrt.decref(inside, about.restype, value)
@@ -95,7 +113,7 @@ def _lay_out(typing: Any, of: Any, room: Any, arguments: Any) -> Any:
     return types.int64(of, room, arguments), make
 
 
-_intrinsic: Any = intrinsic
+_intrinsic: Any = intrinsic  # numba's types of it are those of compiling, not of a call
 add, call, lay_out = _intrinsic(_add), _intrinsic(_call), _intrinsic(_lay_out)
 
 
@@ -143,12 +161,12 @@ def serve(record, asked, last, looks, rests):
     return False
 
 
-def divided(one: Any) -> Any:
+def divided(one: Kernel) -> Kernel:
     """Return the kernel that does what a kernel of (first, last, *arguments) does, in parts that others take
     too: (record, room, address of the room, first, last, parts, looks, *arguments) -> whether all is done;
     where it is not after so many looks, ask `alone` until it is."""
-    if (made := getattr(one, "divided", None)) is not None:
-        return made
+    if one.divided is not None:
+        return one.divided
     inner = one.inner
 
     def run(record, room, address, first, last, parts, looks, *arguments):
@@ -166,7 +184,7 @@ def divided(one: Any) -> Any:
     return made
 
 
-def can_be_divided(one: Any) -> bool:
+def can_be_divided(one: object) -> TypeGuard[Kernel]:
     """Whether this is a kernel of ours that is given all its arguments, and kernels are compiled."""
     return isinstance(one, Kernel) and not one.py_func.__defaults__ and not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
 

@@ -4,24 +4,26 @@ A kernel that gets a number is compiled for that number, as if there were nothin
 array looks into its row. So a world in which all share a value pays nothing for those in which they do not.
 """
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numba import types
 from numba.extending import overload
 
+Number: TypeAlias = float | np.floating | np.ndarray  # one for all rows, or [rows]
 
-def of_row(value: Any, row: Any) -> Any:
+
+def of_row(value: Number, row: int | np.integer | np.ndarray) -> Any:
     """Return the value of a row: that of an array [rows], or the number itself."""
     return value[row] if isinstance(value, np.ndarray) else value
 
 
-def row_of(values: Any, row: int) -> Any:
+def row_of(values: np.ndarray, row: int | np.integer) -> np.ndarray:
     """Return the numbers of a row: those of an array [rows, k], or the array [k] itself."""
     return values[row] if values.ndim == 2 else values
 
 
-def is_own(value: Any) -> bool:
+def is_own(value: object) -> bool:
     """Return whether each row has its own value."""
     return isinstance(value, np.ndarray)
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import platform
 import time
+from collections.abc import Sequence
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from llvmlite import ir
@@ -16,32 +17,42 @@ from numba.extending import intrinsic
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.vectors import place
 
+if TYPE_CHECKING:
+    from numba.core.cpu import CPUContext
+    from numba.core.typing import BaseContext as Typing
+    from numba.core.typing import Signature
+
+    from ecs_eco.compiled.vectors import Emit
+
 X86 = platform.machine().lower() in ("x86_64", "amd64", "i386", "i686")
-_insert: Any = get_or_insert_function  # numba's are not annotated
 
 
-def _number(typing: Any, numbers: Any, at: Any) -> Any:
+def _number(typing: Typing, numbers: types.Array, at: types.Type) -> tuple[Signature, Emit]:
     """The number numbers[at] of an array i64[n], as it is now."""
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         return builder.load_atomic(place(context, builder, signature.args[0], *arguments), "seq_cst", 8)
 
     return types.int64(numbers, types.intp), make
 
 
-def _rest(typing: Any) -> Any:
+def _rest(typing: Typing) -> tuple[Signature, Emit]:
     """Leave the core to its other thread for some cycles, where it has two."""
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         if X86:
             kind = ir.FunctionType(ir.VoidType(), [])
-            builder.call(_insert(builder.module, kind, "llvm.x86.sse2.pause"), [])
+            builder.call(get_or_insert_function(builder.module, kind, "llvm.x86.sse2.pause"), [])
         return context.get_dummy_value()
 
     return types.none(), make
 
 
-_intrinsic: Any = intrinsic
+_intrinsic: Any = intrinsic  # numba's types of it are those of compiling, not of a call
 number, rest = _intrinsic(_number), _intrinsic(_rest)
 
 

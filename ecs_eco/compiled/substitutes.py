@@ -6,6 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ecs_eco.compiled import libm
 from ecs_eco.compiled.jit import njit
@@ -74,7 +75,7 @@ def _of_arrays(name: str) -> Any:
     """Return a function with numpy's types: float32 of float32 and of float32 with Python's numbers."""
     code = _CODES[name]
 
-    def function(*given: Any) -> Any:
+    def function(*given: ArrayLike) -> Any:
         kind = np.result_type(*given)
         wide = np.broadcast_arrays(*(np.asarray(x, float) for x in given))
         flat = [np.ascontiguousarray(x).reshape(-1) for x in wide]
@@ -89,7 +90,7 @@ scalars = SimpleNamespace(**{name: _of_scalars(name) for name in _CODES})
 arrays = SimpleNamespace(**{_NUMPYS.get(name, name): _of_arrays(name) for name in _CODES})
 
 
-def power(x: Any, y: Any) -> Any:
+def power(x: ArrayLike, y: ArrayLike) -> Any:
     """Return x ** y of numbers or arrays."""
     numbers = all(isinstance(value, float | int) and not isinstance(value, np.generic) for value in (x, y))
     return scalars.pow(x, y) if numbers else arrays.power(x, y)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
 from ecs_eco.compiled import parts
 from ecs_eco.compiled.helpers import AWAKE, Helper
+from ecs_eco.compiled.kernel import Kernel
 from ecs_eco.compiled.parts import alone, can_be_divided, divided
 from ecs_eco.compiled.spinning import looks_of
 
@@ -18,14 +19,16 @@ NAP = 50e-6  # [s] between looks at who is late: its core has other work
 class Team:
     """Threads that take parts of one kernel at a time, beside the thread that runs it."""
 
-    divides = staticmethod(can_be_divided)
-
     def __init__(self, helpers: int) -> None:
         self.record, self.room = parts.record_of_a_team(), np.zeros(parts.ROOM, np.uint8)
         self._address = self.room.ctypes.data
         self.helpers = [Helper(self.record) for _ in range(helpers)]
 
-    def run(self, kernel: Any, first: int, last: int, k: int, arguments: tuple[Any, ...]) -> None:
+    def divides(self, kernel: object) -> TypeGuard[Kernel]:
+        """Return whether a kernel can be run in parts."""
+        return can_be_divided(kernel)
+
+    def run(self, kernel: Kernel, first: int, last: int, k: int, arguments: tuple[Any, ...]) -> None:
         """Run `kernel(first, last, *arguments)` in k parts; RuntimeError where it failed in one of them."""
         whole = divided(kernel)
         for helper in self.helpers:
@@ -38,7 +41,7 @@ class Team:
                 self._wait()
         if self.record[parts.FAILED]:
             raise RuntimeError(
-                f"kernel {kernel.__name__}: it failed in one of {k} parts; run the world with "
+                f"kernel {kernel.py_func.__name__}: it failed in one of {k} parts; run the world with "
                 "one thread to see how"
             )
 

@@ -5,9 +5,11 @@ rows overlap. A `Vector` is a local variable instead: load, add and multiply, st
 processor has: one register of 512 bits, or several narrower ones. Without compilation they are numpy arrays.
 """
 
+from __future__ import annotations
+
 import operator
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numba
 import numpy as np
@@ -15,18 +17,23 @@ from llvmlite import ir
 from llvmlite.binding import get_host_cpu_features
 from numba import types
 from numba.core.cgutils import get_or_insert_function
-from numba.core.typing import templates as _templates
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
 from ecs_eco.compiled import portable
 
+if TYPE_CHECKING:
+    from numba.core.cpu import CPUContext
+    from numba.core.datamodel import DataModelManager
+    from numba.core.typing import BaseContext as Typing
+    from numba.core.typing import Signature
+
+    Emit: TypeAlias = Callable[[CPUContext, ir.IRBuilder, Signature, Sequence[ir.Value]], ir.Value]
+
 LANES = 16
 # Whether a vector is one register, of 32: loops may then keep twice as many sums in registers as elsewhere.
 WIDE = not portable.on() and bool(get_host_cpu_features().get("avx512f", False))
-_typing: Any = _templates  # numba's are not annotated
-_lowered: Any = lower_builtin
-_insert: Any = get_or_insert_function
-_LLVM: Any = ir.VectorType(ir.FloatType(), LANES)
+_LLVM = ir.VectorType(ir.FloatType(), LANES)
 
 
 class Vector(types.Type):
@@ -41,19 +48,23 @@ _vector = Vector()
 
 @register_model(Vector)
 class _Model(models.PrimitiveModel):
-    def __init__(self, manager: Any, of: Any) -> None:
+    def __init__(self, manager: DataModelManager, of: types.Type) -> None:
         super().__init__(manager, of, _LLVM)  # type: ignore[no-untyped-call]
 
 
-def place(context: Any, builder: Any, kind: Any, array: Any, at: Any) -> Any:
+def place(
+    context: CPUContext, builder: ir.IRBuilder, kind: types.Array, array: ir.Value, at: ir.Value
+) -> ir.Value:
     """Return the address of array[at], as LLVM has it, for an array of one axis; `at` is not checked."""
     return builder.gep(context.make_array(kind)(context, builder, array).data, [at])
 
 
-def _load(typing: Any, array: Any, at: Any) -> Any:
+def _load(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signature, Emit]:
     """The numbers array[at] … array[at + 15] of a contiguous f32 array; `at` is not checked."""
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         address = place(context, builder, signature.args[0], *arguments)
         vector = builder.load(builder.bitcast(address, _LLVM.as_pointer()))
         vector.align = 4
@@ -62,26 +73,30 @@ def _load(typing: Any, array: Any, at: Any) -> Any:
     return _vector(array, types.intp), make
 
 
-def _every(typing: Any, array: Any, at: Any) -> Any:
+def _every(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signature, Emit]:
     """The number array[at] of a contiguous f32 array, 16 times; `at` is not checked."""
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         number = builder.load(place(context, builder, signature.args[0], *arguments))
         return _repeated(builder, number)
 
     return _vector(array, types.intp), make
 
 
-def _spread(typing: Any, number: Any) -> Any:
+def _spread(typing: Typing, number: types.Type) -> tuple[Signature, Emit]:
     """A number, 16 times."""
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         return _repeated(builder, arguments[0])
 
     return _vector(types.float32), make
 
 
-def _repeated(builder: Any, number: Any) -> Any:
+def _repeated(builder: ir.IRBuilder, number: ir.Value) -> ir.Value:
     nothing, first = ir.Constant(_LLVM, ir.Undefined), ir.Constant(ir.IntType(32), 0)
     return builder.shuffle_vector(
         builder.insert_element(nothing, number, first),
@@ -90,30 +105,40 @@ def _repeated(builder: Any, number: Any) -> Any:
     )
 
 
-def _where_less(typing: Any, a: Any, b: Any, x: Any, y: Any) -> Any:
+def _where_less(
+    typing: Typing, a: types.Type, b: types.Type, x: types.Type, y: types.Type
+) -> tuple[Signature, Emit]:
     """The numbers of x where a < b, else those of y."""
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         a, b, x, y = arguments
         return builder.select(builder.fcmp_ordered("<", a, b), x, y)
 
     return _vector(_vector, _vector, _vector, _vector), make
 
 
-def _floor(typing: Any, vector: Any) -> Any:
+def _floor(typing: Typing, vector: types.Type) -> tuple[Signature, Emit]:
     """The largest whole numbers that are no larger."""
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         kind = ir.FunctionType(_LLVM, [_LLVM])
-        return builder.call(_insert(builder.module, kind, f"llvm.floor.v{LANES}f32"), arguments)
+        return builder.call(
+            get_or_insert_function(builder.module, kind, f"llvm.floor.v{LANES}f32"), arguments
+        )
 
     return _vector(_vector), make
 
 
-def _store(typing: Any, array: Any, at: Any, vector: Any) -> Any:
+def _store(typing: Typing, array: types.Array, at: types.Type, vector: types.Type) -> tuple[Signature, Emit]:
     """Write a vector to array[at] … array[at + 15]; `at` is not checked."""
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         address = place(context, builder, signature.args[0], *arguments[:2])
         builder.store(arguments[2], builder.bitcast(address, _LLVM.as_pointer())).align = 4
         return context.get_dummy_value()
@@ -121,15 +146,17 @@ def _store(typing: Any, array: Any, at: Any, vector: Any) -> Any:
     return types.void(array, types.intp, _vector), make
 
 
-def _prefetch(typing: Any, array: Any, at: Any) -> Any:
+def _prefetch(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signature, Emit]:
     """Let the processor begin to fetch what is at array[at], wherever that is: it never fails."""
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         whole, byte = ir.IntType(32), ir.IntType(8).as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [byte, whole, whole, whole])
         address = builder.bitcast(place(context, builder, signature.args[0], *arguments), byte)
         how = [ir.Constant(whole, 0), ir.Constant(whole, 3), ir.Constant(whole, 1)]
-        builder.call(_insert(builder.module, kind, "llvm.prefetch.p0i8"), [address, *how])
+        builder.call(get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8"), [address, *how])
         return context.get_dummy_value()
 
     return types.void(array, types.intp), make
@@ -139,14 +166,16 @@ def _operator(of: Callable[[Any, Any], Any], name: str) -> None:
     """Let an operator of two vectors, or of a vector and a float32, be LLVM's instruction of this name."""
     kinds = (_vector, _vector), (_vector, types.float32), (types.float32, _vector)
 
-    @_typing.infer_global(of)
-    class Typing(_typing.AbstractTemplate):  # type: ignore[misc]
+    @infer_global(of)
+    class _Operator(AbstractTemplate):
         key = of
 
-        def generic(self, args: Any, kws: Any) -> Any:
-            return _typing.signature(_vector, *args) if args in kinds else None
+        def generic(self, args: tuple[types.Type, ...], kws: dict[str, types.Type]) -> Signature | None:
+            return signature(_vector, *args) if args in kinds else None
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         a, b = (
             value if kind == _vector else _repeated(builder, value)
             for kind, value in zip(signature.args, arguments, strict=True)
@@ -154,7 +183,7 @@ def _operator(of: Callable[[Any, Any], Any], name: str) -> None:
         return getattr(builder, name)(a, b)
 
     for kind in kinds:
-        _lowered(of, *kind)(make)
+        lower_builtin(of, *kind)(make)
 
 
 if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
@@ -169,7 +198,7 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         """Return array[at], 16 times."""
         return np.full(LANES, array[at])
 
-    def spread(number: Any) -> np.ndarray:
+    def spread(number: float | np.floating) -> np.ndarray:
         """Return a number, 16 times."""
         return np.full(LANES, number, np.float32)
 
@@ -189,9 +218,9 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         """Do nothing: for what is compiled alone."""
 
 else:
-    _made: Any = intrinsic
+    _intrinsic: Any = intrinsic  # numba's types of it are those of compiling, not of a call
     load, every, spread, where_less, floor, store, prefetch = (
-        _made(of) for of in (_load, _every, _spread, _where_less, _floor, _store, _prefetch)
+        _intrinsic(of) for of in (_load, _every, _spread, _where_less, _floor, _store, _prefetch)
     )
     _operator(operator.add, "fadd")
     _operator(operator.sub, "fsub")

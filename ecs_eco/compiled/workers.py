@@ -15,11 +15,10 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from ecs_eco.compiled.pace import Pace
+from ecs_eco.compiled.team import Team
 
 if TYPE_CHECKING:
     from ecs_eco.compiled.helpers import Helper
-    from ecs_eco.compiled.team import Team
-
 PARALLEL_FROM = 1500  # organisms of some 30 ns each: fewer do not repay a second thread; 0: all is divided
 PART = 1000  # organisms of some 30 ns each: who comes late leaves so many to others
 MOST_PARTS = 4  # of one kernel, for each thread
@@ -73,7 +72,7 @@ class Workers:
         self._divided = True
         return True
 
-    def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
+    def split(self, kernel: Callable[..., Any], n: int, *arguments: object, work: int | None = None) -> None:
         """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
         where `work` items are worth it."""
         if not self.parallel and self.own is None:
@@ -121,7 +120,7 @@ class Workers:
 
         self._share([(take,)] * min(len(self.helpers), len(others)), take, first)
 
-    def _share(self, jobs: Sequence[tuple[Any, ...]], work: Callable[..., Any], *arguments: Any) -> None:
+    def _share(self, jobs: Sequence[tuple[Any, ...]], work: Callable[..., Any], *arguments: object) -> None:
         """Let helpers do the jobs, functions with their arguments, and this thread its own work; wait for
         all, and raise what one of them raised."""
         busy, errors = [], []
@@ -146,8 +145,6 @@ class Workers:
 def _team(threads: int) -> Team | None:
     if threads == 1:
         return None
-    from ecs_eco.compiled.team import Team
-
     return Team(threads - 1)
 
 

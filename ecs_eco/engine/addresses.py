@@ -5,10 +5,12 @@ Addresses hold as long as no table, component or column is replaced: `Noted.chan
 say so.
 """
 
+from __future__ import annotations
+
 import ctypes
 from collections.abc import Callable, Sequence
 from operator import is_
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import carray, types
@@ -16,6 +18,13 @@ from numba.extending import intrinsic, overload
 
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.schema import Columns
+
+if TYPE_CHECKING:
+    from llvmlite import ir
+    from numba.core.cpu import CPUContext
+    from numba.core.typing import BaseContext as Typing
+    from numba.core.typing import Signature
+    from numpy.typing import DTypeLike
 
 
 def address_of(array: np.ndarray) -> int:
@@ -51,7 +60,9 @@ class Addresses:
         return self._found
 
 
-def column_at(address: Any, kind: Any, n: Any) -> Any:
+def column_at(
+    address: int | np.integer, kind: np.ndarray | DTypeLike, n: int | np.integer | tuple[int, ...]
+) -> np.ndarray:
     """Return the values that begin at an address, as an array; `n` is their number or the array's shape,
     `kind` their type, or an array of such."""
     made = np.dtype(kind.dtype if isinstance(kind, np.ndarray) else kind)  # where nothing is compiled
@@ -59,14 +70,18 @@ def column_at(address: Any, kind: Any, n: Any) -> Any:
     return np.frombuffer(memory, made).reshape(n)
 
 
-def _as_pointer(typing: Any, address: Any, kind: Any) -> Any:
+def _as_pointer(
+    typing: Typing, address: types.Type, kind: types.Array | types.DType
+) -> tuple[Signature, Callable[..., ir.Value]]:
     """Take an address as that of values of a type."""
 
-    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def make(
+        context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
+    ) -> ir.Value:
         number, _ = arguments
         return builder.inttoptr(number, context.get_value_type(signature.return_type))
 
-    return types.CPointer(kind.dtype)(types.uint64, kind), make  # type: ignore[no-untyped-call]
+    return types.CPointer(kind.dtype)(types.uint64, kind), make
 
 
 _pointer: Any = intrinsic(_as_pointer)

@@ -6,14 +6,15 @@ import math
 import operator
 from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
+T = TypeVar("T")
 SEEDS = 2**63  # as in a world file
 
 
-def whole_number(name: str, value: Any, least: int = 0, most: int | None = None, unit: str = "") -> int:
+def whole_number(name: str, value: object, least: int = 0, most: int | None = None, unit: str = "") -> int:
     """Return an integer of Python or numpy as int.
 
     Raises TypeError for any other type, bool too; ValueError out of range.
@@ -26,7 +27,7 @@ def whole_number(name: str, value: Any, least: int = 0, most: int | None = None,
     try:
         if isinstance(value, bool) or type(value).__name__ in ("bool", "bool_"):
             raise TypeError
-        number = operator.index(value)
+        number = operator.index(value)  # type: ignore[arg-type]
     except TypeError:
         raise TypeError(f"{name} is {value!r}; allowed is {allowed}") from None
     if number < least or (most is not None and number > most):
@@ -34,12 +35,12 @@ def whole_number(name: str, value: Any, least: int = 0, most: int | None = None,
     return number
 
 
-def seed_number(value: Any, name: str = "seed") -> int:
+def seed_number(value: object, name: str = "seed") -> int:
     """Return a seed as int; raises TypeError or ValueError."""
     return whole_number(name, value, 0, SEEDS - 1)
 
 
-def positive(name: str, value: Any, unit: str) -> float:
+def positive(name: str, value: object, unit: str) -> float:
     """Return a finite number above 0 as float.
 
     Raises TypeError for what is no number, ValueError out of range.
@@ -63,7 +64,7 @@ def takes(function: Callable[..., Any], n: int, given: Mapping[str, Any] = Mappi
     return ""
 
 
-def called_with(name: str, value: Any, *arguments: str) -> None:
+def called_with(name: str, value: object, *arguments: str) -> None:
     """Raise TypeError for anything but None and a function that can be called with these arguments."""
     wanted = f"a function that is called with {' and '.join(arguments)}, or None"
     if value is not None and not callable(value):
@@ -72,7 +73,7 @@ def called_with(name: str, value: Any, *arguments: str) -> None:
         raise TypeError(f"{name} is {value!r}, which {fault}; allowed is {wanted}")
 
 
-def by_species(name: str, value: Any, species: Iterable[str], kinds: tuple[type, ...], allowed: str) -> Any:
+def by_species(name: str, value: T, species: Iterable[str], kinds: tuple[type, ...], allowed: str) -> T:
     """Return a value for all species, or a dict species → value, as it is;
     raises ConfigError for another name or kind."""
     known, problems = list(species), []

@@ -1,14 +1,16 @@
 """Blocked: a heavy column (brains, rollouts) in blocks of fixed size, so that growth copies nothing."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike, DTypeLike
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.vectors import LANES, prefetch
 from ecs_eco.engine.addresses import address_of, column_at
 
+Rows: TypeAlias = int | np.integer | slice | np.ndarray
 BLOCK = 256  # rows of one block
 SPARE = 16  # numbers behind a block that may be read: a vector of the last row's goes beyond it
 
@@ -23,7 +25,7 @@ class Blocked:
 
     __slots__ = ("addresses", "blocks", "capacity", "dtype", "inner")
 
-    def __init__(self, shape: tuple[int, ...], dtype: Any) -> None:
+    def __init__(self, shape: tuple[int, ...], dtype: DTypeLike) -> None:
         self.inner, self.dtype, self.capacity = tuple(shape), np.dtype(dtype), 0
         self.blocks: list[np.ndarray] = []
         self.addresses = np.empty(0, np.uint64)  # of the blocks
@@ -71,7 +73,7 @@ class Blocked:
                 yield block, inside[start:end], places[start:end]
                 start = end
 
-    def __getitem__(self, rows: Any) -> Any:
+    def __getitem__(self, rows: Rows) -> np.ndarray:
         if isinstance(rows, int | np.integer):
             return self.blocks[self._row(rows) // BLOCK][rows % BLOCK]
         rows = self._rows(rows)
@@ -80,7 +82,7 @@ class Blocked:
             out[places] = self.blocks[b][inside]
         return out
 
-    def __setitem__(self, rows: Any, value: Any) -> None:
+    def __setitem__(self, rows: Rows, value: ArrayLike) -> None:
         if isinstance(rows, int | np.integer):
             self.blocks[self._row(rows) // BLOCK][rows % BLOCK] = value
             return
@@ -90,15 +92,15 @@ class Blocked:
         for b, inside, places in self.parts(rows):
             self.blocks[b][inside] = values[places] if each and len(values) > 1 else values
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> np.ndarray:
         return np.asarray(self.copy(), dtype)
 
-    def _row(self, row: Any) -> int:
+    def _row(self, row: int | np.integer) -> int:
         if not 0 <= row < self.capacity:
             raise IndexError(f"row {row} of a column of {self.capacity}")
         return int(row)
 
-    def _rows(self, rows: Any) -> np.ndarray:
+    def _rows(self, rows: slice | np.ndarray) -> np.ndarray:
         if isinstance(rows, slice):
             return np.arange(*rows.indices(self.capacity))
         rows = np.asarray(rows)

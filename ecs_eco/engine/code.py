@@ -89,7 +89,7 @@ class Code:
             if not (self.passed_on or s.allowed)
         ]
 
-    def function(self, name: Any) -> Any:
+    def function(self, name: object) -> Any:
         """The object that "module:name" stands for; anything but a string is returned.
 
         Raises CodeError, ImportError, AttributeError.
@@ -109,7 +109,7 @@ class Code:
             raise AttributeError(f"{module} only imports {attribute}, from {thing.__module__}")
         return thing
 
-    def problem(self, key: tuple[str | int, ...], name: Any) -> Problem | None:
+    def problem(self, key: tuple[str | int, ...], name: object) -> Problem | None:
         """The problem with a name; None if it is right, or its code may not run, or does not (`faults`)."""
         try:
             if isinstance(name, str) and not self.lists(name):
@@ -142,7 +142,7 @@ class Code:
             if isinstance(error := self._modules[s.module], Exception)
         ]
 
-    def _unseen(self, name: Any) -> bool:
+    def _unseen(self, name: object) -> bool:
         """Whether a name is of a listed text that may not run, or does not."""
         return (
             isinstance(name, str)
@@ -162,7 +162,7 @@ class Code:
         fault = why if "only imports" in why else f"{module} has no function {attribute}"
         return Problem(key, fault, name, listed(own), nearest(attribute, own))
 
-    def known(self, name: Any) -> Any:
+    def known(self, name: object) -> Any:
         """The object that a name stands for; None if the name is wrong, or its code may not run."""
         wrong = self._unseen(name) or self.problem((), name) is not None
         return None if wrong else self.function(name)
@@ -219,7 +219,7 @@ PRIVATE = "_ecs_eco_code_"
 NONE = Code()
 
 
-def handed_over(function: Any) -> Any:
+def handed_over(function: object) -> Any:
     """Return a function as it is; raises CodeError for a name, which only a world can resolve."""
     return NONE.function(function)
 
@@ -306,8 +306,12 @@ def _run(source: Source, name: str, earlier: dict[str, ModuleType | Exception]) 
     """Execute the text that was read, as a module with a private name that no other import finds."""
 
     def find(
-        wanted: str, globals_: Any = None, locals_: Any = None, fromlist: Any = (), level: int = 0
-    ) -> Any:
+        wanted: str,
+        globals_: Mapping[str, object] | None = None,
+        locals_: Mapping[str, object] | None = None,
+        fromlist: Sequence[str] | None = (),
+        level: int = 0,
+    ) -> ModuleType:
         if level == 0 and wanted in earlier:
             if isinstance(module := earlier[wanted], Exception):
                 raise ImportError(f"{wanted}.py cannot be imported")

@@ -10,6 +10,7 @@ from typing import Any
 import esper
 
 from ecs_eco.engine import turns
+from ecs_eco.engine.living import LivingWorld
 from ecs_eco.engine.phases import PHASES
 from ecs_eco.engine.registry import Registry
 
@@ -21,7 +22,7 @@ PARTS = 11  # of the state that esper keeps of a context
 class Context:
     """esper's view of one world. Worlds do not mix: esper has one current context, which `inside` enters."""
 
-    def __init__(self, world: Any) -> None:
+    def __init__(self, world: LivingWorld) -> None:
         self.name = f"ecs-eco {next(_serial)}"
         self.registry = Registry(world)
         if {len(state) for state in esper._context_map.values()} != {PARTS}:

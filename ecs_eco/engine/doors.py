@@ -10,25 +10,27 @@ is to be done is in `registry`.
 from __future__ import annotations
 
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from types import MethodType
-from typing import Any
+from typing import Any, TypeAlias
 
 import esper
 
 from ecs_eco.engine.entity import Entity, Members, is_column
 from ecs_eco.engine.interruption import whole
+from ecs_eco.engine.living import LivingWorld
 
+Reference: TypeAlias = weakref.ref[Any]  # of a handler
 _item = dict.__getitem__  # asked for each entity of a loop: `super()` would take as long again
 
 
-class Components(dict[Any, Any]):
+class Components(dict[type, Any]):
     """Which entities have a component: a set of numbers for each type of plain objects."""
 
     __slots__ = ("registry",)
     registry: Any
 
-    def get(self, kind: Any, default: Any = None) -> Any:
+    def get(self, kind: type, default: object = None) -> Any:
         """Return the set of a type, as things stand now."""
         self.registry.refresh()
         return Members(self.registry, kind) if is_column(kind) else super().get(kind, default)
@@ -36,12 +38,12 @@ class Components(dict[Any, Any]):
     def __contains__(self, kind: object) -> bool:
         return is_column(kind) or super().__contains__(kind)
 
-    def __missing__(self, kind: Any) -> Members:
+    def __missing__(self, kind: type) -> Members:
         if not is_column(kind):
             raise KeyError(kind)
         return Members(self.registry, kind)
 
-    def __delitem__(self, kind: Any) -> None:
+    def __delitem__(self, kind: type) -> None:
         if not is_column(kind):
             super().__delitem__(kind)
 
@@ -55,18 +57,18 @@ class Components(dict[Any, Any]):
         )
 
 
-class Entities(dict[Any, Any]):
+class Entities(dict[int, Any]):
     """All entities by their numbers; one is made when it is looked at."""
 
     __slots__ = ("registry",)
     registry: Any
 
-    def __getitem__(self, number: Any) -> Any:
+    def __getitem__(self, number: int) -> Any:
         if self.registry.stale:
             self.registry.refresh()
         return _item(self, number)
 
-    def __missing__(self, number: Any) -> Entity:
+    def __missing__(self, number: int) -> Entity:
         if (entity := self.registry.made(number)) is not None:
             return entity
         for kind in tuple(self.registry.components):  # esper.add_component has put it there first
@@ -77,15 +79,15 @@ class Entities(dict[Any, Any]):
         self.registry.refresh()
         return super().__contains__(number) or self.registry.find(number) is not None
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> Iterator[int]:
         self.registry.refresh()
         return iter(self.registry.all_numbers())
 
-    def get(self, number: Any, default: Any = None) -> Any:
+    def get(self, number: int, default: object = None) -> Any:
         """Return the components of an entity, as things stand now."""
         return self[number] if number in self else default
 
-    def __setitem__(self, number: Any, things: Any) -> None:
+    def __setitem__(self, number: int, things: dict[type, object]) -> None:
         """What `esper.create_entity` does with it: a spawn."""
         try:
             self.registry.create(number, things)
@@ -95,7 +97,7 @@ class Entities(dict[Any, Any]):
                     self.registry.strike(kind, number)
             raise
 
-    def __delitem__(self, number: Any) -> None:
+    def __delitem__(self, number: int) -> None:
         """What `esper.delete_entity(number, immediate=True)` does with it,
         after it has taken it off all sets."""
         for kind in dict.keys(super().__getitem__(number)):
@@ -103,13 +105,13 @@ class Entities(dict[Any, Any]):
         self.registry.delete(number, immediate=True)
 
 
-class Dead(set[Any]):
+class Dead(set[int]):
     """The entities that are to die: those that the tables give a cause of death. It holds nothing itself."""
 
     __slots__ = ("registry",)
     registry: Any
 
-    def add(self, number: Any) -> None:
+    def add(self, number: int) -> None:
         """What `esper.delete_entity` does with it."""
         self.registry.delete(number)
 
@@ -127,7 +129,7 @@ class Dead(set[Any]):
             )
         return world is not None and any(t.doomed().size for t in world.tables.values())
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> Iterator[int]:
         return iter(())
 
     def clear(self) -> None:
@@ -138,43 +140,43 @@ class Dead(set[Any]):
             world.flush_deaths()
 
 
-class Cache(dict[Any, Any]):
+class Cache(dict[type | tuple[type, ...], Any]):
     """What esper has found before: forgotten when somebody was born or died."""
 
     __slots__ = ("registry",)
     registry: Any
 
-    def get(self, kinds: Any, default: Any = None) -> Any:
+    def get(self, kinds: type | tuple[type, ...], default: object = None) -> Any:
         """Return what was found for these types, if it still holds."""
         self.registry.refresh()
         return super().get(kinds, default)
 
 
-class Processors(list[Any]):
+class Processors(list[esper.Processor]):
     """The processors of a tick in their order; between ticks one that makes a tick pass."""
 
     __slots__ = ("registry",)
     registry: Any
 
-    def append(self, processor: Any) -> None:
+    def append(self, processor: esper.Processor) -> None:
         """What `esper.add_processor` does with it: a system of the world, by its phase,
         or by its priority where that is not 0."""
         self.registry.world().add_system(processor, priority=processor.priority or None)
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> Iterator[esper.Processor]:
         registry = self.registry
         if registry.world().ticking:
             registry.refuse("process", "a tick is under way; one tick cannot pass within another")
         return iter((Tick(registry.world()),))
 
 
-class Kinds(dict[Any, Any]):
+class Kinds(dict[type, Any]):
     """The processors by their types."""
 
     __slots__ = ("registry",)
     registry: Any
 
-    def pop(self, kind: Any, *default: Any) -> Any:
+    def pop(self, kind: type, *default: Any) -> Any:
         """What `esper.remove_processor` does with it: a plain processor goes,
         a system of the world's schedule stays."""
         if kind in self:
@@ -188,7 +190,7 @@ class Events(dict[str, Any]):
     __slots__ = ("registry",)
     registry: Any
 
-    def __setitem__(self, name: str, handlers: Any) -> None:
+    def __setitem__(self, name: str, handlers: object) -> None:
         """What `esper.set_handler` does with the first of an event: it hands in a set, and gets ours."""
         super().__setitem__(name, Handlers(self, name))
 
@@ -202,17 +204,17 @@ class Handlers:
 
     def __init__(self, events: Events, name: str) -> None:
         self.events, self.name = events, name
-        self.references: dict[Any, None] = {}
+        self.references: dict[Reference, None] = {}
 
-    def add(self, reference: Any) -> None:
+    def add(self, reference: Reference) -> None:
         """Take a handler, by a reference of our own."""
         self.references[self._of(reference, self._leave)] = None
 
-    def remove(self, reference: Any) -> None:
+    def remove(self, reference: Reference) -> None:
         """Let a handler go."""
         del self.references[self._of(reference)]
 
-    def __contains__(self, reference: Any) -> bool:
+    def __contains__(self, reference: Reference) -> bool:
         return self._of(reference) in self.references
 
     def __iter__(self) -> Iterator[Any]:
@@ -221,13 +223,13 @@ class Handlers:
     def __len__(self) -> int:
         return len(self.references)
 
-    def _leave(self, reference: Any) -> None:
+    def _leave(self, reference: Reference) -> None:
         self.references.pop(reference, None)
         if not self.references and self.events.get(self.name) is self:
             del self.events[self.name]
 
     @staticmethod
-    def _of(reference: Any, leave: Any = None) -> Any:
+    def _of(reference: Reference, leave: Callable[[Reference], None] | None = None) -> Reference:
         function = reference()
         return (weakref.WeakMethod if isinstance(function, MethodType) else weakref.ref)(function, leave)
 
@@ -235,10 +237,10 @@ class Handlers:
 class Tick(esper.Processor):
     """What `esper.process` finds instead of processors between ticks: a whole tick of the world."""
 
-    def __init__(self, world: Any) -> None:
+    def __init__(self, world: LivingWorld) -> None:
         self.world = world
 
-    def process(self, *arguments: Any, **named: Any) -> None:
+    def process(self, *arguments: object, **named: object) -> None:
         """Let one tick pass."""
         if arguments or named:
             raise TypeError(

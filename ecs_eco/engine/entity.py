@@ -10,33 +10,33 @@ from ecs_eco.engine.schema import Handle
 WAITING = -1  # the row of an entity that is not born yet
 
 
-class Entity(dict[Any, Any]):
+class Entity(dict[type, Any]):
     """The components of one entity by their types, whose handles they are: table, row, uid. A handle is made
     when it is looked at."""
 
     __slots__ = ("number", "registry", "request", "row", "table", "uid")
 
-    def __init__(self, registry: Any, number: int, table: str, things: Any = ()) -> None:
-        super().__init__(things)
+    def __init__(self, registry: Any, number: int, table: str, things: dict[type, Any] | None = None) -> None:
+        super().__init__(things or {})
         self.registry, self.number, self.table = registry, number, table
         self.row, self.uid = WAITING, 0
         self.request: Any = None  # what was asked of the table, while it is not born yet
 
-    def __missing__(self, kind: Any) -> Any:
+    def __missing__(self, kind: type) -> Any:
         handle = self.registry.handle(self, kind)
         if handle is None:
             raise KeyError(kind)
         super().__setitem__(kind, handle)
         return handle
 
-    def __contains__(self, kind: Any) -> bool:
+    def __contains__(self, kind: object) -> bool:
         return super().__contains__(kind) or self.registry.is_in_table(self, kind)
 
-    def get(self, kind: Any, default: Any = None) -> Any:
+    def get(self, kind: type, default: object = None) -> Any:
         """Return the component of a type."""
         return self[kind] if kind in self else default
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> Iterator[type]:
         return iter(self.all())
 
     def __len__(self) -> int:
@@ -54,7 +54,7 @@ class Entity(dict[Any, Any]):
         """Return all components by their types."""
         return self.all().items()
 
-    def all(self) -> dict[Any, Any]:
+    def all(self) -> dict[type, Any]:
         """Return all components by their types: columns in the order of the table, then plain objects."""
         held = dict(super().items())
         return {kind: self[kind] for kind in self.registry.kinds_of(self)} | held
@@ -73,7 +73,7 @@ class Entity(dict[Any, Any]):
                 else:
                     handle._columns, handle._row = new._columns, row
 
-    def __setitem__(self, kind: Any, thing: Any) -> None:
+    def __setitem__(self, kind: type, thing: object) -> None:
         """What `esper.add_component` does with it: a plain object is taken, a column refused."""
         if not (is_column(kind) or isinstance(thing, Handle)):
             super().__setitem__(kind, thing)
@@ -92,7 +92,7 @@ class Entity(dict[Any, Any]):
             f"esper.add_component: entity {self.number} is one of the table {self.table!r}, and {how}"
         )
 
-    def pop(self, kind: Any, *default: Any) -> Any:
+    def pop(self, kind: type, *default: Any) -> Any:
         """What `esper.remove_component` does with it: a plain object goes, a column stays."""
         if kind not in self or not is_column(kind):
             return super().pop(kind, *default)
@@ -109,7 +109,7 @@ class Members:
 
     __slots__ = ("kind", "registry")
 
-    def __init__(self, registry: Any, kind: Any) -> None:
+    def __init__(self, registry: Any, kind: type) -> None:
         self.registry, self.kind = registry, kind
 
     def __iter__(self) -> Iterator[int]:
@@ -125,15 +125,15 @@ class Members:
         """What `esper.delete_entity` and `esper.remove_component` do with it first: the table says it."""
 
 
-def is_column(kind: Any) -> bool:
+def is_column(kind: object) -> bool:
     """Return whether a type is a component that tables keep as columns."""
     return isinstance(kind, type) and issubclass(kind, Handle)
 
 
-def name_of(kind: Any) -> str:
+def name_of(kind: object) -> str:
     """Return the name of a type, for messages."""
     return getattr(kind, "__name__", repr(kind))
 
 
-def _first(kind: Any) -> str:
+def _first(kind: object) -> str:
     return next(iter(getattr(kind, "fields", ())), "field")

@@ -117,6 +117,6 @@ def _sync(beside: Path, mode: int) -> None:
         os.close(handle)
 
 
-def write_json(path: Path, content: Any) -> None:
+def write_json(path: Path, content: object) -> None:
     """Write a JSON file completely, or leave the one before."""
     write(path, json.dumps(content, indent=1, allow_nan=False))

@@ -8,6 +8,7 @@ from typing import Any
 import esper
 import numpy as np
 
+from ecs_eco.engine.living import LivingWorld
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.rows import ROWS, vacate_dying
 from ecs_eco.engine.schema import Columns
@@ -15,14 +16,16 @@ from ecs_eco.engine.table import Table
 
 
 class _OfWorld(esper.Processor):
-    def __init__(self, world: Any) -> None:
+    def __init__(self, world: LivingWorld) -> None:
         self.world = weakref.proxy(world)
 
 
 class Deaths(_OfWorld):
     """The end of the phase `die`: the dying leave their rows."""
 
-    def process(self, *_: Any) -> None:
+    label = "the deaths of the phase die"
+
+    def process(self, *_: object) -> None:
         """Flush the deaths."""
         self.world.flush_deaths()
 
@@ -30,7 +33,9 @@ class Deaths(_OfWorld):
 class Births(_OfWorld):
     """The end of the phase `reproduce`: the newborn get their rows."""
 
-    def process(self, *_: Any) -> None:
+    label = "the births of the phase reproduce"
+
+    def process(self, *_: object) -> None:
         """Flush the births."""
         self.world.flush_births()
 
@@ -38,11 +43,11 @@ class Births(_OfWorld):
 class Touched(_OfWorld):
     """After a plain processor: it may have moved what it saw, or written what no kernel can take."""
 
-    def __init__(self, world: Any, after: esper.Processor) -> None:
+    def __init__(self, world: LivingWorld, after: esper.Processor) -> None:
         super().__init__(world)
         self.after = after
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_: object) -> None:
         """Look at what was written."""
         self.world.touch()
         self.world.admit(refuse=self.world.debug is None)
@@ -76,7 +81,7 @@ class Unheard:
         return True
 
 
-def bury(world: Any, table: Table, rows: np.ndarray, ordered: bool = False) -> None:
+def bury(world: LivingWorld, table: Table, rows: np.ndarray, ordered: bool = False) -> None:
     """Free the rows of some that have a cause of death, once hooks and esper's handlers have seen them in the
     order of uids; `ordered` rows have it."""
     heard = "death" in world.context.registry.events
@@ -90,7 +95,7 @@ def bury(world: Any, table: Table, rows: np.ndarray, ordered: bool = False) -> N
     table.vacate(rows)
 
 
-def bear(world: Any) -> None:
+def bear(world: LivingWorld) -> None:
     """Bring the newborn to life, table by table, in the order in which they were asked for."""
     born, registry = [], world.context.registry
     for table in world.tables.values():
@@ -107,9 +112,8 @@ def bear(world: Any) -> None:
                 world.next_uid += parents.size
                 if given is not None:
                     registry.bear(request, table, int(rows[0]))
-                if second is None and world.on_birth:
-                    second = np.zeros(parents.shape, parents.dtype)
                 for listen in tuple(world.on_birth):
+                    second = np.zeros_like(parents) if second is None else second
                     listen(table, rows, parents, second)
                 born.append((table, rows))
     if "birth" in registry.events:
@@ -117,7 +121,7 @@ def bear(world: Any) -> None:
         world.context.tell("birth", numbers)
 
 
-def depart(world: Any, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
+def depart(world: LivingWorld, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
     """Free the rows i64[k] of migrants, by uid, that leave for islands `to` i64[k]; no death."""
     for listen in tuple(world.on_departure):
         listen(table, rows, to)
@@ -125,7 +129,7 @@ def depart(world: Any, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
 
 
 def arrive(
-    world: Any,
+    world: LivingWorld,
     table: Table,
     uid: np.ndarray,
     born: np.ndarray,

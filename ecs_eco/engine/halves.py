@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from ecs_eco.engine import turns
 from ecs_eco.engine.context import priority_of
-from ecs_eco.engine.interruption import Patience, Underway, require_whole, stopped
+from ecs_eco.engine.interruption import Patience, require_whole, stopped
+from ecs_eco.engine.living import Underway
 
 if TYPE_CHECKING:
     from ecs_eco.engine.world import World

@@ -1,8 +1,8 @@
-"""Worlds and tables as HTML, for the output cells of notebooks."""
+"""Tables as HTML, for the output cells of notebooks."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
@@ -12,7 +12,7 @@ ROWS = 8  # organisms of a table that are shown
 COLUMNS = 12  # fields of one number each that are shown
 
 
-def grid(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str, note: str = "") -> str:
+def grid(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str, note: str = "") -> str:
     """Return an HTML table, with a line above and one below it; everything in it is escaped."""
     parts = [f"<p><b>{escape(caption)}</b></p><table><thead><tr>"]
     parts += [f"<th>{escape(str(cell))}</th>" for cell in head]
@@ -22,7 +22,7 @@ def grid(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str, note:
     return "".join(parts)
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """Return a value as a cell: six digits of a fraction, thousands of whole numbers apart."""
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
@@ -33,32 +33,21 @@ def shown(value: Any) -> str:
     return "–" if value is None else str(value)
 
 
-def of_world(world: Any) -> str:
-    """Return a world: its clock, and a row for each table."""
-    size = " × ".join(f"{side:g}" for side in getattr(getattr(world, "space", None), "size", ()))
-    caption = f"World {world.name!r} at tick {world.tick:,}, seed {world.seed}{f', {size} m' if size else ''}"
-    rows = [
-        (name, table.n, ", ".join(kind.__name__ for kind in table.columns))
-        for name, table in world.tables.items()
-    ]
-    return grid(("table", "alive", "components"), rows, caption)
-
-
-def of_table(table: Any) -> str:
-    """Return a table: the first of its living, with their fields of one number each."""
-    rows = np.flatnonzero(table.alive)[:ROWS]
+def of_entities(name: str, uid: np.ndarray, living: np.ndarray, columns: Mapping[type[Any], object]) -> str:
+    """Return the first of the `living` rows i64[n] of a table, with their fields of one number each."""
+    rows = living[:ROWS]
     fields = [
         (f"{kind.__name__}.{field}", column)
-        for kind, columns in table.columns.items()
+        for kind, held in columns.items()
         for field in kind.fields
-        if isinstance(column := getattr(columns, field), np.ndarray) and column.ndim == 1
+        if isinstance(column := getattr(held, field), np.ndarray) and column.ndim == 1
     ]
-    body = [(int(table.uid[row]), *(column[row] for _, column in fields[:COLUMNS])) for row in rows]
-    left = [f"{table.n - rows.size:,} more alive"] * (table.n > rows.size)
+    body = [(int(uid[row]), *(column[row] for _, column in fields[:COLUMNS])) for row in rows]
+    left = [f"{living.size - rows.size:,} more alive"] * (living.size > rows.size)
     left += [f"{len(fields) - COLUMNS} more fields"] * (len(fields) > COLUMNS)
     return grid(
         ("uid", *(name for name, _ in fields[:COLUMNS])),
         body,
-        f"Table {table.name!r}: {table.n:,} alive",
+        f"Table {name!r}: {living.size:,} alive",
         "; ".join(left),
     )

@@ -7,41 +7,21 @@ import threading
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any
 
 import esper
 
 from ecs_eco.engine.errors import UnfinishedTick
-from ecs_eco.engine.flushes import Births, Deaths
+from ecs_eco.engine.living import LivingWorld, Underway
 
 # `signal` makes enums of all it returns, which takes longer than a small tick
 _signal: Any = importlib.import_module("_signal")
 MAIN = threading.main_thread().ident
-FLUSHES: dict[type, str] = {
-    Deaths: "the deaths of the phase die",
-    Births: "the births of the phase reproduce",
-}
-
-
-class Underway:
-    """An action on a world that must not be left half done; `world.underway` holds it until it is complete.
-
-    Nothing that stops it midway can clear the mark: it is set before the first change
-    and removed after the last.
-    """
-
-    def __init__(self, action: str, running: bool = True) -> None:
-        self.action, self.running = action, running
-        self.where, self.cause = "", ""
-
-    def text(self, world: Any) -> str:
-        """What it is, for messages."""
-        return f"tick {world.tick}" if self.action == "tick" else self.action
 
 
 @contextmanager
-def whole(world: Any, action: str) -> Iterator[None]:
+def whole(world: LivingWorld, action: str) -> Iterator[None]:
     """Change a world in this context; if the change does not complete, the world is marked as unfinished.
 
     Nested in another such context it does nothing: the outer mark stands until all is done.
@@ -60,7 +40,7 @@ def whole(world: Any, action: str) -> Iterator[None]:
     world.underway = None
 
 
-def stopped(world: Any, error: BaseException) -> None:
+def stopped(world: LivingWorld, error: BaseException) -> None:
     """Note which error stopped the action under way, and where."""
     if world.underway is not None and not world.underway.cause:
         world.underway.running = False
@@ -69,7 +49,7 @@ def stopped(world: Any, error: BaseException) -> None:
         world.underway.where = _where(error)
 
 
-def require_whole(world: Any, wanted: str, within: bool = False) -> None:
+def require_whole(world: LivingWorld, wanted: str, within: bool = False) -> None:
     """Raise UnfinishedTick if a world is unfinished and cannot do what is `wanted`;
     `within` allows it during a running tick."""
     mark = world.underway
@@ -92,7 +72,7 @@ def _where(error: BaseException) -> str:
     for frame, _ in traceback.walk_tb(error.__traceback__):
         owner = frame.f_locals.get("self")
         if isinstance(owner, esper.Processor):
-            return FLUSHES.get(type(owner), type(owner).__name__)
+            return getattr(owner, "label", type(owner).__name__)
     return ""
 
 
@@ -103,7 +83,7 @@ class Patience:
     It replaces Python's default handler only: a handler that the user has installed is left in place.
     """
 
-    def __init__(self, world: Any) -> None:
+    def __init__(self, world: LivingWorld) -> None:
         self.world, self.interrupted, self.installed = world, False, False
 
     def __enter__(self) -> "Patience":
@@ -118,7 +98,7 @@ class Patience:
         if self.installed:
             _signal.signal(signal.SIGINT, signal.default_int_handler)
 
-    def _hear(self, number: int, frame: Any) -> None:
+    def _hear(self, number: int, frame: FrameType | None) -> None:
         if self.world.underway is None or self.interrupted:
             raise KeyboardInterrupt
         self.interrupted = True

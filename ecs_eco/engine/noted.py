@@ -24,7 +24,7 @@ class Noted(dict[K, V]):
 def _noting(name: str) -> Callable[..., Any]:
     change = getattr(dict, name)
 
-    def method(self: Noted[Any, Any], *arguments: Any, **named: Any) -> Any:
+    def method(self: Noted[Any, Any], *arguments: object, **named: object) -> Any:
         Noted.changes += 1
         result = change(self, *arguments, **named)
         if self.follow is not None:

@@ -10,18 +10,21 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic.errors import PydanticUserError
+
 from ecs_eco.engine.errors import Problem, listed, nearest
 
 PLAIN = (bool, int, float, str)
 
 
-def applied(thing: Any, given: Mapping[str, Any]) -> Any:
+def applied(thing: Callable[..., Any], given: Mapping[str, object]) -> Any:
     """Return an instance of a class, or a function with these parameters filled in."""
     return thing(**given) if isinstance(thing, type) else partial(thing, **given)
 
 
 def problems_of_parameters(
-    thing: Any, given: Mapping[str, Any], n: int, key: tuple[str | int, ...]
+    thing: Callable[..., Any], given: Mapping[str, object], n: int, key: tuple[str | int, ...]
 ) -> list[Problem]:
     """Return what is wrong with the parameters of a function or class that is called with `n` arguments
     besides: unknown names, wrong types, and those that are missing. Nothing is called."""
@@ -50,7 +53,7 @@ def problems_of_parameters(
     return problems
 
 
-def _hints(thing: Any) -> dict[str, Any]:
+def _hints(thing: object) -> dict[str, Any]:
     """Return the annotations of its parameters; none that cannot be resolved."""
     try:
         return typing.get_type_hints(
@@ -76,7 +79,7 @@ def _in_words(parameter: inspect.Parameter, hints: Mapping[str, Any]) -> str:
     )
 
 
-def _fault(value: Any, parameter: inspect.Parameter, hints: Mapping[str, Any]) -> str:
+def _fault(value: object, parameter: inspect.Parameter, hints: Mapping[str, Any]) -> str:
     """Return what is allowed where a value is not, or ""."""
     if not _is_data(value):
         return "what TOML can say: finite numbers, texts, true, false, and lists and tables of them"
@@ -87,17 +90,14 @@ def _fault(value: Any, parameter: inspect.Parameter, hints: Mapping[str, Any]) -
     return "" if check is None else check(value)
 
 
-def _checker(kind: Any) -> Callable[[Any], str] | None:
+def _checker(kind: type[Any]) -> Callable[[Any], str] | None:
     """Return what says why a value is not of a type; None for a type that nobody can check."""
-    from pydantic import ConfigDict, TypeAdapter, ValidationError
-    from pydantic.errors import PydanticUserError
-
     try:
-        adapter = TypeAdapter(kind, config=ConfigDict(strict=True, allow_inf_nan=False))
+        adapter: TypeAdapter[Any] = TypeAdapter(kind, config=ConfigDict(strict=True, allow_inf_nan=False))
     except (PydanticUserError, TypeError, NameError):
         return None
 
-    def check(value: Any) -> str:
+    def check(value: object) -> str:
         try:
             adapter.validate_python(value)
         except ValidationError as error:
@@ -107,7 +107,7 @@ def _checker(kind: Any) -> Callable[[Any], str] | None:
     return check
 
 
-def _is_data(value: Any) -> bool:
+def _is_data(value: object) -> bool:
     if isinstance(value, list):
         return all(_is_data(v) for v in value)
     if isinstance(value, Mapping):

@@ -14,6 +14,7 @@ from ecs_eco.engine.doors import Cache, Components, Dead, Entities, Events, Kind
 from ecs_eco.engine.entity import WAITING, Entity, is_column, name_of
 from ecs_eco.engine.errors import listed
 from ecs_eco.engine.interruption import require_whole, whole
+from ecs_eco.engine.living import LivingWorld
 from ecs_eco.engine.schema import Handle
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 class Registry:
     """All that esper holds of one world, which it knows weakly."""
 
-    def __init__(self, world: Any) -> None:
+    def __init__(self, world: LivingWorld) -> None:
         self.world: Any = weakref.ref(world)
         self.numbers = Numbers()
         self.components, self.entities, self.dead = Components(), Entities(), Dead()
@@ -75,13 +76,13 @@ class Registry:
 
     # --- who is in it ---------------------------------------------------------------------------------------
 
-    def enlist(self, kind: Any, number: int) -> None:
+    def enlist(self, kind: type, number: int) -> None:
         """Put an entity on the list of those that have a plain component."""
         if is_column(kind):
             return
         self.components.setdefault(kind, set()).add(number)
 
-    def strike(self, kind: Any, number: int) -> None:
+    def strike(self, kind: type, number: int) -> None:
         """Take an entity off the list of those that have a plain component."""
         if (numbers := dict.get(self.components, kind)) is not None:
             numbers.discard(number)
@@ -164,12 +165,12 @@ class Registry:
 
     # --- what is looked at ----------------------------------------------------------------------------------
 
-    def made(self, number: Any) -> Entity | None:
+    def made(self, number: int) -> Entity | None:
         """Return the entity of a number, made now; None where nobody has it."""
         place = self.find(number)
         return None if place is None else self._make(number, *place)
 
-    def find(self, number: Any) -> tuple[Table, int] | None:
+    def find(self, number: object) -> tuple[Table, int] | None:
         """Return the table and the row of a number, by the tables; None where nobody there has it."""
         if self.looked_at is not None and self.looked_at[0] == number:
             return self._if_there(*self.looked_at)
@@ -190,7 +191,7 @@ class Registry:
         there = table.entity[row] == number and table.entity_uid[row] == table.uid[row]
         return (table, row) if there else None
 
-    def numbers_with(self, kind: Any) -> Iterator[int]:
+    def numbers_with(self, kind: type) -> Iterator[int]:
         """Yield the numbers of all that have a component of columns; what is asked of each is soon found."""
         try:
             with uncollected():  # else 100,000 handles would be looked at again and again while they are made
@@ -204,7 +205,7 @@ class Registry:
         finally:
             self.looked_at = None
 
-    def count_with(self, kind: Any) -> int:
+    def count_with(self, kind: type) -> int:
         """Return how many have a component of columns."""
         return sum(
             table.n for table in self._tables() if kind in table.columns or kind in table.derived
@@ -221,12 +222,12 @@ class Registry:
         table = self._table_of(entity)
         return [] if table is None else [*table.columns, *table.derived]
 
-    def is_in_table(self, entity: Entity, kind: Any) -> bool:
+    def is_in_table(self, entity: Entity, kind: type) -> bool:
         """Return whether a component is one of the columns of an entity's table."""
         table = self._table_of(entity)
         return table is not None and (kind in table.columns or kind in table.derived)
 
-    def handle(self, entity: Entity, kind: Any) -> Any:
+    def handle(self, entity: Entity, kind: type) -> Any:
         """Return a handle of an entity's row; None where its table has no such columns."""
         table = self._table_of(entity)
         if table is None or not (kind in table.columns or kind in table.derived):
@@ -284,7 +285,7 @@ class Registry:
             "world.add_table(name, Component, …) declares another"
         )
 
-    def newborn(self, request: Any) -> tuple[Handle, ...] | None:
+    def newborn(self, request: object) -> tuple[Handle, ...] | None:
         """Return what an entity that waits for its birth has been given, as it is now;
         None where no entity waits for this one."""
         entity = self.waiting.get(id(request))
@@ -292,7 +293,7 @@ class Registry:
             None if entity is None else tuple(thing for thing in entity.values() if isinstance(thing, Handle))
         )
 
-    def bear(self, request: Any, table: Table, row: int) -> None:
+    def bear(self, request: object, table: Table, row: int) -> None:
         """Let the entity that has waited for this birth be that of a row."""
         if (entity := self.waiting.pop(id(request), None)) is not None:
             self._drop(int(table.entity[row]))

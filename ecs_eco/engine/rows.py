@@ -1,6 +1,6 @@
 """The rows of tables: who comes into them, who leaves them, and what stands in them beyond its limits."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from operator import is_
 from typing import Any, NamedTuple
 
@@ -8,29 +8,11 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.engine.addresses import address_of, column_at
+from ecs_eco.engine.schema import Columns
 
 EIGHT_ALIVE = np.uint64(0x0101010101010101)  # bytes of `alive`
 FEW = 64  # rows that are brought into order one by one
-NOBODY = np.empty(0, np.int64), np.empty(0, np.uint64)  # rows and uids
 ROWS = "alive", "uid", "born", "cause", "killer"  # what a table knows of each row, as kernels take it
-
-
-def changes(table: Any, version: int) -> list[np.ndarray]:
-    """Return rows i64[k] and uids u64[k] of those who left a table after a version, then of who came."""
-    changed: list[np.ndarray] = []
-    for noted in (table.gone, table.newborn):
-        k = len(noted)
-        while k and noted[k - 1][0] > version:  # the latest are few
-            k -= 1
-        later = noted[k:]
-        changed += (
-            NOBODY
-            if not later
-            else later[0][1:]
-            if not later[1:]
-            else map(np.concatenate, [*zip(*later, strict=True)][1:])
-        )
-    return changed
 
 
 class Layout(NamedTuple):
@@ -44,27 +26,32 @@ class Layout(NamedTuple):
     shapes: dict[tuple[type[Any], str], tuple[int, ...]] = {}  # of the value of one
     others: tuple[tuple[type[Any], str], ...] = ()  # components and fields that have no addresses
 
-    def renewed(self, table: Any) -> "Layout":
-        """Return the layout of a table as it is now: often arrays of other tables alone were replaced."""
-        own = [getattr(table, name) for name in ROWS]
+    def renewed(
+        self,
+        own: Sequence[np.ndarray],
+        held: Mapping[type[Any], Columns],
+        defaults: Mapping[type[Any], Mapping[str, np.ndarray]],
+    ) -> "Layout":
+        """Return the layout of a table with its `own` arrays, ROWS, and the columns that it holds: often arrays
+        of other tables alone were replaced."""
         arrays = [*own]
-        for component, columns in table.columns.items():
+        for component, columns in held.items():
             arrays += vars(columns).values()
-            arrays += table.defaults[component].values()
+            arrays += defaults[component].values()
         if len(arrays) == len(self.arrays) and all(map(is_, arrays, self.arrays)):
             return self
-        values = {(c, f): value for c in table.columns for f, value in table.defaults[c].items()}
-        fields = {(c, f): vars(table.columns[c])[f] for c, f in values}
+        values = {(c, f): value for c in held for f, value in defaults[c].items()}
+        fields = {(c, f): vars(held[c])[f] for c, f in values}
         plain = [
             key
             for key, array in fields.items()
             if type(array) is np.ndarray and array.dtype == values[key].dtype
         ]
-        columns = [(address_of(fields[key]), address_of(values[key]), values[key].nbytes) for key in plain]
+        places = [(address_of(fields[key]), address_of(values[key]), values[key].nbytes) for key in plain]
         return Layout(
             arrays,
             np.array([address_of(array) for array in own], np.uint64),
-            np.array(columns, np.uint64).reshape(-1, 3).T.copy(),
+            np.array(places, np.uint64).reshape(-1, 3).T.copy(),
             fields,
             {key: value.shape for key, value in values.items()},
             tuple(key for key in fields if key not in plain),

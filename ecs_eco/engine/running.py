@@ -8,11 +8,12 @@ import esper
 
 from ecs_eco.engine import turns
 from ecs_eco.engine.context import switch_back
-from ecs_eco.engine.interruption import Patience, Underway, stopped
+from ecs_eco.engine.interruption import Patience, stopped
+from ecs_eco.engine.living import LivingWorld, Underway
 
 
 def live(
-    world: Any, ticks: int, progress: Callable[[int, int], Any] | None, outside: str, mark: Underway
+    world: LivingWorld, ticks: int, progress: Callable[[int, int], Any] | None, outside: str, mark: Underway
 ) -> None:
     """Let ticks of a world pass as `World.run` says, and let esper show the context `outside` again."""
     with Patience(world) as patience:
@@ -42,7 +43,7 @@ def live(
                 switch_back(outside)
 
 
-def _pass(world: Any, mark: Underway) -> None:
+def _pass(world: LivingWorld, mark: Underway) -> None:
     """Let one tick pass; the mark stands until it is complete."""
     world.underway, world.ticking = mark, True
     with turns.turn:

@@ -5,6 +5,9 @@ import sys
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar, cast, dataclass_transform
 
 import numpy as np
+from numpy.typing import ArrayLike, DTypeLike
+
+from ecs_eco.engine.errors import unknown_name
 
 C = TypeVar("C")
 
@@ -17,7 +20,7 @@ class Type:
 
     def __init__(
         self,
-        dtype: Any,
+        dtype: DTypeLike,
         shape: tuple[int | str, ...] = (),
         blocked: bool = False,
         limits: tuple[float, float | str] | None = None,
@@ -39,11 +42,12 @@ class Type:
         """
         return Type(self.dtype, self.shape, self.blocked, (low, high))
 
-    def __getitem__(self, shape: Any) -> "Type":
+    def __getitem__(self, shape: int | str | tuple[int | str, ...]) -> "Type":
         return Type(self.dtype, shape if isinstance(shape, tuple) else (shape,), self.blocked, self.limits)
 
-    def __call__(self, value: Any) -> Any:
-        return self.dtype.type(value)
+    def __call__(self, value: ArrayLike) -> Any:
+        made: Any = self.dtype.type
+        return made(value)
 
     def __repr__(self) -> str:
         inner = ", ".join(map(str, self.shape))
@@ -51,7 +55,7 @@ class Type:
             ".heavy" if self.blocked else ""
         )
 
-    def check(self, value: Any, where: str) -> None:
+    def check(self, value: object, where: str) -> None:
         """Raise ValueError where a value does not fit: of another kind, out of range, or of another shape."""
         fixed = tuple(d for d in self.shape if not isinstance(d, str))
         try:
@@ -110,7 +114,11 @@ class Columns:
     __slots__ = ("__dict__",)
     replaced: ClassVar[object] = object()
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
+
+    def __setattr__(self, name: str, value: ArrayLike) -> None:
         """Replace a column; raises ValueError for one of another type, shape or layout,
         or with fewer rows: kernels rely on them."""
         old = self.__dict__.get(name)
@@ -141,11 +149,9 @@ class Handle:
     __slots__ = ("_columns", "_row")
     fields: dict[str, tuple[Type, Any]] = {}
 
-    def __init__(self, **values: Any) -> None:
+    def __init__(self, **values: ArrayLike) -> None:
         unknown = [name for name in values if name not in self.fields]
         if unknown:
-            from ecs_eco.engine.errors import unknown_name
-
             raise TypeError(unknown_name(f"{type(self).__name__}", "field", unknown[0], self.fields))
         self._columns = Columns()
         self._row = 0
@@ -182,7 +188,7 @@ def _accessor(name: str, scalar: bool) -> property:
         value = getattr(self._columns, name)[self._row]
         return value.item() if scalar else value
 
-    def write(self: Handle, value: Any) -> None:
+    def write(self: Handle, value: ArrayLike) -> None:
         getattr(self._columns, name)[self._row] = value
 
     return property(read, write)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -15,6 +16,8 @@ from pydantic import (
     Tag,
     WrapValidator,
 )
+
+from ecs_eco.engine.code import public_module
 
 LARGEST, SMALLEST = 1e30, 1e-30  # numbers become float32, which ends at 3.4e38 and begins at 1.2e-38
 
@@ -97,7 +100,7 @@ class Section(BaseModel):
 def quantity(
     text: str,
     unit: str,
-    default: Any = ...,
+    default: object = ...,
     *,
     change: str | None = None,
     own: bool | str | None = None,
@@ -111,7 +114,7 @@ def quantity(
 
 def about(
     text: str,
-    default: Any = ...,
+    default: object = ...,
     *,
     change: str | None = None,
     entries: str | None = None,
@@ -127,43 +130,41 @@ def about(
     return field
 
 
-def is_absent(value: Any) -> bool:
+def is_absent(value: object) -> bool:
     """Whether a value is None, false or an empty list: with `exclude_if` it is then left out of what is
     written, so that worlds without it have the hash and the digests that they had before there was such a
     key."""
     return value is None or value is False or value == []
 
 
-def is_empty(value: Any) -> bool:
+def is_empty(value: object) -> bool:
     """Whether a value is 0 or a list without entries: `exclude_if` as with `is_absent`."""
     return not value
 
 
-def table(text: str, factory: Any, **declared: Any) -> Any:
+def table(text: str, factory: Callable[[], object], **declared: Any) -> Any:
     """A section or list that may be left out, and its default factory."""
     return about(text, default_factory=factory, **declared)
 
 
-def function_name(function: Any) -> str:
+def function_name(function: object) -> str:
     """ "module:name" of a function, a class or a system; a text stays as it is."""
     if isinstance(function, str):
         return function
-    from ecs_eco.engine.code import public_module
-
     if isinstance(function, Use):
         return function_name(function.use)
     thing = function if hasattr(function, "__qualname__") else type(function)
     return f"{public_module(thing.__module__)}:{thing.__qualname__}"
 
 
-def as_written(value: Any, json: bool) -> Any:
+def as_written(value: object, json: bool) -> Any:
     """Return what stands for code in a file, with JSON types or as it was handed over."""
     if isinstance(value, Use):
         return {"use": as_written(value.use, json), **value.parameters}
     return function_name(value) if json else value
 
 
-def _is_code(value: Any) -> bool:
+def _is_code(value: object) -> bool:
     return callable(value) or callable(getattr(value, "process", None))
 
 

@@ -32,7 +32,7 @@ def source_of(name: str) -> str | None:
     return next(found, None) or repr(_compiled(thing))
 
 
-def _cells(thing: Any) -> Iterator[str]:
+def _cells(thing: object) -> Iterator[str]:
     """Yield the cells in which its functions were written; then all cells of the session, the last first."""
     functions = [thing, *vars(thing).values()] if inspect.isclass(thing) else [thing]
     for file in dict.fromkeys(f.__code__.co_filename for f in functions if inspect.isfunction(f)):
@@ -56,7 +56,7 @@ def _definition(text: str, name: str) -> str | None:
     return "\n".join(text.splitlines()[first - 1 : nodes[-1].end_lineno])
 
 
-def _compiled(thing: Any) -> Any:
+def _compiled(thing: object) -> Any:
     """Return what a function or class is made of, as numbers and texts that do not change from session to
     session."""
     if inspect.isclass(thing):

@@ -31,7 +31,7 @@ class System(Scheduled):
     # the tables that have what it needs, what that was found from, and whether several of them compete
     _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)
 
-    def process(self, *args: Any, **kwargs: Any) -> None:
+    def process(self, *_: object) -> None:
         """Update every table that has the needed components."""
         world = self.world
         now = Noted.changes, self.needs, world

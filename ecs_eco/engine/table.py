@@ -7,12 +7,14 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NoReturn
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.errors import UnknownName, unknown_name
+from ecs_eco.engine.html import of_entities
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.rows import FEW, ROWS, Layout, list_dying, occupy, vacate
-from ecs_eco.engine.schema import Columns, Handle
+from ecs_eco.engine.schema import Columns, Handle, Type
 
 Values = Mapping[tuple[type, str], Any]
 MOST_BATCHES = 64  # of newborn and dead that are noted
@@ -114,14 +116,12 @@ class Table(dict[type, Any]):
         return f"<Table {self.name!r}: {self.n} alive, {', '.join(c.__name__ for c in self.columns)}>"
 
     def _repr_html_(self) -> str:
-        from ecs_eco.engine.html import of_table
-
-        return of_table(self)
+        return of_entities(self.name, self.uid, self.rows(), self.columns)
 
     def __len__(self) -> int:
         return self.n
 
-    def __missing__(self, component: Any) -> NoReturn:
+    def __missing__(self, component: object) -> NoReturn:
         known = [c.__name__ for c in (*self.columns, *self.derived)]
         raise UnknownName(
             unknown_name(
@@ -129,7 +129,7 @@ class Table(dict[type, Any]):
             )
         )
 
-    def __setitem__(self, component: Any, columns: Any) -> NoReturn:
+    def __setitem__(self, component: object, columns: object) -> NoReturn:
         raise TypeError(
             f"table {self.name!r}: its components are not replaced; write into their columns, "
             "as in table[Position].x[rows] = …"
@@ -139,7 +139,7 @@ class Table(dict[type, Any]):
         """Return whether the table has all these components."""
         return self.keys() >= set(components)
 
-    def add_component(self, component: type[Any], **defaults: Any) -> None:
+    def add_component(self, component: type[Any], **defaults: ArrayLike) -> None:
         """Give every entity of this table, living or to come, a component;
         `defaults` replace the component's own."""
         if not (isinstance(component, type) and issubclass(component, Handle) and component.fields):
@@ -170,7 +170,7 @@ class Table(dict[type, Any]):
         if self.registry is not None:
             self.registry.stale = True
 
-    def set_defaults(self, component: type[Any], **defaults: Any) -> None:
+    def set_defaults(self, component: type[Any], **defaults: ArrayLike) -> None:
         """Set what a newborn of this table has in these fields."""
         for field, value in defaults.items():
             if field not in component.fields:
@@ -210,7 +210,10 @@ class Table(dict[type, Any]):
     def layout(self) -> Layout:
         """Return where the arrays are in memory, as kernels take them."""
         if self._laid_out != (now := (Noted.changes, Columns.replaced)):
-            self._layout, self._laid_out = self._layout.renewed(self), now
+            self._layout, self._laid_out = (
+                self._layout.renewed([getattr(self, name) for name in ROWS], self.columns, self.defaults),
+                now,
+            )
         return self._layout
 
     def request(
@@ -238,7 +241,7 @@ class Table(dict[type, Any]):
                 raise ValueError(f"{where} has the shape {shape}; allowed is {(n, *one)}")
         self.births.append((parents, second, dict(values)))
 
-    def _refuse(self, component: Any, name: str) -> NoReturn:
+    def _refuse(self, component: type[Any], name: str) -> NoReturn:
         """Raise what is wrong with a field that newborn are to have."""
         if component in self.derived:
             raise TypeError(
@@ -390,7 +393,7 @@ def _following(table: Callable[[], Table | None]) -> Callable[[], None]:
     return follow
 
 
-def _column(kind: Any, value: np.ndarray, capacity: int, living: np.ndarray) -> Any:
+def _column(kind: Type, value: np.ndarray, capacity: int, living: np.ndarray) -> Any:
     """Return a new column with this default in every row; a heavy one holds it in the rows
     of the living only."""
     if not kind.blocked:

@@ -12,9 +12,10 @@ import weakref
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
-_worlds: weakref.WeakSet[Any] = weakref.WeakSet()
+from ecs_eco.engine.living import LivingWorld
+
+_worlds: weakref.WeakSet[LivingWorld] = weakref.WeakSet()
 _apart = threading.local()
 
 
@@ -91,7 +92,7 @@ def apart() -> Iterator[None]:
         _apart.allowed = False
 
 
-def enter(world: Any) -> None:
+def enter(world: LivingWorld) -> None:
     """Register a new world; raises RuntimeError where a living one belongs to another thread."""
     me = threading.current_thread()
     if not getattr(_apart, "allowed", False) and (other := _of_others(me)):
@@ -107,5 +108,5 @@ def enter(world: Any) -> None:
     _worlds.add(world)
 
 
-def _of_others(me: threading.Thread) -> list[Any]:
+def _of_others(me: threading.Thread) -> list[LivingWorld]:
     return [w for w in list(_worlds) if w.owner is not me and w.owner.is_alive() and not w.apart]

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
+
+import numpy as np
+
+Uid = TypeVar("Uid", int, np.ndarray)
 
 BITS = 48  # each island may give 2.8e14 uids
 MOST_ISLANDS = 32  # so that all uids are below 2^53: whole numbers that JSON and JavaScript hold exactly
@@ -13,12 +17,12 @@ def first_uid(island: int) -> int:
     return (island << BITS) + 1
 
 
-def island_of(uid: Any) -> Any:
+def island_of(uid: Uid) -> Uid:
     """Return the number of the island where an entity was born: of a uid, or of u64[n]."""
     return uid >> (BITS if isinstance(uid, int) else uid.dtype.type(BITS))
 
 
-def is_given(uid: Any, next_uid: int) -> Any:
+def is_given(uid: Uid, next_uid: int) -> Any:
     """Return which uids u64[n] may live where `next_uid` is the next: those given before, and those of other
     islands: bool[n]."""
     return (uid < next_uid) | (island_of(uid) != island_of(next_uid))

@@ -14,16 +14,16 @@ import numpy as np
 from ecs_eco.compiled.workers import Workers
 from ecs_eco.engine import random, turns
 from ecs_eco.engine.arguments import called_with, positive, seed_number, whole_number
-from ecs_eco.engine.bands import OneBand
 from ecs_eco.engine.codes import Codes
 from ecs_eco.engine.context import LAST, Context, priority_of, switch_back
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.flushes import Births, Deaths, Touched, Unheard, bear, bury
-from ecs_eco.engine.interruption import Underway, require_whole, whole
+from ecs_eco.engine.interruption import require_whole, whole
+from ecs_eco.engine.living import Underway
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.phases import PHASES, Scheduled
 from ecs_eco.engine.running import live
-from ecs_eco.engine.schema import C
+from ecs_eco.engine.schema import C, Handle
 from ecs_eco.engine.table import Table
 
 
@@ -64,7 +64,7 @@ class World:
         self.apart = False  # whether it runs in a thread beside another world
         turns.enter(self)
         self.context, self.workers = Context(self), Workers(self.threads)
-        self.bands = OneBand()  # more than one: ecs_eco.bands
+        self.tells_deaths = False  # whether deaths are told one by one, also where no hook hears of them
         if type(self).split is World.split:
             self.split = self.workers.split  # type: ignore[method-assign]  # without a call in between
         self._unheard = Unheard()
@@ -170,7 +170,7 @@ class World:
         """Return the code of a cause of death, making it known where it is new."""
         return self.codes[name]
 
-    def spawn(self, name: str, *components: Any, n: int = 1, parent: int = 0) -> None:
+    def spawn(self, name: str, *components: Handle, n: int = 1, parent: int = 0) -> None:
         """Ask for `n` newborn of a kind, with these components' values (the table's defaults for the others).
 
         They come to life at the end of the phase `reproduce`, or at `flush`. A place beyond the edge of a
@@ -185,7 +185,7 @@ class World:
         table.request(np.full(n, parent, np.uint64), values)
 
     def _values(
-        self, table: Table, components: Iterable[Any], n: int = 1
+        self, table: Table, components: Iterable[Handle], n: int = 1
     ) -> dict[tuple[type, str], np.ndarray]:
         """Return what `n` newborn with these components are born with, as it may come to life."""
         values = {}
@@ -249,7 +249,7 @@ class World:
     def stop(self) -> None:
         """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is then
         true."""
-        self.stopping = self.bands.stops()
+        self.stopping = True
 
     def run(self, ticks: int, progress: Callable[[int, int], Any] | None = None) -> Self:
         """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second.
@@ -286,7 +286,7 @@ class World:
 
     def flush_deaths(self) -> None:
         """Free the rows of all that have a cause of death; hooks see them first, in the order of uids."""
-        heard = self.on_death or self.bands.divided or "death" in self.context.registry.events
+        heard = self.on_death or self.tells_deaths or "death" in self.context.registry.events
         if not heard and self._unheard.bury(self.tables.values()):
             return
         for table in self.tables.values():
@@ -352,7 +352,7 @@ class World:
         for table in self.tables.values():
             table.version += 1
 
-    def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
+    def split(self, kernel: Callable[..., Any], n: int, *arguments: object, work: int | None = None) -> None:
         """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
         where `work` items are worth it."""
         self.workers.split(kernel, n, *arguments, work=work)

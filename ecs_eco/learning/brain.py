@@ -15,6 +15,7 @@ from ecs_eco.compiled import portable
 from ecs_eco.compiled.threads import one_blas_thread
 from ecs_eco.learning.continuous import laid_out, spreads
 from ecs_eco.learning.inference import infer
+from ecs_eco.learning.orthogonal import orthogonal
 from ecs_eco.learning.policy_network import Split
 
 
@@ -180,8 +181,6 @@ def _orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.nda
     """Return a random f64[n_out, n_in] with orthonormal rows or columns,
     whichever are fewer (Saxe et al. 2014)."""
     if portable.on():
-        from ecs_eco.learning.orthogonal import orthogonal
-
         return orthogonal(generator, n_out, n_in)
     q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
     q *= np.sign(np.diag(r))

@@ -4,6 +4,7 @@ or any torch module."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ecs_eco.learning.brain import Brain
@@ -57,8 +58,6 @@ def individuals_of(
 
     if network is None and device == "cpu" and not laid_out(groups)[1]:
         return Individuals(n_observations, groups, hidden, ppo, seed)
-    from functools import partial
-
     from ecs_eco.learning.individual_modules import IndividualModules
     from ecs_eco.learning.mlp import MLP
 

@@ -11,14 +11,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 from math import isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.engine.bands import OneBand
 from ecs_eco.learning import individual_kernels as kernels
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
 from ecs_eco.learning.settings import PPO
+from ecs_eco.space.one_band import OneBand
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.schema import Columns
 
 # hyperparameters that the kernels get in one row for each animal
 SETTINGS = (
@@ -152,7 +155,7 @@ class Individuals:
             out[:] = np.where(lacking[:, :, None], given[2], out)
 
     def forward(
-        self, policy: Any, rows: np.ndarray, x: np.ndarray, split: Split
+        self, policy: Columns, rows: np.ndarray, x: np.ndarray, split: Split
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the logits f32[n, n_logits] and values f32[n] of what the animals
         of `rows` i64[n] observe, f32[n, c]."""
@@ -177,7 +180,7 @@ class Individuals:
 
     def store(
         self,
-        experience: Any,
+        experience: Columns,
         rows: np.ndarray,
         x: np.ndarray,
         choice: np.ndarray,
@@ -215,13 +218,13 @@ class Individuals:
                 "`learn` from those `due` first"
             )
 
-    def credit(self, experience: Any, rows: np.ndarray, reward: np.ndarray) -> None:
+    def credit(self, experience: Columns, rows: np.ndarray, reward: np.ndarray) -> None:
         """Add rewards f32[n] to the last transition of each row; rows without one (newborn) are passed over."""
         if len(rows):
             kernels.credit(experience.reward.by_address(), rows, experience.length, reward)
 
     def due(
-        self, experience: Any, rows: np.ndarray, uid: np.ndarray, born: np.ndarray, tick: int
+        self, experience: Columns, rows: np.ndarray, uid: np.ndarray, born: np.ndarray, tick: int
     ) -> np.ndarray:
         """Return whose rollout is at an end, bool[n].
 
@@ -234,8 +237,8 @@ class Individuals:
 
     def learn(
         self,
-        policy: Any,
-        experience: Any,
+        policy: Columns,
+        experience: Columns,
         rows: np.ndarray,
         uid: np.ndarray,
         bootstrap: np.ndarray,
@@ -315,7 +318,7 @@ class Individuals:
                 counts[COUNTS.index(field)] = values
         return others, counts[0], counts[1]
 
-    def _tell(self, policy: Any, rows: np.ndarray, report: np.ndarray) -> None:
+    def _tell(self, policy: Columns, rows: np.ndarray, report: np.ndarray) -> None:
         """Let all processes have what each of them has learnt for its part of the rows i64[n]."""
         n, (first, last) = len(rows), self.bands.part(len(rows))
         for column in (policy.weights, policy.moment_1, policy.moment_2, policy.steps, policy.updates):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import warnings
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
@@ -23,6 +23,9 @@ from ecs_eco.learning.module_brain import ModuleBrain, made
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
 from ecs_eco.learning.settings import PPO
 from ecs_eco.learning.torch_ppo import TERMS, ppo_loss
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.schema import Columns
 
 ANIMALS = 256  # that go through their networks at once
 
@@ -102,14 +105,14 @@ class IndividualModules(Individuals):
         return module
 
     def forward(
-        self, policy: Any, rows: np.ndarray, x: np.ndarray, split: Split
+        self, policy: Columns, rows: np.ndarray, x: np.ndarray, split: Split
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the logits f32[n, n_logits] and values f32[n] of what the animals of `rows` i64[n] observe,
         f32[n, c], without memory."""
         return self.recall(policy, rows, x, np.zeros((len(rows), self.memory), np.float32))[:2]
 
     def recall(
-        self, policy: Any, rows: np.ndarray, x: np.ndarray, memory: np.ndarray
+        self, policy: Columns, rows: np.ndarray, x: np.ndarray, memory: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return logits, values, and the memory f32[n, memory] from here on, of animals with this memory."""
         n = len(rows)
@@ -126,8 +129,8 @@ class IndividualModules(Individuals):
 
     def learn(
         self,
-        policy: Any,
-        experience: Any,
+        policy: Columns,
+        experience: Columns,
         rows: np.ndarray,
         uid: np.ndarray,
         bootstrap: np.ndarray,
@@ -187,8 +190,8 @@ class IndividualModules(Individuals):
 
     def _fit(
         self,
-        policy: Any,
-        experience: Any,
+        policy: Columns,
+        experience: Columns,
         rows: np.ndarray,
         uid: np.ndarray,
         bootstrap: np.ndarray,

@@ -79,7 +79,7 @@ class Plain:
     state: dict[str, np.ndarray]
 
 
-def plain(module: Any, n_observations: int, n_logits: int) -> Plain | None:
+def plain(module: object, n_observations: int, n_logits: int) -> Plain | None:
     """Return a module's weights where it does what `Brain` does, so that the fast way is open to it;
     None for any other.
 

@@ -8,6 +8,7 @@ always in evaluation mode, and draws no random numbers.
 
 from __future__ import annotations
 
+import copy
 import inspect
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -221,7 +222,9 @@ def made(network: Callable[..., Any], n_observations: int, groups: tuple[int, ..
             ) from error
 
 
-def as_brain(module: Any, n_observations: int, groups: tuple[int, ...], device: str = "cpu") -> PolicyNetwork:
+def as_brain(
+    module: torch.nn.Module, n_observations: int, groups: tuple[int, ...], device: str = "cpu"
+) -> PolicyNetwork:
     """Return a module as the brain of a species: a `Brain` with its weights where it is a plain MLP on the
     CPU, else a `ModuleBrain`."""
     if device == "cpu" and (weights := plain(module, n_observations, sum(groups))) is not None:
@@ -234,8 +237,6 @@ def as_brain(module: Any, n_observations: int, groups: tuple[int, ...], device: 
 def as_module(brain: PolicyNetwork) -> torch.nn.Module:
     """Return a copy of a brain as a torch module of its own."""
     if not isinstance(brain, Brain):
-        import copy
-
         assert isinstance(brain, ModuleBrain)
         return copy.deepcopy(brain.module).cpu()
     module = MLP(brain.n_observations, brain.groups, brain.hidden, brain.trunk)
@@ -278,7 +279,7 @@ def _filled(rows: np.ndarray) -> np.ndarray:
     return out
 
 
-def _described(value: Any) -> str:
+def _described(value: object) -> str:
     if isinstance(value, torch.Tensor):
         return f"{str(value.dtype).removeprefix('torch.').replace('float', 'f').replace('int', 'i')}{list(value.shape)}"  # noqa: E501
     if isinstance(value, tuple):

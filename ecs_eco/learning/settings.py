@@ -90,7 +90,7 @@ def _fields() -> tuple[Field[Any], ...]:
     return fields(PPO)
 
 
-def check_setting(name: str, value: Any) -> None:
+def check_setting(name: str, value: object) -> None:
     """Raise ValueError where a hyperparameter cannot have this value."""
     _checked(PPO.__dataclass_fields__[name], value)
 
@@ -113,7 +113,7 @@ functools.update_wrapper(_in_any_words, _init)
 PPO.__init__ = _in_any_words  # type: ignore[method-assign]
 
 
-def _checked(f: Field[Any], value: Any) -> Any:
+def _checked(f: Field[Any], value: object) -> Any:
     """Return the value as the field's type, or raise ValueError."""
     m, kind = f.metadata, {"int": int, "float": float, "bool": bool}[str(f.type)]
     right_type = {

@@ -11,6 +11,7 @@ from ecs_eco.learning.continuous import CONTINUOUS, in_units
 
 if TYPE_CHECKING:
     from gymnasium.vector import VectorEnv
+    from numpy.typing import ArrayLike
 
 
 def as_vector(envs: Any) -> VectorEnv:
@@ -27,7 +28,7 @@ def as_vector(envs: Any) -> VectorEnv:
     return SyncVectorEnv([lambda: envs])
 
 
-def resets_in_same_step(envs: Any) -> bool:
+def resets_in_same_step(envs: VectorEnv) -> bool:
     """Return whether environments begin anew in the step in which they end; raises ValueError where they do
     not begin anew by themselves."""
     mode = getattr(envs.metadata.get("autoreset_mode"), "name", None)
@@ -46,9 +47,10 @@ class Observations:
     first: np.ndarray | None = None
 
     @classmethod
-    def of(cls, envs: Any) -> Observations:
+    def of(cls, envs: VectorEnv) -> Observations:
         """Return those of vector environments; raises ValueError for a space that is no array."""
-        space, kind = envs.single_observation_space, type(envs.single_observation_space).__name__
+        space: Any = envs.single_observation_space
+        kind = type(space).__name__
         if kind in ("Box", "MultiBinary"):
             return cls(tuple(space.shape))
         if kind == "Discrete":
@@ -60,7 +62,7 @@ class Observations:
             "MultiBinary; gymnasium.wrappers.FlattenObservation(env) makes a Box of others"
         )
 
-    def rows(self, observations: Any) -> np.ndarray:
+    def rows(self, observations: ArrayLike) -> np.ndarray:
         """Return f32[n, k] of n observations."""
         seen = np.asarray(observations)
         if self.counts is None or self.first is None:
@@ -84,9 +86,10 @@ class Actions:
     high: np.ndarray | None = None
 
     @classmethod
-    def of(cls, envs: Any) -> Actions:
+    def of(cls, envs: VectorEnv) -> Actions:
         """Return those of vector environments; raises ValueError for a space that no brain can act in."""
-        space, kind = envs.single_action_space, type(envs.single_action_space).__name__
+        space: Any = envs.single_action_space
+        kind = type(space).__name__
         if kind == "Discrete":
             return cls((int(space.n),), (), space.dtype, np.array([space.start]))
         if kind == "MultiDiscrete" and space.nvec.ndim == 1:

@@ -18,10 +18,10 @@ import numpy as np
 import torch
 
 from ecs_eco.compiled.threads import in_parallel
-from ecs_eco.engine.bands import OneBand
 from ecs_eco.learning.continuous import HALF_LOG_2_PI, LEAST, MOST
 from ecs_eco.learning.rollout import Rollout
 from ecs_eco.learning.settings import PPO
+from ecs_eco.space.one_band import OneBand
 
 # transitions that go through a module at once: fixed, so that sums do not depend on the number of workers
 CHUNK = 2048

@@ -21,6 +21,7 @@ from ecs_eco.learning.spaces import Actions, Observations, as_vector, resets_in_
 if TYPE_CHECKING:
     from gymnasium import Env
     from gymnasium.vector import VectorEnv
+    from numpy.typing import ArrayLike
 
 
 @dataclass
@@ -35,7 +36,7 @@ class Training:
     observations: Observations | None = None  # of the environments, as the brain knows them
     actions: Actions | None = None
 
-    def predict(self, observations: Any) -> np.ndarray:
+    def predict(self, observations: ArrayLike) -> np.ndarray:
         """Return the likeliest actions for n observations, or for one, as the environment takes them.
 
         A brain with a memory decides as at birth.

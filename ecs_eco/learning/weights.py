@@ -55,7 +55,7 @@ def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
     return weights, names
 
 
-def _named(names: Any) -> Names:
+def _named(names: Mapping[str, Any]) -> Names:
     """Return names as a file has them; raises ValueError, KeyError, TypeError, AttributeError for others."""
     options = {str(group): [str(option) for option in some] for group, some in names["options"].items()}
     return {

@@ -15,6 +15,10 @@ from ecs_eco.nervous.networks import last_reward
 from ecs_eco.nervous.outside import Answer, Nobody, Outside, options_of, taken
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import ArrayLike
+
     from ecs_eco.engine.table import Table
     from ecs_eco.nervous.nerves import Nerves
     from ecs_eco.space.world import SpatialWorld
@@ -132,7 +136,7 @@ class External:
             sum(causes, ()),
         )
 
-    def act(self, actions: Any, uid: Any = None) -> None:
+    def act(self, actions: ArrayLike, uid: ArrayLike | None = None) -> None:
         """Choose for those that sense in this tick, and let it go on once all species that wait have chosen.
 
         `actions` [n, groups]: numbers of options, or numbers within the range of a continuous group; rows in
@@ -153,7 +157,7 @@ class External:
             pending.given = _spread(answer, places, len(nerves.rows))
         self._awaited.finish(self.world)
 
-    def save(self, path: Any) -> Any:
+    def save(self, path: str | Path) -> str | Path:
         """Write a checkpoint now, or where a tick is under way as soon as it is over; return its path."""
         if not self._awaited.halves.begun:
             return self.world.save(path)

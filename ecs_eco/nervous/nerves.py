@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Experience, Memory, Motor, Nervous, Plasticity, Policy, Traits
+from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.learning.continuous import CONTINUOUS
 from ecs_eco.nervous.decision import all_finite
 from ecs_eco.nervous.networks import HappinessNetwork, Network, ReflexNetwork, mean_of
@@ -125,8 +126,6 @@ class Nerves:
         """Return the column of an action, "run" or "speed.run", in the decision."""
         columns = [i for i, (g, a) in enumerate(self.actions) if action in (a, f"{g}.{a}")]
         if len(columns) != 1:
-            from ecs_eco.engine.errors import UnknownName, unknown_name
-
             raise UnknownName(
                 unknown_name("nerves", "or ambiguous action", action, [f"{g}.{a}" for g, a in self.actions])
             )
@@ -151,8 +150,6 @@ class Nerves:
         Raises UnknownName for another group.
         """
         if group not in self.ranges.groups:
-            from ecs_eco.engine.errors import UnknownName, unknown_name
-
             raise UnknownName(
                 unknown_name(f"nerves of {table.name!r}", "continuous action", group, self.ranges.groups)
             )

@@ -1,16 +1,23 @@
 """Reflex and happiness networks as the configuration of a species declares them;
 their weights may be each organism's own."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Desires, Instincts, Nervous, Reflexes
+from ecs_eco.config.formula import compile_formula
 from ecs_eco.engine.code import handed_over
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.nervous.formula_steps import steps_of
+
+if TYPE_CHECKING:
+    from ecs_eco.config.models.nerves import Happiness, Reflex
+    from ecs_eco.engine.table import Table
 
 Network = Callable[..., np.ndarray]
 """network(x f32[n, channels]) -> f32[n] (happiness) or [n, actions] (reflex); each may be a plain function.
@@ -28,14 +35,12 @@ class ReflexNetwork:
 
     def __init__(
         self,
-        config: Any,
+        config: Reflex,
         nerves: Any,
         action_rows: dict[str, int],
         individual: bool = False,
         find: Callable[[Any], Any] = handed_over,
     ) -> None:
-        from ecs_eco.config import compile_formula
-
         self.individual, self.nerves = individual, nerves
         self.formulas = {
             action_rows[a]: compile_formula(text, nerves.readings) for a, text in config.formulas.items()
@@ -50,21 +55,22 @@ class ReflexNetwork:
             [[c.above if c.above is not None else c.below for c in connections]], np.float32
         ).reshape(1, -1)
 
-    def __call__(self, x: np.ndarray, table: Any = None, rows: np.ndarray | None = None) -> np.ndarray:
+    def __call__(
+        self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None
+    ) -> np.ndarray:
         """React to x f32[n, channels]; of `rows` i64[n] of a table where weights
         or thresholds are individual."""
         return np.sign(self.total(x, table, rows)).astype(np.int8)
 
-    def total(self, x: np.ndarray, table: Any = None, rows: np.ndarray | None = None) -> np.ndarray:
+    def total(self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None) -> np.ndarray:
         """Return the sum of which y is the sign: f32[n, actions]."""
         nerves = self.nerves
         total = np.zeros((len(x), len(nerves.actions)), np.float32)
         if self.actions.size:
-            own = self.individual and table is not None and Reflexes in table
-            weight, threshold = (
-                (table[Reflexes].weight, table[Reflexes].threshold) if own else (self.weight, self.threshold)
-            )
-            which = rows if own and rows is not None else np.zeros(len(x), np.int64)
+            weight, threshold, which = self.weight, self.threshold, np.zeros(len(x), np.int64)
+            if self.individual and table is not None and Reflexes in table:
+                weight, threshold = table[Reflexes].weight, table[Reflexes].threshold
+                which = which if rows is None else rows
             connect(
                 x.T, self.channels, self.starts, self.actions, self.above, weight, threshold, which, total
             )
@@ -82,19 +88,24 @@ class HappinessNetwork:
     """Happiness f32[n] from weights, a formula or a function; never less than the declared minimum."""
 
     def __init__(
-        self, config: Any, nerves: Any, individual: bool = False, find: Callable[[Any], Any] = handed_over
+        self,
+        config: Happiness,
+        nerves: Any,
+        individual: bool = False,
+        find: Callable[[Any], Any] = handed_over,
     ) -> None:
-        from ecs_eco.config import compile_formula
-
         self.individual, self.nerves, self.least = individual, nerves, np.float32(config.minimum)
         self.function = find(config.function) if config.function else None
         self.formula = compile_formula(config.formula, nerves.readings) if config.formula else None
-        plain = self.formula is not None and self.function is None
-        self.steps = steps_of(config.formula, nerves.readings) if plain else None
+        self.steps = (
+            steps_of(config.formula, nerves.readings) if config.formula and self.function is None else None
+        )
         self.channels, self.starts = _readings([nerves.readings[n] for n in config.weights])
         self.weight = np.array([list(config.weights.values())], np.float32).reshape(1, -1)
 
-    def __call__(self, x: np.ndarray, table: Any = None, rows: np.ndarray | None = None) -> np.ndarray:
+    def __call__(
+        self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None
+    ) -> np.ndarray:
         """Feel about x f32[n, channels]; of `rows` i64[n] of a table where weights are individual."""
         if self.function is not None:
             felt = _asked(self.function, "happiness", x, table if self.individual else None, rows)
@@ -107,17 +118,19 @@ class HappinessNetwork:
             if felt.shape != (len(x),):
                 felt = np.broadcast_to(felt, len(x))
         else:
-            own = self.individual and table is not None and Desires in table
+            own = (
+                table[Desires].weight if self.individual and table is not None and Desires in table else None
+            )
             felt = np.empty(len(x), np.float32)
-            which = rows if own and rows is not None else np.zeros(len(x), np.int64)
-            weigh(x.T, self.channels, self.starts, table[Desires].weight if own else self.weight, which, felt)
+            which = np.zeros(len(x), np.int64) if own is None or rows is None else rows
+            weigh(x.T, self.channels, self.starts, self.weight if own is None else own, which, felt)
         least = self.least if table is None else own_value(table, "happiness.minimum", self.least)
         if isinstance(least, np.ndarray):
             least = least[rows]
         return np.maximum(felt.astype(np.float32, copy=False), least)
 
 
-def last_reward(table: Any, rows: np.ndarray) -> np.ndarray:
+def last_reward(table: Table, rows: np.ndarray) -> np.ndarray:
     """Return the reward of dying f32[k]: the least happiness minus what the dying rows i64[k] felt last; 0
     where there is no happiness network."""
     nerves = table.species.nerves
@@ -143,7 +156,9 @@ def mean_of(x: np.ndarray, channels: tuple[int, ...]) -> np.ndarray:
     return mean
 
 
-def _asked(function: Any, word: str, x: np.ndarray, table: Any, rows: np.ndarray | None) -> np.ndarray:
+def _asked(
+    function: Any, word: str, x: np.ndarray, table: Table | None, rows: np.ndarray | None
+) -> np.ndarray:
     """Return what a function answers to x f32[n, channels]; of one that is a network of which genes hold the
     weights, with each one's own."""
     x = np.ascontiguousarray(x)  # sums of libraries depend on it

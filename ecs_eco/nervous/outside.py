@@ -12,6 +12,8 @@ from ecs_eco.engine.errors import ConfigError, Problem, listed
 from ecs_eco.engine.section import function_name
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from ecs_eco.engine.table import Table
     from ecs_eco.nervous.nerves import Nerves
     from ecs_eco.space.world import SpatialWorld
@@ -63,7 +65,7 @@ class Nobody(Outside):
 class Function(Outside):
     """A policy that is a function of what is sensed, f32[n, channels], and of uids u64[n]."""
 
-    def __init__(self, function: Callable[[np.ndarray, np.ndarray], Any], named: Any) -> None:
+    def __init__(self, function: Callable[[np.ndarray, np.ndarray], Any], named: object) -> None:
         self.function, self.named = function, function_name(named)
 
     def answer(self, nerves: Nerves, table: Table, world: SpatialWorld) -> Answer:
@@ -85,7 +87,7 @@ def options_of(nerves: Nerves) -> dict[str, tuple[str, ...]]:
     return names | dict.fromkeys(nerves.ranges.groups, ())
 
 
-def taken(nerves: Nerves, table: Table, rows: np.ndarray, chosen: Any, source: str) -> Answer:
+def taken(nerves: Nerves, table: Table, rows: np.ndarray, chosen: ArrayLike, source: str) -> Answer:
     """Return choices [k, groups] for rows i64[k] as they are carried out.
 
     A column for each group of `options_of`: the number of an option, or a number within the range of a

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from ecs_eco.components import Senses
+from ecs_eco.config.models.sensors import Sensor, Touch
 from ecs_eco.engine.schema import Columns
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ class Readings(Columns):
             return self._own(name)
         raise AttributeError(f"Sensor has no field {name!r}; its fields are {', '.join(FIELDS)}")
 
-    def __setattr__(self, name: str, value: Any) -> NoReturn:
+    def __setattr__(self, name: str, value: object) -> NoReturn:
         raise TypeError(f"Sensor.{name} is read, not written; `Sense` fills it")
 
     def _readings(self) -> np.ndarray:
@@ -63,9 +64,9 @@ class Readings(Columns):
         return np.broadcast_to(np.array(values, np.float32), (table.capacity, len(values)))
 
 
-def _of_species(sensor: Any, name: str) -> float:
+def _of_species(sensor: Sensor, name: str) -> float:
     """Return what a species says of one of its sensors; 0 where it says nothing."""
     if name == "radius":
         return float(getattr(sensor, "radius", None) or 0.0)
-    at = None if sensor.kind == "touch" else getattr(sensor, "at", None)
+    at = None if isinstance(sensor, Touch) else getattr(sensor, "at", None)
     return 0.0 if at is None else float(at[("forward", "left").index(name)])

@@ -1,10 +1,9 @@
 """Checks of the surroundings: fields, ground and ambient values, which users may write between ticks."""
 
-from typing import Any
-
 import numpy as np
 
 from ecs_eco.engine.rows import first_outside
+from ecs_eco.space.environment import Surroundings
 from ecs_eco.space.terrain import FENCE
 
 ONE = np.ones(1, np.int64)
@@ -16,7 +15,7 @@ NUMBER = int, float, np.floating, np.integer
 AMBIENT = ("temperature", "pressure", "light")
 
 
-def check_surroundings(world: Any) -> None:
+def check_surroundings(world: Surroundings) -> None:
     """Raise ValueError that names a field, ground or ambient value that kernels cannot use."""
     for name, field in world.fields.items():
         finite = FINITE if field.substance is None else CONCENTRATION
@@ -32,11 +31,11 @@ def check_surroundings(world: Any) -> None:
         shape = world.terrain.shape
         _check_map("terrain: height", world.terrain.height, shape, FINITE, "finite numbers [m]")
         _check_map("terrain: ground", world.terrain.ground, shape, GROUND, "0 open, 1 water, 2 rock, 3 fence")
-    for quantity, value in world.ambient.items():
+    for quantity, value in world.environment.ambient.items():
         if not isinstance(value, NUMBER) or not -MOST <= float(value) <= MOST:
             raise ValueError(f"ambient[{quantity!r}] is {value!r}; allowed: finite numbers")
     for quantity in AMBIENT:
-        if quantity not in world.ambient:
+        if quantity not in world.environment.ambient:
             raise ValueError(f"ambient has no {quantity!r}; it needs {', '.join(AMBIENT)}")
 
 
@@ -50,7 +49,7 @@ def _check_map(
         raise ValueError(f"{name} is {values[cell]} in the cell {cell}; allowed: {allowed}")
 
 
-def _check_form(name: str, values: Any, shape: tuple[int, ...], dtype: Any) -> None:
+def _check_form(name: str, values: np.ndarray, shape: tuple[int, ...], dtype: np.dtype) -> None:
     if getattr(values, "dtype", None) != dtype or values.shape != shape or not values.flags.c_contiguous:
         given = f"{values.dtype}{list(values.shape)}" if isinstance(values, np.ndarray) else repr(values)
         raise ValueError(

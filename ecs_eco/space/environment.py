@@ -4,13 +4,19 @@ and functions of place."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from ecs_eco.engine.living import LivingWorld
 from ecs_eco.space.sun import Sun
 from ecs_eco.space.water import Water
 from ecs_eco.space.year import Year
+
+if TYPE_CHECKING:
+    from ecs_eco.space.field import Field
+    from ecs_eco.space.geometry import Space
+    from ecs_eco.space.terrain import Terrain
 
 Quantity = Callable[..., np.ndarray]
 """f(world, x, y, z), of places f32[n] [m] → one number for each, or one for all."""
@@ -38,16 +44,16 @@ class Environment(dict[str, Quantity]):
         self.sun, self.water, self.year = sun, water, year
         warms = year is not None and year.temperature != 0
 
-        def light(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        def light(world: LivingWorld, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
             surface = self.ambient["light"] * (1.0 if sun is None else sun.light(world.time))
             return np.full(x.size, surface, np.float32) if water is None else water.light(surface, z)
 
-        def temperature(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        def temperature(world: LivingWorld, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
             surface = self.ambient["temperature"] + (0.0 if year is None else year.warming(world.time))
             surface = max(surface, 0.0)
             return np.full(x.size, surface, np.float32) if water is None else water.temperature(surface, z)
 
-        def pressure(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        def pressure(world: LivingWorld, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
             return water.pressure(self.ambient["pressure"], z)  # type: ignore[union-attr]
 
         for function in (light, temperature, pressure):
@@ -58,3 +64,12 @@ class Environment(dict[str, Quantity]):
             ):
                 function.of_climate = True  # type: ignore[attr-defined]
                 self[function.__name__] = function
+
+
+class Surroundings(LivingWorld, Protocol):
+    """A world with places, as `ecs_eco.space.world` declares it."""
+
+    space: Space
+    environment: Environment
+    fields: dict[str, Field]
+    terrain: Terrain | None

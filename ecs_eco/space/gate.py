@@ -13,10 +13,12 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ecs_eco.engine.schema import Columns
 from ecs_eco.space import scan
 from ecs_eco.space.check_surroundings import check_surroundings
+from ecs_eco.space.environment import Surroundings
 from ecs_eco.space.geometry import back_into
 
 if TYPE_CHECKING:
@@ -98,7 +100,7 @@ class Looked(NamedTuple):
     limits: list[list[Limits | None]]  # of these columns; None: of the causes of death
 
 
-def limits_of(world: Any, table: "Table", heavy: bool = False) -> list[Limits]:
+def limits_of(world: Surroundings, table: "Table", heavy: bool = False) -> list[Limits]:
     """Return the limits of a table's fields, with `heavy` of heavy ones too."""
     key = (*table.columns, *table.dims.values())
     known = table.limits.get(heavy)
@@ -107,7 +109,7 @@ def limits_of(world: Any, table: "Table", heavy: bool = False) -> list[Limits]:
     return known[1]
 
 
-def _look(world: Any, known: Looked | None) -> Looked:
+def _look(world: Surroundings, known: Looked | None) -> Looked:
     """Return what to look at: `known` as long as no table and no column has become another."""
     tables = tuple(world.tables.values())
     key = [Columns.replaced, len(world.causes), *tables, *[table.dims for table in tables]]
@@ -127,7 +129,7 @@ def _look(world: Any, known: Looked | None) -> Looked:
     return Looked(key, tables, groups, list(limits.values()))
 
 
-def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
+def _limits(world: Surroundings, table: "Table", heavy: bool) -> Iterator[Limits]:
     lengths = dict(zip("xyz", world.space.size, strict=False))
     component: Any
     for component in table.columns:
@@ -147,7 +149,7 @@ def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
 
 
 @lru_cache(256)
-def _declared(component: Any, heavy: bool) -> list[tuple[str, Any, Any, Any]]:
+def _declared(component: type[Any], heavy: bool) -> list[tuple[str, Any, Any, Any]]:
     """Return the fields of a component that are looked at, with types and limits as they are declared, None
     where there are none: the same in every table."""
     out = []
@@ -164,7 +166,7 @@ def _declared(component: Any, heavy: bool) -> list[tuple[str, Any, Any, Any]]:
     return out
 
 
-def admit(world: Any, refuse: bool = True, known: Looked | None = None) -> Looked:
+def admit(world: Surroundings, refuse: bool = True, known: Looked | None = None) -> Looked:
     """Wrap or refuse what was written since the last tick: columns of the living, fields, ground,
     ambient values, requested births.
 
@@ -209,7 +211,7 @@ def _admit_column(table: "Table", limits: Limits, column: np.ndarray, refuse: bo
 
 
 def newborn(
-    world: Any, table: "Table", values: Mapping[tuple[type, str], Any], label: str
+    world: Surroundings, table: "Table", values: Mapping[tuple[type, str], Any], label: str
 ) -> dict[tuple[type, str], np.ndarray]:
     """Return the columns of newborn with their places brought into the space;
     ValueError for what is beyond its limits.
@@ -228,7 +230,7 @@ def newborn(
     return {**values, **out}
 
 
-def one_each(value: Any, n: int, where: str) -> np.ndarray:
+def one_each(value: ArrayLike, n: int, where: str) -> np.ndarray:
     """Return what a function of a user's own gave for n places as an array of n numbers, one for all
     repeated; ValueError otherwise."""
     array = np.asarray(value)

@@ -1,16 +1,22 @@
 """The neighbour index: the living of one table sorted by cell, within a cell by uid; rebuilt in O(n), or
 brought up to date where organisms were born or died, and nothing else happened."""
 
+from __future__ import annotations
+
 import threading
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit, njit
-from ecs_eco.engine.rows import changes
 from ecs_eco.space.geometry import Space, cell_of
 
+if TYPE_CHECKING:
+    from ecs_eco.engine.schema import Columns
+    from ecs_eco.engine.table import Table
+
 NOWHERE = 2**31 - 1  # beyond all cells
+NOBODY = np.empty(0, np.int64), np.empty(0, np.uint64)  # rows and uids
 
 
 class Index:
@@ -62,7 +68,7 @@ class Index:
         )
         self._show()
 
-    def renew(self, table: Any, places: Any) -> bool:
+    def renew(self, table: Table, places: Columns) -> bool:
         """Take out who died since, and put in who was born, where nothing else has happened to the table;
         return False, with nothing changed, where sorting all is as fast."""
         gone, their, born, uids = changes(table, self.version)
@@ -108,6 +114,24 @@ class Index:
             self._z[:n],
             self._uid[:n],
         )
+
+
+def changes(table: Table, version: int) -> list[np.ndarray]:
+    """Return rows i64[k] and uids u64[k] of those who left a table after a version, then of who came."""
+    changed: list[np.ndarray] = []
+    for noted in (table.gone, table.newborn):
+        k = len(noted)
+        while k and noted[k - 1][0] > version:  # the latest are few
+            k -= 1
+        later = noted[k:]
+        changed += (
+            NOBODY
+            if not later
+            else later[0][1:]
+            if not later[1:]
+            else map(np.concatenate, [*zip(*later, strict=True)][1:])
+        )
+    return changed
 
 
 @njit

@@ -5,12 +5,13 @@ the result has no order but that of places and of the index.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.space.geometry import back_into, floor_between
+from ecs_eco.space.geometry import Space, back_into, floor_between
 from ecs_eco.space.index import Index
 
 
@@ -65,7 +66,7 @@ def pairs(
     return Pairs(np.repeat(rows, np.diff(start)), targets.rows[entry], np.sqrt(distance2))
 
 
-def places_in(space: Any, places: Any) -> tuple[np.ndarray, ...]:
+def places_in(space: Space, places: ArrayLike) -> tuple[np.ndarray, ...]:
     """Return places [n, axes] [m] as x, y, z f32[n] within the space: around a torus, between walls as they
     are.
 
@@ -94,7 +95,7 @@ def places_in(space: Any, places: Any) -> tuple[np.ndarray, ...]:
     return (*out, *[np.zeros(len(array), np.float32)] * (3 - axes))
 
 
-def radii(radius: Any, n: int, rows: np.ndarray | None = None) -> np.ndarray:
+def radii(radius: ArrayLike, n: int, rows: np.ndarray | None = None) -> np.ndarray:
     """Return a radius for each of n seekers, f32[n] [m], from a number or an array.
 
     An array has one for each of them or, where they are the `rows` i64[n] of a table, one for each of its
@@ -111,7 +112,7 @@ def radii(radius: Any, n: int, rows: np.ndarray | None = None) -> np.ndarray:
     return np.ascontiguousarray(np.broadcast_to(array, n))
 
 
-def _run(split: Callable[..., None] | None, n: int, *arguments: Any) -> None:
+def _run(split: Callable[..., None] | None, n: int, *arguments: object) -> None:
     if split is None:
         pair(0, n, *arguments)
     else:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.compiled.elementary import arrays
+from ecs_eco.space.geometry import Space
 
 CORNERS = 64  # of the border of a circle
 
@@ -16,8 +17,9 @@ class Region:
     """A circle [x, y, radius] or a rectangle [x0, y0, x1, y1] on the ground [m];
     a circle wraps around a torus."""
 
-    def __init__(self, space: Any, numbers: Sequence[float]) -> None:
-        self.space, self.numbers, self.round = space, [float(v) for v in numbers], len(numbers) == 3
+    def __init__(self, space: Space | None, numbers: Sequence[float]) -> None:
+        self.space: Any = space  # None where only the border is asked for
+        self.numbers, self.round = [float(v) for v in numbers], len(numbers) == 3
 
     def has(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return whether each place is in it: bool[n]."""

@@ -9,19 +9,20 @@ that of the intervals. Methods after Ericson, Real-Time Collision Detection (200
 """
 
 import math
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.jit import njit
 
+Size: TypeAlias = float | np.ndarray
 X, Y, Z, LENGTH, WIDTH, HEIGHT, ROUND, COS, SIN = range(9)
 CONCENTRIC = 1e-9  # [m] a distance without a direction
 TURNED = 2e-7  # by which part of its size a corner may be off, since cosine and sine are float32
 
 
-def volume(length: Any, width: Any, height: Any, rounding: Any) -> Any:
+def volume(length: Size, width: Size, height: Size, rounding: Size) -> Any:
     """Return the volume [m^3] of a box with these sides [m], enlarged on all sides by a rounding [m]
     (Steiner 1840); numbers or arrays."""
     flat = length * width + width * height + height * length
@@ -33,7 +34,7 @@ def volume(length: Any, width: Any, height: Any, rounding: Any) -> Any:
     )
 
 
-def surface(length: Any, width: Any, height: Any, rounding: Any) -> Any:
+def surface(length: Size, width: Size, height: Size, rounding: Size) -> Any:
     """Return the surface [m^2] of such a body."""
     flat = length * width + width * height + height * length
     return 2 * flat + 2 * math.pi * rounding * (length + width + height) + 4 * math.pi * power(rounding, 2)

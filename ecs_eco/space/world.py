@@ -8,10 +8,12 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ecs_eco.components.body import Body
 from ecs_eco.components.position import Position
 from ecs_eco.engine.addresses import Addresses
+from ecs_eco.engine.html import grid
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.world import World
 from ecs_eco.space import gate
@@ -21,6 +23,7 @@ from ecs_eco.space.field import Field
 from ecs_eco.space.geometry import Space
 from ecs_eco.space.index import Index
 from ecs_eco.space.nearest import nearest
+from ecs_eco.space.one_band import OneBand
 from ecs_eco.space.pairs import Pairs
 from ecs_eco.space.terrain import Terrain
 
@@ -47,6 +50,7 @@ class SpatialWorld(World):
         name: str = "world",
     ) -> None:
         self.space = Space(size, edges, cell)
+        self.bands = OneBand()  # more than one: ecs_eco.bands
         self.environment = Environment()
         self.fields: dict[str, Field] = {}
         self.terrain: Terrain | None = None
@@ -69,6 +73,20 @@ class SpatialWorld(World):
         tables = self.tables  # `self` would make a circle
         # addresses of alive, uid, x, y and z of each table, for kernels
         self.whereabouts = Addresses(lambda: [_whereabouts(table) for table in tables.values()])
+
+    def _repr_html_(self) -> str:
+        size = " × ".join(f"{side:g}" for side in self.space.size)
+        rows = [
+            (name, table.n, ", ".join(kind.__name__ for kind in table.columns))
+            for name, table in self.tables.items()
+        ]
+        caption = f"World {self.name!r} at tick {self.tick:,}, seed {self.seed}, {size} m"
+        return grid(("table", "alive", "components"), rows, caption)
+
+    def stop(self) -> None:
+        """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is then
+        true."""
+        self.stopping = self.bands.stops()
 
     def listed(self) -> list[str]:
         """Return the names of the species, not of objects, in the order in which the world file has them: for
@@ -138,7 +156,7 @@ class SpatialWorld(World):
                 index.version, table.followed = table.version, index.n >= self.space.n_cells
         return index
 
-    def pairs(self, table: Table | str, other: Table | str, radius: Any) -> Pairs:
+    def pairs(self, table: Table | str, other: Table | str, radius: ArrayLike) -> Pairs:
         """Return all pairs of one of `table` and one of `other` that are closer than `radius` [m]: rows of
         both, and distances.
 
@@ -155,7 +173,7 @@ class SpatialWorld(World):
             (seekers.x, seekers.y, seekers.z), seekers.rows, own, targets, seekers is targets, self.split
         )
 
-    def within(self, table: Table | str, places: Any, radius: Any) -> Pairs:
+    def within(self, table: Table | str, places: ArrayLike, radius: ArrayLike) -> Pairs:
         """Return all of `table` that are closer than `radius` [m] to places [n, axes] [m]: numbers of places,
         rows, distances.
 

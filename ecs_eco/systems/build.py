@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from ecs_eco.life.torpor import awake
 from ecs_eco.space.sight import offset
 
 if TYPE_CHECKING:
+    from ecs_eco.compiled.per_row import Number
+    from ecs_eco.config.features.building import Build as Way
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -48,7 +50,7 @@ class Build(System):
             self.build(table, world.tables[way.object], way, world, cost, spacing)
 
     def build(
-        self, table: Table, thing: Table, way: Any, world: SpatialWorld, cost: Any, spacing: Any
+        self, table: Table, thing: Table, way: Way, world: SpatialWorld, cost: Number, spacing: Number
     ) -> None:
         """Let one species build objects of one type, at a cost and a spacing of all, or of each [high]."""
         m, p, nerves = table[Metabolism], table[Position], table.species.nerves

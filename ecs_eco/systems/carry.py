@@ -14,6 +14,7 @@ from ecs_eco.genomes.own_values import highest, own_value
 from ecs_eco.life.torpor import LEAST_ENERGY, awake
 
 if TYPE_CHECKING:
+    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -47,7 +48,7 @@ class Carry(System):
         world.on_death.append(self.let_fall)
         world.on_departure.append(lambda table, rows, to: self.let_fall(table, rows))
 
-    def process(self, *_args: Any) -> None:
+    def process(self, *_args: object) -> None:
         """Let all species put down, then take up, then carry."""
         self._hands: list[tuple[Table, list[Table], np.ndarray]] = []
         super().process()
@@ -130,7 +131,7 @@ def does(table: Table, action: str, otherwise: bool) -> np.ndarray:
     return done
 
 
-def reachable(table: Table, thing: Table, reach: Any, empty: np.ndarray, world: SpatialWorld) -> Wishes:
+def reachable(table: Table, thing: Table, reach: Number, empty: np.ndarray, world: SpatialWorld) -> Wishes:
     """Return what those with empty hands (bool[capacity]) can pick up of objects of one type within `reach`
     [m], or each within its own f64[high]."""
     mine, theirs = table[Body].radius, thing[Body].radius

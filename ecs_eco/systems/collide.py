@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class Collide(System):
     divisible = True
     world: SpatialWorld
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_: object) -> None:
         """Push all solid bodies apart, once."""
         world = self.world
         solid = [t for t in world.tables.values() if t.species.solid and t.has((Position, Body))]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from ecs_eco.nervous.thoughts import Thoughts
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+    from ecs_eco.nervous.nerves import Nerves
+    from ecs_eco.nervous.outside import Answer
     from ecs_eco.space.world import SpatialWorld
 
 NO_REFLEX = np.zeros((1, 1), np.int8)
@@ -77,7 +79,9 @@ class Decide(System):
             nerves.keep(table)
 
 
-def _think(nerves: Any, table: Table, world: SpatialWorld) -> tuple[bool, np.ndarray, np.ndarray, Any]:
+def _think(
+    nerves: Nerves, table: Table, world: SpatialWorld
+) -> tuple[bool, np.ndarray, np.ndarray, Answer | None]:
     """Return whether the network of a species is asked, what it says, and what somebody outside answers."""
     if not nerves.policy or not len(nerves.rows):
         return False, *NO_THOUGHT, None
@@ -88,7 +92,7 @@ def _think(nerves: Any, table: Table, world: SpatialWorld) -> tuple[bool, np.nda
     return False, *NO_THOUGHT, answer
 
 
-def _follow(answer: Any, given: np.ndarray, into: np.ndarray, here: slice) -> None:
+def _follow(answer: Answer, given: np.ndarray, into: np.ndarray, here: slice) -> None:
     """Put what was chosen outside, [n, …], in the place of what the network chose."""
     if answer.told is None:
         into[here] = given[here]
@@ -96,7 +100,7 @@ def _follow(answer: Any, given: np.ndarray, into: np.ndarray, here: slice) -> No
         into[here][answer.told[here]] = given[here][answer.told[here]]
 
 
-def _unknown(nerves: Any, logits: np.ndarray, told: np.ndarray | None) -> np.ndarray:
+def _unknown(nerves: Nerves, logits: np.ndarray, told: np.ndarray | None) -> np.ndarray:
     """Return logits f32[n, options] that are NaN for those whose choices were made outside."""
     if told is None:
         return np.full((len(nerves.rows), sum(nerves.choices)), np.nan, np.float32)
@@ -104,9 +108,9 @@ def _unknown(nerves: Any, logits: np.ndarray, told: np.ndarray | None) -> np.nda
 
 
 def _draw(
-    nerves: Any,
+    nerves: Nerves,
     logits: np.ndarray,
-    key: Any,
+    key: np.uint64,
     uid: np.ndarray,
     numbers: np.ndarray,
     log_probability: np.ndarray,

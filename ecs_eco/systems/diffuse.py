@@ -27,7 +27,7 @@ class Diffuse(System):
     divisible = True
     world: SpatialWorld
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_: object) -> None:
         """Advance all fields by one tick."""
         world = self.world
         emitters: list[tuple[Table, Index]] = []

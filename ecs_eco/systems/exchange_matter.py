@@ -18,7 +18,9 @@ from ecs_eco.space.geometry import cell_of, into
 from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
+    from ecs_eco.config.features.chemistry import Equilibrate, Release, Uptake
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.field import Field
     from ecs_eco.space.world import SpatialWorld
 
     Asked = tuple[Table, Any, str]  # a way of one kind of bodies, and its key
@@ -44,7 +46,7 @@ class ExchangeMatter(System):
     world: SpatialWorld
     _asked: dict[tuple[int, int, str], list[Asked]]
 
-    def process(self, *_args: Any) -> None:
+    def process(self, *_args: object) -> None:
         """Let all bodies exchange what their species list, one way and one field after the other."""
         self._asked, world = {}, self.world
         super().process()
@@ -65,9 +67,9 @@ class ExchangeMatter(System):
                 (table, way, f"exchange.{number}.")
             )
 
-    def take_up(self, world: SpatialWorld, field: Any, asked: list[Asked]) -> None:
+    def take_up(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
         """Let bodies of all kinds take up what they want of one field, or their share of what there is."""
-        s, value = world.substances.index(field.substance), field.value.reshape(-1)
+        s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
         total, wants = np.zeros(value.size), []
         for table, way, key in asked:
             _, rows, cell = self.places(table, world, way, key)
@@ -96,9 +98,9 @@ class ExchangeMatter(System):
             moved = take(*mine, *bodies(table), s, value, field.litres)
             self.book(table, world, way.field, "taken_up", s, moved)
 
-    def equilibrate(self, world: SpatialWorld, field: Any, asked: list[Asked]) -> None:
+    def equilibrate(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
         """Let concentrations in bodies of all kinds and around them in one field come nearer to each other."""
-        s, value = world.substances.index(field.substance), field.value.reshape(-1)
+        s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
         before, total = value.copy(), np.zeros(value.size)
         places = [self.places(table, world, way, key)[1:] for table, way, key in asked]
         for (table, _, _), (rows, cell) in zip(asked, places, strict=True):
@@ -110,7 +112,7 @@ class ExchangeMatter(System):
             )
             self.book(table, world, way.field, "taken_up", s, moved)
 
-    def release(self, table: Table, world: SpatialWorld, way: Any, key: str) -> None:
+    def release(self, table: Table, world: SpatialWorld, way: Release, key: str) -> None:
         """Let bodies give off a share of what they hold above what they keep."""
         rate, above = own_values(table, {f"{key}rate": way.rate, f"{key}above": way.above})
         s, share = world.substances.index(way.substance), part_lost(rate * world.dt)
@@ -132,16 +134,16 @@ class ExchangeMatter(System):
             if field is not None:
                 world.matter.book(("field", field), flow, -moved, s)
 
-    def doing(self, table: Table, way: Any) -> np.ndarray:
+    def doing(self, table: Table, way: Uptake | Release) -> np.ndarray:
         """Return who does the action that it needs, bool[capacity]; empty where it needs none."""
         return ALL if way.action is None else table.species.nerves.doing(table, way.action)
 
     def places(
-        self, table: Table, world: SpatialWorld, way: Any, key: str
-    ) -> tuple[Any, np.ndarray, np.ndarray]:
+        self, table: Table, world: SpatialWorld, way: Uptake | Release | Equilibrate, key: str
+    ) -> tuple[Field, np.ndarray, np.ndarray]:
         """Return the field, the rows of the living in canonical order i64[n], and the cell of the field that
         each one's mouth is in: i64[n]."""
-        field, index = world.fields[way.field], world.index(table)
+        field, index = world.fields[way.field or ""], world.index(table)
         cell, space = np.empty(index.n, np.int64), world.space
         at = own_values(
             table, {f"{key}at.{axis}": np.float32(v) for axis, v in enumerate([*way.at, 0.0, 0.0][:3])}

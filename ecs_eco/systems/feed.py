@@ -26,6 +26,8 @@ from ecs_eco.space.nearest import nearest, seek
 from ecs_eco.space.surfaces import nearest_surface
 
 if TYPE_CHECKING:
+    from ecs_eco.compiled.per_row import Number
+    from ecs_eco.config.features.feeding import Diet
     from ecs_eco.engine.table import Table
     from ecs_eco.space.terrain import Terrain
     from ecs_eco.space.world import SpatialWorld
@@ -69,7 +71,7 @@ class Feed(System):
         for table in world.tables.values():
             register_eaters(world, table)
 
-    def process(self, *_args: Any) -> None:
+    def process(self, *_: object) -> None:
         """Gather what all eaters want, settle which of them get it, and let these eat."""
         self._wanted, self._shaped = [], False
         super().process()
@@ -112,7 +114,7 @@ class Feed(System):
             if table.n and prey.n:
                 self.want(table, prey, food, number, world)
 
-    def want(self, table: Table, prey: Any, food: Any, number: int, world: SpatialWorld) -> None:
+    def want(self, table: Table, prey: Table, food: Diet, number: int, world: SpatialWorld) -> None:
         """Let all of `table` that want to eat propose items of `prey`."""
         eaters, foods = world.index(table), world.index(prey)
         b, m, nerves = table[Body], table[Metabolism], table.species.nerves
@@ -237,7 +239,7 @@ class Feed(System):
             )
             swallow(self.world, table, meals.eaters.rows[eater], meals.prey, meals.foods.rows[item], share)
 
-    def meal(self, table: Table, food: Any, number: int, dt: float) -> tuple[Any, ...]:
+    def meal(self, table: Table, food: Diet, number: int, dt: float) -> tuple[Any, ...]:
         """Return what `meal` does, found anew only where it is another, or where it is each one's own."""
         way = table.species.config.metabolism
         if table.species.traits or table.species.growth is not None:
@@ -249,11 +251,13 @@ class Feed(System):
         return known[1]
 
 
-def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
+def meal(table: Table, food: Diet, dt: float) -> tuple[Any, ...]:
     """Return reach and chance in a tick of one kind of food, then `Meals.effect`: numbers, or arrays [high]
     where a gene codes for any of them."""
     metabolism, kind = table.species.config.metabolism, f"diet.{food.eats}."
-    keys = {kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency")}
+    keys: dict[str, Any] = {
+        kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency")
+    }
     keys |= {
         "metabolism.energy_max": np.float32(metabolism.energy_max),
         "metabolism.digestion": metabolism.digestion,
@@ -275,12 +279,12 @@ def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
     )
 
 
-def in_ticks(chance: Any, dt: float) -> Any:
+def in_ticks(chance: Number, dt: float) -> Any:
     """Return the chance in a tick of dt [s] of what has a chance in a second, or of each."""
     return 1 - power(1 - chance, dt)
 
 
-def defences(world: SpatialWorld, prey: Any) -> tuple[np.ndarray, np.ndarray]:
+def defences(world: SpatialWorld, prey: Table) -> tuple[np.ndarray, np.ndarray]:
     """Return the share of bites that fail and the poison of each row, or arrays of one for all; empty if it
     has no defence."""
     toughness, poison = of_body(prey)
@@ -289,7 +293,7 @@ def defences(world: SpatialWorld, prey: Any) -> tuple[np.ndarray, np.ndarray]:
     return toughness, poison
 
 
-def of_body(prey: Any) -> tuple[np.ndarray, np.ndarray]:
+def of_body(prey: Table) -> tuple[np.ndarray, np.ndarray]:
     """Return toughness and poison of each row, f32[capacity], or arrays of one for all;
     empty if it has no defence."""
     defence = getattr(prey.species.config, "defence", None)
@@ -300,7 +304,7 @@ def of_body(prey: Any) -> tuple[np.ndarray, np.ndarray]:
     return np.full(1, defence.toughness, np.float32), np.full(1, defence.poison, np.float32)
 
 
-def sheltered(terrain: Terrain, prey: Any, toughness: np.ndarray) -> np.ndarray:
+def sheltered(terrain: Terrain, prey: Table, toughness: np.ndarray) -> np.ndarray:
     """Return the share of the bites that fail, f32[high], on prey that moves where the land shelters it; as
     it is where it does not."""
     high = prey.high

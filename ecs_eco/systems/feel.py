@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ecs_eco.nervous.networks import HappinessNetwork
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+    from ecs_eco.nervous.nerves import Nerves
     from ecs_eco.space.world import SpatialWorld
 
 NO_LEAST = np.float32(-np.inf)
@@ -52,7 +53,7 @@ class Feel(System):
         )
 
 
-def _source(nerves: Any, table: Table) -> tuple[np.ndarray, Steps, np.float32] | None:
+def _source(nerves: Nerves, table: Table) -> tuple[np.ndarray, Steps, np.float32] | None:
     """Return what happiness is made of: x [channels, n], the steps of a formula over it, and the least; None
     where there is no happiness network. Where that has no such steps, x is the happiness itself."""
     network = nerves.happiness

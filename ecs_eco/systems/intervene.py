@@ -8,8 +8,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import TypeAdapter, ValidationError
 
 from ecs_eco.components import Biology, Metabolism, Position
+from ecs_eco.config.checks.interventions import learns
+from ecs_eco.config.loading import changed, intervention
+from ecs_eco.config.models.interventions import AnyIntervention
 from ecs_eco.engine import random
 from ecs_eco.engine.errors import unknown_name
 from ecs_eco.engine.system import System
@@ -18,9 +22,12 @@ from ecs_eco.life.doses import dose_bodies, dose_field
 from ecs_eco.life.founders import future, newcomers
 from ecs_eco.space.gate import newborn
 from ecs_eco.space.region import Region
+from ecs_eco.space.terrain import Terrain
 
 if TYPE_CHECKING:
+    from ecs_eco.config.models.interventions import Add, Cull, Dose, Fence, Intervention, Road, Set, Switch
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.geometry import Space
     from ecs_eco.space.world import SpatialWorld
 
 TIE = random.CULL + (1 << 23)  # purpose of the draws between those that are equal
@@ -43,22 +50,22 @@ class Intervene(System):
         self.requests: list[Any] = []  # for the next tick, by World.intervene
         self.made_ground = False  # whether the world's ground was made for a fence
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_: object) -> None:
         """Carry out what is due in this tick, in the order of the file; then pending requests."""
         world = self.world
         plan = () if world.config is None else world.config.interventions
         planned = [x for x in plan if x.due(world.tick)] if plan else []
         pending, self.requests = self.requests, []
-        for intervention in (*planned, *pending):
-            getattr(self, intervention.kind)(world, intervention)
-            world.intervened.append((world.tick, intervention.once(world.tick)))
+        for order in (*planned, *pending):
+            getattr(self, order.kind)(world, order)
+            world.intervened.append((world.tick, order.once(world.tick)))
 
-    def ask(self, intervention: Any) -> None:
+    def ask(self, intervention: dict[str, Any] | Intervention) -> None:
         """Carry out an intervention in the next tick: a dict or a model;
         raises ConfigError as a world file does."""
         self.requests.append(checked(self.world, intervention, [x.once(x.at) for x in self.requests]))
 
-    def cull(self, world: SpatialWorld, order: Any) -> None:
+    def cull(self, world: SpatialWorld, order: Cull) -> None:
         """Mark some of a species to die."""
         table = world.table(order.species)
         rows = table.by_uid()
@@ -75,7 +82,7 @@ class Intervene(System):
         first = np.argsort(_rank(table, rows, order.which, world.key), kind="stable")
         table.cause[rows[first[:wanted]]] = world.cause(order.cause)
 
-    def add(self, world: SpatialWorld, order: Any) -> None:
+    def add(self, world: SpatialWorld, order: Add) -> None:
         """Ask for newcomers."""
         table = world.table(order.species)
         count = room(table, world, order.count)
@@ -88,7 +95,7 @@ class Intervene(System):
         values = newborn(world, table, values, f"intervene: add {order.species!r}")
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
 
-    def fence(self, world: SpatialWorld, order: Any) -> None:
+    def fence(self, world: SpatialWorld, order: Fence) -> None:
         """Put up a fence, or take one away."""
         corners = None
         if order.line is not None:
@@ -104,7 +111,7 @@ class Intervene(System):
         elif corners is not None:
             world.terrain.fence(corners)
 
-    def road(self, world: SpatialWorld, order: Any) -> None:
+    def road(self, world: SpatialWorld, order: Road) -> None:
         """Lay a road, or take one away."""
         corners = None if order.line is None else np.array(order.line, float)
         if world.terrain is None:
@@ -116,21 +123,19 @@ class Intervene(System):
         elif corners is not None:
             world.terrain.pave(corners, order.width, order.pace, order.cost)
 
-    def dose(self, world: SpatialWorld, order: Any) -> None:
+    def dose(self, world: SpatialWorld, order: Dose) -> None:
         """Bring a substance into a field or bodies from outside, or take it away."""
         region = None if order.region is None else Region(world.space, order.region)
         if order.field is not None:
             dose_field(world, order.field, order.amount, region)
         else:
-            dose_bodies(world, world.table(order.species), order.substance, order.amount, region)
+            dose_bodies(world, world.table(order.species or ""), order.substance or "", order.amount, region)
 
-    def set(self, world: Any, order: Any) -> None:
+    def set(self, world: Any, order: Set) -> None:
         """Change values of the world."""
-        from ecs_eco.config.loading import changed
-
         world.reconfigure(changed(world.config, order.set))
 
-    def switch(self, world: Any, order: Any) -> None:
+    def switch(self, world: Any, order: Switch) -> None:
         """Let births or learning stop, or go on."""
         names = (
             [order.species]
@@ -141,9 +146,6 @@ class Intervene(System):
             for name in names:
                 world.table(name).species.switch_reproduction(order.reproduction)
         if order.learning is not None:
-            from ecs_eco.config.checks.interventions import learns
-            from ecs_eco.config.loading import changed
-
             can = [n for n in names if learns(world.config.species[n])]
             world.reconfigure(
                 changed(world.config, {f"species.{n}.policy.learn": order.learning for n in can}),
@@ -175,8 +177,8 @@ class Intervene(System):
             if barren or table.species.barren:
                 table.species.switch_reproduction(not barren)
         self.requests = []
-        for intervention in json.loads(state["asked"].tobytes()):
-            self.ask(intervention)
+        for order in json.loads(state["asked"].tobytes()):
+            self.ask(order)
         ground = {k.removeprefix("ground."): v for k, v in state.items() if k.startswith("ground.")}
         there = ground["ground"].size > 0
         if self.made_ground or there:
@@ -185,24 +187,19 @@ class Intervene(System):
             world.terrain.load(ground)
 
 
-def flat_ground(space: Any) -> Any:
+def flat_ground(space: Space) -> Terrain:
     """Return open ground without hills, on which fences can stand."""
-    from ecs_eco.space import Terrain
-
     cell = max(min(CELL, min(space.size[:2]) / 100), math.sqrt(space.size[0] * space.size[1] / 4e6))
     ground = Terrain(space, cell)
     ground.declared = False
     return ground
 
 
-def checked(world: SpatialWorld, order: Any, requests: Sequence[dict[str, Any]]) -> Any:
+def checked(
+    world: SpatialWorld, order: dict[str, Any] | Intervention, requests: Sequence[dict[str, Any]]
+) -> Any:
     """Return an intervention for the next tick, from a dict or a model,
     that is to follow the `requests` made already."""
-    from pydantic import TypeAdapter, ValidationError
-
-    from ecs_eco.config.loading import intervention
-    from ecs_eco.config.models.interventions import AnyIntervention
-
     fields = (
         order if isinstance(order, dict) else {k: v for k, v in order.model_dump().items() if v is not None}
     )

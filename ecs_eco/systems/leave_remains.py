@@ -29,7 +29,7 @@ class LeaveRemains(System):
         """Listen for deaths, of whatever cause."""
         world.on_death.append(self.leave)
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_: object) -> None:
         """Do nothing: remains are left when a death takes effect."""
 
     def leave(self, table: Table, rows: np.ndarray) -> None:

@@ -23,7 +23,9 @@ from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import gather, offset
 
 if TYPE_CHECKING:
+    from ecs_eco.config.models.reproduction import Sexual
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.index import Index
     from ecs_eco.space.world import SpatialWorld
 
 CHOOSES, SIRES = 1, 2  # bits: the roles of an organism that is ready
@@ -166,7 +168,7 @@ class Mate(System):
         self,
         table: Table,
         rule: Any,
-        i: Any,
+        i: Index,
         choosers: np.ndarray,
         can: np.ndarray,
         near: tuple[Any, ...],
@@ -199,7 +201,7 @@ class Mate(System):
         finally:
             pyrandom.setstate(state)
 
-    def conceive(self, table: Table, world: SpatialWorld, way: Any, pairs: np.ndarray) -> None:
+    def conceive(self, table: Table, world: SpatialWorld, way: Sexual, pairs: np.ndarray) -> None:
         """Let `pairs` (rows of mother and father, i64[n, 2]) conceive by chance."""
         b, m, g = table[Biology], table[Metabolism], table[Gestation]
         own, _, _, energy_given, litter, _ = life_history(table, way)
@@ -242,7 +244,7 @@ class Mate(System):
 
 
 def agreed(
-    table: Table, world: SpatialWorld, i: Any, partner: np.ndarray, distance2: np.ndarray
+    table: Table, world: SpatialWorld, i: Index, partner: np.ndarray, distance2: np.ndarray
 ) -> np.ndarray:
     """Return the pairs that mate, where each process knows whom its own organisms choose: rows i64[n, 2] of
     those whom this one holds, ghosts among them."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from ecs_eco.components import Biology, Breeding
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:
+    from ecs_eco.config.features.breeding import Breeding as Season
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -53,7 +54,7 @@ class Mature(System):
         )
 
 
-def columns(table: Table, way: Any) -> tuple[np.ndarray, ...]:
+def columns(table: Table, way: Season) -> tuple[np.ndarray, ...]:
     """Return peak, maturity, prime, end, season and width: columns, or the species' values as arrays of one."""
     if Breeding in table:
         b = table[Breeding]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import offset
 
 if TYPE_CHECKING:
+    from ecs_eco.config.features.care import Care
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -55,7 +56,7 @@ class Nurse(System):
             self.feed(table, world, way, young[fed], its[fed])
 
     def feed(
-        self, table: Table, world: SpatialWorld, way: Any, young: np.ndarray, parent: np.ndarray
+        self, table: Table, world: SpatialWorld, way: Care, young: np.ndarray, parent: np.ndarray
     ) -> None:
         """Let `parent` i64[k] feed `young` i64[k], rows in the order of the uids of the young."""
         p, m, nerves, space = table[Position], table[Metabolism], table.species.nerves, world.space

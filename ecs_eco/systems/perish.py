@@ -43,7 +43,7 @@ class Perish(System):
             register_limits(world, table)
         world.on_death.append(self.mourn)
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_: object) -> None:
         """Mark those beyond a limit."""
         if self._causes != self.world.causes:
             self._known = {}

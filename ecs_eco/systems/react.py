@@ -15,6 +15,7 @@ from ecs_eco.life.matter import bodies, book, held, hold
 from ecs_eco.life.sizes import of_size
 
 if TYPE_CHECKING:
+    from ecs_eco.config.features.chemistry import Reaction
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -75,7 +76,7 @@ class React(System):
         return world.surroundings("light", p.x[:high], p.y[:high], p.z[:high]).astype(np.float32, copy=False)
 
 
-def coefficients(reaction: Any, substances: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def coefficients(reaction: Reaction, substances: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return what a mole of extent uses up, by how much it changes each substance [mol/mol], and the
     concentrations at half of the rate [mol/L], 0 for none: f64[substances] each."""
     used, made, half = (

@@ -19,6 +19,7 @@ from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.births import LITTER_MAX, affordable, bring_forth, life_history, whole
 
 if TYPE_CHECKING:
+    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -82,7 +83,7 @@ class Reproduce(System):
         pay(parents, bring_forth(table, world, way, parents, number, given), given, m.energy, m.given)
 
 
-def chance_of(rate: Any, dt: float) -> Any:
+def chance_of(rate: Number, dt: float) -> Any:
     """Return the chance of a birth in a tick at a rate [1/s], or at each one's."""
     chance = 1 - arrays.exp(-rate * dt)
     return chance.astype(np.float32) if isinstance(rate, np.ndarray) else np.float32(chance)

@@ -1,7 +1,5 @@
 """What floats above dims the light below."""
 
-from typing import Any
-
 from ecs_eco.components import Position
 from ecs_eco.engine.system import System
 from ecs_eco.space.world import SpatialWorld
@@ -15,7 +13,7 @@ class Shade(System):
     divisible = True
     world: SpatialWorld
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_: object) -> None:
         """Compute the light profile of this tick."""
         world = self.world
         if world.environment.water is None:

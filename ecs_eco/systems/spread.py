@@ -12,7 +12,6 @@ from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
-from ecs_eco.engine.rows import NOBODY, changes
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life import sizes
@@ -21,9 +20,12 @@ from ecs_eco.life.defence import left_by_defence
 from ecs_eco.life.provision import root
 from ecs_eco.space.bodies import rocks
 from ecs_eco.space.geometry import BLOCK, cell_of, cells_at
+from ecs_eco.space.index import NOBODY, changes
 from ecs_eco.space.terrain import ROCK, WATER, ground_at
 
 if TYPE_CHECKING:
+    from ecs_eco.compiled.per_row import Number
+    from ecs_eco.config.models.reproduction import Spread as Way
     from ecs_eco.engine.table import Table
     from ecs_eco.space.geometry import Space
     from ecs_eco.space.world import SpatialWorld
@@ -141,7 +143,7 @@ class Spread(System):
             parents, values = parents[rooted], {name: some[rooted] for name, some in values.items()}
         table.request(parents, values)
 
-    def ground(self, table: Table, space: Space, way: Any) -> tuple[Any, ...]:
+    def ground(self, table: Table, space: Space, way: Way) -> tuple[Any, ...]:
         """Return the sites, their scales [1/m], how many of them away a seed may fall, 0 for anywhere, and
         room for what `sprout` lists."""
         given = space.size, way.spacing, way.dispersal, way.place
@@ -216,7 +218,7 @@ def listed(columns: list[np.ndarray], found: np.ndarray, parts: np.ndarray) -> l
     ]
 
 
-def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
+def seeds(table: Table, own: Number, rate: float) -> tuple[float, np.ndarray]:
     """Return the highest rate [1/s] at which a plant takes free sites,
     and each one's share of it f32[high]; empty if all are equal."""
     left = left_by_defence(table, table.high)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ecs_eco.components import Matter
 from ecs_eco.engine.system import System
 from ecs_eco.life.matter import NUMBER, stocks
@@ -17,7 +15,7 @@ class TakeStock(System):
     asked_for = staticmethod(lambda table: Matter in table)
     world: SpatialWorld
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_: object) -> None:
         """Compare what bodies and fields hold with what the books say."""
         books = self.world.matter
         if books is not None:

@@ -17,6 +17,7 @@ from ecs_eco.space.gate import newborn
 from ecs_eco.space.region import Region
 
 if TYPE_CHECKING:
+    from ecs_eco.config.models.land_use import Harvest, Plant, Use
     from ecs_eco.space.world import SpatialWorld
 
 PLANTING = random.CULL + (1 << 24)  # purpose of the draws of how many come
@@ -45,14 +46,14 @@ class UseLand(System):
                 if use.kind == "harvest":
                     world.cause(use.cause)
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_: object) -> None:
         """Do what is to be done in this tick."""
         world = self.world
         for i, use in enumerate(() if world.config is None else world.config.land_use):
             if use.active(world.tick, world.dt):
                 getattr(self, use.kind)(world, use, i)
 
-    def harvest(self, world: SpatialWorld, use: Any, i: int) -> None:
+    def harvest(self, world: SpatialWorld, use: Harvest, i: int) -> None:
         """Mark those that are taken to die."""
         table, year = world.table(use.species), use.year(world.tick, world.dt)
         if self.taken[i, 0] != year:
@@ -69,7 +70,7 @@ class UseLand(System):
         table.cause[rows] = world.cause(use.cause)
         self.taken[i, 1] += rows.size
 
-    def plant(self, world: SpatialWorld, use: Any, i: int) -> None:
+    def plant(self, world: SpatialWorld, use: Plant, i: int) -> None:
         """Ask for newcomers: the integer part of rate × dt, and one more by chance for the rest."""
         table = world.table(use.species)
         count = int(use.rate * world.dt + float(random.draw(world.key, np.uint64(i), PLANTING)))
@@ -83,7 +84,7 @@ class UseLand(System):
         values = newborn(world, table, values, f"land_use: plant {use.species!r}")
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
 
-    def there(self, world: SpatialWorld, use: Any) -> np.ndarray:
+    def there(self, world: SpatialWorld, use: Use) -> np.ndarray:
         """Return the living rows in the region of a use, in the order of uids: i64[k]."""
         table = world.table(use.species)
         rows, p = table.by_uid(), table[Position]

@@ -4,8 +4,10 @@ A new kind of sensor is a file here, a model in `ecs_eco.config.models.sensors`,
 What a sensor reads belongs elsewhere: who is near whom, light and smells to `ecs_eco.space`.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ecs_eco.engine.code import handed_over
 from ecs_eco.nervous.sensors.approach import feel_approach
@@ -19,9 +21,12 @@ from ecs_eco.nervous.sensors.smell import smell
 from ecs_eco.nervous.sensors.surroundings import ambient
 from ecs_eco.nervous.sensors.touch import touch
 
+if TYPE_CHECKING:
+    from ecs_eco.config.models.species import Species
+
 
 def senses_of(
-    species: Any,
+    species: Species,
     dims: int,
     substances: list[str],
     find: Callable[[Any], Any] = handed_over,

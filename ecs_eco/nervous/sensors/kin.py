@@ -1,7 +1,9 @@
 """The sense of kin: who among the bodies around is the own mother, father, child or sibling; and the nearest
 of anybody to a place on the body."""
 
-from typing import TYPE_CHECKING, Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +16,9 @@ from ecs_eco.space.sight import gather, offset
 from ecs_eco.space.sums import LINEAR, NONE, TOUCHING2
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
 
 MOTHER, FATHER, OFFSPRING, SIBLINGS, ANYBODY = 0, 1, 2, 3, 4
@@ -21,7 +26,7 @@ RELATIONS = {"mother": MOTHER, "father": FATHER, "offspring": OFFSPRING, "siblin
 NOBODY = np.zeros(0, np.uint64)
 
 
-def parents(table: "Table", rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def parents(table: Table, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the uids of the mothers and fathers of rows i64[n]: u64[n], empty if the table knows none."""
     if Parentage not in table:
         return NOBODY, NOBODY
@@ -31,14 +36,14 @@ def parents(table: "Table", rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def nearest_kin(
     seekers: Seekers,
-    table: "Table",
-    other: "Table",
+    table: Table,
+    other: Table,
     targets: Index,
     relation: str | None,
     places: tuple[np.ndarray, ...],
     own: np.ndarray,
-    cos_half_fov: Any,
-    split: Any,
+    cos_half_fov: Number,
+    split: Callable[..., None],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the entry of the relative of each seeker, without a relation of anybody else, that is nearest
     to its place x, y, z f32[n] [m], −1 for none, and its squared distance: i32[n], f32[n] [m²].
@@ -78,8 +83,8 @@ def nearest_kin(
 
 def add_kin(
     seekers: Seekers,
-    table: "Table",
-    other: "Table",
+    table: Table,
+    other: Table,
     targets: Index,
     relation: str,
     places: tuple[np.ndarray, ...],
@@ -89,7 +94,7 @@ def add_kin(
     decay: int,
     total: np.ndarray,
     weight: np.ndarray,
-    split: Any,
+    split: Callable[..., None],
 ) -> None:
     """`add_near` of ecs_eco.space.sums, of relatives alone."""
     if seekers.n and targets.n:

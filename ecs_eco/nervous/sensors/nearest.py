@@ -1,5 +1,7 @@
 """The sensor that sees the nearest body of a kind."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -20,6 +22,7 @@ from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.solid_sight import nearest_in_sight
 
 if TYPE_CHECKING:
+    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -47,7 +50,7 @@ def see_nearest(
     view, centred = half_view(fov), not any(map(np.float32, at[:3]))
     alike, selective = by_light is None and kin is None and centred, occlusion or narrow(view)
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def sense(world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray, column: int) -> None:
         species, other, mine, space = table.species, world.tables[target], seekers.index, world.space
         targets, radius, own, cos_half_fov, looks_again = world.index(other), reach, shared, view, selective
         if not alike or number in species.own_ranges or number in species.own_places:
@@ -128,26 +131,26 @@ def see_nearest(
     return sense
 
 
-def half_view(fov: Any) -> Any:
+def half_view(fov: Number) -> Any:
     """Return the cosine of half a field of view [rad], f32, or f32[n] of many; −2 all round."""
     if isinstance(fov, np.ndarray):
         return np.where(fov >= 2 * math.pi - 1e-5, -2.0, arrays.cos(fov / 2)).astype(np.float32)
     return np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else scalars.cos(fov / 2))
 
 
-def narrow(cos_half_fov: Any) -> bool:
+def narrow(cos_half_fov: Number) -> bool:
     """Return whether some field of view is less than all round, by the cosine of its half."""
     return bool((cos_half_fov.max(initial=-2) if isinstance(cos_half_fov, np.ndarray) else cos_half_fov) > -1)
 
 
 def look(
-    world: "SpatialWorld",
-    table: "Table",
+    world: SpatialWorld,
+    table: Table,
     seekers: Seekers,
     eye: tuple[np.ndarray, ...],
     target: str,
     radius: float,
-    cos_half_fov: Any,
+    cos_half_fov: Number,
     occlusion: bool,
     hiding: tuple[tuple[str, ...], tuple[str, ...]],
     entries: np.ndarray,
@@ -200,14 +203,14 @@ def look(
 
 
 def look_again(
-    world: "SpatialWorld",
-    table: "Table",
+    world: SpatialWorld,
+    table: Table,
     seekers: Seekers,
     eye: tuple[np.ndarray, ...],
-    other: "Table",
+    other: Table,
     targets: Index,
     radius: float,
-    cos_half_fov: Any,
+    cos_half_fov: Number,
     occlusion: bool,
     hiding: tuple[str, ...],
     entries: np.ndarray,

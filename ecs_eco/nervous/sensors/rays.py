@@ -1,8 +1,10 @@
 """The sensor that casts rays."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.solid_sight import cast_on_solids
 
 if TYPE_CHECKING:
+    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -40,7 +43,7 @@ def cast_rays(
     """
     alike = fan(count, fov, angle)
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def sense(world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray, column: int) -> None:
         radius, own = own_range(table, seekers, number, reach)
         each = of_sensor(table, seekers, number, fov=fov, angle=angle)
         ray_cos, ray_sin = fan(count, *each) if isinstance(each[0], np.ndarray) else alike
@@ -77,7 +80,7 @@ def cast_rays(
     return sense
 
 
-def fan(count: int, fov: Any, angle: Any) -> tuple[np.ndarray, np.ndarray]:
+def fan(count: int, fov: Number, angle: Number) -> tuple[np.ndarray, np.ndarray]:
     """Return cosine and sine of the angles of rays from the heading: f32[count], or f32[n, count] where `fov`
     and `angle` [rad] are of n seekers."""
     steps = np.arange(count) - (count - 1) / 2
@@ -88,8 +91,8 @@ def fan(count: int, fov: Any, angle: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def trace(
-    world: "SpatialWorld",
-    table: "Table",
+    world: SpatialWorld,
+    table: Table,
     seekers: Seekers,
     place: tuple[np.ndarray, ...],
     kinds: list[str],

@@ -1,5 +1,7 @@
 """What all sensors share: those who sense now, where on the body a sensor is, and how far it reaches."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +13,9 @@ from ecs_eco.space.geometry import back_into
 from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
+    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.geometry import Space
     from ecs_eco.space.world import SpatialWorld
 
 
@@ -29,7 +33,7 @@ takes as long as to read hundreds of bodies.
 """
 
 
-def of_sensor(table: "Table", seekers: Seekers, number: int, **shared: Any) -> tuple[Any, ...]:
+def of_sensor(table: Table, seekers: Seekers, number: int, **shared: object) -> tuple[Any, ...]:
     """Return numbers of a sensor: as they are given, or where a gene codes for any, each seeker's."""
     if not table.species.traits:
         return tuple(shared.values())
@@ -38,7 +42,7 @@ def of_sensor(table: "Table", seekers: Seekers, number: int, **shared: Any) -> t
     return tuple(v[seekers.rows] if isinstance(v, np.ndarray) else v for v in values)
 
 
-def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> tuple[float, np.ndarray]:
+def own_range(table: Table, seekers: Seekers, number: int, radius: float) -> tuple[float, np.ndarray]:
     """Return how far the sensor reaches at most, and for each seeker f32[n] [m];
     `radius` where that is not its own."""
     if number not in table.species.own_ranges or not seekers.n:
@@ -50,8 +54,8 @@ def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> t
 
 
 def in_light(
-    world: "SpatialWorld",
-    table: "Table",
+    world: SpatialWorld,
+    table: Table,
     seekers: Seekers,
     number: int,
     eye: tuple[np.ndarray, ...],
@@ -67,7 +71,7 @@ def in_light(
 
 
 def place_of(
-    table: "Table", seekers: Seekers, number: int, at: Sequence[Any], space: Any
+    table: Table, seekers: Seekers, number: int, at: Sequence[Number], space: Space
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return where a sensor is on each body: x, y, z f32[n] [m].
 
@@ -91,7 +95,7 @@ def place_of(
     return x, y, z
 
 
-def nose(seekers: Seekers, forward: Any, left: Any, space: Any) -> tuple[np.ndarray, np.ndarray]:
+def nose(seekers: Seekers, forward: Number, left: Number, space: Space) -> tuple[np.ndarray, np.ndarray]:
     """Return x and y f32[n] of a place on each body, given in radii ahead and to the left; of a capsule or
     box in halves of its length and width."""
     radius: Any = seekers.radius

@@ -8,9 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.index import Index
+
+T = TypeVar("T")
 
 _everything = nullcontext()
 
@@ -42,7 +48,7 @@ class OneBand:
         """Return an array [n, …] of which each process has the rows of its `part(n)`."""
         return part
 
-    def over(self, index: Any, *outputs: np.ndarray) -> AbstractContextManager[None]:
+    def over(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
         """Within, `World.split` over the entries of an index, or over the rows of its cells, runs for this
         process's band alone; afterwards the `outputs` [index.n, …] are completed."""
         return _everything
@@ -61,19 +67,19 @@ class OneBand:
         """The processes that share work on what all of them hold: policies and rollouts."""
         return self
 
-    def own(self, index: Any, *outputs: np.ndarray) -> AbstractContextManager[None]:
+    def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
         """Do as `over`, for what ghosts need not have: their rows of the outputs mean nothing."""
         return self.over(index, *outputs)
 
-    def entries(self, index: Any) -> slice:
+    def entries(self, index: Index) -> slice:
         """Return which entries of an index are no ghosts: they are in one piece."""
         return slice(0, index.n)
 
-    def living(self, table: Any) -> np.ndarray:
+    def living(self, table: Table) -> np.ndarray:
         """Return which rows of a table live and are no ghosts: bool[capacity]."""
         return table.alive
 
-    def count(self, table: Any) -> int:
+    def count(self, table: Table) -> int:
         """Return how many of a table live, in all processes."""
         return table.n
 
@@ -82,7 +88,7 @@ class OneBand:
         stands in this order."""
         return arrays
 
-    def litters(self, litters: Any, where: Any) -> Any:
+    def litters(self, litters: Any, where: object) -> Any:
         """Return the litters of all processes in the order of their parents' uids."""
         return litters
 
@@ -94,16 +100,16 @@ class OneBand:
         """Return which flags bool[…] are set in any process."""
         return flags
 
-    def sites(self, table: Any, stands: np.ndarray) -> np.ndarray:
+    def sites(self, table: Table, stands: np.ndarray) -> np.ndarray:
         """Return what stands on each site i64[ny, nx], −1 for nothing: the rows of plants, or their uids
         where no process has all rows."""
         return stands
 
-    def learnt(self, minds: Any, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
+    def learnt(self, minds: object, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
         """Note what individuals have learnt in this tick, an entry each; return it."""
         return arrays
 
-    def undivided(self, world: Any) -> Any:
+    def undivided(self, world: T) -> T | None:
         """Return the whole world, in the one process that looks at it or writes it to a file; None elsewhere."""
         return world
 
@@ -111,5 +117,5 @@ class OneBand:
         """Return what a function says of the whole of a divided world, in all processes that ask."""
         raise NotImplementedError
 
-    def collect(self, recorder: Any) -> None:
+    def collect(self, recorder: object) -> None:
         """Bring what all processes have recorded since the last time to the one that writes it."""

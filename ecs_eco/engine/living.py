@@ -1,0 +1,78 @@
+"""What parts of the engine below `World` ask of a world, and the mark of an action that is under way in it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import esper
+
+    from ecs_eco.compiled.workers import Workers
+    from ecs_eco.engine.schema import Handle
+    from ecs_eco.engine.table import Table
+
+
+class Underway:
+    """An action on a world that must not be left half done; `world.underway` holds it until it is complete.
+
+    Nothing that stops it midway can clear the mark: it is set before the first change
+    and removed after the last.
+    """
+
+    def __init__(self, action: str, running: bool = True) -> None:
+        self.action, self.running = action, running
+        self.where, self.cause = "", ""
+
+    def text(self, world: LivingWorld) -> str:
+        """Return the action in words, for messages."""
+        return f"tick {world.tick}" if self.action == "tick" else self.action
+
+
+class LivingWorld(Protocol):
+    """A world as `ecs_eco.engine.world` declares it."""
+
+    name: str
+    tick: int
+    tables: dict[str, Table]
+    causes: list[str]
+    next_uid: int
+    underway: Underway | None
+    ticking: bool
+    stopping: bool
+    stopped: bool
+    apart: bool
+    owner: threading.Thread
+    workers: Workers
+    context: Any  # ecs_eco.engine.context.Context, which refers to its world
+    debug: Any
+
+    @property
+    def time(self) -> float: ...
+
+    before_tick: list[Callable[[], Any]]
+    on_death: list[Callable[[Table, np.ndarray], Any]]
+    on_birth: list[Callable[[Table, np.ndarray, np.ndarray, np.ndarray], Any]]
+    on_departure: list[Callable[[Table, np.ndarray, np.ndarray], Any]]
+    on_arrival: list[Callable[[Table, np.ndarray, np.ndarray], Any]]
+
+    def flush(self) -> None: ...
+    def flush_deaths(self) -> None: ...
+    def flush_births(self) -> None: ...
+    def touch(self) -> None: ...
+    def sync(self) -> None: ...
+    def admit(self, refuse: bool = True) -> None: ...
+    def kill(self, uid: int, cause: str = "culled", killer: int = 0) -> None: ...
+    def spawn(self, name: str, *components: Handle, n: int = 1, parent: int = 0) -> None: ...
+    def run(self, ticks: int) -> LivingWorld: ...
+    def bury(self, table: Table, rows: np.ndarray, ordered: bool = False) -> None: ...
+    def add_system(
+        self, system: esper.Processor, phase: str | None = None, priority: int | None = None
+    ) -> Any: ...
+    def remove_processor(self, processor: esper.Processor) -> None: ...
+    def _entities(self, table: Table, rows: np.ndarray) -> list[int]: ...
+    def _handle(self, table: Table, row: int, component: type[Any]) -> Any: ...
+    def _values(self, table: Table, components: Iterable[Handle]) -> dict[tuple[type, str], np.ndarray]: ...
