@@ -1,4 +1,4 @@
-"""Cold winters kill hares with thin coats: insulation is a gene, and spreads where it is needed."""
+"""Cold winters kill hares with thin coats, so genes for insulation spread."""
 
 import numpy as np
 
@@ -6,14 +6,14 @@ from ecs_eco import World
 from ecs_eco.components import Coat
 from ecs_eco.config import load
 
-YEAR, WINTER = 60, 30  # ticks of a minute
+YEAR, WINTER = 60, 30  # [ticks] of one minute each
 HARE = {
     "count": 150,
     "max_count": 300,
     "body": {"radius": 0.15, "mass": 2.0, "opaque": False},
     "properties": {"temperature": 312.0},
     "metabolism": {"energy": 0.5, "energy_max": 1.0, "basal": 1e-4, "growth": 1e-3},
-    # 15 W at rest; shivering adds up to 40 W, which costs 2.4 times what living does
+    # 15 W at rest; shivering adds up to 40 W, which costs 2.4 times the basal rate
     "heat": {
         "metabolic_heat": 150_000.0,
         "regulate": {"set_point": 312.0, "warming": 40.0, "cooling": 40.0, "cost": 6e-6},
@@ -48,7 +48,7 @@ HARE = {
 
 
 def lived(winter: float, years: int = 6) -> World:
-    """A valley whose summers have 295 K, after some years with winters of another temperature [K]."""
+    """Return a valley after some years with summers of 295 K and winters of the given temperature [K]."""
     months = [(YEAR - WINTER, winter), (YEAR, 295.0)]
     plan = [
         {"kind": "set", "at": at, "every": YEAR, "set": {"ambient.temperature": kelvin}}

@@ -1,4 +1,4 @@
-"""Curiosity: a system of your own rewards animals for places that they have not seen for a while, and they
+"""Curiosity: a custom system rewards animals for places that they have not visited recently, so they
 learn to explore."""
 
 import numpy as np
@@ -12,13 +12,13 @@ HOLD = 60  # ticks after which an animal has forgotten a cell
 
 @component
 class Visits:
-    """When an animal was last in each cell of the ground."""
+    """Tick of an animal's last visit to each cell of the ground."""
 
     last: i64[CELLS * CELLS] = -HOLD - 1  # tick
 
 
 class Curiosity(System):
-    """A cell that an animal has forgotten, or never seen, is rewarded."""
+    """Reward an animal for entering a cell that it has forgotten or never visited."""
 
     needs = (Nervous, Visits)
     phase = "feel"  # follows the shipped system that sets the reward to the change of happiness
@@ -42,7 +42,7 @@ CAT = {
     "sensors": [{"kind": "own", "property": "energy"}],
     "locomotion": {"speed": {"sit": 0.0, "go": 0.5}, "turn": 0.5},
     "actions": {"speed": ["sit", "go"], "turn": ["left", "none", "right"]},
-    "happiness": {"formula": "energy", "minimum": 0.0},  # it never changes here: the bonus is all there is
+    "happiness": {"formula": "energy", "minimum": 0.0},  # constant here, so the bonus is the only reward
     "policy": {"kind": "shared", "hidden": [16], "learn": True},
     "ppo": {"horizon": 32, "learning_rate": 0.003},
 }
@@ -55,6 +55,6 @@ if __name__ == "__main__":
         recent = cats[Visits].last[cats.rows()] > world.tick - 100
         reward = world.recorder.learning_series()["reward"].to_pylist()
         print(
-            f"bonus {bonus}: {recent.sum(axis=1).mean():.1f} cells seen in the last 100 ticks; "
+            f"bonus {bonus}: {recent.sum(axis=1).mean():.1f} cells visited in the last 100 ticks; "
             f"reward per decision {reward[0]:.2f} at first, {reward[-1]:.2f} at the end"
         )

@@ -1,5 +1,4 @@
-"""An environment that changes: light as a function of time and place,
-felt by a sensor and lived on by plants."""
+"""A changing environment: algae grow by light, a function of time and place."""
 
 import numpy as np
 
@@ -10,7 +9,7 @@ DAY = 100.0  # [s]
 
 
 def light(world: World, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Light at places [m]: the sun rises and sets, and water takes away a fifth per metre below 30 m."""
+    """Return light at places [m]: the sun rises and sets, and water absorbs it by exp(-0.2 depth)."""
     sun = max(0.0, np.sin(2 * np.pi * world.time / DAY))
     return (sun * np.exp(-0.2 * (30.0 - z))).astype(np.float32)
 

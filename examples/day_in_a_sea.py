@@ -1,5 +1,4 @@
-"""A day in a sea of your own: mites that sink by day and rise by night, by a reflex on light,
-and the wave of their depth."""
+"""A day in a sea: mites sink by day and rise by night, by a reflex to light. A cosinor fits their depth."""
 
 from ecs_eco import World
 from ecs_eco.analysis.rhythm import cosinor
@@ -9,7 +8,7 @@ SEA = {
     "format": 1,
     "name": "small-sea",
     "space": {"size": [20.0, 20.0, 20.0]},
-    "sun": {"day": 240.0, "start": 0.25},  # [s]; begins at sunrise
+    "sun": {"day": 240.0, "start": 0.25},  # [s]; the run starts at sunrise
     "water": {"attenuation": 0.2},  # [1/m]
     "species": {
         "mite": {
@@ -31,5 +30,5 @@ depth = series.of("mite", "depth_mean")
 for eighth in range(8):
     mean = depth[480 + 30 * eighth : 510 + 30 * eighth].mean()
     print(f"{(6 + 3 * eighth) % 24:2d} h  {mean:4.1f} m  {'·' * round(2 * mean)}")
-fit = cosinor(series.ticks[240:] / 240 + 0.25 - 0.5, depth[240:], 1.0)  # in days from noon
+fit = cosinor(series.ticks[240:] / 240 + 0.25 - 0.5, depth[240:], 1.0)  # time in days from noon
 print(f"amplitude {fit.amplitude:.1f} m of 20")

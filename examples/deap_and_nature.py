@@ -1,5 +1,5 @@
-"""The same genome and operators under two selections: DEAP's,
-by the life time of single animals in an arena, and nature's own."""
+"""One genome and one set of operators under two kinds of selection: by DEAP,
+for the lifetime of single animals in an arena, and by births and deaths in a meadow."""
 
 import random
 from functools import cache
@@ -10,7 +10,7 @@ from deap import algorithms, base, creator, tools
 from ecs_eco import World
 from ecs_eco.components import Genome, Position
 
-GENES = [  # thresholds of the reflexes below, between the least and the greatest reading
+GENES = [  # thresholds of the reflexes below, from the lowest to the highest reading
     {"name": name, "trait": f"reflex.{name}.threshold", "letters": 4, "low": low, "high": 1.0, "code": "gray"}
     for name, low in (("hungry", 0.0), ("left", -1.0), ("right", -1.0), ("full", 0.0))
 ]
@@ -46,7 +46,7 @@ RABBIT = {
 
 
 def meadow(side: float, rabbits: int, seed: int, **more) -> World:
-    """A square of grass and rabbits; `more` holds further keys of the rabbits."""
+    """Return a square world of grass and rabbits; `more` adds keys to the rabbits."""
     grass, rabbit = GRASS | {"count": int(0.03 * side**2)}, RABBIT | {"count": rabbits} | more
     config = {
         "format": 1,
@@ -59,7 +59,7 @@ def meadow(side: float, rabbits: int, seed: int, **more) -> World:
 
 @cache
 def lifetime(letters: tuple[int, ...]) -> float:
-    """Lifetime of a rabbit with this genome [s], alone in an arena that is the same for all; at most 300."""
+    """Return the lifetime [s] of a single rabbit with this genome in a fixed arena, at most 300."""
     world = meadow(20.0, 0, seed=1)
     rabbits, loci = world.table("rabbit"), np.array([letters], np.uint8)
     born = {(Position, "x"): np.full(1, 10.0), (Position, "y"): np.full(1, 10.0), (Genome, "loci"): loci}
@@ -75,8 +75,8 @@ if __name__ == "__main__":
     heredity = nature.table("rabbit").species.heredity
     drawn = heredity.layout.random(np.arange(12, dtype=np.uint64)).tolist()
 
-    toolbox = heredity.operators.toolbox  # of a world: mate and mutate as its file says
-    if not hasattr(creator, "ArenaGenome"):  # DEAP keeps them for the whole process
+    toolbox = heredity.operators.toolbox  # with mate and mutate as in the world's configuration
+    if not hasattr(creator, "ArenaGenome"):  # DEAP creates classes once per process
         creator.create("ArenaLife", base.Fitness, weights=(1.0,))
         creator.create("ArenaGenome", list, fitness=creator.ArenaLife)
     toolbox.register("evaluate", lambda letters: (lifetime(tuple(letters)),))
@@ -86,7 +86,7 @@ if __name__ == "__main__":
 
     nature.run(3000)
     grown = nature.table("rabbit")[Genome].loci[nature.table("rabbit").by_uid()[-12:]].tolist()
-    for name, genomes in (("drawn at random", drawn), ("chosen by DEAP", chosen), ("grown in nature", grown)):
+    for name, genomes in (("random", drawn), ("selected by DEAP", chosen), ("evolved in the meadow", grown)):
         life = np.mean([lifetime(tuple(letters)) for letters in genomes])
         genes = heredity.layout.decode(np.array(genomes, np.uint8))
         print(

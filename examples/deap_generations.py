@@ -1,6 +1,6 @@
-"""Where there is a fitness function: generations by DEAP, whose evaluation is a life in a world.
+"""Generations with DEAP: the fitness of a genome is the mean lifetime in a world.
 
-Here: reflexes that find grass.
+The genome codes for reflexes that find grass.
 """
 
 import random
@@ -13,17 +13,19 @@ from ecs_eco.genomes import Gene, Layout, toolbox_of
 
 layout = Layout(
     [
-        Gene(name="hungry", letters=4, low=0.0, high=1.0, code="gray"),  # hops while its energy is below
-        # turns towards grass that is further aside
+        Gene(name="hungry", letters=4, low=0.0, high=1.0, code="gray"),  # hops while energy is below
+        # turns toward grass farther to the side than this
         Gene(name="aside", letters=4, low=-1.0, high=1.0, code="gray"),
-        Gene(name="full", letters=4, low=0.0, high=1.0, code="gray"),  # eats while its energy is below
+        Gene(name="full", letters=4, low=0.0, high=1.0, code="gray"),  # eats while energy is below
     ]
 )
 
 
 def rabbits(genes: dict[str, float]) -> dict:
-    """Twenty rabbits that live by reflexes with these thresholds, on a meadow with little grass:
-    a world as in own_networks.py."""
+    """Return a meadow with little grass and twenty rabbits whose reflexes have these thresholds.
+
+    The world is that of own_networks.py.
+    """
 
     # x: energy, grass_forward, grass_left, grass_near; y: sit, hop, left, none, right, eat
     def reflex(x: np.ndarray) -> np.ndarray:
@@ -67,7 +69,7 @@ def rabbits(genes: dict[str, float]) -> dict:
 
 
 def lifetime(letters: list[int]) -> tuple[float]:
-    """Their mean lifetime [s], at most 300."""
+    """Return the mean lifetime [s] of the rabbits, at most 300."""
     genes = {name: float(value[0]) for name, value in layout.decode(np.array([letters], np.uint8)).items()}
     series = World.from_config(rabbits(genes), seed=1).run(300).series()
     return (

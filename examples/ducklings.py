@@ -1,4 +1,4 @@
-"""Ducklings hatch, follow their mother, are fed by her and grow up; those that do not follow her starve."""
+"""Ducklings hatch, follow their mother, are fed by her and grow up. Those that do not follow her starve."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ DUCK = {
     "sensors": [{"kind": "nearest", "name": "mother", "target": "duck", "radius": 15.0, "kin": "mother"}],
     "actions": {"speed": ["still", "swim"], "turn": ["left", "none", "right"]},
     "neutral": {"speed": "still", "turn": "none"},
-    # without a mother all is 0, which leaves a choice: grown ducks swim about
+    # without a mother all readings are 0, the policy decides, and ducks swim about
     "reflex": {
         "formulas": {
             "left": "mother_left",
@@ -68,7 +68,7 @@ POND = {
 
 
 def from_mother(world: World) -> float:
-    """Mean distance of the young from their living mothers [m]."""
+    """Return the mean distance of the young from their living mothers [m]."""
     duck = world.table("duck")
     rows = dict(zip(duck.uid[duck.rows()].tolist(), duck.rows().tolist(), strict=True))
     pairs = [(row, rows[her]) for row in rows.values() if (her := int(duck[Parentage].mother[row])) in rows]
@@ -88,8 +88,8 @@ if __name__ == "__main__":
         grown = duck[Body].mass[duck.rows()][duck[Parentage].mother[duck.rows()] > 0]
         laid = int(np.sum(np.array(series["births"])[species == "duck_egg"]))
         print(
-            f"{'followed her' if not controls else 'went anywhere'}: of {laid} eggs crows ate "
-            f"{fate['eaten by crow']}, {fate['hatched']} hatched; after 100 s {distance:.1f} m from their "
-            f"mothers; {fate['starved']} starved, {len(grown)} live and have "
+            f"{'follow their mother' if not controls else 'swim anywhere'}: of {laid} eggs, crows ate "
+            f"{fate['eaten by crow']} and {fate['hatched']} hatched; after 100 s, {distance:.1f} m from "
+            f"their mothers; {fate['starved']} starved, {len(grown)} survive with a mean mass of "
             f"{grown.mean() if grown.size else 0:.2f} kg"
         )

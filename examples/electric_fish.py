@@ -1,5 +1,5 @@
-"""Weakly electric fish in the dark: each feels the currents of the others at both flanks, and turns to where
-they are stronger. Schools form; of fish without a discharge they do not."""
+"""Weakly electric fish in the dark: each senses the currents of other fish at both flanks and turns to the
+stronger side. Schools form, but not among fish without a discharge."""
 
 import copy
 
@@ -8,11 +8,11 @@ import numpy as np
 from ecs_eco import World
 from ecs_eco.components import Position
 
-SIDE, FISH = 60.0, 80  # [m], number
+SIDE, FISH = 60.0, 80  # [m], number of fish
 
 
 def flank(name: str, left: float) -> dict:
-    """A receptor so many radii to the left: the currents of the others within 15 m, by inverse square."""
+    """Return a receptor at this many radii to the left, for currents within 15 m, by the inverse square."""
     return {
         "kind": "property",
         "name": name,
@@ -47,7 +47,7 @@ river = {
 
 
 def to_nearest(world: World) -> float:
-    """Mean distance of a fish to the next one [m]."""
+    """Return the mean distance to the nearest fish [m]."""
     fish = world.table("knifefish")
     p, rows = fish[Position], fish.rows()
     away = [v[rows][:, None] - v[rows][None] for v in (p.x, p.y)]
@@ -62,4 +62,4 @@ if __name__ == "__main__":
     for name, config in (("electric", river), ("silent", silent)):
         world = World.from_config(config, seed=1, policies="random")
         distances = [to_nearest(world)] + [to_nearest(world.run(50)) for _ in range(4)]
-        print(f"{name:>8}: {', '.join(f'{d:.1f}' for d in distances)} m to the next fish, every 50 s")
+        print(f"{name:>8}: {', '.join(f'{d:.1f}' for d in distances)} m to the nearest fish, every 50 s")

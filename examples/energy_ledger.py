@@ -1,4 +1,4 @@
-"""The energy ledger: every tick, all energy of a species is accounted for."""
+"""The energy ledger accounts for all energy of a species in every tick."""
 
 import numpy as np
 
@@ -20,5 +20,5 @@ if __name__ == "__main__":
     for name in ("endowed", "taken_in", "burnt", "given", "lost"):
         print(f"{name:9} {page[name].sum():9.3f}")
     print(
-        f"the ledger closes to {np.abs(after - page['stock_after']).max():.1e} in each of {len(after)} ticks"
+        f"largest error of the ledger in {len(after)} ticks: {np.abs(after - page['stock_after']).max():.1e}"
     )

@@ -14,17 +14,17 @@ FEW = {
 
 if __name__ == "__main__":
     world = World.from_config(load("predator-prey", FEW), seed=1, policies="random", record=False)
-    Recorder(world, keep_events=True)  # a run with --out keeps them in its folder: Lineage.read(folder)
+    Recorder(world, keep_events=True)  # for a recorded run, use Lineage.read(folder)
     world.run(200)
 
     grass = Lineage.of(world).of_species("grass")
     print(
-        f"{grass.founders.sum()} without parents, {len(grass.founders_left())} of them with surviving lines"
+        f"{grass.founders.sum()} without parents, {len(grass.founders_left())} of them with living descendants"
     )
     youngest = int(grass.uid[-1])
     print(f"the ancestors of {youngest}, oldest first: {grass.ancestors(youngest).tolist()}")
-    print(f"mean generation of the living: {grass.generation()[grass.alive(grass.end)].mean():.1f}")
+    print(f"mean generation of living plants: {grass.generation()[grass.alive(grass.end)].mean():.1f}")
 
-    print("written:", grass.to_csv("grass.csv"))  # for tools that read the ALife data standards
+    print("written:", grass.to_csv("grass.csv"))  # for tools that read the ALife data standard
     tree = grass.to_newick("grass.nwk", living=True)  # for tools that draw trees
-    print(f"a tree of {tree.count(',') + 1} branches: {tree[:60]}…")
+    print(f"a tree with {tree.count(',') + 1} tips: {tree[:60]}…")

@@ -1,5 +1,5 @@
-"""Hares sit in a pen, dogs run around it. A ditch neither hides nor stops; a hedge hides the hares, but dogs
-pass; a fence stops the dogs that see them; behind a wall, hares are neither seen nor caught."""
+"""Hares sit in a pen, and dogs run around it. A ditch neither hides the hares nor stops the dogs; a hedge only
+hides; a fence only stops; a wall does both."""
 
 import copy
 
@@ -8,7 +8,7 @@ import numpy as np
 from ecs_eco import World
 from ecs_eco.components import Position
 
-LOW, HIGH = 14.0, 26.0  # [m] the corners of the pen
+LOW, HIGH = 14.0, 26.0  # [m] corners of the pen
 PEN = [[LOW, LOW, HIGH, LOW], [HIGH, LOW, HIGH, HIGH], [HIGH, HIGH, LOW, HIGH], [LOW, HIGH, LOW, LOW]]
 
 yard = {
@@ -36,7 +36,7 @@ yard = {
 
 
 def build(solid: bool, opaque: bool) -> World:
-    """A yard with hares in the pen and dogs to the left of it, and sides that may stop and hide."""
+    """Return a yard with hares in a pen, and dogs to its left. Its sides may stop dogs and hide hares."""
     config = copy.deepcopy(yard)
     config["objects"]["side"]["body"] |= {"solid": solid, "opaque": opaque}
     world, rng = World.from_config(config, seed=1, policies="random"), np.random.default_rng(1)
@@ -63,4 +63,4 @@ if __name__ == "__main__":
         hares = world.table("hare")
         world.run(239)
         caught = 60 - hares.n
-        print(f"{name}: {seeing} of {dogs.n} dogs see a hare at first; after a minute {caught} are caught")
+        print(f"{name}: {seeing} of {dogs.n} dogs see a hare at first; {caught} hares are caught in a minute")

@@ -1,4 +1,4 @@
-"""A fished sea: without a limit, with a quota, with a mesh that the young pass, with a closed season."""
+"""Compare five rules for fishing a sea, among them a quota, a wide mesh and a closed season."""
 
 import copy
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 from ecs_eco import World
 from ecs_eco.components import Body
 
-YEAR, YEARS = 50.0, 12  # [s] and ticks: a tick lasts a second
+YEAR, YEARS = 50.0, 12  # [s]; a tick lasts one second
 SEA = {
     "format": 1,
     "name": "north-sea",
@@ -34,8 +34,8 @@ SEA = {
     },
 }
 NETS: dict[str, dict[str, Any] | None] = {
-    "nobody fishes": None,
-    "without a limit": {"rate": 0.06},
+    "no fishing": None,
+    "no limit": {"rate": 0.06},
     "a quota": {"rate": 0.06, "quota": 40},
     "a wide mesh": {"rate": 0.06, "least": 0.25},
     "a closed season": {"rate": 0.06, "season": [0.0, 0.3]},
@@ -43,7 +43,7 @@ NETS: dict[str, dict[str, Any] | None] = {
 
 
 def fished(net: dict[str, Any] | None) -> World:
-    """The sea after twelve years with these nets."""
+    """Return the sea after twelve years with these nets."""
     config: dict[str, Any] = copy.deepcopy(SEA)
     if net is not None:
         config["land_use"] = [{"kind": "harvest", "species": "cod", "period": YEAR, "cause": "fished"} | net]

@@ -1,4 +1,4 @@
-"""A focal sample: the readings and decisions of single animals in every tick of a run, as columns of a table."""
+"""A focal sample records the readings and decisions of single animals in every tick, as columns of a table."""
 
 import tempfile
 from pathlib import Path
@@ -12,13 +12,13 @@ if __name__ == "__main__":
     out = Path(tempfile.mkdtemp()) / "run"
     run_to_folder("lamb", seed=1, ticks=60, out=out, record="focal=6", report=False)
     table = read_parts(out / "details-lamb")
-    print(f"{len(table)} rows, of the lambs {sorted(set(table['uid'].to_pylist()))}")
+    print(f"{len(table)} rows for the lambs {sorted(set(table['uid'].to_pylist()))}")
     touching = table.filter(pc.greater(table["sensor: touch_udder"], 0.5))
     print(
-        f"{len(touching)} with an udder at the mouth: "
-        f"they suck in {pc.sum(touching['decision: suck.suck'])} of them,"
+        f"{len(touching)} with an udder at the mouth: they "
+        f"suck in {pc.sum(touching['decision: suck.suck'])} of them,"
     )
     print(
         f"by reflex in {pc.sum(touching['reflex: suck.suck'])}, "
-        f"and {pc.sum(touching['chosen: suck.suck'])} times their policy chose to"
+        f"and their policy chose to in {pc.sum(touching['chosen: suck.suck'])}"
     )

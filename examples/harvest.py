@@ -1,4 +1,4 @@
-"""Fishing and forestry: every year a share of a stock is taken, and the rest has to regrow."""
+"""Harvest: every year a share of a fish stock is caught, and the rest has to regrow."""
 
 import numpy as np
 
@@ -31,7 +31,7 @@ POND = {
 
 
 def fished(share: float, region: list[float] | None = None) -> World:
-    """A pond of which this share is caught at the end of each year, where it may be fished."""
+    """Return a pond where this share is caught at the end of each year, everywhere or in the fished half."""
     catch = {
         "kind": "cull",
         "at": YEAR,

@@ -1,5 +1,5 @@
-"""A nervous system at work: one newborn lamb at a pool, then at an udder; its senses,
-policy and actions in each second."""
+"""A nervous system at work: the readings, policy and actions of a newborn lamb in each second,
+first at a pool, then at an udder."""
 
 from ecs_eco import World
 from ecs_eco.components import Nervous
@@ -10,7 +10,7 @@ CHANNELS = ("touch_udder", "touch_water", "glucose", "oxygen")
 
 
 def watch(world: World, seconds: int) -> None:
-    """Print what the first lamb senses and does."""
+    """Print the readings and actions of the first lamb."""
     lambs = world.table("lamb")
     nerves, row = lambs.species.nerves, lambs.by_uid()[0]
     print(f"{'second':>6}  {'  '.join(CHANNELS)}  does")
@@ -33,8 +33,8 @@ if __name__ == "__main__":
     arrange(world, "ewe", x=5, y=5)
     arrange(world, "water", x=2, y=2)
     arrange(world, "lamb", x=1.7, y=2, heading=0)
-    print("It bends over a pool: whatever its policy wants, it does not inhale.")
+    print("It bends over a pool: whatever its policy chooses, it does not inhale.")
     watch(world, 8)
     arrange(world, "lamb", x=4.2, y=5, heading=0)
-    print("It touches an udder: whatever its policy wants, it sucks; after four seconds milk flows.")
+    print("It touches an udder: whatever its policy chooses, it sucks. After four seconds milk flows.")
     watch(world, 8)

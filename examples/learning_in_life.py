@@ -1,4 +1,4 @@
-"""Pre-train policies with the numbers held constant, then run the ecosystem,
+"""Pre-train policies with constant population sizes, then run the ecosystem
 with and without learning in life."""
 
 import tempfile

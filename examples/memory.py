@@ -1,7 +1,7 @@
-"""A network with a memory, as a torch module of your own.
+"""A network with memory, as a custom torch module.
 
-A shadow shows a mouse from which side the owl will come. Three ticks later nothing is to be seen any more,
-and it has to be on the other side. What sees only the present cannot learn that; a GRU does.
+A shadow shows a mouse on which side the owl will come. When the owl comes, four ticks after the shadow has
+gone, the mouse has to be on the other side. A network without memory cannot learn this; a GRU can.
 """
 
 import numpy as np
@@ -11,13 +11,13 @@ from torch import nn
 from ecs_eco import System, World
 from ecs_eco.components import Metabolism, Nervous
 
-PERIOD = 8  # ticks: in the first a shadow, in the last three the owl
+PERIOD = 8  # [ticks]: the shadow comes in the first, the owl in the last three
 
 
 class Remembering(nn.Module):
     """forward(observations f32[n, d], state f32[n, memory]) -> logits f32[n, k], values f32[n], state."""
 
-    memory = 16  # numbers that each organism keeps; zero at birth
+    memory = 16  # numbers stored per organism; zero at birth
 
     def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
         super().__init__()
@@ -30,18 +30,18 @@ class Remembering(nn.Module):
 
 
 def side(world, uid: np.ndarray) -> np.ndarray:
-    """From which side the owl comes in this period, for each mouse: -1 or 1."""
+    """Return the side of the owl in this period for each mouse: -1 or 1."""
     mixed = uid * np.uint64(2654435761) + np.uint64(world.tick // PERIOD * 40503)
     return 1 - 2 * (mixed >> np.uint64(9) & np.uint64(1)).astype(int)
 
 
 def shadow(world, table, seekers, out, first) -> None:
-    """A sensor: the side, in the first tick of a period; later 0."""
+    """Sense the side in the first tick of a period, otherwise 0."""
     out[:, first] = side(world, table.uid[seekers.rows]) * (world.tick % PERIOD == 0)
 
 
 class Owl(System):
-    """Comes in the last ticks of a period: who is on its side is hurt, the others graze in peace."""
+    """In the last ticks of a period, hurt the mice on the owl's side and feed the others."""
 
     needs = (Nervous, Metabolism)
     phase = "interact"
@@ -76,4 +76,4 @@ if __name__ == "__main__":
         before = mice[Metabolism].energy[mice.rows()].mean()
         world.run(5 * PERIOD)
         gain = (mice[Metabolism].energy[mice.rows()].mean() - before) / (5 * 3 * 0.005)
-        print(f"{name:>8}: {(1 + gain) / 2:4.0%} of the times on the safe side")
+        print(f"{name:>8}: {(1 + gain) / 2:4.0%} of the mice on the safe side")

@@ -1,15 +1,15 @@
-"""Nitrogen goes around: from soil into grass, voles and carcasses, and back; or locks up without decay."""
+"""Nitrogen cycles from soil into grass, voles and carcasses and back; without decay it is locked up in the dead."""
 
 import numpy as np
 
 from ecs_eco import World
 
-DAY = 24.0  # ticks of an hour
+DAY = 24.0  # [ticks] of one hour each
 GRASS = {
     "count": 500,
-    "body": {"radius": 0.05, "opaque": False},  # half a litre
+    "body": {"radius": 0.05, "opaque": False},  # half a liter
     "substances": {"nitrogen": 0.3},
-    "born_with": "soil",  # a seed sprouts where the soil has 0.16 mol for it
+    "born_with": "soil",  # a seed sprouts if the soil has 0.16 mol for it
     "metabolism": {"energy": 0.2, "energy_max": 1.0, "growth": 0.02},
     "reproduction": {"kind": "spread", "rate": 0.04, "spacing": 0.5, "place": "near", "dispersal": 2.0},
     "lethal": [{"property": "age", "max": 20 * DAY}],
@@ -39,7 +39,7 @@ VOLE = {
 
 
 def meadow(decay: float) -> World:
-    """A meadow whose dead give back a share of their nitrogen each hour."""
+    """Return a meadow whose dead return this share of their nitrogen per hour."""
     dead = {"body": {"radius": 0.08, "opaque": False}, "decomposition": {"rate": decay}}
     return World.from_config(
         {
@@ -72,8 +72,8 @@ if __name__ == "__main__":
         rows = zip(page["tick"], page["holder"], page["stock_after"], strict=True)
         held = {name: amount for tick, name, amount in rows if tick == world.tick - 1}
         total = np.reshape(page["stock_after"], (world.tick, -1)).sum(1)
-        where = ", ".join(f"{100 * amount / total[-1]:.0f} % in {name}" for name, amount in held.items())
+        where = ", ".join(f"{100 * amount / total[-1]:.0f}% in {name}" for name, amount in held.items())
         print(
             f"decay of {decay:g} per hour: {world.table('grass').n} grass, {world.table('vole').n} voles; "
-            f"nitrogen: {where}; all of it {total[0]:.1f} mol at first, {total[-1]:.1f} at last"
+            f"nitrogen: {where}; total {total[0]:.1f} mol at first, {total[-1]:.1f} mol at the end"
         )

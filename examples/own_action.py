@@ -1,6 +1,6 @@
-"""An action of your own: the group `shelter`, which a system carries out by reading the decision.
+"""A custom action: a system reads the decision and carries out the group `shelter`.
 
-A hidden snail is safe from the hail, and does not graze. Its policy learns when to hide.
+A hidden snail is safe from hail but does not graze. Its policy learns when to hide.
 """
 
 import numpy as np
@@ -10,11 +10,11 @@ from ecs_eco.components import Metabolism, Nervous
 
 
 class Shelter(System):
-    """Snails outside graze, and are hurt while it hails."""
+    """Feed snails that stay outside, and hurt them while it hails."""
 
     needs = (Nervous, Metabolism)
     phase = "interact"
-    acts = ("shelter",)  # species may have a group of actions of this name
+    acts = ("shelter",)  # the groups of actions that this system carries out
 
     def update(self, table, world) -> None:
         out = table.species.nerves.doing(table, "stay")
@@ -27,12 +27,12 @@ class Shelter(System):
 
 
 def hails(world) -> bool:
-    """Ten seconds of hail after ten of sun."""
+    """Return whether it hails: ten seconds of sun, then ten of hail."""
     return world.time // 10 % 2 == 1
 
 
 def sky(world, table, seekers, out, first) -> None:
-    """A sensor: 1 while it hails."""
+    """Sense hail: 1 while it hails."""
     out[:, first] = hails(world)
 
 

@@ -1,5 +1,5 @@
-"""A component of your own on a shipped species: deer get wool,
-which grows and makes living in the cold cheaper."""
+"""A custom component on a shipped species: deer have wool,
+which grows and lowers the cost of living in the cold."""
 
 import numpy as np
 
@@ -16,13 +16,13 @@ class Wool:
 
 
 class GrowWool(System):
-    """Wool grows up to 5 cm; each centimetre saves a tenth of what the cold costs."""
+    """Grow wool up to 5 cm; each centimeter saves a tenth of the cost of cold."""
 
     needs = (Wool, Metabolism)
     phase = "metabolise"
 
     def start(self, world: World) -> None:
-        """Give every deer, living or to come, its wool."""
+        """Add wool to every deer, present and future."""
         world.table("deer").add_component(Wool, growth=2e-4)
 
     def update(self, table, world) -> None:
@@ -30,7 +30,7 @@ class GrowWool(System):
         wool.length[who] = np.minimum(wool.length[who] + wool.growth[who] * world.dt, 0.05)
         before = m.energy[who]
         m.energy[who] -= np.float32(0.002 * world.dt) * np.maximum(1 - 10 * wool.length[who], 0)
-        m.burnt[who] += before - m.energy[who]  # so that the energy ledger closes
+        m.burnt[who] += before - m.energy[who]  # keeps the energy ledger closed
 
 
 if __name__ == "__main__":

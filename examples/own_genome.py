@@ -1,5 +1,5 @@
-"""A genome of your own: letters, genes, an operator of DEAP and one of yours; a thousand births,
-and what they changed."""
+"""A custom genome: letters, genes, one operator of DEAP and one custom operator.
+A thousand births show their effect."""
 
 import random
 
@@ -11,11 +11,11 @@ from ecs_eco.testing import check_genome
 
 layout = Layout(
     [
-        # three of the four letters mean the same: most mutations are silent
+        # three of the four letters give the same value, so most mutations are silent
         Gene(name="red", letters=1, values=[0, 0, 0, -1]),
-        # neighbouring sizes differ in one letter
+        # adjacent sizes differ in one letter
         Gene(name="size", letters=4, low=0.2, high=0.6, code="gray"),
-        # three loci before it are neutral
+        # the three loci before it are neutral
         Gene(name="age", letters=6, low=600, high=6000, scale="log", at=8),
         # mutates more often than the others
         Gene(name="litter", letters=2, low=1, high=8, whole=True, mutation=0.05),
@@ -27,9 +27,9 @@ layout = Layout(
 
 
 def repeat_letter(genome: list[int], indpb: float) -> tuple[list[int]]:
-    """A mutation of your own: a letter becomes a copy of the one before it.
+    """Replace letters by copies of their left neighbors, with probability `indpb` each.
 
-    The random numbers are those of the birth.
+    Python's random generator is seeded for each birth.
     """
     for i in range(1, len(genome)):
         if random.random() < indpb:
@@ -46,12 +46,12 @@ if __name__ == "__main__":
         {"mate": {"operator": "cxTwoPoint"}, "mutate": {"operator": "mutUniformInt", "indpb": 0.01}}, layout
     )
     births = Operators(toolbox, layout)
-    keys = np.arange(1000, dtype=np.uint64)  # a child depends on its parents and its key alone
+    keys = np.arange(1000, dtype=np.uint64)  # a child depends only on its parents and its key
     mothers, fathers = np.repeat(parents[:1], 1000, axis=0), np.repeat(parents[1:], 1000, axis=0)
     children = births.offspring(mothers, fathers, keys)
     print("size of the children:", np.unique(layout.decode(children)["size"].round(2)).tolist()[:6], "…")
     print("alleles of red:", frequencies(layout, children)["red"])
-    # as with DEAP: from now on children are made with it
+    # registered operators take effect at once, as in DEAP
     toolbox.register("mate", tools.cxUniform, indpb=0.5)
     toolbox.register("mutate", repeat_letter, indpb=0.01)
     children = births.offspring(mothers, fathers, keys)

@@ -1,17 +1,17 @@
-"""Reflex and happiness as functions of your own, in place of formulas."""
+"""Reflex and happiness as custom functions instead of formulas."""
 
 import numpy as np
 
 from ecs_eco import World
 from ecs_eco.components import Nervous
 
-# channels, in the order of the sensors: energy, grass_forward, grass_left, grass_near (`ecs-eco check FILE`
-# lists them) actions, in the order of their groups: sit, hop, left, none, right, eat
+# channels, in sensor order: energy, grass_forward, grass_left, grass_near (`ecs-eco check FILE` lists them)
+# actions, in group order: sit, hop, left, none, right, eat
 
 
 def reflex(x: np.ndarray) -> np.ndarray:
-    """x f32[n, channels] -> [n, actions], of which the sign counts: +1 forces, −1 blocks,
-    0 leaves it to the policy."""
+    """Map x f32[n, channels] to [n, actions]; the sign matters: +1 forces, −1 blocks,
+    0 leaves the choice to the policy."""
     y = np.zeros((len(x), 6), np.float32)
     close = x[:, 3] > 0.9
     y[close, 1] = -1  # do not hop past food within reach
@@ -20,7 +20,7 @@ def reflex(x: np.ndarray) -> np.ndarray:
 
 
 def happiness(x: np.ndarray) -> np.ndarray:
-    """x f32[n, channels] -> f32[n]: hunger hurts more the hungrier it gets."""
+    """Map x f32[n, channels] to f32[n]: the lower the energy, the more a loss hurts."""
     return np.sqrt(np.clip(x[:, 0], 0, 1))
 
 

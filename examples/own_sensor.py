@@ -1,4 +1,4 @@
-"""A sensor of your own: a compass. It is a function that writes its channels for all animals that have it."""
+"""A custom sensor, a compass: a function that writes its channels for all animals that have it."""
 
 import numpy as np
 
@@ -7,8 +7,8 @@ from ecs_eco.components import Position
 
 
 def compass(world, table, seekers, out: np.ndarray, first: int) -> None:
-    """Cosine and sine of the angle from the heading to the north: out[:, first : first + 2],
-    a line per seeker."""
+    """Write cosine and sine of the angle from the heading to north to out[:, first : first + 2],
+    one row per animal."""
     north = np.pi / 2 - table[Position].heading[seekers.rows]
     out[:, first], out[:, first + 1] = np.cos(north), np.sin(north)
 
@@ -31,5 +31,5 @@ if __name__ == "__main__":
     for _ in range(3):
         geese = world.table("goose")
         north = np.sin(geese[Position].heading[geese.rows()]).mean()
-        print(f"tick {world.tick:2}: {north:+.2f} of the way is northward")
+        print(f"tick {world.tick:2}: mean northward component of the headings {north:+.2f}")
         world.run(10)

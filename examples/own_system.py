@@ -1,4 +1,4 @@
-"""A system of your own, with a compiled kernel and a cause of death: lightning strikes."""
+"""A custom system with a compiled kernel and a new cause of death: lightning strikes."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from ecs_eco.engine.random import USER
 
 
 class Strike(System):
-    """In each second each organism is struck by lightning with the same small chance."""
+    """Strike each organism by lightning with the same small probability per second."""
 
     needs = (Position,)
     phase = "interact"
@@ -32,9 +32,9 @@ class Strike(System):
 
 @njit
 def strike(alive, uid, key, chance, struck, cause):
-    """Mark those that die now.
+    """Mark the organisms that die in this tick.
 
-    A draw depends on the seed, the tick, the uid and the purpose: never on the row.
+    A draw depends on seed, tick, uid and purpose, never on the row.
     """
     for row in range(alive.size):
         if alive[row] and cause[row] == 0 and draw(key, uid[row], USER) < chance:

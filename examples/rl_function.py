@@ -1,7 +1,7 @@
-"""A policy written by hand: a function of what all deer sense, and of their uids.
+"""A hand-written policy: a function of the readings of all deer and their uids.
 
-The same function decides within the world, `policy = { kind = "function", … }`, and beside it, through the
-door that `world.external` opens: arrays out, arrays in, once a tick. Both make the same world.
+The same function decides inside the world, as `policy = { kind = "function", … }`, and outside it, through
+`world.external`, which exchanges arrays once per tick. Both give the same world.
 """
 
 from pathlib import Path
@@ -19,7 +19,7 @@ LEFT, AHEAD, RIGHT = range(3)
 
 
 def act(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
-    """Turn to the nearest grass and go there; where there is none, walk in a wide bow, each to its side."""
+    """Turn to the nearest grass and go there; without grass in sight, walk straight or in a wide curve."""
     forward, left, near = (x[:, CHANNELS.index(f"grass_{way}")] for way in ("forward", "left", "near"))
     turn = np.where(left > 0.3, LEFT, np.where(left < -0.3, RIGHT, AHEAD))
     turn = np.where((forward < 0) & (turn == AHEAD), LEFT, turn)
@@ -30,7 +30,7 @@ def act(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
 
 
 def meals(world: World, ticks: int = 200) -> float:
-    """Energy that a deer takes in, in a hundred ticks."""
+    """Return the energy intake of a deer per hundred ticks."""
     world.run(ticks)
     deer = world.series().filter(pc.field("species") == "deer")
     return 100 * deer["taken_in"].to_numpy()[-ticks:].sum() / deer["n"].to_numpy()[-ticks:].sum()
@@ -46,8 +46,8 @@ if __name__ == "__main__":
     for _ in range(200):
         seen = door.observe()
         door.act(act(seen.x, seen.uid))
-    print(f"energy that a deer takes in: {meals(within):.2f} by hand, {meals(random):.2f} by chance")
+    print(f"energy intake of a deer: {meals(within):.2f} by hand, {meals(random):.2f} at random")
     print(
-        "within and beside the world: the same deer",
+        "inside and outside the world, the same deer:",
         (within.tables["deer"].by_uid().size, beside.tables["deer"].by_uid().size),
     )

@@ -1,4 +1,4 @@
-"""PPO in CleanRL's style on PettingZoo's dicts: agents are born and die as it learns.
+"""PPO in CleanRL's style on PettingZoo's dicts, while agents are born and die.
 `python examples/rl_parallel.py 130000` takes about a minute; it needs ecs-eco[rl]."""
 
 import sys
@@ -25,7 +25,7 @@ class Agent(nn.Module):
         layers = [[layer for a, b in pairwise(net) for layer in (nn.Linear(a, b), nn.Tanh())] for net in nets]
         self.actor, self.critic = (nn.Sequential(*net[:-1]) for net in layers)
 
-    def forward(self, x, action=None):  # -> action [n, groups], its log-probability, entropy and value [n]
+    def forward(self, x, action=None):  # -> action [n, groups], log-probability, entropy and value [n]
         groups = [Categorical(logits=part) for part in self.actor(x).split(self.sizes, -1)]
         action = torch.stack([group.sample() for group in groups], 1) if action is None else action
         logs = sum(group.log_prob(action[:, i]) for i, group in enumerate(groups))
@@ -34,7 +34,7 @@ class Agent(nn.Module):
 
 @torch.no_grad()
 def collect(env, agent: Agent, x: dict) -> tuple[dict, list]:
-    """Act; return what is sensed then, and all (x, action, log-probability, advantage, return)."""
+    """Act; return the last observations and all (x, action, log-probability, advantage, return)."""
     lives, batch = {}, []
     for _ in range(HORIZON):
         names, seen = env.agents, torch.from_numpy(np.stack([x[name] for name in env.agents]))
@@ -51,7 +51,7 @@ def collect(env, agent: Agent, x: dict) -> tuple[dict, list]:
 
 
 def train(steps: int, seed: int, look=lambda *_: None) -> nn.Sequential:
-    """Train for so many steps of all agents; `look(steps so far, policy)` is called after each update."""
+    """Train for `steps` steps, summed over agents; `look(steps so far, policy)` is called after each update."""
     torch.manual_seed(seed)
     env, done = parallel_env(GRAZING, "deer", training=True, max_cycles=10**6), 0  # always 64 deer
     agent = Agent(len(env.channels), [len(names) for names in env.options.values()])

@@ -1,4 +1,4 @@
-"""Stable-Baselines3's PPO trains deer in slots, and what it has learnt goes back into the world.
+"""Stable-Baselines3's PPO trains deer in slots; the trained policy then runs in the world.
 
 python examples/rl_slots.py 200000      # about a minute; needs ecs-eco[rl] and stable-baselines3
 """
@@ -19,13 +19,13 @@ GRAZING = Path(__file__).parent / "grazing.toml"
 
 
 def sequential(model: Any) -> nn.Sequential:
-    """The policy of a model as a plain Sequential of Linear and Tanh."""
+    """Return the policy of a model as a plain Sequential of Linear and Tanh."""
     policy = model.policy
     return nn.Sequential(*policy.mlp_extractor.policy_net, policy.action_net)
 
 
 def train(steps: int, seed: int, look: Callable[[int, nn.Module], Any] = lambda *_: None) -> nn.Sequential:
-    """Train for so many steps of all slots; `look(steps so far, policy)` sees each rollout's outcome."""
+    """Train for `steps` steps, summed over slots; `look(steps so far, policy)` is called at each rollout."""
     from stable_baselines3 import PPO
     from stable_baselines3.common.callbacks import BaseCallback
 

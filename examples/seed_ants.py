@@ -1,4 +1,4 @@
-"""Ants carry seeds home: the queen, who cannot move, lives on what they bring."""
+"""Ants carry seeds home to a queen that cannot move and lives on them."""
 
 import copy
 from typing import Any
@@ -49,7 +49,7 @@ HILL: dict[str, Any] = {
         },
     },
 }
-# with a seed to the queen, without one to the next seed that does not lie before her
+# with a seed: to the queen; without: to the nearest seed, unless it is already near the queen
 GOAL = "(queen_{0} if load > 0.5 else seed_{0} if queen_near < 0.8 else 0)"
 LEFT, AHEAD = GOAL.format("left"), GOAL.format("forward")
 HILL["species"]["ant"]["reflex"] = {
@@ -63,7 +63,7 @@ HILL["species"]["ant"]["reflex"] = {
 
 
 def lived(carrying: bool, ticks: int = 600) -> World:
-    """An ant hill after ten minutes, with ants that carry or that have lost the art."""
+    """Return an ant hill after ten minutes, with ants that carry seeds or do not."""
     config = copy.deepcopy(HILL)
     if not carrying:
         config["species"]["ant"]["reflex"]["formulas"]["take"] = "-1"
@@ -75,9 +75,9 @@ if __name__ == "__main__":
         world = lived(carrying)
         queen, ant = world.tables["queen"], world.tables["ant"]
         eaten = sum(world.series().to_pydict()["taken_in"]) / 0.1
-        state = f"holds {queen[Metabolism].energy[0]:.1f} of energy" if queen.n else "has starved"
+        state = f"has an energy of {queen[Metabolism].energy[0]:.1f}" if queen.n else "has starved"
         laden = int((ant[Load].object[ant.rows()] > 0).sum())
         print(
-            f"ants that {'carry' if carrying else 'do not carry'}: {laden} have a seed, "
-            f"the queen has eaten {eaten:.0f} and {state}"
+            f"ants that {'carry' if carrying else 'do not carry'}: {laden} hold a seed, "
+            f"the queen has eaten {eaten:.0f} seeds and {state}"
         )

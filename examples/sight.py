@@ -1,5 +1,5 @@
-"""Eyes for a torch module of your own: rays are a small image, a row for each kind of thing,
-and a convolution looks at it."""
+"""Vision for a custom torch module: rays form a small image, with a row for each species,
+processed by a convolution."""
 
 import torch
 from torch import nn
@@ -11,7 +11,7 @@ RAYS, KINDS = 15, ["grass", "thistle"]
 
 
 class Eye(nn.Module):
-    """What an edge or a gap means does not depend on where on the retina it is: few weights, learned soon."""
+    """A convolution treats all places on the retina alike, so it has few weights and learns fast."""
 
     def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
         super().__init__()
@@ -71,4 +71,4 @@ if __name__ == "__main__":
             world.run(75)
             gains.append(hares[Metabolism].energy[hares.rows()].mean() - before)
         name = "at random" if policy == "random" else "learning"
-        print(f"{name:>9}: {', '.join(f'{gain:+.2f}' for gain in gains)} energy for each hare in 75 ticks")
+        print(f"{name:>9}: {', '.join(f'{gain:+.2f}' for gain in gains)} energy per hare in 75 ticks")

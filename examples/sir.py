@@ -1,4 +1,4 @@
-"""A disease that spreads by nearness: the feature, the component, the systems and the reporter of epidemic.toml."""
+"""A disease that spreads between neighbors: feature, component, systems and reporter of epidemic.toml."""
 
 from pathlib import Path
 
@@ -16,14 +16,14 @@ WELL, ILL, IMMUNE = 0, 1, 2
 
 @component
 class Health:
-    """How someone is."""
+    """The health of one organism."""
 
     state: u8 = 0  # well, ill or immune
     left: f32 = 0.0  # [s] of illness
 
 
 class Walk(System):
-    """Everyone takes steps in random directions, around the torus or to the wall."""
+    """Move everyone one step in a random direction, around a torus or up to the wall."""
 
     needs = (Position,)
     phase = "move"
@@ -38,11 +38,11 @@ class Walk(System):
             place = (p.x, p.y)[axis]
             step = (self.speed * world.dt * way).astype(np.float32)
             place[rows] = back_into(place[rows] + step, space.lengths[axis], space.wrap[axis])
-        table.version += 1  # places have changed: the index of neighbours is made anew when it is asked for
+        table.version += 1  # positions have changed, so the neighbor index is rebuilt at its next use
 
 
 class Infect(System):
-    """Healthy members catch the disease from infected ones nearby; infected members recover and are immune."""
+    """Infect healthy members near infected ones; infected members recover and become immune."""
 
     needs = (Health, Position)
 
@@ -65,7 +65,7 @@ class Infect(System):
 
 
 class Disease(Section, change=FREE):
-    """How a disease spreads among the members of a species."""
+    """Parameters of a disease in a species."""
 
     beta: Share = quantity("probability of infection by each infected neighbor", "1/s", own=True)
     radius: Positive = quantity("distance within which it spreads", "m", 2.0)
@@ -86,7 +86,7 @@ class Epidemic(Feature):
 
 
 def prevalence(world, state: int = ILL):
-    """Share of the people in a state."""
+    """Return the share of people in a state."""
     people = world.table("people")
     return np.mean(people[Health].state[people.rows()] == state)
 
@@ -98,5 +98,5 @@ if __name__ == "__main__":
         ill = world.run(200).series()["prevalence"].to_numpy()
         print(
             f"beta {beta}: at most {ill.max():.0%} ill, at tick {ill.argmax()}; "
-            f"in the end {world.report('immune'):.0%} immune"
+            f"finally {world.report('immune'):.0%} immune"
         )

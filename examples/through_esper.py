@@ -1,4 +1,4 @@
-"""Entities one at a time, through esper: for small worlds and for exploring.
+"""Handle single entities through esper, for small worlds and for exploring.
 
 Shipped systems use columns instead.
 """
@@ -10,7 +10,7 @@ from ecs_eco.components import Metabolism, Position
 
 
 class Manna(esper.Processor):
-    """A processor as esper knows it: energy falls from the sky on those in the west."""
+    """An ordinary esper processor that gives energy to organisms in the west."""
 
     def process(self) -> None:
         for _, (place, metabolism) in esper.get_components(Position, Metabolism):
@@ -25,14 +25,14 @@ if __name__ == "__main__":
     for x in (5.0, 50.0):
         world.spawn("mouse", Position(x=x), Metabolism(energy=0.5))
     world.run(10)
-    # in the order of uids, which esper's order is not
+    # in the order of uids, unlike esper's own iteration
     for uid, place, metabolism in world.each(Position, Metabolism):
         print(f"mouse {uid} at x = {place.x}: energy {metabolism.energy:.2f}")
-    with world:  # esper's functions mean this world
-        esper.delete_entity(world.entity(2))  # a death: as world.kill(2, cause="deleted")
+    with world:  # esper's functions act on this world
+        esper.delete_entity(world.entity(2))  # a death, like world.kill(2, cause="deleted")
         esper.create_entity(Position(x=70.0), Metabolism(energy=0.4))  # a spawn
-        esper.process()  # a tick: as world.run(1)
+        esper.process()  # a tick, like world.run(1)
         print(
-            "esper knows mice with energies of "
+            "esper lists mice with energies of "
             f"{[round(m.energy, 2) for _, m in esper.get_component(Metabolism)]}"
         )

@@ -1,4 +1,4 @@
-"""Change a shipped world and compare: three arms with the same seed."""
+"""Compare a shipped world with two changed versions, with the same seed."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ ARMS = {
 
 
 def numbers(world: World, name: str) -> np.ndarray:
-    """Number of a species, tick by tick."""
+    """Return the population size of a species in each tick."""
     series = world.series()
     return series["n"].to_numpy()[np.array(series["species"].to_pylist()) == name]
 

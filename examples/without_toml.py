@@ -1,4 +1,4 @@
-"""A world without a world file: tables, systems, spawn and run. Here: an epidemic among random walkers."""
+"""Build a world without a world file, from tables, systems and spawns: an epidemic among random walkers."""
 
 import numpy as np
 
@@ -11,14 +11,14 @@ WELL, ILL, IMMUNE = 0, 1, 2
 
 @component
 class Health:
-    """How someone is."""
+    """The health of one person."""
 
     state: u8 = 0  # well, ill, immune
     left: f32 = 0.0  # [s] of illness
 
 
 class Walk(System):
-    """Everyone takes a step in a random direction."""
+    """Move everyone one step in a random direction."""
 
     needs = (Position,)
     phase = "move"
@@ -28,11 +28,11 @@ class Walk(System):
         angle = draw_many(world.key, table.uid[rows], USER) * np.float32(2 * np.pi)
         p.x[rows] = (p.x[rows] + np.cos(angle)) % world.space.lengths[0]
         p.y[rows] = (p.y[rows] + np.sin(angle)) % world.space.lengths[1]
-        table.version += 1  # places have changed: the neighbour index is rebuilt when it is next used
+        table.version += 1  # positions have changed, so the neighbor index is rebuilt at its next use
 
 
 class Infect(System):
-    """The well who come within 2 m of an ill one fall ill, and are immune after 60 s."""
+    """Infect everyone within 2 m of an ill person; the ill become immune after 60 s."""
 
     needs = (Health, Position)
 
