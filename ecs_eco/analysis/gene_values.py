@@ -89,8 +89,8 @@ def _of_formula(lineage: Pedigree, record: dict[str, Any], species: str) -> np.n
     if "low" not in record:  # what another formula reads
         return out
     kind: Kind = "whole" if record.get("whole") else "number"
-    bounds = (record[word] for word in ("default", "low", "high"))
-    return Trait(record["trait"], "", "", None, *bounds, kind, "", "").nearest(out)
+    default, low, high = (record[word] for word in ("default", "low", "high"))
+    return Trait(record["trait"], "", "", None, default, low, high, kind, "", "").nearest(out)
 
 
 def _of_fixed(genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any], species: str) -> np.ndarray:

@@ -30,9 +30,10 @@ def all_genes(species: Species) -> list[Gene]:
     section, derived = species.genome, []
     formulas, _ = formulas_of(section)
     for name in formulas:
-        found = _samples(section, formulas, name)
-        ends = {"low": float(found[name].min()), "high": float(found[name].max())}
-        derived.append(Gene.model_construct(name=name, trait=section.derived[name].trait, letters=1, **ends))
+        found = np.asarray(_samples(section, formulas, name)[name], np.float64)
+        found = np.clip(np.nan_to_num(found), -LARGEST, LARGEST)  # others are refused
+        low, high = float(found.min()), float(found.max())
+        derived.append(Gene(name=name, trait=section.derived[name].trait, letters=1, low=low, high=high))
     return [*section.genes, *derived]
 
 
@@ -102,8 +103,8 @@ def _of_range(
     values = _samples(section, formulas, name)
     out = np.asarray(values[name], np.float64)
     out = np.rint(out) if trait.kind in ("whole", "sign") else out
-    slack = 1e-6 * np.abs(out)  # float32
-    wrong = np.flatnonzero(~((out >= trait.low - slack) & (out <= trait.high + slack)))
+    low, high = trait.low - 1e-6 * abs(trait.low), trait.high + 1e-6 * abs(trait.high)  # float32
+    wrong = np.flatnonzero(~((out >= low) & (out <= high)))
     if wrong.size:
         at = ", ".join(f"{g} = {values[g][wrong[0]]:g}" for g in _genes_read(section, formulas, name))
         unit = "" if trait.unit == "1" else f" {trait.unit}"
@@ -135,8 +136,7 @@ def _samples(section: GenomeSection, formulas: Mapping[str, Formula], name: str)
     values: dict[str, np.ndarray] = {gene: axis.ravel() for gene, axis in zip(read, grid, strict=True)}
     for other, formula in formulas.items():
         if formula.names <= values.keys():
-            out = formula({name: values[name] for name in formula.names})
-            values[other] = np.nan_to_num(out, nan=LARGEST, posinf=LARGEST, neginf=-LARGEST)
+            values[other] = formula({name: values[name] for name in formula.names})
     return values
 
 

@@ -41,8 +41,8 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
         traits += _of_component(component)
     in_traits = {trait.name for trait in traits if trait.component == "Traits"}
     section = species.genome
-    genes = () if section is None else (*section.genes, *section.derived.values())
-    places = [gene.trait for gene in genes if gene.trait in in_traits]  # their order stays, whatever changes
+    coded = [] if section is None else [one.trait for one in (*section.genes, *section.derived.values())]
+    places = [trait for trait in coded if trait in in_traits]  # their order stays, whatever changes
     return {
         trait.name: replace(trait, index=places.index(trait.name))
         if trait.component == "Traits" and trait.name in places

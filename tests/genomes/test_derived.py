@@ -117,8 +117,12 @@ def test_the_summary_and_the_records_have_derived_traits(tmp_path):
             ["0 at size = 0.5: outside of what reproduction.litter can be", "1 to 10000"],
         ),
         (
-            {"a": {"trait": "locomotion.pace", "formula": "log(size - 1)"}},
-            ["outside of what locomotion.pace can be"],
+            {"a": {"trait": "locomotion.pace", "formula": "exp(300 * size)"}},
+            ["inf at size = 0.5: outside of what locomotion.pace can be"],
+        ),
+        (
+            {"a": {"trait": "locomotion.pace", "formula": "sqrt(size - 1)"}},
+            ["nan at size = 0.5: outside of what locomotion.pace can be"],
         ),
         (
             {"a": {"trait": "locomotion.pace", "formula": "100 * size"}},

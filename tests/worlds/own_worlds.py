@@ -217,6 +217,10 @@ WORLDS = {
     ),
     "shore": world(FORAGER, **SHORE),
     "drift": world(DRIFTER, **STONES),
+    "stroll": world(
+        DRIFTER | {"actions": {"speed": ["walk"]}, "neutral": {}, "reflex": None, "wander": {"turn": 0.5}},
+        **STONES,
+    ),
     "winter": world(DRIFTER | {"ectothermy": {"q10": 2.0, "reference": 288.0, "torpor": 284.0}}, **STONES),
 }
 
@@ -240,5 +244,6 @@ ONLY = {  # what each world shows; the meadow shows all others
         "metabolism.energy_max",
     ),
     "drift": ("neutral.", "actions.turn.continuous.0"),
+    "stroll": ("wander.",),
     "winter": ("ectothermy.",),
 }

@@ -19,6 +19,7 @@ from ecs_eco.config.features.feature import assembled, features_of, of_each
 from ecs_eco.config.features.feeding import Defending, Feeding
 from ecs_eco.config.features.growth import Growing
 from ecs_eco.config.features.heat import Warmth
+from ecs_eco.config.features.wandering import Wandering
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.energy import Locomotion, Metabolism
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
@@ -78,6 +79,7 @@ class Species(
     Caring,
     Eggs,
     Mortality,
+    Wandering,
 ):
     """One species: all its organisms are born with these values."""
 

@@ -94,7 +94,8 @@ def place_of(
 def nose(seekers: Seekers, forward: Any, left: Any, space: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return x and y f32[n] of a place on each body, given in radii ahead and to the left; of a capsule or
     box in halves of its length and width."""
-    x, y, radius = seekers.index.x, seekers.index.y, seekers.radius
+    x, y = seekers.index.x, seekers.index.y
+    radius: Any = seekers.radius
     if seekers.half is not None:
         forward, left, radius = forward * seekers.half[0], left * seekers.half[1], np.float32(1)
     x = x + radius * (forward * seekers.cos - left * seekers.sin)
