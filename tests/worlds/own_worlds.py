@@ -217,11 +217,11 @@ WORLDS = {
     ),
     "shore": world(FORAGER, **SHORE),
     "drift": world(DRIFTER, **STONES),
+    "winter": world(DRIFTER | {"ectothermy": {"q10": 2.0, "reference": 288.0, "torpor": 284.0}}, **STONES),
     "stroll": world(
         DRIFTER | {"actions": {"speed": ["walk"]}, "neutral": {}, "reflex": None, "wander": {"turn": 0.5}},
         **STONES,
     ),
-    "winter": world(DRIFTER | {"ectothermy": {"q10": 2.0, "reference": 288.0, "torpor": 284.0}}, **STONES),
 }
 
 ONLY = {  # what each world shows; the meadow shows all others
@@ -244,6 +244,6 @@ ONLY = {  # what each world shows; the meadow shows all others
         "metabolism.energy_max",
     ),
     "drift": ("neutral.", "actions.turn.continuous.0"),
-    "stroll": ("wander.",),
     "winter": ("ectothermy.",),
+    "stroll": ("wander.",),
 }
