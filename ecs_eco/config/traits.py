@@ -41,7 +41,8 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
         traits += _of_component(component)
     in_traits = {trait.name for trait in traits if trait.component == "Traits"}
     section = species.genome
-    coded = [] if section is None else [one.trait for one in (*section.genes, *section.derived.values())]
+    coded = [] if section is None else [gene.trait for gene in section.genes]
+    coded += [] if section is None else [derived.trait for derived in section.derived.values()]
     places = [trait for trait in coded if trait in in_traits]  # their order stays, whatever changes
     return {
         trait.name: replace(trait, index=places.index(trait.name))
