@@ -38,7 +38,7 @@ class Wandering(Feature, after="locomotion"):
 
     @model_validator(mode="before")
     @classmethod
-    def _walk(cls, data: object) -> Any:
+    def _walk(cls, data: Any) -> Any:
         """Make the gait an automatic action, or the neutral one."""
         wander = data.get("wander") if isinstance(data, dict) else None
         gait = wander.get("gait") if isinstance(wander, dict) else None
