@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from graphlib import CycleError, TopologicalSorter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from ecs_eco.config.models.species import Species
 
 SAMPLES = 4096  # combinations of gene values at which a formula is checked
-MOST_GENES = 12  # that one formula reads, itself or by others
+MOST_GENES = 12  # that vary in these: further ones have their least value
 
 
 def all_genes(species: Species) -> list[Gene]:
@@ -30,10 +29,10 @@ def all_genes(species: Species) -> list[Gene]:
     section, derived = species.genome, []
     formulas, _ = formulas_of(section)
     for name in formulas:
-        found = _samples(section, formulas, name)
-        low, high = float(found[name].min()), float(found[name].max())
-        trait = section.derived[name].trait
-        derived.append(Gene.model_construct(name=name, trait=trait, letters=1, low=low, high=high))
+        found = np.asarray(_samples(section, formulas, name)[name], np.float64)
+        found = np.clip(np.nan_to_num(found), -LARGEST, LARGEST)  # others are refused
+        low, high = float(found.min()), float(found.max())
+        derived.append(Gene(name=name, trait=section.derived[name].trait, letters=1, low=low, high=high))
     return [*section.genes, *derived]
 
 
@@ -44,6 +43,9 @@ def formulas_of(section: GenomeSection) -> tuple[dict[str, Formula], list[Proble
     known, found, wrong = [*genes, *section.derived], {}, []
     for name, derived in section.derived.items():
         key, text = ("derived", name, "formula"), derived.formula
+        if any(gene.name == name for gene in section.genes):
+            wrong.append(Problem(key[:2], "a gene has this name", name, "each name once"))
+            continue
         try:
             formula = compile_formula(text, known)
         except FormulaError as error:
@@ -53,22 +55,12 @@ def formulas_of(section: GenomeSection) -> tuple[dict[str, Formula], list[Proble
             found[name] = formula
         else:
             wrong.append(Problem(key, "reads no gene", text, f"a formula of {listed(known, 30)}"))
-    try:
-        graph = {name: sorted(formula.names & found.keys()) for name, formula in found.items()}
-        order = list(TopologicalSorter(graph).static_order())
-    except CycleError as error:
-        circle = error.args[1][::-1]
-        key = ("derived", circle[0], "formula")
-        wrong.append(Problem(key, f"a circle of formulas: {' → '.join(circle)}", found[circle[0]].text))
-        return {}, wrong
     formulas: dict[str, Formula] = {}
-    for name in order:
-        if found[name].names <= {*genes, *formulas}:  # else what it reads is wrong
-            formulas[name] = found[name]
-            if len(read := _genes_read(section, formulas, name)) > MOST_GENES:
-                key, text = ("derived", name, "formula"), found[name].text
-                wrong.append(Problem(key, f"reads {len(read)} genes", text, f"at most {MOST_GENES}"))
-                del formulas[name]
+    while ready := [n for n, f in found.items() if n not in formulas and f.names <= {*genes, *formulas}]:
+        formulas |= {name: found[name] for name in ready}
+    for name in [] if wrong else [name for name in found if name not in formulas]:
+        fault = "a circle: it reads itself, or formulas that do"
+        wrong.append(Problem(("derived", name, "formula"), fault, found[name].text, listed(genes, 30)))
     return formulas, wrong
 
 
@@ -76,13 +68,10 @@ def problems_of_derived(section: GenomeSection, traits: Mapping[str, Trait]) -> 
     """Yield the problems of derived traits, each with its key in the section of the genome."""
     formulas, wrong = formulas_of(section)
     yield from wrong
-    genes = {gene.name: gene for gene in section.genes}
     by_trait = {gene.trait: gene.name for gene in section.genes}
     numbers = [name for name, trait in traits.items() if trait.kind != "weights"]
     for name, derived in section.derived.items():
         key = ("derived", name)
-        if name in genes:
-            yield Problem(key, "a gene has this name", name, "each name once")
         if derived.trait in by_trait:
             fault = f"{by_trait[derived.trait]} codes for it too"
             yield Problem((*key, "trait"), fault, derived.trait, "one gene or formula for each trait")
@@ -103,8 +92,8 @@ def _of_range(
     values = _samples(section, formulas, name)
     out = np.asarray(values[name], np.float64)
     out = np.rint(out) if trait.kind in ("whole", "sign") else out
-    slack = 1e-6 * np.abs(out)  # float32
-    wrong = np.flatnonzero(~((out >= trait.low - slack) & (out <= trait.high + slack)))
+    low, high = trait.low - 1e-6 * abs(trait.low), trait.high + 1e-6 * abs(trait.high)  # float32
+    wrong = np.flatnonzero(~((out >= low) & (out <= high)))
     if wrong.size:
         at = ", ".join(f"{g} = {values[g][wrong[0]]:g}" for g in _genes_read(section, formulas, name))
         unit = "" if trait.unit == "1" else f" {trait.unit}"
@@ -132,12 +121,12 @@ def _samples(section: GenomeSection, formulas: Mapping[str, Formula], name: str)
     genes = {gene.name: gene for gene in section.genes}
     read = _genes_read(section, formulas, name)
     n = max(2, int(SAMPLES ** (1 / len(read))))
-    grid = np.meshgrid(*(_values_of(genes[gene], n) for gene in read))
-    values: dict[str, np.ndarray] = {gene: axis.ravel() for gene, axis in zip(read, grid, strict=True)}
+    grid = np.meshgrid(*(_values_of(genes[gene], n) for gene in read[:MOST_GENES]))
+    values: dict[str, np.ndarray] = {gene: axis.ravel() for gene, axis in zip(read, grid, strict=False)}
+    values |= {gene: np.full(grid[0].size, _values_of(genes[gene], 1)[0]) for gene in read[MOST_GENES:]}
     for other, formula in formulas.items():
         if formula.names <= values.keys():
-            out = formula({name: values[name] for name in formula.names})
-            values[other] = np.nan_to_num(out, nan=LARGEST, posinf=LARGEST, neginf=-LARGEST)
+            values[other] = formula({name: values[name] for name in formula.names})
     return values
 
 

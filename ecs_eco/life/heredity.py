@@ -188,7 +188,5 @@ def _targets(
     )
     for gene, trait in coded:
         if trait.name == "body.radius":
-            table.species.radius = max(
-                [species.body.radius, *(gene.values or [gene.low or 0.0, gene.high or 0.0])]
-            )
+            table.species.radius = max([species.body.radius, *(gene.values or [gene.high or 0.0])])
     return {gene.name: (known[trait.component], trait.field, trait.index) for gene, trait in coded}

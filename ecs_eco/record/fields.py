@@ -32,7 +32,8 @@ class Fields:
                 what = f"no species has the component {field.partition('.')[0]}"
                 raise ConfigError([Problem(("record", i), what, field, listed(some, 40))])
             size, dtype = max(map(_size, found)), np.result_type(*(values.dtype for values in found))
-            names = [field] if all(len(values.shape) == 1 for values in found) else _numbered(field, size)
+            single = all(len(values.shape) == 1 for values in found)
+            names = [field] if single else [f"{field}.{place}" for place in range(size)]
             self._columns |= {name: (field, place, dtype) for place, name in enumerate(names)}
             if len(self._columns) > MOST_COLUMNS:
                 raise ConfigError(
@@ -71,7 +72,3 @@ def values_of(table: Table, field: str) -> np.ndarray | None:
 
 def _size(values: np.ndarray) -> int:
     return int(np.prod(values.shape[1:]))
-
-
-def _numbered(field: str, size: int) -> list[str]:
-    return [f"{field}.{place}" for place in range(size)]

@@ -8,6 +8,7 @@ from ecs_eco.components.genome import Genome
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+    from ecs_eco.genomes.traits import Trait
 
 
 def texts_of(table: "Table", rows: np.ndarray, letters: np.ndarray) -> np.ndarray:
@@ -86,7 +87,7 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
     return out
 
 
-def _bounds(trait: Any) -> dict[str, Any]:
+def _bounds(trait: "Trait") -> dict[str, Any]:
     """Return what a derived trait may be, as JSON."""
     whole = {"whole": True} if trait.kind in ("whole", "sign") else {}
     return {"trait": trait.name, "low": trait.low, "high": trait.high, "default": trait.default, **whole}

@@ -114,9 +114,8 @@ class Recorder(System):
         for table, s in self._in_turn() if self.keeps else ():
             rows = table.by_uid()
             none = np.zeros(rows.size, np.uint64)
-            born = self._where(table, s, rows, table.born[rows])
-            genomes = self._genomes(table, rows)
-            self._events["births"].append((*born, none, none, genomes, *self.fields.of(table, rows)))
+            more = none, none, self._genomes(table, rows), *self.fields.of(table, rows)
+            self._events["births"].append((*self._where(table, s, rows, table.born[rows]), *more))
 
     def _in_turn(self) -> list[tuple["Table", int]]:
         """Return tables with members, in the order in which births and deaths come, and their species."""

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from ecs_eco.systems.take_stock import TakeStock
     from ecs_eco.systems.travel import Travel
     from ecs_eco.systems.use_land import UseLand
+    from ecs_eco.systems.wander import Wander
 
 __all__ = [
     "Age",
@@ -93,6 +94,7 @@ __all__ = [
     "TakeStock",
     "Travel",
     "UseLand",
+    "Wander",
 ]
 __getattr__ = lazy(__name__, {name: f"{__name__}.{file_of(name)}" for name in __all__})
 __dir__ = listing(globals(), __all__)

@@ -47,6 +47,7 @@ from ecs_eco.systems.spread import Spread
 from ecs_eco.systems.take_stock import TakeStock
 from ecs_eco.systems.travel import Travel
 from ecs_eco.systems.use_land import UseLand
+from ecs_eco.systems.wander import Wander
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -68,7 +69,7 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
     "feel": (Feel,),
     "learn": (Learn,),
     "decide": (Decide,),
-    "move": (Move, Drift, Travel, Carry),
+    "move": (Wander, Move, Drift, Travel, Carry),
     "interact": (Collide, Feed, Nurse, Mate, Build),
     "metabolise": (Metabolise, ExchangeMatter, React, Decay, Decompose, ExchangeHeat, Compress, GrowUp, Age),
     "die": (Hatch, Perish, LeaveRemains),  # at its end the rows of the dying are freed

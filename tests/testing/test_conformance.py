@@ -52,7 +52,8 @@ def test_what_ships_conforms(name, menagerie, watched, monkeypatch):
         check_component(CHECKS[name])
     else:
         training = name == "Respawn"
-        config = next(c for c in (menagerie(), AVIARY, WORLDS["winter"]) if training or has(c, name))
+        own = menagerie(), AVIARY, WORLDS["winter"], WORLDS["stroll"]
+        config = next(c for c in own if training or has(c, name))
         world = name if name in ("Learn", "Respawn") else config["name"]
         if world in watched:
             monkeypatch.setattr(system_checks, "_watch", lambda world, ticks: None)

@@ -218,6 +218,10 @@ WORLDS = {
     "shore": world(FORAGER, **SHORE),
     "drift": world(DRIFTER, **STONES),
     "winter": world(DRIFTER | {"ectothermy": {"q10": 2.0, "reference": 288.0, "torpor": 284.0}}, **STONES),
+    "stroll": world(
+        DRIFTER | {"actions": {"speed": ["walk"]}, "neutral": {}, "reflex": None, "wander": {"turn": 0.5}},
+        **STONES,
+    ),
 }
 
 ONLY = {  # what each world shows; the meadow shows all others
@@ -241,4 +245,5 @@ ONLY = {  # what each world shows; the meadow shows all others
     ),
     "drift": ("neutral.", "actions.turn.continuous.0"),
     "winter": ("ectothermy.",),
+    "stroll": ("wander.",),
 }

@@ -1,0 +1,72 @@
+"""Wandering: animals that decide on no turn walk a correlated random walk."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import model_validator
+
+from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.engine.errors import Problem, listed, unknown
+from ecs_eco.engine.section import FREE, SHAPE, NonNegative, Section, about, is_absent, quantity
+
+
+class Wander(Section, change=FREE, own=True):
+    """A correlated random walk (Kareiva & Shigesada 1983): in each tick the heading changes by a normal number
+    with standard deviation `turn` times the square root of `dt`, unless the animal turns left or right.
+
+    With a gait, animals without decisions walk: the gait is their only action of the group `speed`, an
+    automatic one, or the neutral one where `actions` has that group.
+    """
+
+    turn: NonNegative = quantity("standard deviation of the change of heading", "rad/√s")
+    gait: str | None = about(
+        "gait of those that decide on none; absent: as `actions` says", None, change=SHAPE
+    )
+
+
+class Wandering(Feature, after="locomotion"):
+    """Undecided animals walk about: system `Wander`."""
+
+    wander: Wander | None = about(
+        "how undecided animals walk about; absent: they keep their heading",
+        None,
+        exclude_if=is_absent,
+        change=SHAPE,
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _walk(cls, data: Any) -> Any:
+        """Make the gait an automatic action, or the neutral one."""
+        wander = data.get("wander") if isinstance(data, dict) else None
+        gait = wander.get("gait") if isinstance(wander, dict) else None
+        kinds = {"actions": dict, "automatic": list, "neutral": dict}
+        given = {key: data.get(key, kind()) for key, kind in kinds.items()} if gait is not None else {}
+        if not given or not all(isinstance(given[key], kind) for key, kind in kinds.items()):
+            return data
+        if "speed" in given["actions"]:
+            return data | {"neutral": {"speed": gait} | given["neutral"]}
+        actions = given["actions"] | {"speed": [gait]}
+        return data | {"actions": actions, "automatic": [*given["automatic"], gait]}
+
+    @staticmethod
+    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield a walk without gaits, and one whose turns a policy or reflex decides in each tick."""
+        if species.wander is None:
+            return
+        gaits = () if species.locomotion is None else species.locomotion.speed
+        if species.locomotion is None:
+            yield Problem((*key, "locomotion"), "is missing: it wanders", allowed="speed = { walk = … }")
+        elif species.wander.gait is not None and species.wander.gait not in gaits:
+            yield unknown((*key, "wander", "gait"), "gait in locomotion.speed", species.wander.gait, gaits)
+        elif "speed" not in species.actions:
+            yield Problem(
+                (*key, "wander", "gait"), "is missing: it has no actions of speed", allowed=listed(gaits)
+            )
+        if "turn" in species.ranges():
+            fault = "actions.turn is continuous: it turns in every tick"
+            yield Problem(
+                (*key, "wander"), fault, allowed='turn = ["left", "none", "right"], or no such group'
+            )
