@@ -13,6 +13,7 @@ from ecs_eco.config.features.eggs import Eggs
 from ecs_eco.config.features.feature import assembled, features_of, of_each
 from ecs_eco.config.features.feeding import Defending, Feeding
 from ecs_eco.config.features.heat import Warmth
+from ecs_eco.config.features.life_history import Caring, Growing, Seasons
 from ecs_eco.config.features.wandering import Wandering
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.energy import Locomotion, Metabolism
