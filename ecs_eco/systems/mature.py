@@ -12,7 +12,7 @@ from ecs_eco.components import Biology, Breeding
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:
-    from ecs_eco.config.features.breeding import Breeding as Season
+    from ecs_eco.config.features.life_history import Breeding as Season
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 

@@ -18,7 +18,7 @@ from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import offset
 
 if TYPE_CHECKING:
-    from ecs_eco.config.features.care import Care
+    from ecs_eco.config.features.life_history import Care
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 

@@ -17,7 +17,7 @@ from ecs_eco.space.gate import newborn
 from ecs_eco.space.region import Region
 
 if TYPE_CHECKING:
-    from ecs_eco.config.models.land_use import Harvest, Plant, Use
+    from ecs_eco.config.models.interventions import Harvest, Plant, Use
     from ecs_eco.space.world import SpatialWorld
 
 PLANTING = random.CULL + (1 << 24)  # purpose of the draws of how many come
