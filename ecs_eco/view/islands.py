@@ -79,15 +79,12 @@ def describe(folder: Path) -> Message:
     }
     if manifest["tick"]:
         message |= _record(load_islands(folder), int(manifest["tick"]), [name for name, _ in named])
-    colours = own_colors(_colours(folder, plan.names[0]))
+    island = folder / ISLANDS / plan.names[0]
+    begun = (island / "manifest.json").is_file()
+    colours = own_colors(read_manifest(island).get("colors") if begun else None)
     for kind in message["species"]:
         kind["color"] = colours.get(kind["name"], kind["color"])
     return message
-
-
-def _colours(folder: Path, island: str) -> Any:
-    path = folder / ISLANDS / island
-    return read_manifest(path).get("colors") if (path / "manifest.json").is_file() else None
 
 
 def _record(islands: Islands, end: int, names: list[str]) -> Message:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.components import Position
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view.source import Message, short
+
+if TYPE_CHECKING:
+    from ecs_eco.view.live import Live
+    from ecs_eco.view.replay import Replay
 
 ROWS, POINTS = 100, 500  # of a table; of each species
 TERM = re.compile(r"\s*([\w:.#]+)\s*(<=|>=|!=|=|<|>)\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*", re.IGNORECASE)
@@ -116,28 +120,25 @@ def _plain(column: np.ndarray) -> list[float | int | None]:
 STATES = ("energy", "happiness", "age")
 
 
-def living(live: Any, name: str) -> Columns:
-    """Return the columns of a species of a `Live` world, in the order of uids."""
-    table = live.world.tables[name]
+def living(live: Live, name: str) -> Columns:
+    """Return the columns of a species of a living world, in the order of uids."""
+    table, world = live.world.tables[name], live.world
     rows, p = table.by_uid(), table[Position]
-    uid = table.uid[rows]
-    out = {"uid": uid, "born": table.born[rows], "family": live.families.roots(uid)}
-    for key in (*STATES, *(f"gene:{gene}" for gene in live.genes[name])):
-        column = live.column(table, key)[0]
-        if column is not None:
-            out[key] = column[rows]
-    places: Columns = {axis: getattr(p, axis)[rows] for axis in ("xyz" if live.world.space.volume else "xy")}
-    return out | places
+    values = {key: live.column(table, key)[0] for key in (*STATES, *(f"gene:{g}" for g in live.genes[name]))}
+    return (
+        {"uid": table.uid[rows], "born": table.born[rows], "family": live.families.roots(table.uid[rows])}
+        | {key: column[rows] for key, column in values.items() if column is not None}
+        | {axis: getattr(p, axis)[rows] for axis in ("xyz" if world.space.volume else "xy")}
+    )
 
 
-def recorded(replay: Any, name: str) -> Columns:
-    """Return the columns of a species at the tick of a `Replay`, in the order of uids."""
+def recorded(replay: Replay, name: str) -> Columns:
+    """Return the columns of a species at the tick of a recorded run, in the order of uids."""
     r, organisms = replay.recording, replay.organisms(name)
-    uid = organisms.uid
-    out = {"uid": uid, "born": r.born(uid), "family": replay.families.roots(uid)}
-    for key in (*STATES, *(f"gene:{gene}" for gene in replay.genes.codes.get(name, ()))):
-        column = replay.column(name, organisms, key)[0]
-        if column is not None:
-            out[key] = column
-    places: Columns = {axis: getattr(organisms, axis) for axis in "xyz"[: len(r.size)]}
-    return out | places
+    keys = (*STATES, *(f"gene:{gene}" for gene in replay.genes.codes.get(name, ())))
+    values = {key: replay.column(name, organisms, key)[0] for key in keys}
+    return (
+        {"uid": organisms.uid, "born": r.born(organisms.uid), "family": replay.families.roots(organisms.uid)}
+        | {key: column for key, column in values.items() if column is not None}
+        | {axis: getattr(organisms, axis) for axis in "xyz"[: len(r.size)]}
+    )

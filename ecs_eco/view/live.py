@@ -169,8 +169,6 @@ class Live:
         """Return the number of each kind."""
         return {name: int(self.world.tables[name].n) for name in self.names}
 
-    # --- frames ---------------------------------------------------------------------------------------------
-
     def frame(self, number: int, colour: str) -> bytes:
         """Return the frame of this tick: value 0 for unknown, 1 to 255 from low to high of `scales`."""
         light, elevation = sky(self.world)
@@ -264,8 +262,6 @@ class Live:
         high = max(most, before[1] + 0.02 * (most - before[1])) if high is None else high
         return low, high
 
-    # --- curves ---------------------------------------------------------------------------------------------
-
     def sample(self) -> None:
         """Note numbers, mean happiness (before the first tick nobody has felt any), mean values of genes, the
         light, and what reporters said last."""
@@ -298,23 +294,18 @@ class Live:
         """Return the points since a tick."""
         return self.curves.after(after)
 
-    # --- one organism ---------------------------------------------------------------------------------------
-
     def organism(self, uid: int) -> Message:
         """Return one organism, living or dead; KeyError for an unknown one."""
         state = self.last_states.state_of(uid)
         happy = None if state.get("nerves") is None else state["nerves"].get("happiness")
-        words = sentence(state, *self._web(state["species"]))
+        foods, name = self.tally.foods, state["species"]
+        eaters = [eater for eater, eaten in foods.items() if name in eaten]
+        words = sentence(state, foods.get(name, []), eaters)
         return state | {
             "kind": "organism",
             "sentence": words,
             "trace": self._trace(uid, happy, state["energy"] if state["alive"] else None),
         }
-
-    def _web(self, species: str) -> tuple[list[str], list[str]]:
-        """Return what a species eats, and what eats it."""
-        foods = self.tally.foods
-        return foods.get(species, []), [eater for eater, eaten in foods.items() if species in eaten]
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
         """Add a point to an organism's trace and return it; the last few organisms keep theirs."""
@@ -329,8 +320,6 @@ class Live:
             name: list(values)
             for name, values in zip(names, zip(*points, strict=True) if points else ([], [], []), strict=True)
         }
-
-    # --- what pages ask for ---------------------------------------------------------------------------------
 
     def handle(self, request: Message) -> list[Message]:
         """Intervene, or list the values that may be changed."""

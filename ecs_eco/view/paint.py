@@ -113,8 +113,6 @@ class Painter:
             Image.fromarray(self.paint(tick)).save(beside, format="png")
         return path
 
-    # --- what stays -----------------------------------------------------------------------------------------
-
     def _lay_out(self, hello: dict[str, Any]) -> None:
         """Make the axes: the world, and a strip for each species at its right, or below a wide world."""
         wide, high = self.size[0] / self.unit / 100, self.size[1] / self.unit / 100  # inches
@@ -208,8 +206,10 @@ class Painter:
         self.pasts.append((ax.plot([], [], color=hue, lw=1.6)[0], ticks, n))
         ax.set(xlim=(ticks[0], max(ticks[-1], ticks[0] + 1)), ylim=(0, max(n.max(initial=0) * 1.08, 1)))
         ax.tick_params(labelsize=8, colors=SOFT, length=2.5)
-        ax.yaxis.set_major_locator(_ticker().MaxNLocator(3, integer=True))
-        ax.xaxis.set_major_locator(_ticker().MaxNLocator(5, integer=True))
+        from matplotlib import ticker
+
+        ax.yaxis.set_major_locator(ticker.MaxNLocator(3, integer=True))
+        ax.xaxis.set_major_locator(ticker.MaxNLocator(5, integer=True))
         for axis in (ax.xaxis, ax.yaxis):
             axis.set_major_formatter(lambda v, _: f"{v:,.0f}")
         for side, spine in ax.spines.items():
@@ -232,8 +232,6 @@ class Painter:
         self.counts.append(
             self.figure.text(place.left + place.width, y, "", size=10.5, color=INK, va="center", ha="right")
         )
-
-    # --- what moves -----------------------------------------------------------------------------------------
 
     def _moving(self) -> list[Any]:
         self.land: list[Any] = []
@@ -396,9 +394,3 @@ def clock(seconds: float, day: dict[str, float] | None = None) -> str:
             parts.append(f"{math.floor(seconds / length)} {word}")
             seconds %= length
     return " ".join([*parts, f"{seconds:g} s"][:2])
-
-
-def _ticker() -> Any:
-    from matplotlib import ticker
-
-    return ticker

@@ -58,8 +58,6 @@ class Player(Inbox):
         self._colours: list[str] = hello["colours"]
         self._log = Log(self._views, bool(hello.get("acts")))
 
-    # --- from the world's thread ----------------------------------------------------------------------------
-
     def turn(self) -> bool:
         """Serve the pages until the next tick is due; False when it is time to end."""
         while True:
@@ -235,8 +233,6 @@ class Player(Inbox):
                 "pages": len(self._views),
             }
         )
-
-    # --- what pages ask for ---------------------------------------------------------------------------------
 
     def _answer(self, page: Page, request: Message) -> None:
         kind = request.get("kind")

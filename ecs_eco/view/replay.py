@@ -75,8 +75,6 @@ class Replay:
         finally:
             self._rerun.halt()
 
-    # --- what a page has to know ----------------------------------------------------------------------------
-
     def hello(self) -> Message:
         """Return what a page needs to know of the run."""
         if self._hello is None:
@@ -174,14 +172,10 @@ class Replay:
             "stretches": stretches(r, self.stretches),
         } | drawn(self._land)
 
-    def _stand(self) -> list[Message]:
-        """Return the marks again if the land differs from that at the tick shown before."""
-        before, self._land = self._land, self.recording.land(self._tick)
-        return [] if self._land == before else [self._marks()]
-
     def news(self) -> list[Message]:
         """Return the marks if the land changed, and the result of a `fill` once it is done."""
-        return [*self._stand(), *self._filled()]
+        before, self._land = self._land, self.recording.land(self._tick)
+        return [*([] if self._land == before else [self._marks()]), *self._filled()]
 
     def _filled(self) -> list[Message]:
         stretch = self._rerun.answer()
@@ -210,8 +204,6 @@ class Replay:
         return self.recording.numbers(self._tick) | {
             name: len(places) for name, places in self.recording.objects.items()
         }
-
-    # --- frames ---------------------------------------------------------------------------------------------
 
     def organisms(self, species: str) -> Organisms:
         """Return the living of a species at this tick, as exactly as possible."""
@@ -317,8 +309,6 @@ class Replay:
             return None, None, None
         return self.genes.expressed(name, organisms.uid, code.name), float(code.low), float(code.high)
 
-    # --- curves ---------------------------------------------------------------------------------------------
-
     def sample(self) -> None:
         """Do nothing: the series were recorded."""
 
@@ -352,8 +342,6 @@ class Replay:
         if self.hello()["day"] is not None:
             out["light"] = [round(self.sky(t)[0], 4) for t in tick.tolist()]
         return out
-
-    # --- one organism, and what pages ask for ---------------------------------------------------------------
 
     def organism(self, uid: int) -> Message:
         """Return the state of one organism at this tick; KeyError for one that was never born."""

@@ -141,8 +141,6 @@ class Story:
         )
         del self.entries[:-KEPT]
 
-    # --- causes ---------------------------------------------------------------------------------------------
-
     def _fall(self, s: int, high: Turn, now: Turn) -> str:
         """Say what its members died of since its high, and what befell its food and its enemies meanwhile."""
         died = now.deaths - high.deaths
