@@ -1,5 +1,4 @@
-"""The commands docs and list: these pages, from the copy that came with the package or from a copy of the sources,
-and what the package has, read from the text of its files, so that nothing is imported."""
+"""The commands docs and list: these pages, and what the package has, read from the text of its files."""
 
 from __future__ import annotations
 
@@ -58,7 +57,7 @@ def docs(
             last[near[0]] if near else "",
         )
     say(found.as_uri())
-    if browser and _graphical():
+    if browser and graphical():
         webbrowser.open(found.as_uri())
 
 
@@ -68,7 +67,8 @@ def _only(name: str, there: dict[str, Path]) -> Path | None:
     return same[0] if len(same) == 1 else None
 
 
-def _graphical() -> bool:
+def graphical() -> bool:
+    """Whether windows can be opened here."""
     return not sys.platform.startswith("linux") or bool(
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     )
@@ -91,8 +91,7 @@ def _folder(name: str, base: str = "") -> list[tuple[str, str]]:
 
 
 def _classes(path: Path, label: str = "", base: str = "") -> list[tuple[str, str]]:
-    """(name, first line) of the public classes of a file, or of those of a base;
-    named by their one choice of `label` if given."""
+    """(name, first line) of the public classes of a file or of a base, named by their choice of `label`."""
     rows = []
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         of_base = not base or (isinstance(node, ast.ClassDef) and base in map(ast.unparse, node.bases))

@@ -391,8 +391,7 @@ def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> AbstractC
 
 
 def _populations(out: Path) -> str:
-    """Whether all species persisted, which died out of what, the numbers of each species at the end of a run,
-    and what was measured."""
+    """Which species persisted, their numbers at the end of a run, and what was measured."""
     series = load_series(out)
     lines = [
         *opening(series),

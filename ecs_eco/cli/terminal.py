@@ -31,20 +31,12 @@ FAILED, REFUSED, INTERRUPTED = 1, 2, 130  # exit codes
 
 
 def printable(text: str) -> str:
-    """A text from a world, a file or an error, safe for terminals: control characters as \\u001b,
-    newlines and tabs as they are.
-
-    These are C0, DEL and C1, line and paragraph separators,
-    and the marks that change the direction of writing.
-    """
+    """A text that is safe for terminals: control characters, and marks that turn writing around, as \\u001b."""
     return _CONTROL.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def say(text: str) -> None:
-    """Print a line on stdout; all output passes here, or through `printable`.
-
-    Names that are not UTF-8 are escaped, as on stderr.
-    """
+    """Print a line on stdout, with names that are not UTF-8 escaped, as on stderr."""
     typer.echo(printable(text))
 
 
@@ -54,8 +46,7 @@ def complain(text: str) -> None:
 
 
 def exits(command: Callable[..., None]) -> Callable[..., None]:
-    """Wrap a command: it exits with code 2 and one screen of text if its input is refused,
-    with 130 after Ctrl-C."""
+    """Wrap a command: refused input ends it with code 2 and one screen of text, Ctrl-C with 130."""
 
     @wraps(command)
     def wrapped(*args: Any, **kwargs: Any) -> None:
@@ -128,8 +119,7 @@ def path_of(text: str | Path) -> Path:
 
 
 class Progress:
-    """The progress of a command: call it with done and total, which it keeps. From the first call on, all
-    that the command needs is there."""
+    """Call it with done and total, which it keeps; from the first call on all that a command needs is loaded."""
 
     def __init__(self, show: Callable[[int, int], None] | None = None) -> None:
         self.done = self.total = 0

@@ -15,8 +15,7 @@ MOST = 1 + 1e-6  # of a cosine, with the rounding of float32
 
 
 def observation_space(species: Any, dims: int) -> spaces.Box:
-    """Return the box of a species' channels, f32[channels], in their order; infinite where a sensor has no
-    limits of its own."""
+    """Return the box of a species' channels, f32[channels]; infinite where a sensor has no limits."""
     ends = [end for sensor in species.sensors for end in _ends(sensor, dims)]
     low, high = np.array(ends, np.float32).reshape(-1, 2).T
     return spaces.Box(low, high, dtype=np.float32)
@@ -74,8 +73,7 @@ def _as_groups(space: spaces.Dict, flat: np.ndarray) -> np.ndarray:
 
 
 def matrix(space: spaces.Space[Any], actions: Any, n: int) -> np.ndarray:
-    """Return n actions of such a space, stacked as Gymnasium stacks them, or of the flattened one, as an
-    array [n, groups]."""
+    """Return n actions of such a space, or of the flattened one, stacked: an array [n, groups]."""
     if isinstance(space, spaces.Dict) and not isinstance(actions, Mapping):
         return _as_groups(space, np.asarray(actions, np.float64).reshape(n, len(space.spaces)))
     if isinstance(space, spaces.Dict):

@@ -9,8 +9,7 @@ from ecs_eco.engine.table import Table
 
 
 def check_component(kind: Any) -> None:
-    """Check that a component is declared with @component and a docstring,
-    and that its columns keep what is written to them."""
+    """Check that a component has @component, a docstring, and columns that keep what is written to them."""
     if not (isinstance(kind, type) and issubclass(kind, Handle) and kind.fields):
         raise AssertionError(f"{kind!r} is not a component; declare it with @component")
     if not (kind.__doc__ or "").strip():

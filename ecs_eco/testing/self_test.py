@@ -1,5 +1,4 @@
-"""Short runs of the shipped worlds: are results the same for any number of threads, across a checkpoint,
-and as in the release?"""
+"""Short runs of the shipped worlds: the same for any number of threads, from a checkpoint, as released?"""
 
 from __future__ import annotations
 
@@ -31,8 +30,7 @@ class Case(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """Digests of a case at the end of one run, of one with two threads,
-    and of one continued from a checkpoint."""
+    """Digests at the end of one run, of one with two threads, and of one continued from a checkpoint."""
 
     case: Case
     digest: str
@@ -94,7 +92,6 @@ def released() -> dict[str, dict[str, str]]:
 
 
 def differing(outcomes: Iterable[Outcome], target: Target) -> list[str] | None:
-    """Return the names of the cases whose digests differ from the release;
-    None for a target that was not tested."""
+    """Return the cases whose digests differ from the release; None for a target that was not tested."""
     known = released().get(target.key)
     return None if known is None else [o.case.name for o in outcomes if o.digest != known.get(o.case.name)]

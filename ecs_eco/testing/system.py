@@ -61,8 +61,7 @@ def _watch(world: World, ticks: int) -> None:
 
 
 def _followed(kind: Any, world: World, ticks: int) -> list[tuple[State, State]]:
-    """Run a world and return its states before and after each time that the system acts,
-    which is checked meanwhile."""
+    """Run a world; return its states before and after each time that the system acts, which is checked."""
     system = next((s for s in world.systems if type(s) is kind), None)
     if system is None:
         raise AssertionError(

@@ -55,8 +55,7 @@ def _built(config: Any, threads: int) -> Any:
 
 
 def note(world: World, lives: list[tuple]) -> None:
-    """Append every birth and death to `lives`: (tick, table, uid, parent) and (tick, table, uid,
-    cause, killer)."""
+    """Append births and deaths to `lives`: (tick, table, uid, parent) and (tick, table, uid, cause, killer)."""
 
     def born(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         lives.extend(

@@ -226,8 +226,7 @@ def _made(world: World, config: Any, meta: dict[str, Any], arrays: dict[str, Any
 
 
 def as_done_to(live: Live, world: World) -> None:
-    """Request of a world what was done by hand to the living one in the tick that comes next, and does not
-    wait already; the living one has passed that tick."""
+    """Request of a world what was done by hand to the living one, which has passed its next tick."""
     done = live.world.intervened
     begin = bisect_left(done, world.tick, key=itemgetter(0))
     if begin == len(done) or done[begin][0] != world.tick:

@@ -80,8 +80,7 @@ class Families:
         return out
 
     def clades(self, colour: object, names: Sequence[str | None], uid: np.ndarray) -> list[int | None]:
-        """Return the value of each u64[n] of these species for a colour by descent, None for any other one;
-        "family" has the values that the species has been given last."""
+        """Return the value of each u64[n] of these species for a colour by descent, None for any other colour."""
         of = asked(colour)
         if of is not None:
             return list(self.kin(of, uid).tolist())

@@ -1,5 +1,4 @@
-"""Access control of the viewer's server: one-time codes, each exchanged for the credential of this server;
-requests from its own pages on this machine alone, and data for pages with the credential."""
+"""Access control of the viewer's server: codes, the credential, and requests from its own pages alone."""
 
 from __future__ import annotations
 

@@ -110,8 +110,7 @@ def genome(table: Table, row: int) -> dict[str, Any] | None:
 
 
 def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
-    """Return a genome u8[loci] as text, with the place and the value of each gene;
-    a network's weights are counted, not listed."""
+    """Return a genome u8[loci] as text, with place and value of each gene; weights are counted, not listed."""
     if layout.longest is not None:
         return _with_copies(layout, loci)
     decoded, length = layout.decode(loci[None]), layout.length

@@ -108,10 +108,7 @@ def _record(islands: Islands, end: int, names: list[str]) -> Message:
 
 
 class Map(Inbox):
-    """The map of a folder for any number of pages; `say` and `close` may be called from any thread.
-
-    Raises RecordingError for a folder without an archipelago.
-    """
+    """The map of a folder for any number of pages; RecordingError for a folder without an archipelago."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__()

@@ -134,22 +134,12 @@ class Live:
 
     def news(self) -> list[Message]:
         """Return the marks again after an intervention, and the story where it has gone on."""
-        return [*self._new_marks(), *self._new_story()]
-
-    def _new_story(self) -> list[Message]:
-        entries = self.tally.story.entries
+        done, entries = (len(self.world.intervened), uses_of(self.world)), self.tally.story.entries
+        marks = [] if self._announced == done else [self._marks()]
         told = (entries[-1]["tick"], len(entries)) if entries else (-1, 0)
-        if self._told == told:
-            return []
-        self._told = told
-        return [{"kind": "story", "entries": entries}]
-
-    def _new_marks(self) -> list[Message]:
-        now = len(self.world.intervened), uses_of(self.world)
-        if self._announced == now:
-            return []
-        self._announced = now
-        return [self._marks()]
+        story = [] if self._told == told else [{"kind": "story", "entries": entries}]
+        self._announced, self._told = done, told
+        return [*marks, *story]
 
     def _marks(self) -> Message:
         done = [

@@ -47,10 +47,7 @@ class Cache:
 
 
 class Parts:
-    """All parts of one kind ("births", say).
-
-    `words` names the columns of words, with the number of each word.
-    """
+    """All parts of one kind ("births", say); `words` are the columns of words, with the number of each word."""
 
     def __init__(
         self, run: Path, kind: str, words: Mapping[str, Sequence[str]], cache: Cache, sealed: bool

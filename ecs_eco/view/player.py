@@ -28,10 +28,7 @@ ELSEWHERE = ("act", "params", "seek", "fill", "why", "table", "tree", "scatter",
 
 
 class Player(Inbox):
-    """Plays a source to any number of pages.
-
-    `speed` [ticks/s], None for as fast as possible; `halted()` says when to stop.
-    """
+    """Plays a source at `speed` [ticks/s], None for the fastest, to any number of pages until `halted()`."""
 
     def __init__(
         self,
@@ -186,10 +183,7 @@ class Player(Inbox):
         return self._cost[part]
 
     def _show(self, view: View, out: list[str | bytes], now: float) -> bool:
-        """Make what a page lacks: increments of the series, the panel of the selected organism, the frame.
-
-        Return whether any.
-        """
+        """Make what a page lacks: points of the series, the panel, the frame; return whether any."""
         tick, n = self.source.tick, len(out)
         series = self.source.series(view.series)
         if series is not None:

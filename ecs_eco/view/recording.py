@@ -110,8 +110,7 @@ class Recording:
         return {name: columns[:, :3] for name, columns in self._lying.items()}
 
     def poses(self, name: str) -> np.ndarray:
-        """Return heading [rad], length, width and height [m] of the permanent objects of a type: f32[n, 4];
-        sizes are 0 where they are spheres."""
+        """Return heading [rad], length, width and height [m] of the permanent objects of a type: f32[n, 4]."""
         return self._lying[name][:, 3:]
 
     @cached_property

@@ -259,8 +259,7 @@ def size_in(body: dict[str, Any]) -> dict[str, Any]:
 def sized(
     kinds: list[dict[str, Any]], poses: Callable[[str], np.ndarray], first: int
 ) -> list[dict[str, Any]]:
-    """Return object types with the sizes [m] of single capsules and boxes, by uid, which begin at `first`;
-    `poses` gives heading and size f32[n, 4] of the objects of a type."""
+    """Return object types with the sizes [m] of single capsules and boxes, by uid from `first` on."""
     out = []
     for kind in kinds:
         size = poses(kind["name"])[:, 1:].round(4).tolist()

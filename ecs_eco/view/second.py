@@ -170,8 +170,7 @@ class Second:
         return self.labelled(message, second=True) if message["kind"] in ("organism", "tree") else message
 
     def labelled(self, message: Message, second: bool) -> Message:
-        """Return a message about an organism with the name of its world, whether that is the second one, and
-        whether both have the organism, as it was born before they parted."""
+        """Return a message about an organism with its world, and whether both have it, born before they parted."""
         both = {"both": self.shares(message["uid"])} if self.forked else {}
         return message | {"world": self.told["names"][second], "second": second} | both
 

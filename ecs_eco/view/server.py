@@ -1,7 +1,4 @@
-"""The viewer's server: the page's files, and a WebSocket from each page to the player.
-
-It runs in a thread of its own.
-"""
+"""The viewer's server, in a thread of its own: the page's files, and a WebSocket from each page to the player."""
 
 from __future__ import annotations
 

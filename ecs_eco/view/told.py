@@ -32,8 +32,7 @@ class Told:
 
     @cached_property
     def _sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Numbers and births i64[ticks, s] and deaths i64[ticks, s, causes], births and deaths since the
-        first tick; None where they are too many."""
+        """Numbers, births so far i64[ticks, s] and deaths so far i64[ticks, s, causes]; None if too many."""
         r, causes = self._recording, self.causes
         ticks, s = r.last + 1 - r.first, len(r.species)
         if ticks * s * (len(causes) + 2) > LONGEST:
