@@ -288,7 +288,7 @@ def _run(
     )
 
 
-def _given(**options: Any) -> dict[str, Any]:
+def _given(**options: object) -> dict[str, Any]:
     """Those options that are given."""
     return {name: value for name, value in options.items() if value is not None}
 

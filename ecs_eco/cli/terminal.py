@@ -49,7 +49,7 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
     """Wrap a command: refused input ends it with code 2 and one screen of text, Ctrl-C with 130."""
 
     @wraps(command)
-    def wrapped(*args: Any, **kwargs: Any) -> None:
+    def wrapped(*args: object, **kwargs: object) -> None:
         try:
             command(*args, **kwargs)
         except ConfigError as error:
@@ -178,7 +178,7 @@ def now_and_then(line: Callable[..., str], every: float = 30.0) -> Callable[...,
     """Return a function that says the line of its arguments, at most once in so many seconds."""
     last = time.monotonic()
 
-    def show(*told: Any) -> None:
+    def show(*told: object) -> None:
         nonlocal last
         if time.monotonic() - last >= every:
             last = time.monotonic()

@@ -82,7 +82,7 @@ class Slots(Shown, VectorEnv):
         x = self._anew() if self.arena.late or not len(sensed.uid) else self._filled(sensed)
         return x, reward, ended, truncated, self._infos(over, final, last)
 
-    def close_extras(self, **_: Any) -> None:
+    def close_extras(self, **_: object) -> None:
         """Leave the world."""
         self.arena.close()
 

@@ -8,10 +8,10 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from typing import Any
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 MINUTES = 10.0  # a code is good for
 REMEMBERED = 64  # used and expired codes that are kept, so that the refusal can name the reason
@@ -106,7 +106,9 @@ class Guard:
     are not used, because they ignore ports: another server on this machine would get them too.
     """
 
-    def __init__(self, app: Any, credentials: Credentials, port: int, frames: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, app: ASGIApp, credentials: Credentials, port: int, frames: tuple[str, ...] = ()
+    ) -> None:
         self.app, self.credentials = app, credentials
         self.hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
         self.origins = {f"http://{host}" for host in self.hosts}
@@ -117,7 +119,7 @@ class Guard:
             n: v for n, v in ANSWERS.items() if not (frames and n == "x-frame-options")
         }
 
-    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let a request through, or refuse it."""
         if scope["type"] == "lifespan":
             await self.app(scope, receive, send)
@@ -130,7 +132,7 @@ class Guard:
         else:
             await self.app(scope, receive, self._adding(send) if scope["type"] == "http" else send)
 
-    def refusal(self, scope: Any) -> str:
+    def refusal(self, scope: Scope) -> str:
         """Return why a request is refused, "" if it is not."""
         headers = Headers(scope=scope)
         hosts, origins = headers.getlist("host"), headers.getlist("origin")
@@ -146,15 +148,15 @@ class Guard:
             return "no credential, or another one: open the address that ecs-eco printed"
         return ""
 
-    def _adding(self, send: Any) -> Any:
+    def _adding(self, send: Send) -> Send:
         """Return `send` with our headers on the response."""
 
-        async def sending(message: Any) -> None:
+        async def sending(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(raw=list(message["headers"]))
                 headers.update({n: v for n, v in self.answers.items() if n != "cache-control"})
                 headers.setdefault("cache-control", self.answers["cache-control"])
-                message = message | {"headers": headers.raw}
+                message = {**message, "headers": headers.raw}
             await send(message)
 
         return sending

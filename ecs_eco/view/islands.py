@@ -12,7 +12,6 @@ from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -162,7 +161,7 @@ class Map(Inbox):
         elif page in self._pages:
             _send(page, said("error", f"unknown request {str(kind)[:40]!r}; allowed: 'open'", "kind"))
 
-    def _open(self, page: Page, name: Any) -> None:
+    def _open(self, page: Page, name: object) -> None:
         known = [island["name"] for island in self.message["islands"]]
         if name not in known:
             _send(
@@ -186,7 +185,7 @@ class Map(Inbox):
                     else {"kind": "opened", "island": name, "address": address},
                 )
 
-            self.islands.ask(name, int(self.message["tick"]), tell)
+            self.islands.ask(str(name), int(self.message["tick"]), tell)
 
 
 def watch_islands(

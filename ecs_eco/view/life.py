@@ -104,7 +104,7 @@ class Lives:
                     )
         return {n: np.concatenate([f[n] for f in blocks]) if blocks else np.zeros(0) for n in names}
 
-    def _genome(self, species: str, text: Any) -> dict[str, Any] | None:
+    def _genome(self, species: str, text: object) -> dict[str, Any] | None:
         r = self.recording
         if not isinstance(text, str) or not text:
             return None

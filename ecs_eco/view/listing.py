@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ecs_eco.components import Position
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view.source import Message, short
 
-if TYPE_CHECKING:
-    from ecs_eco.view.live import Live
-    from ecs_eco.view.replay import Replay
-
+STATES = ("energy", "happiness", "age")
 ROWS, POINTS = 100, 500  # of a table; of each species
 TERM = re.compile(r"\s*([\w:.#]+)\s*(<=|>=|!=|=|<|>)\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*", re.IGNORECASE)
 HOLDS: dict[str, Callable[[Any, float], np.ndarray]] = {
@@ -83,7 +79,7 @@ def scatter(of: Callable[[str], Columns], species: Sequence[str], request: Messa
     }
 
 
-def one_of(field: str, value: Any, known: Sequence[str]) -> str:
+def one_of(field: str, value: object, known: Sequence[str]) -> str:
     """Return a value that is known; raises ValueError for another."""
     if value not in known:
         raise ValueError(
@@ -92,7 +88,7 @@ def one_of(field: str, value: Any, known: Sequence[str]) -> str:
     return str(value)
 
 
-def kept(columns: Columns, where: Any) -> np.ndarray:
+def kept(columns: Columns, where: object) -> np.ndarray:
     """Return the rows i64[k] for which all comparisons hold: "energy < 0.3, age > 100"."""
     keep = np.ones(columns["uid"].size, np.bool_)
     for term in re.split(r",|\band\b|&", where) if isinstance(where, str) and where.strip() else []:
@@ -115,30 +111,3 @@ def _plain(column: np.ndarray) -> list[float | int | None]:
     if column.dtype.kind in "iu":
         return [int(value) for value in column]
     return [float(f"{value:.5g}") if np.isfinite(value) else None for value in column.tolist()]
-
-
-STATES = ("energy", "happiness", "age")
-
-
-def living(live: Live, name: str) -> Columns:
-    """Return the columns of a species of a living world, in the order of uids."""
-    table, world = live.world.tables[name], live.world
-    rows, p = table.by_uid(), table[Position]
-    values = {key: live.column(table, key)[0] for key in (*STATES, *(f"gene:{g}" for g in live.genes[name]))}
-    return (
-        {"uid": table.uid[rows], "born": table.born[rows], "family": live.families.roots(table.uid[rows])}
-        | {key: column[rows] for key, column in values.items() if column is not None}
-        | {axis: getattr(p, axis)[rows] for axis in ("xyz" if world.space.volume else "xy")}
-    )
-
-
-def recorded(replay: Replay, name: str) -> Columns:
-    """Return the columns of a species at the tick of a recorded run, in the order of uids."""
-    r, organisms = replay.recording, replay.organisms(name)
-    keys = (*STATES, *(f"gene:{gene}" for gene in replay.genes.codes.get(name, ())))
-    values = {key: replay.column(name, organisms, key)[0] for key in keys}
-    return (
-        {"uid": organisms.uid, "born": r.born(organisms.uid), "family": replay.families.roots(organisms.uid)}
-        | {key: column for key, column in values.items() if column is not None}
-        | {axis: getattr(organisms, axis) for axis in "xyz"[: len(r.size)]}
-    )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -311,6 +310,17 @@ class Live:
             for name, values in zip(names, zip(*points, strict=True) if points else ([], [], []), strict=True)
         }
 
+    def listed(self, name: str) -> listing.Columns:
+        """Return the columns of a species, in the order of uids."""
+        table, genes = self.world.tables[name], self.genes[name]
+        rows, p = table.by_uid(), table[Position]
+        values = {key: self.column(table, key)[0] for key in (*listing.STATES, *(f"gene:{g}" for g in genes))}
+        return (
+            {"uid": table.uid[rows], "born": table.born[rows], "family": self.families.roots(table.uid[rows])}
+            | {key: column[rows] for key, column in values.items() if column is not None}
+            | {axis: getattr(p, axis)[rows] for axis in ("xyz" if self.world.space.volume else "xy")}
+        )
+
     def handle(self, request: Message) -> list[Message]:
         """Intervene, or list the values that may be changed."""
         kind = request["kind"]
@@ -323,12 +333,12 @@ class Live:
         if kind == "tree":
             return [tree(Logged(self.pedigree), self.families, request)]
         if kind in ("table", "scatter"):
-            return [getattr(listing, kind)(partial(listing.living, self), self.species, request)]
+            return [getattr(listing, kind)(self.listed, self.species, request)]
         if kind == "params":
             return [{"kind": "params", **offered(self.world.config)}]
         return [said("warning", f"{kind} is for recorded runs; this world is alive", kind)]
 
-    def _seek(self, tick: Any) -> Message:
+    def _seek(self, tick: object) -> Message:
         """Go back to an earlier tick; what came after it is forgotten."""
         if isinstance(tick, bool) or not isinstance(tick, int | float) or not math.isfinite(tick):
             raise ValueError(f"seek: tick = {str(tick)[:60]}; allowed: a tick up to {self.tick}")
@@ -346,7 +356,7 @@ class Live:
         self.pedigree.go_back(self.world.tick, int(self.world.next_uid))
         self._fates.go_back(self.world.tick)
 
-    def _act(self, request: Any) -> Message:
+    def _act(self, request: object) -> Message:
         try:
             if not isinstance(request, dict):
                 raise ValueError("act: `what` is no intervention; see [[interventions]] of a world file")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -104,7 +105,7 @@ class Painter:
             (artist.axes or self.figure).draw_artist(artist)
         return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
 
-    def save(self, tick: int, path: Any) -> Any:
+    def save(self, tick: int, path: Path) -> Path:
         """Write the picture of a tick as a PNG."""
         from PIL import Image
 

@@ -73,7 +73,7 @@ class Picker:
         return made
 
 
-def reason(first: Any, second: Any) -> str:
+def reason(first: Source, second: Source | None) -> str:
     """Return why what is shown cannot be begun anew."""
     if second is not None:
         return "Two worlds are shown beside each other."

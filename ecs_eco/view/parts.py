@@ -123,7 +123,7 @@ class Parts:
             )
         return out
 
-    def _plain(self, name: str, column: Any) -> np.ndarray:
+    def _plain(self, name: str, column: pa.Array | pa.ChunkedArray) -> np.ndarray:
         if isinstance(column, pa.ChunkedArray):
             column = pa.concat_arrays(column.chunks)
         if name in self.words and pa.types.is_dictionary(column.type):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -353,6 +353,21 @@ class Replay:
     def passed(self) -> None:
         """Do nothing: what passed was recorded."""
 
+    def listed(self, name: str) -> listing.Columns:
+        """Return the columns of a species at this tick, in the order of uids."""
+        r, organisms = self.recording, self.organisms(name)
+        keys = (*listing.STATES, *(f"gene:{gene}" for gene in self.genes.codes.get(name, ())))
+        values = {key: self.column(name, organisms, key)[0] for key in keys}
+        return (
+            {
+                "uid": organisms.uid,
+                "born": r.born(organisms.uid),
+                "family": self.families.roots(organisms.uid),
+            }
+            | {key: column for key, column in values.items() if column is not None}
+            | {axis: getattr(organisms, axis) for axis in "xyz"[: len(r.size)]}
+        )
+
     def handle(self, request: Message) -> list[Message]:
         """Go to a tick, fill in what was not recorded, or say why; interventions are refused."""
         kind = request["kind"]
@@ -361,7 +376,7 @@ class Replay:
         if kind == "fill":
             return self._fill(request)
         if kind in ("table", "scatter"):
-            return [getattr(listing, kind)(partial(listing.recorded, self), self.recording.species, request)]
+            return [getattr(listing, kind)(self.listed, self.recording.species, request)]
         if kind == "why":
             return [of_run(self.recording.path, self._tick)]
         if kind == "tree":
@@ -371,7 +386,7 @@ class Replay:
         how = "ecs-eco resume DIR --from-tick T --set KEY=VALUE --out NEW"
         return [said("warning", f"a recorded run does not change; fork it: {how}", kind)]
 
-    def _seek(self, tick: Any) -> list[Message]:
+    def _seek(self, tick: object) -> list[Message]:
         r = self.recording
         if isinstance(tick, bool) or not isinstance(tick, int | float) or not math.isfinite(tick):
             raise ValueError(f"seek: tick = {str(tick)[:60]}; allowed: a tick from {r.first} to {r.last}")

@@ -229,7 +229,7 @@ def _wrapped(message: Message) -> Message:
 NAMES = ("as it was", "what if")
 
 
-def fork(first: Source, tick: int | None, change: Any, start: Start | None = None) -> Second:
+def fork(first: Source, tick: int | None, change: Message | None, start: Start | None = None) -> Second:
     """Return a branch of what pages show, from a tick (None: the one that is shown) and with a change, an
     intervention as in a world file (None: nothing is changed).
 

@@ -180,7 +180,7 @@ class Story:
         return " ".join([text, *self._meanwhile(meals, enemies, low, now, fell=False)])
 
 
-def foods_of(config: Any) -> dict[str, list[str]]:
+def foods_of(config: Mapping[str, Any] | None) -> dict[str, list[str]]:
     """Return what each species of a configuration, a mapping, eats without loss."""
     species = (config or {}).get("species") or {}
     return {
