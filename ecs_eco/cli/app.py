@@ -1,5 +1,4 @@
-"""`ecs-eco run | watch | resume | repeat | train | report | why | lineage | compare | search | sweep | draw
-| picture | video | list | …`."""
+"""`ecs-eco run | watch | resume | …`: the table of commands, and what all of them take."""
 
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
@@ -68,8 +67,7 @@ def loaded(name: str) -> Any:
 
 
 class Command(TyperCommand):
-    """A command that `--help` lists, whose module is imported when it is called: after the choice of the portable
-    mode, which must come before numpy."""
+    """A command that `--help` lists, whose module is imported when it is called, in the mode chosen by then."""
 
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
         """Parse the arguments of the command itself."""

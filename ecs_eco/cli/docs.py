@@ -1,5 +1,4 @@
-"""The commands docs and list: these pages, from the copy that came with the package or from a copy of the sources,
-and what the package has, read from the text of its files, so that nothing is imported."""
+"""The commands docs and list: these pages, and what the package has, read from the text of its files."""
 
 from __future__ import annotations
 
@@ -58,7 +57,7 @@ def docs(
             last[near[0]] if near else "",
         )
     say(found.as_uri())
-    if browser and _graphical():
+    if browser and graphical():
         webbrowser.open(found.as_uri())
 
 
@@ -68,7 +67,8 @@ def _only(name: str, there: dict[str, Path]) -> Path | None:
     return same[0] if len(same) == 1 else None
 
 
-def _graphical() -> bool:
+def graphical() -> bool:
+    """Whether windows can be opened here."""
     return not sys.platform.startswith("linux") or bool(
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     )

@@ -17,6 +17,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ecs_eco import __version__
+from ecs_eco.cli.docs import graphical
 from ecs_eco.cli.options import Quiet
 from ecs_eco.cli.terminal import FAILED, complain, exits, progress, say
 from ecs_eco.compiled import jit, portable
@@ -167,14 +168,11 @@ def _owner(path: Path) -> str:
 
 
 def _viewer() -> Facts:
-    windows = (
-        any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")) or platform.system() != "Linux"
-    )
     return [
         (
             "browser",
             "is opened by `ecs-eco watch`"
-            if windows
+            if graphical()
             else "none with windows here: `ecs-eco watch` prints an address",
         ),
         ("Chromium", chromium() or "none: only tests and screenshots need it"),

@@ -149,7 +149,7 @@ def video(
     say(f"{len(ticks)} frames, {len(ticks) / fps:.1f} s, one every {ticks.step} ticks, in {path}")
 
 
-def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: int, quiet: bool) -> None:
+def _draw_nerves(replay: Replay, folder: Path, out: Path | None, tick: int, uid: int, quiet: bool) -> None:
     """Draw one organism's nervous system, from the recorded details or from a rerun of the stretch."""
     path = _file(out or Path(f"{replay.recording.manifest['world']}-{uid}-{tick}.png"), DRAWINGS)
     replay.handle({"kind": "seek", "tick": tick})
@@ -184,7 +184,7 @@ def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: in
         _unwritable(path, error)
 
 
-def _again(replay: Any, uid: int, quiet: bool) -> dict[str, Any]:
+def _again(replay: Replay, uid: int, quiet: bool) -> dict[str, Any]:
     """Rerun the stretch around the tick, and return the state of the organism then."""
     r = replay.recording
     with progress("running again", quiet) as bar:
@@ -198,13 +198,13 @@ def _again(replay: Any, uid: int, quiet: bool) -> dict[str, Any]:
     return dict(replay.organism(uid))
 
 
-def _replay(folder: Path) -> Any:
+def _replay(folder: Path) -> Replay:
     recorded(folder)
 
     return Replay(folder)
 
 
-def _tick(replay: Any, tick: int | None, option: str, default: int) -> int:
+def _tick(replay: Replay, tick: int | None, option: str, default: int) -> int:
     r = replay.recording
     if tick is not None and not r.first <= tick <= r.last:
         refuse(option, "was not recorded", tick, f"{r.first} to {r.last}")

@@ -288,7 +288,7 @@ def _run(
     )
 
 
-def _given(**options: Any) -> dict[str, Any]:
+def _given(**options: object) -> dict[str, Any]:
     """Those options that are given."""
     return {name: value for name, value in options.items() if value is not None}
 
@@ -391,8 +391,7 @@ def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> AbstractC
 
 
 def _populations(out: Path) -> str:
-    """Whether all species persisted, which died out of what, the numbers of each species at the end of a run,
-    and what was measured."""
+    """Which species persisted, their numbers at the end of a run, and what was measured."""
     series = load_series(out)
     lines = [
         *opening(series),

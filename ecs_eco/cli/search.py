@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -155,7 +153,18 @@ def search(
     folder = results(out, f"{config.name}-search") if out is None or not has_search(out) else Claim(out)
     with folder as claim:
         try:
-            with _shown(config.name, quiet) as show:
+            with shown(
+                config.name,
+                quiet,
+                lambda search: f"{config.name}: {search.phase}, {search.share:.0%}, {_status(search)}",
+                lambda search: {
+                    "description": f"{config.name}: {search.phase}",
+                    "completed": search.share,
+                    "total": 1.0,
+                    "text": _status(search),
+                },
+                ("TaskProgressColumn", "{task.fields[text]}", "TimeElapsedColumn", "TimeRemainingColumn"),
+            ) as show:
                 result = search_values(
                     world,
                     claim,
@@ -226,22 +235,6 @@ def _moved(problem: Problem) -> Problem:
     if problem.source == "--set" and problem.key[:2] == ("search", "ranges"):
         return problem.moved(source="--range", key=problem.key[2:])
     return problem
-
-
-def _shown(name: str, quiet: bool) -> AbstractContextManager[Callable[[Search], None] | None]:
-    """A bar on a terminal, a line every half minute elsewhere, nothing when quiet."""
-    return shown(
-        name,
-        quiet,
-        lambda search: f"{name}: {search.phase}, {search.share:.0%}, {_status(search)}",
-        lambda search: {
-            "description": f"{name}: {search.phase}",
-            "completed": search.share,
-            "total": 1.0,
-            "text": _status(search),
-        },
-        ("TaskProgressColumn", "{task.fields[text]}", "TimeElapsedColumn", "TimeRemainingColumn"),
-    )
 
 
 def _status(search: Search) -> str:

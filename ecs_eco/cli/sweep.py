@@ -179,9 +179,6 @@ def do_jobs_here(folder: Path, numbers: Sequence[int], trust: bool) -> None:
         raise typer.Exit(FAILED)
 
 
-# --- the state ----------------------------------------------------------------------------------------------
-
-
 def tell_status(folder: Path) -> None:
     """Print a table of the state of a sweep, and why jobs failed."""
     sweep = read_sweep(folder)

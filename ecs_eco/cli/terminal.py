@@ -54,11 +54,10 @@ def complain(text: str) -> None:
 
 
 def exits(command: Callable[..., None]) -> Callable[..., None]:
-    """Wrap a command: it exits with code 2 and one screen of text if its input is refused,
-    with 130 after Ctrl-C."""
+    """Wrap a command: refused input ends it with code 2 and one screen of text, Ctrl-C with 130."""
 
     @wraps(command)
-    def wrapped(*args: Any, **kwargs: Any) -> None:
+    def wrapped(*args: object, **kwargs: object) -> None:
         try:
             command(*args, **kwargs)
         except ConfigError as error:
@@ -188,7 +187,7 @@ def now_and_then(line: Callable[..., str], every: float = 30.0) -> Callable[...,
     """Return a function that says the line of its arguments, at most once in so many seconds."""
     last = time.monotonic()
 
-    def show(*told: Any) -> None:
+    def show(*told: object) -> None:
         nonlocal last
         if time.monotonic() - last >= every:
             last = time.monotonic()

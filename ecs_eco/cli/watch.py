@@ -7,7 +7,7 @@ import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -76,7 +76,12 @@ def watch(
         _map(Path(world), port, not no_browser)
         return
     with _port(port):
-        first, *others = [_source(one, changes, ticks, seed, threads, learn, policies) for one in shown]
+        first, *others = [
+            Replay(one)
+            if os.path.isfile(Path(one) / "manifest.json")
+            else _live(one, changes, ticks, seed, threads, learn, policies)
+            for one in shown
+        ]
         source = (
             Pair(first, others[0], _names(shown, [first, others[0]]))
             if others
@@ -104,20 +109,14 @@ def _map(folder: Path, port: int, browser: bool) -> None:
 
 
 @contextmanager
-def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Any]:
+def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Window]:
     """A window on a world that is run and recorded: pass its `open` to the run."""
     with _port(port), Window(ticks, _Announcer(title), port=port, browser=browser) as opened:
         yield opened
 
 
-def _source(what: str, *how: Any) -> Any:
-    """Return a recorded run, or a living world; the options are for those that live."""
-    return _replay(Path(what)) if os.path.isfile(Path(what) / "manifest.json") else _live(what, *how)
-
-
-def _names(shown: list[str], sources: list[Any]) -> tuple[str, str]:
-    """Return what two worlds are called beside each other: by their titles, or as they were asked for where
-    these are the same."""
+def _names(shown: list[str], sources: list[Live | Replay]) -> tuple[str, str]:
+    """Return what two worlds are called: by their titles, or as they were asked for where these are the same."""
     titles = [str(source.hello()["title"]) for source in sources]
     names = next(
         (both for both in (titles, shown) if both[0] != both[1]),
@@ -127,8 +126,13 @@ def _names(shown: list[str], sources: list[Any]) -> tuple[str, str]:
 
 
 def _start(
-    source: Any, world: str, changes: list[str], ticks: int | None, learn: bool | None, policies: str
-) -> Any:
+    source: Live | Replay,
+    world: str,
+    changes: list[str],
+    ticks: int | None,
+    learn: bool | None,
+    policies: str,
+) -> Start | None:
     """Return how a living world began, as words of `run`; None for a recorded one."""
     if not isinstance(source, Live):
         return None
@@ -144,20 +148,19 @@ def _start(
 
 
 def _picker(
-    source: Any,
+    source: Live | Replay,
     what: str,
     changes: list[str],
     ticks: int | None,
     threads: int,
     learn: bool | None,
     policies: str,
-) -> Any:
-    """Return what may be begun in the place of a living world, None for a recorded one; --set and a folder of
-    policies are for the world that they were given for."""
+) -> Picker | None:
+    """Return what may be begun instead of a living world; --set and own policies are for the one asked for."""
     if not isinstance(source, Live):
         return None
 
-    def build(world: str, seed: int | None) -> Any:
+    def build(world: str, seed: int | None) -> Pair:
         own = world == picker.first
         set_, brains = changes if own else [], policies if own or policies in POLICIES else "trained"
         live = _live(world, set_, ticks, seed, threads, learn, brains)
@@ -175,14 +178,10 @@ def _live(
     threads: int,
     learn: bool | None,
     policies: str,
-) -> Any:
+) -> Live:
     config = load(world, changes)
     known_policies(policies, config)
     return Live(World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn), ticks)
-
-
-def _replay(folder: Path) -> Any:
-    return Replay(folder)
 
 
 class _Announcer:

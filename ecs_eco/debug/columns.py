@@ -34,7 +34,7 @@ def bytes_of(array: np.ndarray) -> np.ndarray:
     return array.reshape(len(array), -1).view(np.uint8).reshape(len(array), -1)
 
 
-def owner_of(uid: np.ndarray, row: Any) -> str:
+def owner_of(uid: np.ndarray, row: int | np.integer) -> str:
     """Return the words for a row: its owner's uid, or that it is free."""
     return f"uid {int(uid[row])} (row {int(row)})" if uid[row] else f"row {int(row)}, which is free,"
 

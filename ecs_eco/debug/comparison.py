@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import esper
 import numpy as np
 
 from ecs_eco.debug.columns import IDENTITY, budget, bytes_of, columns, more, owner_of
@@ -22,7 +21,7 @@ ROUNDING = np.float32(1e-6)
 class Before:
     """The world before one system acts, and the comparison with the world after."""
 
-    def __init__(self, world: SpatialWorld, name: str, system: Any, flush: bool) -> None:
+    def __init__(self, world: SpatialWorld, name: str, system: esper.Processor | None, flush: bool) -> None:
         self.world, self.name, self.system, self.flush = world, name, system, flush
         self.invariants = Invariants(world, name, system)
         self.fail = self.invariants.fail
@@ -40,7 +39,7 @@ class Before:
             for t in world.tables.values()
         }
         self.budget = {t.name: {n: a.copy() for n, a in budget(t).items()} for t in world.tables.values()}
-        self.page = _page(system)
+        self.page = system._at if isinstance(system, Recorder) else None
 
     def compare(self) -> None:
         """Check the world as the system leaves it."""
@@ -177,11 +176,11 @@ class Before:
 
     def _ledger(self) -> None:
         """Check that the ledger page that the recorder has just written closes."""
-        if self.page is None or self.system._at != self.page + 1:
+        recorder, at = self.system, self.page
+        if not isinstance(recorder, Recorder) or at is None or recorder._at != at + 1:
             return
-        at = self.page
-        for s, name in enumerate(self.system.names):
-            page, table = self.system._ledger[at, s], self.world.tables[name]
+        for s, name in enumerate(recorder.names):
+            page, table = recorder._ledger[at, s], self.world.tables[name]
             apart = imbalance(page) + self.world.debug.drift.get(name, 0.0)
             size = (
                 sum(abs(page[column]) for column in LEDGER)
@@ -196,8 +195,3 @@ class Before:
                     "{stock_after:.6g}".format(**{column: page[column] for column in LEDGER})
                     + f", {abs(apart):.6g} apart; no system did it: a death or a birth did",
                 )
-
-
-def _page(system: Any) -> int | None:
-    """Return the page of the ledger that a recorder is about to write; None of another system."""
-    return system._at if isinstance(system, Recorder) else None

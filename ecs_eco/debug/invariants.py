@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NoReturn
 
+import esper
 import numpy as np
 
 from ecs_eco.components import Metabolism, Position
@@ -21,7 +22,7 @@ FULL_TURN = 6.2831855  # [rad]
 class Invariants:
     """What must hold in a world after `name` acted; `system` is the system of that name, if it is one."""
 
-    def __init__(self, world: SpatialWorld, name: str, system: Any = None) -> None:
+    def __init__(self, world: SpatialWorld, name: str, system: esper.Processor | None = None) -> None:
         self.world, self.name, self.system = world, name, system
 
     def fail(self, table: Table | None, fault: str, kind: type[DebugError] = DebugError) -> NoReturn:
@@ -232,5 +233,5 @@ class Invariants:
             )
 
 
-def _all_finite(array: Any) -> bool:
+def _all_finite(array: np.ndarray | Blocked) -> bool:
     return all(np.isfinite(part).all() for part in (array.blocks if isinstance(array, Blocked) else [array]))

@@ -55,12 +55,14 @@ class Debug:
         """Check after each time that this system acts."""
         act, name = system.process, type(system).__name__
 
-        def process(*args: Any, **kwargs: Any) -> None:
+        def process(*args: object, **kwargs: object) -> None:
             self.watch(name, lambda: act(*args, **kwargs), system)
 
         system.process = process  # type: ignore[method-assign]
 
-    def watch(self, name: str, act: Callable[[], None], system: Any = None, flush: bool = False) -> None:
+    def watch(
+        self, name: str, act: Callable[[], None], system: esper.Processor | None = None, flush: bool = False
+    ) -> None:
         """Run a system, or a flush, and check what it did; a flush within a system splits
         that system's check in two."""
         outer = self.before
@@ -87,7 +89,7 @@ class Opening(esper.Processor):
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
 
-    def process(self, *_: Any) -> None:
+    def process(self, *_: object) -> None:
         """Check the world as the tick finds it, and note what the ledger of this tick cannot know."""
         Invariants(self.world, BETWEEN).check()
         recorder = self.world.recorder

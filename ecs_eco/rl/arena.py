@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -115,17 +116,9 @@ class Arena:
         """Whether the time of the episode is over."""
         return self.world is not None and self.world.tick >= self.ended
 
-    def save(self, path: Any) -> Any:
-        """Write a checkpoint of the world as it will be when the tick under way is over: at the next step."""
-        return self.opened().save(path)
-
     def close(self) -> None:
         """Leave the world."""
         self.world = self.door = None
-
-    def picture(self) -> np.ndarray:
-        """Return the world from above, in a volume from the side: u8[height, width, 3]."""
-        return draw(self.opened().world)
 
     def state(self) -> np.ndarray:
         """Return how many organisms of each species are in each cell of a grid: f32[species, GRID, GRID]."""
@@ -143,6 +136,21 @@ class Arena:
 
     def _made(self, seed: int, **how: Any) -> World:
         return World.from_config(self.config, seed=seed, **(self.build | how))
+
+
+class Shown:
+    """What all environments of an arena show and save."""
+
+    arena: Arena
+    render_mode: str | None
+
+    def render(self) -> Any:
+        """Return a picture of the world, u8[height, width, 3]; None without a `render_mode`."""
+        return None if self.render_mode is None else draw(self.arena.opened().world)
+
+    def save(self, path: str | Path) -> Path:
+        """Write a checkpoint at the end of the tick under way: in the next step."""
+        return self.arena.opened().save(path)
 
 
 def _check(config: WorldConfig, species: str, render_mode: str | None) -> None:
@@ -179,7 +187,7 @@ def _check(config: WorldConfig, species: str, render_mode: str | None) -> None:
         raise ConfigError(problems)
 
 
-def draw(world: Any) -> np.ndarray:
+def draw(world: World) -> np.ndarray:
     """Return the world from above, in a volume from the side: u8[height, width, 3]."""
     across, up = ("x", "z") if world.space.volume else ("x", "y")
     extent = world.space.size[0], world.space.size[2 if world.space.volume else 1]
@@ -195,7 +203,7 @@ def draw(world: Any) -> np.ndarray:
                 getattr(place, across)[rows] * scale,
                 shape[0] - 1 - getattr(place, up)[rows] * scale,
                 table[Body].radius[rows] * scale,
-                _rgb(table.species.color),
+                tuple(bytes.fromhex((table.species.color or "#808080").lstrip("#"))),
             )
     return picture
 
@@ -211,8 +219,3 @@ def _discs(
         columns = (x[here, None] + dx[inside]).astype(int).clip(0, picture.shape[1] - 1)
         rows = (y[here, None] + dy[inside]).astype(int).clip(0, picture.shape[0] - 1)
         picture[rows, columns] = colour
-
-
-def _rgb(colour: str | None) -> tuple[int, ...]:
-    text = (colour or "#808080").lstrip("#")
-    return tuple(int(text[i : i + 2], 16) for i in (0, 2, 4))

@@ -11,7 +11,7 @@ from ecs_eco.engine.arguments import whole_number
 from ecs_eco.engine.errors import ConfigError, Problem, listed
 from ecs_eco.nervous.external import Sensed
 from ecs_eco.rl import spaces
-from ecs_eco.rl.arena import GRID, Arena
+from ecs_eco.rl.arena import GRID, Arena, Shown
 from ecs_eco.rl.registration import needed
 
 try:
@@ -30,7 +30,7 @@ Step = tuple[
 ]
 
 
-class Parallel(ParallelEnv):
+class Parallel(Shown, ParallelEnv):
     """All members of a species, each an agent under its uid.
 
     A newborn is in all five dicts of the step in which it first senses, with a reward of 0, unless that step
@@ -127,17 +127,9 @@ class Parallel(ParallelEnv):
             self.agents = []
         return out
 
-    def render(self) -> np.ndarray | None:
-        """Return a picture of the world, u8[height, width, 3]; None without a `render_mode`."""
-        return None if self.render_mode is None else self.arena.picture()
-
     def state(self) -> np.ndarray:
         """Return how many of each species are in each cell of a grid: f32[species, 16, 16]."""
         return self.arena.state()
-
-    def save(self, path: Any) -> Any:
-        """Write a checkpoint at the end of the tick under way: in the next step."""
-        return self.arena.save(path)
 
     def close(self) -> None:
         """Leave the world."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from ecs_eco.nervous.external import Sensed
 from ecs_eco.rl import spaces
-from ecs_eco.rl.arena import Arena
+from ecs_eco.rl.arena import Arena, Shown
 from ecs_eco.rl.registration import needed
 
 try:
@@ -17,7 +17,7 @@ except ModuleNotFoundError as error:
     raise needed(error.name or "gymnasium") from None
 
 
-class Body(Env):
+class Body(Shown, Env):
     """The life of one organism, from wherever it is to its death, which is termination.
 
     `reset` with a seed begins a new world; without one the next life is that of another member of the same
@@ -59,10 +59,6 @@ class Body(Env):
         info = {"uid": self.uid, "cause": sensed.dead_cause[i]}
         self.uid = 0
         return sensed.dead_x[i].copy(), float(sensed.dead_reward[i]), True, False, info
-
-    def render(self) -> Any:
-        """Return a picture of the world, u8[height, width, 3]; None without a `render_mode`."""
-        return None if self.render_mode is None else self.arena.picture()
 
     def close(self) -> None:
         """Leave the world."""

@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from ecs_eco.config.models.sensors import Gradient, Nearest, Rays, Smell, Touch
+from ecs_eco.config.models.sensors import AnySensor, Gradient, Nearest, Rays, Smell, Touch
+from ecs_eco.config.models.species import Species
 
 MOST = 1 + 1e-6  # of a cosine, with the rounding of float32
 
 
-def observation_space(species: Any, dims: int) -> spaces.Box:
-    """Return the box of a species' channels, f32[channels], in their order; infinite where a sensor has no
-    limits of its own."""
+def observation_space(species: Species, dims: int) -> spaces.Box:
+    """Return the box of a species' channels, f32[channels]; infinite where a sensor has no limits."""
     ends = [end for sensor in species.sensors for end in _ends(sensor, dims)]
     low, high = np.array(ends, np.float32).reshape(-1, 2).T
     return spaces.Box(low, high, dtype=np.float32)
 
 
-def _ends(sensor: Any, dims: int) -> list[tuple[float, float]]:
+def _ends(sensor: AnySensor, dims: int) -> list[tuple[float, float]]:
     """Return least and most of each channel of a sensor."""
     channels = sensor.channels(dims)
     if isinstance(sensor, Nearest) or (isinstance(sensor, Rays) and sensor.report == "closest"):

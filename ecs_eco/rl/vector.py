@@ -10,7 +10,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.arguments import whole_number
 from ecs_eco.nervous.external import Sensed
 from ecs_eco.rl import spaces
-from ecs_eco.rl.arena import Arena
+from ecs_eco.rl.arena import Arena, Shown
 from ecs_eco.rl.registration import needed
 
 try:
@@ -23,7 +23,7 @@ FILL = random.LOT + (4 << 8)  # purpose of the draws of who gets a free slot
 Step = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
 
 
-class Slots(VectorEnv):
+class Slots(Shown, VectorEnv):
     """n bodies of a species, each in a slot until it dies.
 
     Death is termination: the slot's `final_obs` in the infos is what the dead sensed last, its reward the
@@ -82,15 +82,7 @@ class Slots(VectorEnv):
         x = self._anew() if self.arena.late or not len(sensed.uid) else self._filled(sensed)
         return x, reward, ended, truncated, self._infos(over, final, last)
 
-    def render(self) -> Any:
-        """Return a picture of the world, u8[height, width, 3]; None without a `render_mode`."""
-        return None if self.render_mode is None else self.arena.picture()
-
-    def save(self, path: Any) -> Any:
-        """Write a checkpoint at the end of the tick under way: in the next step."""
-        return self.arena.save(path)
-
-    def close_extras(self, **_: Any) -> None:
+    def close_extras(self, **_: object) -> None:
         """Leave the world."""
         self.arena.close()
 

@@ -1,16 +1,13 @@
 """Conformance check of a component."""
 
-from typing import Any
-
 import numpy as np
 
 from ecs_eco.engine.schema import Handle
 from ecs_eco.engine.table import Table
 
 
-def check_component(kind: Any) -> None:
-    """Check that a component is declared with @component and a docstring,
-    and that its columns keep what is written to them."""
+def check_component(kind: object) -> None:
+    """Check that a component has @component, a docstring, and columns that keep what is written to them."""
     if not (isinstance(kind, type) and issubclass(kind, Handle) and kind.fields):
         raise AssertionError(f"{kind!r} is not a component; declare it with @component")
     if not (kind.__doc__ or "").strip():
@@ -33,7 +30,7 @@ def check_component(kind: Any) -> None:
         )
 
 
-def _check_writing(kind: Any, name: str, table: Table) -> None:
+def _check_writing(kind: type[Handle], name: str, table: Table) -> None:
     """Write the middle row through a handle, and look that it and no other has changed."""
     column = table.field(kind, name)
     before = column.copy()

@@ -1,5 +1,4 @@
-"""Short runs of the shipped worlds: are results the same for any number of threads, across a checkpoint,
-and as in the release?"""
+"""Short runs of the shipped worlds: the same for any number of threads, from a checkpoint, as released?"""
 
 from __future__ import annotations
 

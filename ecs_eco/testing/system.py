@@ -17,7 +17,7 @@ from ecs_eco.engine.system import System
 from ecs_eco.testing.states import State, all_threads, difference, shuffle, state
 
 
-def check_system(kind: Any, make_world: Callable[[int], Any], ticks: int = 5) -> None:
+def check_system(kind: type[System], make_world: Callable[[int], Any], ticks: int = 5) -> None:
     """Check a system in equal new worlds from `make_world(threads)` that have a system of this kind.
 
     It must declare itself; leave births and deaths to `request` and `kill`; keep columns, their types, and
@@ -33,7 +33,7 @@ def check_system(kind: Any, make_world: Callable[[int], Any], ticks: int = 5) ->
     _watch(make_world(1), ticks)
 
 
-def _check_declaration(kind: Any) -> None:
+def _check_declaration(kind: type[System]) -> None:
     if not (isinstance(kind, type) and issubclass(kind, System)):
         raise AssertionError(f"{kind!r} is not a class derived from ecs_eco.System")
     name = kind.__name__
@@ -60,9 +60,8 @@ def _watch(world: World, ticks: int) -> None:
         raise AssertionError(str(error)) from error
 
 
-def _followed(kind: Any, world: World, ticks: int) -> list[tuple[State, State]]:
-    """Run a world and return its states before and after each time that the system acts,
-    which is checked meanwhile."""
+def _followed(kind: type[System], world: World, ticks: int) -> list[tuple[State, State]]:
+    """Run a world; return its states before and after each time that the system acts, which is checked."""
     system = next((s for s in world.systems if type(s) is kind), None)
     if system is None:
         raise AssertionError(
@@ -71,7 +70,7 @@ def _followed(kind: Any, world: World, ticks: int) -> list[tuple[State, State]]:
     seen: list[tuple[State, State]] = []
     act = system.process
 
-    def process(*arguments: Any) -> None:
+    def process(*arguments: object) -> None:
         before, shape, chance = state(world), _shape(world), _global_chance()
         versions = {t.name: t.version for t in world.tables.values()}
         act(*arguments)
@@ -115,7 +114,9 @@ def _global_chance() -> Any:
     return str(np.random.get_state()), random.getstate()  # noqa: NPY002
 
 
-def _check_values(kind: Any, world: World, before: State, after: State, versions: dict[str, int]) -> None:
+def _check_values(
+    kind: type[System], world: World, before: State, after: State, versions: dict[str, int]
+) -> None:
     lengths = dict(zip("xyz", (*world.space.size, np.inf), strict=False))
     for name, columns in after.items():
         for column, values in columns.items():
@@ -146,7 +147,9 @@ def _check_values(kind: Any, world: World, before: State, after: State, versions
                     )
 
 
-def _same(kind: Any, one: list[tuple[State, State]], other: list[tuple[State, State]], how: str) -> None:
+def _same(
+    kind: type[System], one: list[tuple[State, State]], other: list[tuple[State, State]], how: str
+) -> None:
     for tick, ((before, after), (before_too, after_too)) in enumerate(zip(one, other, strict=True)):
         if changed := difference(before, before_too):
             raise AssertionError(

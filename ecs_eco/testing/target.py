@@ -1,5 +1,4 @@
-"""What results depend on besides world and seed: the processor that kernels are compiled for,
-and versions of packages."""
+"""What results depend on besides world and seed: the processor, and versions of packages."""
 
 from __future__ import annotations
 
@@ -57,8 +56,7 @@ def versions(names: tuple[str, ...]) -> dict[str, str]:
 
 
 def instructions() -> tuple[str, str, list[str]]:
-    """Return the triple, the processor's name and the features that numba compiles for;
-    NUMBA_CPU_NAME changes them."""
+    """Return the triple, the processor and the features that numba compiles for, as NUMBA_CPU_NAME has them."""
     triple, name, features = cpu_target.target_context.codegen().magic_tuple()
     return triple, name, sorted(word[1:] for word in features.split(",") if word.startswith("+"))
 

@@ -47,7 +47,7 @@ def _nothing(tick: int, text: str) -> Message:
     return {"kind": "why", "tick": tick, "first": tick, "sections": {"What happened": [text]}, "turns": []}
 
 
-def _told(case: Any, tick: int) -> Message:
+def _told(case: Case, tick: int) -> Message:
     with np.errstate(all="ignore"):
         findings = explain(case)
     sections: Mapping[str, Any] = sentences(case, findings)

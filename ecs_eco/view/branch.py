@@ -11,7 +11,7 @@ from functools import partial
 from operator import itemgetter
 from typing import Any, NamedTuple
 
-from ecs_eco.compiled import portable
+from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.section import Use, function_name
@@ -76,7 +76,7 @@ def tables(done: Sequence[Message]) -> str:
     )
 
 
-def inline(value: Any) -> str:
+def inline(value: object) -> str:
     """Return a value of JSON's types as TOML in one line."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{_key(key)} = {inline(inner)}" for key, inner in value.items()) + "}"
@@ -212,7 +212,7 @@ def _nearest(live: Live, tick: int) -> Point:
     return points[-1]
 
 
-def _made(world: World, config: Any, meta: dict[str, Any], arrays: dict[str, Any]) -> Any:
+def _made(world: World, config: WorldConfig, meta: dict[str, Any], arrays: dict[str, Any]) -> Any:
     """Return another world in a frozen state of this one."""
     if handed := [s for s in config.systems if not isinstance(s, str | type | Use)]:
         raise CheckpointError(

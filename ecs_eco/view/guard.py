@@ -1,5 +1,4 @@
-"""Access control of the viewer's server: one-time codes, each exchanged for the credential of this server;
-requests from its own pages on this machine alone, and data for pages with the credential."""
+"""Access control of the viewer's server: codes, the credential, and requests from its own pages alone."""
 
 from __future__ import annotations
 
@@ -9,7 +8,10 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from typing import Any
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import PlainTextResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 MINUTES = 10.0  # a code is good for
 REMEMBERED = 64  # used and expired codes that are kept, so that the refusal can name the reason
@@ -94,14 +96,6 @@ POLICY = (
 )
 
 
-def headers_of(scope: Any) -> dict[str, list[str]]:
-    """Return the headers of a request: each name in lower case, with all its values."""
-    headers: dict[str, list[str]] = {}
-    for name, value in scope["headers"]:
-        headers.setdefault(name.decode("latin-1").lower(), []).append(value.decode("latin-1"))
-    return headers
-
-
 class Guard:
     """An ASGI application before another one: 403 for another Host, for another Origin,
     and for a WebSocket without the credential.
@@ -112,16 +106,20 @@ class Guard:
     are not used, because they ignore ports: another server on this machine would get them too.
     """
 
-    def __init__(self, app: Any, credentials: Credentials, port: int, frames: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, app: ASGIApp, credentials: Credentials, port: int, frames: tuple[str, ...] = ()
+    ) -> None:
         self.app, self.credentials = app, credentials
         self.hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
         self.origins = {f"http://{host}" for host in self.hosts}
         sockets = " ".join(sorted(f"ws://{host}" for host in self.hosts))
         ancestors = " ".join(frames) or "'none'"  # who may show the page in a frame: nobody, or a notebook
-        self.policy = f"{POLICY}; frame-ancestors {ancestors}; connect-src 'self' {sockets}"
-        self.answers = {n: v for n, v in ANSWERS.items() if not (frames and n == "x-frame-options")}
+        policy = f"{POLICY}; frame-ancestors {ancestors}; connect-src 'self' {sockets}"
+        self.answers = {"content-security-policy": policy} | {
+            n: v for n, v in ANSWERS.items() if not (frames and n == "x-frame-options")
+        }
 
-    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let a request through, or refuse it."""
         if scope["type"] == "lifespan":
             await self.app(scope, receive, send)
@@ -130,56 +128,35 @@ class Guard:
         if why and scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": 1008, "reason": why})  # before it is accepted: 403
         elif why:
-            await send(
-                {
-                    "type": "http.response.start",
-                    "status": 403,
-                    "headers": self._headers([(b"content-type", b"text/plain")]),
-                }
-            )
-            await send({"type": "http.response.body", "body": f"403: {why}\n".encode()})
+            await PlainTextResponse(f"403: {why}\n", 403)(scope, receive, self._adding(send))
         else:
             await self.app(scope, receive, self._adding(send) if scope["type"] == "http" else send)
 
-    def refusal(self, scope: Any) -> str:
+    def refusal(self, scope: Scope) -> str:
         """Return why a request is refused, "" if it is not."""
-        headers = headers_of(scope)
-        if len(headers.get("host", [])) != 1 or headers["host"][0].lower() not in self.hosts:
+        headers = Headers(scope=scope)
+        hosts, origins = headers.getlist("host"), headers.getlist("origin")
+        if len(hosts) != 1 or hosts[0].lower() not in self.hosts:
             return "another Host"
-        origins = headers.get("origin", [])
         if any(origin.lower() not in self.origins for origin in origins) or (
             scope["type"] == "websocket" and len(origins) != 1
         ):
             return "another Origin"
-        if scope["type"] == "websocket" and not self._shown(scope["subprotocols"]):
+        words = scope.get("subprotocols", [])
+        shown = len(words) == 2 and words[0] == SUBPROTOCOL and self.credentials.admits(words[1])
+        if scope["type"] == "websocket" and not shown:
             return "no credential, or another one: open the address that ecs-eco printed"
         return ""
 
-    def _shown(self, subprotocols: list[str]) -> bool:
-        return (
-            len(subprotocols) == 2
-            and subprotocols[0] == SUBPROTOCOL
-            and self.credentials.admits(subprotocols[1])
-        )
-
-    def _adding(self, send: Any) -> Any:
+    def _adding(self, send: Send) -> Send:
         """Return `send` with our headers on the response."""
 
-        async def sending(message: Any) -> None:
+        async def sending(message: Message) -> None:
             if message["type"] == "http.response.start":
-                message = message | {"headers": self._headers(message["headers"])}
+                headers = MutableHeaders(raw=list(message["headers"]))
+                headers.update({n: v for n, v in self.answers.items() if n != "cache-control"})
+                headers.setdefault("cache-control", self.answers["cache-control"])
+                message = {**message, "headers": headers.raw}
             await send(message)
 
         return sending
-
-    def _headers(self, own: Any) -> list[tuple[bytes, bytes]]:
-        given = {n.decode("latin-1").lower() for n, _ in own}
-        ours = {
-            n: v
-            for n, v in {**self.answers, "content-security-policy": self.policy}.items()
-            if n != "cache-control" or n not in given
-        }
-        return [
-            *((n, v) for n, v in own if n.decode("latin-1").lower() not in ours),
-            *((n.encode(), v.encode()) for n, v in ours.items()),
-        ]

@@ -190,11 +190,12 @@ def copies_found(known: dict[str, Any], text: str) -> dict[str, Any]:
     return {"alphabet": known["alphabet"], "strings": strings, "genes": genes}
 
 
-def _listed(value: Any) -> Any:
+def _listed(value: np.ndarray | float) -> float | list[float | None] | None:
     """Return a gene's value for JSON: a number, or a short list; None for the weights of a network."""
-    if np.ndim(value) == 0:
-        return number(value)
-    return [number(v) for v in value] if len(value) <= WIDEST else None
+    values = np.asarray(value)
+    if values.ndim == 0:
+        return number(values.item())
+    return [number(v) for v in values] if len(values) <= WIDEST else None
 
 
 def nerves(table: Table, row: int) -> dict[str, Any] | None:
@@ -266,7 +267,7 @@ def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
     return values | {"happiness": nerves["happiness"]}
 
 
-def number(value: Any) -> float | None:
+def number(value: float | None) -> float | None:
     """Return a number for JSON, as short as its single precision allows; None for NaN."""
     if value is None or not math.isfinite(value):
         return None

@@ -12,7 +12,6 @@ from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -79,15 +78,12 @@ def describe(folder: Path) -> Message:
     }
     if manifest["tick"]:
         message |= _record(load_islands(folder), int(manifest["tick"]), [name for name, _ in named])
-    colours = own_colors(_colours(folder, plan.names[0]))
+    island = folder / ISLANDS / plan.names[0]
+    begun = (island / "manifest.json").is_file()
+    colours = own_colors(read_manifest(island).get("colors") if begun else None)
     for kind in message["species"]:
         kind["color"] = colours.get(kind["name"], kind["color"])
     return message
-
-
-def _colours(folder: Path, island: str) -> Any:
-    path = folder / ISLANDS / island
-    return read_manifest(path).get("colors") if (path / "manifest.json").is_file() else None
 
 
 def _record(islands: Islands, end: int, names: list[str]) -> Message:
@@ -111,10 +107,7 @@ def _record(islands: Islands, end: int, names: list[str]) -> Message:
 
 
 class Map(Inbox):
-    """The map of a folder for any number of pages; `say` and `close` may be called from any thread.
-
-    Raises RecordingError for a folder without an archipelago.
-    """
+    """The map of a folder for any number of pages; RecordingError for a folder without an archipelago."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__()
@@ -168,7 +161,7 @@ class Map(Inbox):
         elif page in self._pages:
             _send(page, said("error", f"unknown request {str(kind)[:40]!r}; allowed: 'open'", "kind"))
 
-    def _open(self, page: Page, name: Any) -> None:
+    def _open(self, page: Page, name: object) -> None:
         known = [island["name"] for island in self.message["islands"]]
         if name not in known:
             _send(
@@ -192,7 +185,7 @@ class Map(Inbox):
                     else {"kind": "opened", "island": name, "address": address},
                 )
 
-            self.islands.ask(name, int(self.message["tick"]), tell)
+            self.islands.ask(str(name), int(self.message["tick"]), tell)
 
 
 def watch_islands(

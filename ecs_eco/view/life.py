@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,7 +32,7 @@ class Lives:
 
     def __init__(self, recording: Recording, stretches: list[Stretch]) -> None:
         self.recording, self.stretches = recording, stretches
-        self._kept: OrderedDict[int, Life] = OrderedDict()
+        self.life = lru_cache(KEPT)(self._read)
 
     def organism(self, uid: int, tick: int) -> dict[str, Any]:
         """Return the message "organism" of a tick. KeyError for one that was never born.
@@ -58,16 +58,8 @@ class Lives:
         died = self.life(uid).died
         return None if died is None or tick < died else died
 
-    def life(self, uid: int) -> Life:
-        """Return the facts of an organism's life."""
-        if uid not in self._kept:
-            self._kept[uid] = self._read(uid)
-            while len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
-        self._kept.move_to_end(uid)
-        return self._kept[uid]
-
     def _read(self, uid: int) -> Life:
+        """Return the facts of an organism's life."""
         r = self.recording
         birth = r.birth(uid)
         if birth is None:
@@ -112,7 +104,7 @@ class Lives:
                     )
         return {n: np.concatenate([f[n] for f in blocks]) if blocks else np.zeros(0) for n in names}
 
-    def _genome(self, species: str, text: Any) -> dict[str, Any] | None:
+    def _genome(self, species: str, text: object) -> dict[str, Any] | None:
         r = self.recording
         if not isinstance(text, str) or not text:
             return None
@@ -140,8 +132,6 @@ class Lives:
         ]
         strings = [text[s * length : (s + 1) * length] for s in range(known["ploidy"])]
         return {"alphabet": known["alphabet"], "strings": strings, "genes": genes}
-
-    # --- at a tick ------------------------------------------------------------------------------------------
 
     def _detail(self, life: Life, uid: int, tick: int) -> dict[str, Any] | None:
         """Return the state at a tick from details, recorded or rerun; None if there are none."""

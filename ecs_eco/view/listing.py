@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.components import Position
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view.source import Message, short
 
+STATES = ("energy", "happiness", "age")
 ROWS, POINTS = 100, 500  # of a table; of each species
 TERM = re.compile(r"\s*([\w:.#]+)\s*(<=|>=|!=|=|<|>)\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*", re.IGNORECASE)
 HOLDS: dict[str, Callable[[Any, float], np.ndarray]] = {
@@ -81,7 +81,7 @@ def scatter(of: Callable[[str], Columns], species: Sequence[str], request: Messa
     }
 
 
-def one_of(field: str, value: Any, known: Sequence[str]) -> str:
+def one_of(field: str, value: object, known: Sequence[str]) -> str:
     """Return a value that is known; raises ValueError for another."""
     if value not in known:
         raise ValueError(
@@ -90,7 +90,7 @@ def one_of(field: str, value: Any, known: Sequence[str]) -> str:
     return str(value)
 
 
-def kept(columns: Columns, where: Any) -> np.ndarray:
+def kept(columns: Columns, where: object) -> np.ndarray:
     """Return the rows i64[k] for which all comparisons hold: "energy < 0.3, age > 100"."""
     keep = np.ones(columns["uid"].size, np.bool_)
     for term in re.split(r",|\band\b|&", where) if isinstance(where, str) and where.strip() else []:
@@ -113,33 +113,3 @@ def _plain(column: np.ndarray) -> list[float | int | None]:
     if column.dtype.kind in "iu":
         return [int(value) for value in column]
     return [float(f"{value:.5g}") if np.isfinite(value) else None for value in column.tolist()]
-
-
-STATES = ("energy", "happiness", "age")
-
-
-def living(live: Any, name: str) -> Columns:
-    """Return the columns of a species of a `Live` world, in the order of uids."""
-    table = live.world.tables[name]
-    rows, p = table.by_uid(), table[Position]
-    uid = table.uid[rows]
-    out = {"uid": uid, "born": table.born[rows], "family": live.families.roots(uid)}
-    for key in (*STATES, *(f"gene:{gene}" for gene in live.genes[name])):
-        column = live.column(table, key)[0]
-        if column is not None:
-            out[key] = column[rows]
-    places: Columns = {axis: getattr(p, axis)[rows] for axis in ("xyz" if live.world.space.volume else "xy")}
-    return out | places
-
-
-def recorded(replay: Any, name: str) -> Columns:
-    """Return the columns of a species at the tick of a `Replay`, in the order of uids."""
-    r, organisms = replay.recording, replay.organisms(name)
-    uid = organisms.uid
-    out = {"uid": uid, "born": r.born(uid), "family": replay.families.roots(uid)}
-    for key in (*STATES, *(f"gene:{gene}" for gene in replay.genes.codes.get(name, ()))):
-        column = replay.column(name, organisms, key)[0]
-        if column is not None:
-            out[key] = column
-    places: Columns = {axis: getattr(organisms, axis) for axis in "xyz"[: len(r.size)]}
-    return out | places

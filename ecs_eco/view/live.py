@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -134,22 +133,12 @@ class Live:
 
     def news(self) -> list[Message]:
         """Return the marks again after an intervention, and the story where it has gone on."""
-        return [*self._new_marks(), *self._new_story()]
-
-    def _new_story(self) -> list[Message]:
-        entries = self.tally.story.entries
+        done, entries = (len(self.world.intervened), uses_of(self.world)), self.tally.story.entries
+        marks = [] if self._announced == done else [self._marks()]
         told = (entries[-1]["tick"], len(entries)) if entries else (-1, 0)
-        if self._told == told:
-            return []
-        self._told = told
-        return [{"kind": "story", "entries": entries}]
-
-    def _new_marks(self) -> list[Message]:
-        now = len(self.world.intervened), uses_of(self.world)
-        if self._announced == now:
-            return []
-        self._announced = now
-        return [self._marks()]
+        story = [] if self._told == told else [{"kind": "story", "entries": entries}]
+        self._announced, self._told = done, told
+        return [*marks, *story]
 
     def _marks(self) -> Message:
         done = [
@@ -168,8 +157,6 @@ class Live:
     def counts(self) -> dict[str, int]:
         """Return the number of each kind."""
         return {name: int(self.world.tables[name].n) for name in self.names}
-
-    # --- frames ---------------------------------------------------------------------------------------------
 
     def frame(self, number: int, colour: str) -> bytes:
         """Return the frame of this tick: value 0 for organisms without one,
@@ -267,8 +254,6 @@ class Live:
         high = max(most, before[1] + 0.02 * (most - before[1])) if high is None else high
         return low, high
 
-    # --- curves ---------------------------------------------------------------------------------------------
-
     def sample(self) -> None:
         """Note numbers, mean happiness (before the first tick nobody has felt any), mean values of genes, the
         light, and what reporters said last."""
@@ -301,23 +286,18 @@ class Live:
         """Return the points since a tick."""
         return self.curves.after(after)
 
-    # --- one organism ---------------------------------------------------------------------------------------
-
     def organism(self, uid: int) -> Message:
         """Return one organism, living or dead; KeyError for an unknown one."""
         state = self.last_states.state_of(uid)
         happy = None if state.get("nerves") is None else state["nerves"].get("happiness")
-        words = sentence(state, *self._web(state["species"]))
+        foods, name = self.tally.foods, state["species"]
+        eaters = [eater for eater, eaten in foods.items() if name in eaten]
+        words = sentence(state, foods.get(name, []), eaters)
         return state | {
             "kind": "organism",
             "sentence": words,
             "trace": self._trace(uid, happy, state["energy"] if state["alive"] else None),
         }
-
-    def _web(self, species: str) -> tuple[list[str], list[str]]:
-        """Return what a species eats, and what eats it."""
-        foods = self.tally.foods
-        return foods.get(species, []), [eater for eater, eaten in foods.items() if species in eaten]
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
         """Add a point to an organism's trace and return the trace;
@@ -334,7 +314,16 @@ class Live:
             for name, values in zip(names, zip(*points, strict=True) if points else ([], [], []), strict=True)
         }
 
-    # --- what pages ask for ---------------------------------------------------------------------------------
+    def listed(self, name: str) -> listing.Columns:
+        """Return the columns of a species, in the order of uids."""
+        table, genes = self.world.tables[name], self.genes[name]
+        rows, p = table.by_uid(), table[Position]
+        values = {key: self.column(table, key)[0] for key in (*listing.STATES, *(f"gene:{g}" for g in genes))}
+        return (
+            {"uid": table.uid[rows], "born": table.born[rows], "family": self.families.roots(table.uid[rows])}
+            | {key: column[rows] for key, column in values.items() if column is not None}
+            | {axis: getattr(p, axis)[rows] for axis in ("xyz" if self.world.space.volume else "xy")}
+        )
 
     def handle(self, request: Message) -> list[Message]:
         """Intervene, or list the values that may be changed."""
@@ -348,12 +337,12 @@ class Live:
         if kind == "tree":
             return [tree(Logged(self.pedigree), self.families, request)]
         if kind in ("table", "scatter"):
-            return [getattr(listing, kind)(partial(listing.living, self), self.species, request)]
+            return [getattr(listing, kind)(self.listed, self.species, request)]
         if kind == "params":
             return [{"kind": "params", **offered(self.world.config)}]
         return [said("warning", f"{kind} is for recorded runs; this world is alive", kind)]
 
-    def _seek(self, tick: Any) -> Message:
+    def _seek(self, tick: object) -> Message:
         """Go back to an earlier tick; what came after it is forgotten."""
         if isinstance(tick, bool) or not isinstance(tick, int | float) or not math.isfinite(tick):
             raise ValueError(f"seek: tick = {str(tick)[:60]}; allowed: a tick up to {self.tick}")
@@ -371,7 +360,7 @@ class Live:
         self.pedigree.go_back(self.world.tick, int(self.world.next_uid))
         self._fates.go_back(self.world.tick)
 
-    def _act(self, request: Any) -> Message:
+    def _act(self, request: object) -> Message:
         try:
             if not isinstance(request, dict):
                 raise ValueError("act: `what` is no intervention; see [[interventions]] of a world file")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -105,7 +106,7 @@ class Painter:
             (artist.axes or self.figure).draw_artist(artist)
         return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
 
-    def save(self, tick: int, path: Any) -> Any:
+    def save(self, tick: int, path: Path) -> Path:
         """Write the picture of a tick as a PNG."""
         from PIL import Image
 
@@ -113,8 +114,6 @@ class Painter:
         with files.writing(path) as beside:
             Image.fromarray(self.paint(tick)).save(beside, format="png")
         return path
-
-    # --- what stays -----------------------------------------------------------------------------------------
 
     def _lay_out(self, hello: dict[str, Any]) -> None:
         """Make the axes: the world at the left and a strip for each species at the right,
@@ -210,8 +209,10 @@ class Painter:
         self.pasts.append((ax.plot([], [], color=hue, lw=1.6)[0], ticks, n))
         ax.set(xlim=(ticks[0], max(ticks[-1], ticks[0] + 1)), ylim=(0, max(n.max(initial=0) * 1.08, 1)))
         ax.tick_params(labelsize=8, colors=SOFT, length=2.5)
-        ax.yaxis.set_major_locator(_ticker().MaxNLocator(3, integer=True))
-        ax.xaxis.set_major_locator(_ticker().MaxNLocator(5, integer=True))
+        from matplotlib import ticker
+
+        ax.yaxis.set_major_locator(ticker.MaxNLocator(3, integer=True))
+        ax.xaxis.set_major_locator(ticker.MaxNLocator(5, integer=True))
         for axis in (ax.xaxis, ax.yaxis):
             axis.set_major_formatter(lambda v, _: f"{v:,.0f}")
         for side, spine in ax.spines.items():
@@ -234,8 +235,6 @@ class Painter:
         self.counts.append(
             self.figure.text(place.left + place.width, y, "", size=10.5, color=INK, va="center", ha="right")
         )
-
-    # --- what moves -----------------------------------------------------------------------------------------
 
     def _moving(self) -> list[Any]:
         self.land: list[Any] = []
@@ -399,9 +398,3 @@ def clock(seconds: float, day: dict[str, float] | None = None) -> str:
             parts.append(f"{math.floor(seconds / length)} {word}")
             seconds %= length
     return " ".join([*parts, f"{seconds:g} s"][:2])
-
-
-def _ticker() -> Any:
-    from matplotlib import ticker
-
-    return ticker

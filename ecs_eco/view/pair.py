@@ -73,7 +73,7 @@ class Picker:
         return made
 
 
-def reason(first: Any, second: Any) -> str:
+def reason(first: Source, second: Source | None) -> str:
     """Return why what is shown cannot be begun anew."""
     if second is not None:
         return "Two worlds are shown beside each other."
@@ -114,8 +114,6 @@ class Pair:
         self.player = player
         return player
 
-    # --- what is of the first alone -------------------------------------------------------------------------
-
     @property
     def tick(self) -> int:
         """The tick that is shown."""
@@ -150,8 +148,6 @@ class Pair:
         """Return an organism of the first world; beside a second one, with the name of its world."""
         state = self.first.organism(uid)
         return state if self.second is None else self.second.labelled(state, second=False)
-
-    # --- both -----------------------------------------------------------------------------------------------
 
     def run(self, turn: Callable[[], bool]) -> None:
         """Let time pass in both."""
@@ -229,8 +225,6 @@ class Pair:
                 "go there, or close the other one, to change what comes before"
             )
         return self._seek(request) if request["kind"] == "seek" else self.first.handle(request)
-
-    # --- the second -----------------------------------------------------------------------------------------
 
     def _whatif(self, request: Message) -> list[Message]:
         if request.get("close"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -33,18 +34,9 @@ class Cache:
     """A cache of columns and open files; the oldest are dropped when there are too many bytes."""
 
     def __init__(self, budget: int = BUDGET, files: int = 4) -> None:
-        self.budget, self.size, self.most = budget, 0, files
+        self.budget, self.size = budget, 0
         self.columns: OrderedDict[tuple[Path, int, str], np.ndarray] = OrderedDict()
-        self.files: OrderedDict[Path, Any] = OrderedDict()
-
-    def file(self, path: Path, needed: bool) -> Any:
-        """Return an open part after checking its seal; RecordingError if it does not match."""
-        if path not in self.files:
-            self.files[path] = open_part(path, needed)
-            while len(self.files) > self.most:
-                self.files.popitem(last=False)
-        self.files.move_to_end(path)
-        return self.files[path]
+        self.file = lru_cache(files)(open_part)  # open parts, after checking their seals
 
     def put(self, key: tuple[Path, int, str], column: np.ndarray) -> None:
         """Keep a column."""
@@ -55,10 +47,7 @@ class Cache:
 
 
 class Parts:
-    """All parts of one kind ("births", say).
-
-    `words` names the columns of words, with the number of each word.
-    """
+    """All parts of one kind ("births", say); `words` are the columns of words, with the number of each word."""
 
     def __init__(
         self, run: Path, kind: str, words: Mapping[str, Sequence[str]], cache: Cache, sealed: bool
@@ -135,7 +124,7 @@ class Parts:
             )
         return out
 
-    def _plain(self, name: str, column: Any) -> np.ndarray:
+    def _plain(self, name: str, column: pa.Array | pa.ChunkedArray) -> np.ndarray:
         if isinstance(column, pa.ChunkedArray):
             column = pa.concat_arrays(column.chunks)
         if name in self.words and pa.types.is_dictionary(column.type):

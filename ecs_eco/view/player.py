@@ -28,10 +28,7 @@ ELSEWHERE = ("act", "params", "seek", "fill", "why", "table", "tree", "scatter",
 
 
 class Player(Inbox):
-    """Plays a source to any number of pages.
-
-    `speed` [ticks/s], None for as fast as possible; `halted()` says when to stop.
-    """
+    """Plays a source at `speed` [ticks/s], None for the fastest, to any number of pages until `halted()`."""
 
     def __init__(
         self,
@@ -57,8 +54,6 @@ class Player(Inbox):
         hello = source.hello()
         self._colours: list[str] = hello["colours"]
         self._log = Log(self._views, bool(hello.get("acts")))
-
-    # --- from the world's thread ----------------------------------------------------------------------------
 
     def turn(self) -> bool:
         """Serve the pages until the next tick is due; False when it is time to end."""
@@ -188,10 +183,7 @@ class Player(Inbox):
         return self._cost[part]
 
     def _show(self, view: View, out: list[str | bytes], now: float) -> bool:
-        """Make what a page lacks: increments of the series, the panel of the selected organism, the frame.
-
-        Return whether any.
-        """
+        """Make what a page lacks: points of the series, the panel, the frame; return whether any."""
         tick, n = self.source.tick, len(out)
         series = self.source.series(view.series)
         if series is not None:
@@ -235,8 +227,6 @@ class Player(Inbox):
                 "pages": len(self._views),
             }
         )
-
-    # --- what pages ask for ---------------------------------------------------------------------------------
 
     def _answer(self, page: Page, request: Message) -> None:
         kind = request.get("kind")

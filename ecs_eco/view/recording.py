@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections import OrderedDict
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +56,7 @@ class Recording:
         self.details = {name: self.parts(KIND + name) for name in self.species}
         space = self.manifest["config"]["space"]
         self.size, self.torus = [float(s) for s in space["size"]], space.get("edges", "torus") == "torus"
-        self._chapters: OrderedDict[int, Chapter] = OrderedDict()
+        self._chapter = lru_cache(CHAPTERS)(self._read_chapter)
         self.scene, self.why = self._build()
         if self.scene is not None and (
             strange := [name for name in self.species if name not in self.scene.tables]
@@ -82,32 +81,23 @@ class Recording:
             # a missing file, say
             return None, str(error)
 
-    # --- who is where ---------------------------------------------------------------------------------------
-
     def organisms(self, tick: int, species: str) -> Organisms:
-        """Return the living of a species at the end of a tick: from its details if there are any;
-        else between snapshots."""
-        organisms = self._chapter(tick).organisms(tick, self.species.index(species))
+        """Return the living of a species at the end of a tick: from details, else between snapshots."""
+        organisms = self._chapter(tick // self.every).organisms(tick, self.species.index(species))
         return overlaid(organisms, self.details_at(tick, species))
 
-    def _chapter(self, tick: int) -> Chapter:
-        number = tick // self.every
-        if number not in self._chapters:
-            self._chapters[number] = chapter(
-                tick,
-                self.first,
-                self.last,
-                self.every,
-                self.snapshots,
-                self.births,
-                self.deaths,
-                self.size,
-                self.torus,
-            )
-            while len(self._chapters) > CHAPTERS:
-                self._chapters.popitem(last=False)
-        self._chapters.move_to_end(number)
-        return self._chapters[number]
+    def _read_chapter(self, number: int) -> Chapter:
+        return chapter(
+            number * self.every,
+            self.first,
+            self.last,
+            self.every,
+            self.snapshots,
+            self.births,
+            self.deaths,
+            self.size,
+            self.torus,
+        )
 
     def details_at(self, tick: int, species: str, names: Sequence[str] = ("uid", *STATE)) -> Columns:
         """Return columns of the details of a species at a tick, empty where none were recorded."""
@@ -146,8 +136,6 @@ class Recording:
                 return {n: lying(file, n, declared[n]["body"].get("shape")) for n in names}
         except (SafetensorError, OSError) as error:
             raise CheckpointError(f"{kept[0]}: is no whole checkpoint: {error}") from None
-
-    # --- one life -------------------------------------------------------------------------------------------
 
     def birth(self, uid: int) -> dict[str, Any] | None:
         """Return the row of births of an organism, None where it was never born."""
@@ -234,8 +222,6 @@ class Recording:
                 for i in np.flatnonzero(np.isin(columns["uid"], uid)):
                     out[int(np.searchsorted(uid, columns["uid"][i]))] = columns["genome"][i] or ""
         return out
-
-    # --- curves ---------------------------------------------------------------------------------------------
 
     @cached_property
     def curves(self) -> dict[str, Any]:

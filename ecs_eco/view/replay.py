@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -74,8 +74,6 @@ class Replay:
                 self._tick = min(self._tick + 1, self.recording.last)
         finally:
             self._rerun.halt()
-
-    # --- what a page has to know ----------------------------------------------------------------------------
 
     def hello(self) -> Message:
         """Return what a page needs to know of the run."""
@@ -174,14 +172,10 @@ class Replay:
             "stretches": stretches(r, self.stretches),
         } | drawn(self._land)
 
-    def _stand(self) -> list[Message]:
-        """Return the marks again if the land differs from that at the tick shown before."""
-        before, self._land = self._land, self.recording.land(self._tick)
-        return [] if self._land == before else [self._marks()]
-
     def news(self) -> list[Message]:
         """Return the marks if the land changed, and the result of a `fill` once it is done."""
-        return [*self._stand(), *self._filled()]
+        before, self._land = self._land, self.recording.land(self._tick)
+        return [*([] if self._land == before else [self._marks()]), *self._filled()]
 
     def _filled(self) -> list[Message]:
         stretch = self._rerun.answer()
@@ -210,8 +204,6 @@ class Replay:
         return self.recording.numbers(self._tick) | {
             name: len(places) for name, places in self.recording.objects.items()
         }
-
-    # --- frames ---------------------------------------------------------------------------------------------
 
     def organisms(self, species: str) -> Organisms:
         """Return the living of a species at this tick, as exactly as possible."""
@@ -319,8 +311,6 @@ class Replay:
             return None, None, None
         return self.genes.expressed(name, organisms.uid, code.name), float(code.low), float(code.high)
 
-    # --- curves ---------------------------------------------------------------------------------------------
-
     def sample(self) -> None:
         """Do nothing: the series were recorded."""
 
@@ -355,8 +345,6 @@ class Replay:
             out["light"] = [round(self.sky(t)[0], 4) for t in tick.tolist()]
         return out
 
-    # --- one organism, and what pages ask for ---------------------------------------------------------------
-
     def organism(self, uid: int) -> Message:
         """Return the state of one organism at this tick; KeyError for one that was never born."""
         state = self.lives.organism(uid, self._tick)
@@ -367,6 +355,21 @@ class Replay:
     def passed(self) -> None:
         """Do nothing: what passed was recorded."""
 
+    def listed(self, name: str) -> listing.Columns:
+        """Return the columns of a species at this tick, in the order of uids."""
+        r, organisms = self.recording, self.organisms(name)
+        keys = (*listing.STATES, *(f"gene:{gene}" for gene in self.genes.codes.get(name, ())))
+        values = {key: self.column(name, organisms, key)[0] for key in keys}
+        return (
+            {
+                "uid": organisms.uid,
+                "born": r.born(organisms.uid),
+                "family": self.families.roots(organisms.uid),
+            }
+            | {key: column for key, column in values.items() if column is not None}
+            | {axis: getattr(organisms, axis) for axis in "xyz"[: len(r.size)]}
+        )
+
     def handle(self, request: Message) -> list[Message]:
         """Go to a tick, fill in what was not recorded, or say why; interventions are refused."""
         kind = request["kind"]
@@ -375,7 +378,7 @@ class Replay:
         if kind == "fill":
             return self._fill(request)
         if kind in ("table", "scatter"):
-            return [getattr(listing, kind)(partial(listing.recorded, self), self.recording.species, request)]
+            return [getattr(listing, kind)(self.listed, self.recording.species, request)]
         if kind == "why":
             return [of_run(self.recording.path, self._tick)]
         if kind == "tree":
@@ -385,7 +388,7 @@ class Replay:
         how = "ecs-eco resume DIR --from-tick T --set KEY=VALUE --out NEW"
         return [said("warning", f"a recorded run does not change; fork it: {how}", kind)]
 
-    def _seek(self, tick: Any) -> list[Message]:
+    def _seek(self, tick: object) -> list[Message]:
         r = self.recording
         if isinstance(tick, bool) or not isinstance(tick, int | float) or not math.isfinite(tick):
             raise ValueError(f"seek: tick = {str(tick)[:60]}; allowed: a tick from {r.first} to {r.last}")

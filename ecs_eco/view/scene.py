@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from ecs_eco.analysis.land import Land, land_at
 from ecs_eco.analysis.nervous_diagram import diagram, nervous_species
 from ecs_eco.analysis.relief import Relief
 from ecs_eco.components import Position, Senses, Shape, Velocity
+from ecs_eco.config import WorldConfig
 from ecs_eco.config.models.body import Body
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.table import Table
@@ -23,7 +24,7 @@ from ecs_eco.space.sun import Sun, sine_of_elevation
 SEEING = ("nearest", "rays", "approach", "property")
 
 
-def eyes_of(sensors: Any) -> list[dict[str, Any]]:
+def eyes_of(sensors: Iterable[Mapping[str, Any]] | None) -> list[dict[str, Any]]:
     """Return the sensors of a species that reach further than its body: name, kind, targets, reach [m], field
     of view [rad] and, of rays, their number and direction; `sensors` as in a manifest."""
     out = []
@@ -135,7 +136,7 @@ def _values(world: World, name: str) -> tuple[np.ndarray, str]:
     raise KeyError(name)
 
 
-def wiring(config: Any, species: str) -> dict[str, Any]:
+def wiring(config: WorldConfig | None, species: str) -> dict[str, Any]:
     """Return {"wiring": …} of a species with nerves, else {}.
 
     `reflexes` are [rows of readings, row of the action, what it does]; `all` says of reflex, policy and
@@ -248,7 +249,7 @@ def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
     return kind | shape_of(config.body) | sizes_of(table) | wired | ({"sees": sees} if sees else {})
 
 
-def shape_of(body: Any) -> dict[str, Any]:
+def shape_of(body: Body) -> dict[str, Any]:
     """Return shape and size [m] of a kind of bodies by its section of the world file; nothing of spheres."""
     return {} if body.shape == "sphere" else {"shape": body.shape, "size": list(body.extents)}
 

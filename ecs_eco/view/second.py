@@ -117,8 +117,6 @@ class Second:
             return tick in self.of.curves.ticks
         return isinstance(self.of, Replay) and tick - self.shift in self.of.recording.curves["tick"]
 
-    # --- what pages get -------------------------------------------------------------------------------------
-
     def frame(self, number: int, colour: str) -> bytes:
         """Return its frame."""
         known, of = self.source.hello()["colours"], asked(colour)
@@ -192,7 +190,10 @@ class Second:
         n = self.source.counts()
         if self.there:
             since = self.start if self.forked else None
-            told = differences(self._animals_first(), _side(self.of), _side(self.source), since, tick)
+            kinds = sorted(self.of.hello()["species"], key=lambda kind: not kind["moves"])
+            told = differences(
+                [kind["name"] for kind in kinds], _side(self.of), _side(self.source), since, tick
+            )
         elif tick < self.start:
             told = {"text": f"It parts from the original at tick {self.start:,}.", "clauses": {}}
         elif self.comes:
@@ -201,24 +202,16 @@ class Second:
             told = {"text": f"It is kept from tick {self.first:,} on.", "clauses": {}}
         return {"kind": "beside", "state": {"tick": self.tick, "there": self.there, "n": n, **told}}
 
-    def _animals_first(self) -> list[str]:
-        kinds = self.of.hello()["species"]
-        return [kind["name"] for kind in sorted(kinds, key=lambda kind: not kind["moves"])]
-
 
 def beside(first: Source, second: Source, names: tuple[str, str]) -> Second:
     """Return another world beside the first; what is done to a living first one is done to a living second
     one, too."""
     told = {"at": None, "change": "", "names": list(names), "recipe": None}
     if isinstance(second, Live):
-        ask = partial(as_done_to, first) if isinstance(first, Live) else _nothing
+        ask = partial(as_done_to, first) if isinstance(first, Live) else lambda _: None
         return Second(first, second, Branch(second, second.tick, None, ask), told)
     assert isinstance(second, Replay)
     return Second(first, second, Shown(second), told)
-
-
-def _nothing(world: Any) -> None:
-    """Ask nothing."""
 
 
 def _side(source: Source) -> Side:
@@ -238,7 +231,7 @@ def _wrapped(message: Message) -> Message:
 NAMES = ("as it was", "what if")
 
 
-def fork(first: Source, tick: int | None, change: Any, start: Start | None = None) -> Second:
+def fork(first: Source, tick: int | None, change: Message | None, start: Start | None = None) -> Second:
     """Return a branch of what pages show, from a tick (None: the one that is shown) and with a change, an
     intervention as in a world file (None: nothing is changed).
 

@@ -1,7 +1,4 @@
-"""The viewer's server: the page's files, and a WebSocket from each page to the player.
-
-It runs in a thread of its own.
-"""
+"""The viewer's server, in a thread of its own: the page's files, and a WebSocket from each page to the player."""
 
 from __future__ import annotations
 
@@ -13,7 +10,6 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
@@ -80,11 +76,10 @@ class Client:
                 )
 
 
-class Strangers(dict[Any, asyncio.Transport]):
-    """The connections that have not shown the credential, by address, oldest first: so few that they leave
-    this process the handles that it needs."""
+class Strangers(dict[object, asyncio.Transport]):
+    """Connections without the credential, by address, oldest first: they must not use up this process's handles."""
 
-    def add(self, address: Any, transport: asyncio.Transport) -> None:
+    def add(self, address: object, transport: asyncio.Transport) -> None:
         """Add a connection; end the oldest where there are too many."""
         self.pop(address, None)
         self[address] = transport
@@ -201,7 +196,7 @@ class Server:
         for suffix, kind in TYPES.items():
             mimetypes.add_type(kind, suffix)
 
-        async def page(_: Any) -> FileResponse:
+        async def page(_: Request) -> FileResponse:
             return FileResponse(STATIC / self.page)
 
         files = Mount("/", StaticFiles(directory=STATIC, check_dir=False))

@@ -103,7 +103,7 @@ def uid_of(request: Message) -> int:
     return uid
 
 
-def short(value: Any) -> str:
+def short(value: object) -> str:
     """Return a value as JSON, cut where it is long."""
     words = json.dumps(value)
     return words if len(words) <= 60 else words[:59] + "…"

@@ -141,8 +141,6 @@ class Story:
         )
         del self.entries[:-KEPT]
 
-    # --- causes ---------------------------------------------------------------------------------------------
-
     def _fall(self, s: int, high: Turn, now: Turn) -> str:
         """Say what its members died of since its high, and what befell its food and its enemies meanwhile."""
         died = now.deaths - high.deaths
@@ -182,7 +180,7 @@ class Story:
         return " ".join([text, *self._meanwhile(meals, enemies, low, now, fell=False)])
 
 
-def foods_of(config: Any) -> dict[str, list[str]]:
+def foods_of(config: Mapping[str, Any] | None) -> dict[str, list[str]]:
     """Return what each species of a configuration, a mapping, eats without loss."""
     species = (config or {}).get("species") or {}
     return {

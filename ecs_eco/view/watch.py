@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import ExitStack, closing
 from html import escape
 from typing import Any
 
 from ecs_eco.ecosystem import World
+from ecs_eco.engine.hooks import listening
 from ecs_eco.view.entrance import Entrance
 from ecs_eco.view.live import Live
 from ecs_eco.view.pair import Pair
@@ -73,42 +74,32 @@ def _begun(player: Player) -> Player | None:
 
 
 class Window:
-    """A view of a world that other code runs: `open` is called with it before its first tick,
-    `close` after the last.
+    """A view of a world that other code runs: `open` it before the first tick, `close` it after the last.
 
-    The world waits between ticks while a page has paused it. It runs at full speed unless a page sets a lower
-    one.
+    The world waits between ticks while a page has paused it; it runs at full speed unless a page slows it down.
     """
 
     def __init__(
         self, ticks: int, announce: Announce = print, *, port: int = 0, browser: bool = False
     ) -> None:
         self.ticks, self.announce, self.port, self.browser = ticks, announce, port, browser
-        self.world: Any = None
         self.player: Player | None = None
-        self.server: Server | None = None
-        self._entrance: Entrance | None = None
+        self._ends = ExitStack()
 
     def open(self, world: World) -> None:
         """Begin to serve this world; OSError if the port is taken."""
-        self.world = world
         player = self.player = served(Live(world, self.ticks), None, halted=lambda: world.stopping)
-        self.server = Server(player, self.port).start()
-        world.before_tick.append(player.turn)
-        self._entrance = Entrance(self.server, self.announce)
+        server = self._ends.enter_context(Server(player, self.port))
+        self._ends.callback(time.sleep, 0.2)  # time for the last messages, which the server's thread sends
+        self._ends.callback(player.show)
+        self._ends.enter_context(listening(world.before_tick, player.turn))
+        entrance = self._ends.enter_context(closing(Entrance(server, self.announce)))
         if self.browser:
-            self._entrance.open_browser()
+            entrance.open_browser()
 
     def close(self) -> None:
         """Show the end of the world, and stop serving it."""
-        if self.server is None or self.player is None:
-            return
-        if self._entrance is not None:
-            self._entrance.close()
-        self.world.before_tick.remove(self.player.turn)
-        self.player.show()
-        time.sleep(0.2)  # time for the last messages, which the server's thread sends
-        self.server.stop()
+        self._ends.close()
 
     def __enter__(self) -> Window:
         return self
