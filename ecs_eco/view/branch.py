@@ -11,6 +11,7 @@ from functools import partial
 from operator import itemgetter
 from typing import Any, NamedTuple
 
+from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError
