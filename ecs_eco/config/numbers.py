@@ -88,8 +88,7 @@ def _narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, fl
 
 
 def values_in(section: Section) -> Iterator[tuple[Number, Key, float]]:
-    """Yield (what it may be, key, value) of every number of a section; in lists the key has the entry's name,
-    what it eats or its property, else its place."""
+    """Yield (what it may be, key, value) of every number of a section; entries of lists by `labels`."""
     schema = numbers_of(type(section))
     for field in type(section).model_fields:
         for pattern, key, value, number in _values((field,), (field,), getattr(section, field)):

@@ -62,8 +62,7 @@ def extent(size: Sequence[float]) -> str:
 
 
 def written_at(problem: Problem, place: Key, written: str | None, while_: str = "") -> Problem:
-    """Return a problem of another world moved to the value that was `written` for it at a place, or to the place
-    itself, and then with its own key."""
+    """Return a problem moved to the value `written` at a place for another world, else to the place."""
     where = "" if written is not None else f", at {problem.path}{while_}"
     key = place if written is None else (*place, written)
     return problem.moved(key=key, what=problem.what + where, source="", line=None)
