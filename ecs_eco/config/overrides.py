@@ -52,7 +52,7 @@ def parse(text: str) -> tuple[str, Any]:
     return name, Problem((name,), "the value is not TOML", value, example, source="--set")
 
 
-def _put(document: Document, key: Key, written: Key, value: Any) -> Problem | None:
+def _put(document: Document, key: Key, written: Key, value: object) -> Problem | None:
     """Set one value in the data, or return why not."""
     node: Any = document.data
     real: Key = ()

@@ -48,7 +48,7 @@ def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
     return ranges, problems
 
 
-def _tables(node: Any, key: Key) -> Iterator[tuple[Any, Key]]:
+def _tables(node: object, key: Key) -> Iterator[tuple[Any, Key]]:
     """The tables that hold numbers with a range, with their keys."""
     entries = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
     for name, part in entries:

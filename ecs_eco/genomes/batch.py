@@ -163,7 +163,12 @@ class Operators:
         return np.broadcast_to(low, n).copy(), np.broadcast_to(up, n).copy()
 
     def _mutate_each(
-        self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any, arguments: dict[str, Any]
+        self,
+        strings: np.ndarray,
+        keys: np.ndarray,
+        salt: int,
+        function: Callable[..., Any],
+        arguments: dict[str, Any],
     ) -> None:
         """Mutate birth by birth; genes with mutation rates of their own separately."""
         size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, named(function)
@@ -195,6 +200,6 @@ def seed_of(key: np.uint64, part: int) -> int:
     return mix_int((int(key) + part) & ((1 << 64) - 1))
 
 
-def named(function: Any) -> str:
+def named(function: object) -> str:
     """Return the name of an operator for messages."""
     return getattr(function, "__name__", repr(function))

@@ -83,7 +83,7 @@ class Gene(Section, own=LETTERS):
     )
 
 
-def _deaps_name(function: Any) -> str:
+def _deaps_name(function: object) -> str:
     """Return the name of a function of `deap.tools`, which a file can say as well; "" for any other."""
     if not getattr(function, "__module__", "").startswith("deap."):
         return ""
@@ -107,7 +107,7 @@ class Operator(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _registered(cls, given: Any) -> Any:
+    def _registered(cls, given: object) -> Any:
         """Take apart what a toolbox has registered: a partial says an operator and its arguments."""
         if callable(given):
             given = {"operator": given}
@@ -205,7 +205,7 @@ class GenomeSection(Section, own=LETTERS):
 
     @model_validator(mode="before")
     @classmethod
-    def _unequal_crossover(cls, given: Any) -> Any:
+    def _unequal_crossover(cls, given: object) -> Any:
         """Let strings of variable length cross at genes, unless an operator is named."""
         if not isinstance(given, dict) or given.get("longest") is None:
             return given

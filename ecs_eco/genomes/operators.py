@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import inspect
 import random
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
@@ -100,7 +100,7 @@ def _section(section: GenomeSection | Mapping[str, Any]) -> GenomeSection:
 
 
 def operator_of(
-    word: str, name: Any, layout: Layout, find: Callable[[Any], Any] = handed_over
+    word: str, name: object, layout: Layout, find: Callable[[Any], Any] = handed_over
 ) -> Callable[..., Any]:
     """Return the operator of this name, or what `find` returns for a function or "module:name"."""
     if not isinstance(name, str) or ":" in name:
@@ -134,7 +134,7 @@ def check_name(word: str, name: str, layout: Layout) -> None:
         raise UnknownName(unknown_name(word, "operator", name, known))
 
 
-def defaults(name: Any, layout: Layout) -> dict[str, Any]:
+def defaults(name: object, layout: Layout) -> dict[str, Any]:
     """Return arguments that need not be given: mutUniformInt draws among all letters."""
     if name == "cxUnequal":
         return {"slip": SLIP}
@@ -254,7 +254,7 @@ def choice_of(toolbox: Toolbox) -> int:
     return rules.index(function) if function in rules else -1
 
 
-def strings_of(word: str, name: str, result: Any, length: int | None, size: int) -> list[np.ndarray]:
+def strings_of(word: str, name: str, result: object, length: int | None, size: int) -> list[np.ndarray]:
     """Return the genomes u8[length] that an operator gave back (None: any length); raises ValueError."""
     n = 2 if word == "mate" else 1
     if not isinstance(result, tuple) or len(result) != n:
@@ -265,7 +265,7 @@ def strings_of(word: str, name: str, result: Any, length: int | None, size: int)
     return [_string(word, name, genome, length, size) for genome in result]
 
 
-def _string(word: str, name: str, genome: Any, length: int | None, size: int) -> np.ndarray:
+def _string(word: str, name: str, genome: Sequence[Any], length: int | None, size: int) -> np.ndarray:
     if length is None and not len(genome):
         return np.zeros(0, np.uint8)
     if length is not None and len(genome) != length:
@@ -286,11 +286,11 @@ def _string(word: str, name: str, genome: Any, length: int | None, size: int) ->
     )
 
 
-def _is_whole(letter: Any) -> bool:
+def _is_whole(letter: object) -> TypeGuard[int]:
     return isinstance(letter, int | np.integer)
 
 
-def _letters(value: Any, size: int) -> bool:
+def _letters(value: object, size: int) -> bool:
     values = value if isinstance(value, list | tuple | np.ndarray) else [value]
     return all(_is_whole(v) and 0 <= v < size for v in values)
 

@@ -128,7 +128,12 @@ class VariableOperators(Operators):
             )
 
     def _mutate_each(
-        self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any, arguments: dict[str, Any]
+        self,
+        strings: np.ndarray,
+        keys: np.ndarray,
+        salt: int,
+        function: Callable[..., Any],
+        arguments: dict[str, Any],
     ) -> None:
         mutate, name = self.toolbox.mutate, named(function)
         lengths = (strings != self.layout.blank).sum(axis=1)

@@ -27,7 +27,7 @@ class Lethal(Section, own=True):
 
     @model_validator(mode="before")
     @classmethod
-    def _name_causes(cls, data: Any) -> Any:
+    def _name_causes(cls, data: object) -> Any:
         if isinstance(data, dict) and isinstance(data.get("property"), str):
             words = {"low": ("min", "too low"), "high": ("max", "too high")}
             named = {

@@ -12,7 +12,7 @@ from ecs_eco.engine.uids import MOST_ISLANDS, first_uid
 Edge = Annotated[list[Name], Field(min_length=2, max_length=2)]
 
 
-def _named(islands: Any) -> Any:
+def _named(islands: object) -> Any:
     """A number of islands as a table of so many, and tables within as dotted keys."""
     if isinstance(islands, int) and not isinstance(islands, bool):
         return {f"island_{i}": {} for i in range(1, min(islands, MOST_ISLANDS + 1) + 1)}

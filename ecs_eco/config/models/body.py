@@ -100,7 +100,7 @@ class Body(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _derive(cls, data: Any) -> Any:
+    def _derive(cls, data: object) -> Any:
         """Put in what follows from other keys; wrong ones are left for their own checks."""
         if not isinstance(data, dict):
             return data

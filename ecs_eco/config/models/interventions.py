@@ -212,7 +212,7 @@ def _amount(cull: Mapping[str, Any]) -> str:
     return f"{100 * cull['share']:g} % of" if "share" in cull else f"{cull['count']:,}"
 
 
-def _place(numbers: Any) -> str:
+def _place(numbers: Sequence[float]) -> str:
     return "[" + ", ".join(f"{x:g}" for x in numbers) + "]"
 
 

@@ -1,6 +1,6 @@
 """The three networks of the nervous system: reflex, happiness and policy (paper, Definition 3)."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
@@ -32,11 +32,11 @@ class Continuous(Section, own=True):
 THINKING = ("shared", "individual")  # kinds of policies that are networks
 
 
-def _form(value: Any) -> str:
+def _form(value: object) -> str:
     return "range" if isinstance(value, dict | Continuous) else "names"
 
 
-def _word_or_number(value: Any) -> str:
+def _word_or_number(value: object) -> str:
     return "number" if isinstance(value, int | float) else "word"
 
 

@@ -8,7 +8,7 @@ name of a smell is the mean over all noses for it.
 
 import math
 from collections import Counter
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -41,7 +41,7 @@ def _is_zero(value: float | list[float]) -> bool:
     return not any(value if isinstance(value, list) else [value])
 
 
-def _word_or_list(value: Any) -> str:
+def _word_or_list(value: object) -> str:
     return "names" if isinstance(value, list) else "word"
 
 

@@ -218,13 +218,13 @@ class WorldConfig(Section):
         """Path of a file that the world names."""
         return self._folder / name
 
-    def function(self, name: Any) -> Any:
+    def function(self, name: object) -> Any:
         """The object of "module:name", with its parameters, or a function itself; raises CodeError."""
         if isinstance(name, Use):
             return applied(self._code.function(name.use), name.parameters)
         return self._code.function(name)
 
-    def known(self, name: Any) -> Any:
+    def known(self, name: object) -> Any:
         """The object of "module:name" without parameters; None if it is wrong, or may not run."""
         return self._code.known(name.use if isinstance(name, Use) else name)
 
