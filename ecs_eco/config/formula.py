@@ -176,8 +176,7 @@ class Compiler:
             factor = left({})
             return lambda values: operation(factor, right(values))
         if isinstance(tree.right, ast.Constant):
-            number = right({})
-            return lambda values: operation(left(values), number)
+            return lambda values: operation(left(values), right({}))
         return lambda values: operation(left(values), right(values))
 
     def _unaryop(self, tree: ast.UnaryOp) -> Node:

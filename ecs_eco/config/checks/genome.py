@@ -57,8 +57,10 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
     ]
     for problem in faults:
         shared = why_shared(str(problem.value), type(species)) if problem.key[-1] == "trait" else ""
-        why = {"what": f"no gene can code for it: {shared}", "nearest": ""} if shared else {}
-        yield problem.moved(key=(*key, *problem.key), **why)
+        yield problem.moved(
+            key=(*key, *problem.key),
+            **{"what": f"no gene can code for it: {shared}", "nearest": ""} if shared else {},
+        )
     for i, gene in enumerate(section.genes):
         yield from _check_range(config, species, (*key, "genes", i), gene)
     yield from _check_brain(name, species, section)
@@ -81,8 +83,9 @@ def _check_connections(name: str, species: Species) -> Iterator[Problem]:
     for i, connection in enumerate(species.reflex.connections if species.reflex else ()):
         if (label := label_of(connection)) in seen:
             key = ("species", name, "reflex", "connections", i, "name")
-            fault = "another connection has this name, so genes cannot name it"
-            yield Problem(key, fault, label, "a name of its own")
+            yield Problem(
+                key, "another connection has this name, so genes cannot name it", label, "a name of its own"
+            )
         seen.add(label)
 
 
@@ -103,11 +106,16 @@ def _check_range(config: WorldConfig, species: Species, key: Key, gene: Gene) ->
         farthest_off = farthest(config, species)
         for field, value in _ends(gene):
             if abs(value) > farthest_off:
-                fault = "further off the body than the world is wide, in its radii"
-                yield Problem((*key, field), fault, value, f"{-farthest_off:g} to {farthest_off:g}")
+                yield Problem(
+                    (*key, field),
+                    "further off the body than the world is wide, in its radii",
+                    value,
+                    f"{-farthest_off:g} to {farthest_off:g}",
+                )
     if trait == "locomotion.pace" and highest * fastest > most:
-        fault = "further than half of the world in one tick"
-        yield Problem(at, fault, highest, f"at most {most / fastest:g}")
+        yield Problem(
+            at, "further than half of the world in one tick", highest, f"at most {most / fastest:g}"
+        )
     if trait in ("reproduction.energy_min", "reproduction.energy_given"):
         yield from at_most(at, "more than energy_max", highest, species.metabolism.energy_max, "")
 
@@ -124,8 +132,12 @@ def _check_masses(species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
     for field, radius in _ends(gene) if species.body.density is not None else ():
         mass = species.body.mass * (radius / species.body.radius) ** 3
         if radius > 0 and not SMALLEST <= mass <= LARGEST:
-            fault = f"density × volume would be {mass:g} kg"
-            yield Problem((*key, field), fault, radius, f"{SMALLEST:g} to {LARGEST:g} kg")
+            yield Problem(
+                (*key, field),
+                f"density × volume would be {mass:g} kg",
+                radius,
+                f"{SMALLEST:g} to {LARGEST:g} kg",
+            )
 
 
 def _check_extremes(
@@ -155,8 +167,12 @@ def _check_extremes(
             new = (p for p in faults(changed) if (p.key, p.what) not in known)
             if (problem := next(new, None)) is not None:
                 what = ".".join(map(str, problem.key[2:]))
-                fault = f"the species would be refused with it: {what} would be {problem.what}"
-                yield Problem((*key, "genes", i, *field), fault, value, problem.allowed)
+                yield Problem(
+                    (*key, "genes", i, *field),
+                    f"the species would be refused with it: {what} would be {problem.what}",
+                    value,
+                    problem.allowed,
+                )
 
 
 def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterator[Problem]:
@@ -164,8 +180,12 @@ def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterato
     coded = any(gene.trait == "policy.weights" for gene in section.genes)
     key, inherit = ("species", name, "policy", "inherit"), species.policy.inherit
     if inherit == "birth" and not coded:
-        allowed = 'a gene with trait = "policy.weights", or another way'
-        yield Problem(key, "no gene codes for policy.weights", inherit, allowed)
+        yield Problem(
+            key,
+            "no gene codes for policy.weights",
+            inherit,
+            'a gene with trait = "policy.weights", or another way',
+        )
     if inherit == "learned" and coded:
         yield Problem(key, "a gene codes for policy.weights too", inherit, '"birth", or no such gene')
 
@@ -178,9 +198,12 @@ def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterato
         try:
             code.numbers(np.array([code.trait.default]), clip=False)
         except ValueError as error:
-            fault = f"it cannot code for the species' own value, {code.trait.default:g}"
-            allowed = f'{str(error).partition("allowed are ")[2]}, or founders = "random"'
-            yield Problem((*key, "genes", i, "trait"), fault, code.gene.trait, allowed)
+            yield Problem(
+                (*key, "genes", i, "trait"),
+                f"it cannot code for the species' own value, {code.trait.default:g}",
+                code.gene.trait,
+                f'{str(error).partition("allowed are ")[2]}, or founders = "random"',
+            )
 
 
 def _check_operators(config: WorldConfig, species: Species, key: Key, layout: Layout) -> Iterator[Problem]:

@@ -75,8 +75,9 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
         yield from in_reach(config, (*key, "radius"), sensor.radius)
     at, most = getattr(sensor, "at", []), farthest(config, species)
     if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > most:
-        fault = "further off the body than the world is wide, in its radii"
-        yield Problem((*key, "at"), fault, at, f"at most {most:g}")
+        yield Problem(
+            (*key, "at"), "further off the body than the world is wide, in its radii", at, f"at most {most:g}"
+        )
     if isinstance(sensor, Touch) and at[0] == at[1]:
         yield Problem((*key, "at"), "the sector is empty", at, "two angles that differ [rad]")
     elif not isinstance(sensor, Touch) and len(at) > config.dims:
@@ -114,8 +115,12 @@ def _check_kin(
         yield Problem(at, "is missing, and kin needs it", allowed=" or ".join(family))
     if isinstance(sensor, Nearest) and (sensor.occlusion or sensor.sight is not None):
         word = "occlusion" if sensor.occlusion else "sight"
-        fault = "kin are known by their voices, not by sight"
-        yield Problem((*key, word), fault, getattr(sensor, word), f"kin or {word}, not both")
+        yield Problem(
+            (*key, word),
+            "kin are known by their voices, not by sight",
+            getattr(sensor, word),
+            f"kin or {word}, not both",
+        )
 
 
 def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -125,12 +130,20 @@ def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator
         for channel in sensor.channels(config.dims):
             own = noses[channel] == 1 and isinstance(sensor, Smell) and sensor.field == channel
             if channel in seen:
-                fault = f"gives the channel {channel}, which sensor {seen[channel]} gives too"
-                yield Problem((*key, "sensors", i, "name"), fault, sensor.name, "a name of its own")
+                yield Problem(
+                    (*key, "sensors", i, "name"),
+                    f"gives the channel {channel}, which sensor {seen[channel]} gives too",
+                    sensor.name,
+                    "a name of its own",
+                )
                 break
             if noses[channel] and not own:
-                fault = "the mean over the noses has this name"
-                yield Problem((*key, "sensors", i, "name"), fault, sensor.name, "another name")
+                yield Problem(
+                    (*key, "sensors", i, "name"),
+                    "the mean over the noses has this name",
+                    sensor.name,
+                    "another name",
+                )
             seen[channel] = i
 
 
@@ -179,22 +192,41 @@ def _no_weights(path: Path) -> str:
 def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterator[Problem]:
     policy, at = species.policy, (*key, "policy")
     if policy.file is not None and (wrong := _no_weights(folder / policy.file)):
-        near = nearest(policy.file, (p.name for p in folder.glob("*.safetensors")))
-        yield Problem((*at, "file"), wrong, policy.file, "a file beside the world file", near)
+        yield Problem(
+            (*at, "file"),
+            wrong,
+            policy.file,
+            "a file beside the world file",
+            nearest(policy.file, (p.name for p in folder.glob("*.safetensors"))),
+        )
     inherited = {"inherit": policy.inherit != "none", "mutation": policy.mutation != 0}
     for word in (w for w, given in inherited.items() if given and policy.kind != "individual"):
-        allowed = 'policy.kind = "individual", or nothing here'
-        yield Problem((*at, word), "only individual networks are inherited", getattr(policy, word), allowed)
+        yield Problem(
+            (*at, word),
+            "only individual networks are inherited",
+            getattr(policy, word),
+            'policy.kind = "individual", or nothing here',
+        )
     if policy.network is not None and policy.hidden != type(policy).model_fields["hidden"].default:
-        fault = "the network's own class says its layers"
-        yield Problem((*at, "hidden"), fault, policy.hidden, "policy.network or policy.hidden")
+        yield Problem(
+            (*at, "hidden"),
+            "the network's own class says its layers",
+            policy.hidden,
+            "policy.network or policy.hidden",
+        )
     if policy.thinks and policy.network is None and (size := n_weights(species, dims)) > MOST_WEIGHTS:
-        fault = f"too large: the network would have {size:,} weights"
-        allowed = f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]"
-        yield Problem((*at, "hidden"), fault, policy.hidden, allowed)
+        yield Problem(
+            (*at, "hidden"),
+            f"too large: the network would have {size:,} weights",
+            policy.hidden,
+            f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]",
+        )
     if policy.kind == "function" and policy.function is None:
-        allowed = '"module:name" of a function of sensors (n, channels) and uids (n)'
-        yield Problem((*at, "function"), "is missing", allowed=allowed)
+        yield Problem(
+            (*at, "function"),
+            "is missing",
+            allowed='"module:name" of a function of sensors (n, channels) and uids (n)',
+        )
     if policy.kind != "function" and policy.function is not None:
         fault, allowed = "there is no such policy to use it", 'policy.kind = "function", or nothing here'
         yield Problem((*at, "function"), fault, function_name(policy.function), allowed)
@@ -202,8 +234,12 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
     settings |= {("policy", word): getattr(policy, word) for word in ("file", "network", "learn")}
     for place, value in settings.items():
         if value and not policy.thinks:
-            allowed = 'policy.kind = "shared" or "individual", or nothing here'
-            yield Problem((*key, *place), "there is no network to use it", value, allowed)
+            yield Problem(
+                (*key, *place),
+                "there is no network to use it",
+                value,
+                'policy.kind = "shared" or "individual", or nothing here',
+            )
     if policy.kind != "none":
         yield from _check_needs(key, species)
 
@@ -215,8 +251,11 @@ def _check_needs(key: Key, species: Species) -> Iterator[Problem]:
     needs |= {"happiness": species.happiness} if species.policy.thinks else {}
     for word in (word for word, needed in needs.items() if not needed):
         chosen = word == "actions" and species.actions
-        fault = "the policy has nothing to choose" if chosen else "is missing: the policy needs it"
-        yield Problem((*key, word), fault, allowed='an entry, or policy.kind = "none"')
+        yield Problem(
+            (*key, word),
+            "the policy has nothing to choose" if chosen else "is missing: the policy needs it",
+            allowed='an entry, or policy.kind = "none"',
+        )
     if species.policy.thinks:
         yield from _check_ppo((*key, "ppo"), species)
 
@@ -226,11 +265,13 @@ def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
     for name, value in species.ppo.items():
         most, at = MOST_WHOLE if isinstance(value, int) else LARGEST, (*key, name)
         if name in WORDS and name not in known:
-            fault = f"another word for {WORDS[name]}, which is given twice"
-            yield Problem(at, fault, value, f"{WORDS[name]} alone")
+            yield Problem(
+                at, f"another word for {WORDS[name]}, which is given twice", value, f"{WORDS[name]} alone"
+            )
         elif name not in known:
-            fault = "no hyperparameter of this name"
-            yield Problem(at, fault, value, listed(known, 40), nearest(name, known))
+            yield Problem(
+                at, "no hyperparameter of this name", value, listed(known, 40), nearest(name, known)
+            )
         elif isinstance(value, int | float) and abs(value) > most:
             yield Problem(at, "not possible", value, f"at most {most:g}")
         else:

@@ -78,11 +78,19 @@ class Seasons(Feature, after="fertility"):
         if way.end is not None and way.end <= way.maturity:
             yield Problem((*at, "end"), "not after maturity", way.end, f"more than {way.maturity:g} s")
         elif way.prime is not None and not (way.maturity < way.prime < (way.end or float("inf"))):
-            allowed = f"more than {way.maturity:g} s" + (f", less than {way.end:g} s" if way.end else "")
-            yield Problem((*at, "prime"), "not between maturity and end", way.prime, allowed)
+            yield Problem(
+                (*at, "prime"),
+                "not between maturity and end",
+                way.prime,
+                f"more than {way.maturity:g} s" + (f", less than {way.end:g} s" if way.end else ""),
+            )
         if way.season is not None and config.year is None and (config.sun is None or config.sun.year is None):
-            allowed = "a section year, or sun.year; or no season"
-            yield Problem((*at, "season"), "there is no year for it", way.season, allowed)
+            yield Problem(
+                (*at, "season"),
+                "there is no year for it",
+                way.season,
+                "a section year, or sun.year; or no season",
+            )
 
 
 Newborn = Annotated[float, Field(ge=1e-9, le=1)]
@@ -137,8 +145,12 @@ class Growing(Feature, after="breeding"):
         """Yield a reserve that leaves nothing for growth."""
         way, most = species.growth, species.metabolism.energy_max
         if way is not None and way.cost and way.reserve >= most:
-            fault = "as much as energy_max: nobody would grow"
-            yield Problem((*key, "growth", "reserve"), fault, way.reserve, f"less than {most:g}")
+            yield Problem(
+                (*key, "growth", "reserve"),
+                "as much as energy_max: nobody would grow",
+                way.reserve,
+                f"less than {most:g}",
+            )
 
 
 Arriving = Annotated[float, Field(ge=1e-6, le=1)]

@@ -239,9 +239,10 @@ class WorldConfig(Section):
     @property
     def config_hash(self) -> str:
         """SHA-256 of the resolved configuration, its code and its land, 64 hexadecimal digits."""
-        text = (
-            json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False)
-            + "".join(s.sha256 for s in self._code.sources)
-            + (self._land.sha256 if self._land is not None else "")
-        )
-        return hashlib.sha256(text.encode()).hexdigest()
+        return hashlib.sha256(
+            (
+                json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False)
+                + "".join(s.sha256 for s in self._code.sources)
+                + (self._land.sha256 if self._land is not None else "")
+            ).encode()
+        ).hexdigest()
