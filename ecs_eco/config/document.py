@@ -84,23 +84,10 @@ def _path(world: object) -> Path:
         return files[0]
     if os.path.isfile(path):
         return path
-    raise ConfigError(
-        [
-            (
-                Problem(
-                    (),
-                    "no world file in this folder"
-                    if os.path.isdir(path)
-                    else "no such world, and no such file",
-                    str(world),
-                    f"a path, package:world of an installed package, or one of {listed(worlds)}",
-                    nearest(world, worlds),
-                    "WORLD",
-                )
-            )
-        ],
-        "cannot load the world",
-    )
+    fault = "no world file in this folder" if os.path.isdir(path) else "no such world, and no such file"
+    allowed = f"a path, package:world of an installed package, or one of {listed(worlds)}"
+    problem = Problem((), fault, str(world), allowed, nearest(world, worlds), "WORLD")
+    raise ConfigError([problem], "cannot load the world")
 
 
 def placed(problem: Problem, document: Document) -> Problem:

@@ -71,7 +71,7 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section]) -> Problem:
         known = tuple(parent.model_fields) if parent else ()
         return Problem(key, "unknown key", value, listed(known, 40), nearest(key[-1], known))
     if kind.startswith("union_tag"):
-        tags = _tags(info)
+        tags = _tags(info.annotation if info else None)
         tag = value.get("kind", MISSING) if isinstance(value, dict) else MISSING
         return Problem(
             (*key, "kind"),
@@ -152,17 +152,9 @@ def _tags_of(section: object) -> tuple[Any, ...]:
     return typing.get_args(info.annotation) if info else ()
 
 
-def _tags(info: FieldInfo | None) -> list[str]:
-    """All kinds of the union that a field holds, or holds a list of."""
-    tags: list[str] = []
-
-    def walk(kind: object) -> None:
-        tags.extend(_tags_of(kind))
-        for part in typing.get_args(kind):
-            walk(part)
-
-    walk(info.annotation if info else None)
-    return tags
+def _tags(kind: object) -> list[str]:
+    """All kinds of the union that a type is, or holds a list of."""
+    return [*_tags_of(kind), *(tag for part in typing.get_args(kind) for tag in _tags(part))]
 
 
 def _words(info: FieldInfo | None) -> str:

@@ -109,18 +109,7 @@ def _syntax(path: Path, text: str, message: str) -> ConfigError:
     fault, line, column = (
         (match[1], int(match[2]), int(match[3])) if match else (message, len(lines), len(lines[-1]) + 1)
     )
-    return ConfigError(
-        [
-            (
-                Problem(
-                    (),
-                    f"not TOML: {fault:.200}",
-                    allowed="TOML 1.0",
-                    source=path.name,
-                    line=line,
-                    column=column,
-                )
-            )
-        ],
-        f"{path.name}: 1 problem",
+    problem = Problem(
+        (), f"not TOML: {fault:.200}", allowed="TOML 1.0", source=path.name, line=line, column=column
     )
+    return ConfigError([problem], f"{path.name}: 1 problem")

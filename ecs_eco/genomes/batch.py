@@ -134,8 +134,6 @@ class Operators:
         string[:] = letters
 
     def _mutate(self, strings: np.ndarray, keys: np.ndarray, salt: int) -> None:
-        from deap import tools
-
         function, arguments = self._operator("mutate")
         if self._loci is None or self._loci[0] is not self.toolbox.mutate:
             self._loci = (
@@ -144,12 +142,8 @@ class Operators:
                 *self._bounds(arguments),
             )
         _, rates, low, up = self._loci
-        if function is tools.mutUniformInt:
-            kernels.mutate_uniform(strings, keys, salt, rates, low, up)
-        elif function is tools.mutFlipBit:
-            kernels.mutate_flip(strings, keys, salt, rates)
-        elif function is tools.mutShuffleIndexes:
-            kernels.mutate_shuffle(strings, keys, salt, rates)
+        if (way := way_of(function)) is not None:
+            kernels.mutate(strings, keys, salt, way, rates, low, up)
         else:
             self._mutate_each(strings, keys, salt, function, arguments)
 
@@ -186,6 +180,14 @@ class Operators:
                 for loci, rate in parts:
                     mutated = mutate(strings[birth, loci].tolist(), **rate)
                     strings[birth, loci] = strings_of("mutate", name, mutated, loci.size, size)[0]
+
+
+def way_of(function: Callable[..., Any]) -> int | None:
+    """Return the number of the way in which an operator of DEAP mutates letters; None for any other."""
+    from deap import tools
+
+    ways = (tools.mutUniformInt, tools.mutFlipBit, tools.mutShuffleIndexes)
+    return ways.index(function) if function in ways else None
 
 
 def toss(keys: np.ndarray, salt: int, purpose: int) -> np.ndarray:

@@ -223,6 +223,5 @@ def cosines(shape: tuple[int, ...], most: int) -> np.ndarray:
 
 
 def _cosine(frequency: int, n: int) -> np.ndarray:
-    return (math.sqrt((1.0 if frequency == 0 else 2.0) / n)) * arrays.cos(
-        math.pi * (np.arange(n) + 0.5) * frequency / n
-    )
+    scale = math.sqrt((1.0 if frequency == 0 else 2.0) / n)
+    return scale * arrays.cos(math.pi * (np.arange(n) + 0.5) * frequency / n)

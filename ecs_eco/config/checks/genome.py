@@ -57,10 +57,8 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
     ]
     for problem in faults:
         shared = why_shared(str(problem.value), type(species)) if problem.key[-1] == "trait" else ""
-        yield problem.moved(
-            key=(*key, *problem.key),
-            **{"what": f"no gene can code for it: {shared}", "nearest": ""} if shared else {},
-        )
+        why = {"what": f"no gene can code for it: {shared}", "nearest": ""} if shared else {}
+        yield problem.moved(key=(*key, *problem.key), **why)
     for i, gene in enumerate(section.genes):
         yield from _check_range(config, species, (*key, "genes", i), gene)
     yield from _check_brain(name, species, section)

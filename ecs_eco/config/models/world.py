@@ -239,10 +239,7 @@ class WorldConfig(Section):
     @property
     def config_hash(self) -> str:
         """SHA-256 of the resolved configuration, its code and its land, 64 hexadecimal digits."""
-        return hashlib.sha256(
-            (
-                json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False)
-                + "".join(s.sha256 for s in self._code.sources)
-                + (self._land.sha256 if self._land is not None else "")
-            ).encode()
-        ).hexdigest()
+        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False)
+        text += "".join(s.sha256 for s in self._code.sources)
+        text += self._land.sha256 if self._land is not None else ""
+        return hashlib.sha256(text.encode()).hexdigest()
