@@ -43,11 +43,6 @@ def at_most(key: Key, fault: str, value: float, most: float, unit: str = " m") -
         yield Problem(key, fault, value, f"at most {most:g}{unit}")
 
 
-def in_reach(config: WorldSections, key: Key, distance: float) -> Iterator[Problem]:
-    """Yield the problem of a distance [m] beyond which nothing is looked for in a world."""
-    yield from at_most(key, config.space.too_wide, distance, config.space.widest)
-
-
 def inside(key: Key, at: Sequence[float], size: Sequence[float]) -> Iterator[Problem]:
     """Yield the problem of a place [m] that is not in a space of this size."""
     if len(at) != len(size):

@@ -1,7 +1,5 @@
 """Births: from parents' genomes to children's, many at once or one by one."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -37,7 +35,7 @@ class Operators:
     With `mutation` off, nothing mutates.
     """
 
-    def __init__(self, toolbox: Toolbox, layout: Layout, chance: float = 1.0, mates: bool = True) -> None:
+    def __init__(self, toolbox: "Toolbox", layout: Layout, chance: float = 1.0, mates: bool = True) -> None:
         if not 0 <= chance <= 1:
             raise ValueError(f"mate: chance = {chance}; allowed are 0 to 1")
         self.toolbox, self.layout, self.chance, self.mutation = toolbox, layout, chance, True
@@ -55,7 +53,7 @@ class Operators:
         select_mate: str = "nearest",
         find: Callable[[Any], Any] = handed_over,
         mates: bool = True,
-    ) -> Operators:
+    ) -> "Operators":
         """Return the operators of a world file; `select_mate` is its rule, the rest as in `toolbox_of`."""
         if layout.longest is not None:
             raise ValueError(

@@ -3,7 +3,7 @@
 from functools import partial
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, field_validator, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from ecs_eco.engine.section import (
     FREE,
@@ -153,9 +153,9 @@ class Mutate(Operator):
 class GenomeSection(Section, own=LETTERS):
     """The genome of a species."""
 
-    alphabet: Annotated[str, Field(min_length=2, max_length=256)] = about(
-        "letters, in an order of your choice", "ACGT"
-    )
+    alphabet: Annotated[
+        str, Field(min_length=2, max_length=256), AfterValidator(lambda letters: Alphabet(letters).letters)
+    ] = about("letters, in an order of your choice", "ACGT")
     ploidy: Literal[1, 2] = quantity("strings of an organism", "1", 1)
     dominance: Dominance = about(
         "with two strings: the first one's value, the mean, or the greater one", "first"
@@ -213,8 +213,3 @@ class GenomeSection(Section, own=LETTERS):
         if isinstance(mate, dict) and "operator" not in mate:
             return given | {"mate": {"operator": "cxUnequal"} | mate}
         return given
-
-    @field_validator("alphabet")
-    @classmethod
-    def _each_letter_once(cls, letters: str) -> str:
-        return Alphabet(letters).letters

@@ -3,8 +3,6 @@
 An operator of DEAP that has a kernel here runs as that kernel for all births at once; any other function in
 the toolbox is called birth by birth, with lists of whole numbers, as DEAP calls it."""
 
-from __future__ import annotations
-
 import inspect
 import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -68,7 +66,7 @@ def toolbox_of(
     select_mate: str = "nearest",
     find: Callable[[Any], Any] = handed_over,
     mates: bool = True,
-) -> Toolbox:
+) -> "Toolbox":
     """Return a DEAP toolbox with `mate` and `mutate` of a section or dict, and a rule as `select_mate`.
 
     mutUniformInt draws among all letters by default. `find` returns the function of "module:name", as
@@ -247,7 +245,7 @@ def _takes(takes: Iterable[str], wrong: str = "") -> str:
     return f"its arguments are {listed(takes)}" + (f'; did you mean "{guess}"?' if guess else "")
 
 
-def choice_of(toolbox: Toolbox) -> int:
+def choice_of(toolbox: "Toolbox") -> int:
     """Return the number in CHOICES of the toolbox's `select_mate`, −1 for a function of the user's own."""
     rules = list(RULES.values())
     function = getattr(toolbox.select_mate, "func", toolbox.select_mate)

@@ -1,7 +1,5 @@
 """Births with strings of variable length: crossed at genes; genes double, letters come and go."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -34,7 +32,7 @@ class VariableOperators(Operators):
 
     def __init__(
         self,
-        toolbox: Toolbox,
+        toolbox: "Toolbox",
         layout: VariableLayout,
         chance: float = 1.0,
         *,
@@ -56,7 +54,7 @@ class VariableOperators(Operators):
         select_mate: str = "nearest",
         find: Callable[[Any], Any] = handed_over,
         mates: bool = True,
-    ) -> VariableOperators:
+    ) -> "VariableOperators":
         return cls(
             toolbox_of(section, layout, select_mate, find, mates),
             layout,
