@@ -4,11 +4,10 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.config import load
-from ecs_eco.config.knobs import offered
+from ecs_eco.config.knobs import coded, offered
 from ecs_eco.config.loading import changed, read_document
 from ecs_eco.config.mutable_keys import changes, refused
 from ecs_eco.config.numbers import values_in, with_value
-from ecs_eco.config.knobs import coded
 from ecs_eco.config.shipped import shipped
 from ecs_eco.engine.errors import ConfigError
 
