@@ -73,25 +73,16 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section]) -> Problem:
     if kind.startswith("union_tag"):
         tags = _tags(info.annotation if info else None)
         tag = value.get("kind", MISSING) if isinstance(value, dict) else MISSING
-        return Problem(
-            (*key, "kind"),
-            "is missing" if tag is MISSING else "unknown kind",
-            tag,
-            listed(tags),
-            nearest(tag, tags),
-        )
+        fault = "is missing" if tag is MISSING else "unknown kind"
+        return Problem((*key, "kind"), fault, tag, listed(tags), nearest(tag, tags))
     if kind in ("literal_error", "enum"):
         choices = [str(c) for c in typing.get_args(_plain(info.annotation, None))] if info else []
         return Problem(key, "no such choice", value, listed(choices) + about, nearest(value, choices))
     if error["loc"] and error["loc"][-1] == "[key]":
         return Problem(key, "not a name", allowed="a letter, then letters, digits or _ (at most 40)")
     if kind in LIMITS:
-        return Problem(
-            key,
-            {"string_pattern_mismatch": "not of this form"}.get(kind, "out of range"),
-            value,
-            LIMITS[kind].format(**context) + about,
-        )
+        fault = {"string_pattern_mismatch": "not of this form"}.get(kind, "out of range")
+        return Problem(key, fault, value, LIMITS[kind].format(**context) + about)
     if kind == "value_error":
         return Problem(key, str(context.get("error", error["msg"])), value, about.strip(" ()"))
     fault = "not a finite number" if kind == "finite_number" else "wrong type"

@@ -176,7 +176,8 @@ class Compiler:
             factor = left({})
             return lambda values: operation(factor, right(values))
         if isinstance(tree.right, ast.Constant):
-            return lambda values: operation(left(values), right({}))
+            number = right({})
+            return lambda values: operation(left(values), number)
         return lambda values: operation(left(values), right(values))
 
     def _unaryop(self, tree: ast.UnaryOp) -> Node:

@@ -45,14 +45,8 @@ def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
             problems.append(Problem((*place, "max"), "is no range", knob.max, f"more than min, {knob.min:g}"))
         elif not knob.min <= value <= knob.max:
             end = "min" if value < knob.min else "max"
-            problems.append(
-                Problem(
-                    (*place, end),
-                    f"does not hold the world's own value, {value:g}",
-                    getattr(knob, end),
-                    "a range around it",
-                )
-            )
+            fault = f"does not hold the world's own value, {value:g}"
+            problems.append(Problem((*place, end), fault, getattr(knob, end), "a range around it"))
     return problems
 
 
@@ -63,27 +57,13 @@ def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: 
     if why := why_not(name, type(config)):
         return Problem(place, f"cannot change in a living world: {name}", knob.key, f"{numbers}; or {why}")
     if isinstance(value, bool) or not isinstance(value, int | float):
-        return Problem(
-            place,
-            f"has no value yet: {name}" if value is None else f"holds no number: {name} = {value!r:.60}",
-            knob.key,
-            numbers,
-            nearest(name, known),
-        )
+        fault = f"has no value yet: {name}" if value is None else f"holds no number: {name} = {value!r:.60}"
+        return Problem(place, fault, knob.key, numbers, nearest(name, known))
     if gene := coded(config).get(name):
-        return Problem(
-            place,
-            f"the gene {gene} codes for it, so each organism has its own",
-            knob.key,
-            "values that no gene codes for",
-        )
-    return Problem(
-        place,
-        "has no effect in a run that lives",
-        knob.key,
-        f"a number that has one, as {listed(known[:3])}",
-        nearest(name, known),
-    )
+        fault = f"the gene {gene} codes for it, so each organism has its own"
+        return Problem(place, fault, knob.key, "values that no gene codes for")
+    allowed = f"a number that has one, as {listed(known[:3])}"
+    return Problem(place, "has no effect in a run that lives", knob.key, allowed, nearest(name, known))
 
 
 def offered(config: WorldConfig | None) -> dict[str, Any]:
@@ -175,11 +155,9 @@ def _walk(
         return
     if isinstance(value, Use):
         for name, inner in value.parameters.items():
+            about = f"parameter of {function_name(value)}"
             yield from _walk(
-                inner,
-                (*key, name),
-                {"unit": "", "low": None, "high": None, "about": (f"parameter of {function_name(value)}")},
-                wanted,
+                inner, (*key, name), {"unit": "", "low": None, "high": None, "about": about}, wanted
             )
     elif isinstance(value, BaseModel):
         for name, info in type(value).model_fields.items():

@@ -163,9 +163,8 @@ def _check_training(config: WorldConfig) -> list[Problem]:
     plan, training = config.training, config
     for name, (low, high) in plan.vary.items():
         if not low < high:
-            return [
-                Problem(("training", "vary", name), "is no range", [low, high], "[low, high] with low < high")
-            ]
+            allowed = "[low, high] with low < high"
+            return [Problem(("training", "vary", name), "is no range", [low, high], allowed)]
     ends = [{name: span[end] for name, span in plan.vary.items()} for end in (0, 1)]
     for values in ends if plan.vary else [{}] if plan.set else []:
         try:
@@ -254,11 +253,8 @@ def _read_code(document: Document, entries: object) -> tuple[Code, list[Problem]
     own = list(dict.fromkeys(s.module if s.of_session else s.entry for s in code.sources))
     if entries == own:
         return code, []
-    return code, [
-        Problem(
-            ("code",), "cannot be set from here", entries, f"the world's own, {own}, or another world file"
-        )
-    ]
+    allowed = f"the world's own, {own}, or another world file"
+    return code, [Problem(("code",), "cannot be set from here", entries, allowed)]
 
 
 def _with_checks(problems: list[Problem], document: Document) -> list[Problem]:

@@ -146,12 +146,8 @@ def _rows(file: Path, place: Place) -> tuple[list[str], list[list[str]]]:
             raise OSError(f"is longer than {MOST_BYTES:,} bytes")
         rows = [row for row in csv.reader(file.read_text(encoding="utf-8-sig").splitlines()) if any(row)]
     except (OSError, ValueError, csv.Error) as error:
-        raise _refused(
-            place,
-            f"cannot be read: {getattr(error, 'strerror', None) or error}",
-            file,
-            "a CSV file with a head",
-        ) from None
+        fault = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise _refused(place, fault, file, "a CSV file with a head") from None
     if not rows or len(rows[0]) < 2:
         raise _refused(place, "has no head of two columns", file, "time, then numbers")
     head = [name.strip() for name in rows[0]]

@@ -107,12 +107,8 @@ def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iter
             )
     for name, gene in genes.items():
         if name in before and name in now and before[name].default != now[name].default:
-            yield Problem(
-                (*key, *name.split(".")),
-                f"the gene {gene} codes for it, so each organism has its own",
-                now[name].default,
-                "values that no gene codes for",
-            )
+            fault = f"the gene {gene} codes for it, so each organism has its own"
+            yield Problem((*key, *name.split(".")), fault, now[name].default, "values that no gene codes for")
 
 
 def _plain(value: object) -> Any:

@@ -75,7 +75,8 @@ def _numbers(key: Key, kind: Any, field: FieldInfo, span: tuple[float, float, bo
 def _number(key: Key, whole: bool, field: FieldInfo, span: tuple[float, float, bool]) -> Number:
     extra = field.json_schema_extra
     unit = str(extra.get("unit", "1")) if isinstance(extra, dict) else "1"
-    return Number(key, *span, whole, unit, (field.description or "").removesuffix(f" [{unit}]"))
+    text = (field.description or "").removesuffix(f" [{unit}]")
+    return Number(key, *span, whole, unit, text)
 
 
 def _narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, float, bool]:

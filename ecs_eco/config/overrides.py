@@ -27,11 +27,8 @@ def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
         if isinstance(value, Problem):
             problems.append(value)
         elif re.search(r"(^|\.)(\.|$)", re.sub(r'"[^"]+"', "x", str(name))):  # a part of it is empty
-            problems.append(
-                Problem(
-                    ("",), "an empty key", str(name), "for example species.deer.count", source=document.set_by
-                )
-            )
+            allowed = "for example species.deer.count"
+            problems.append(Problem(("",), "an empty key", str(name), allowed, source=document.set_by))
         elif problem := _put(document, key, written, value):
             problems.append(problem.moved(key=written, value=value, source=document.set_by))
     return problems
@@ -66,9 +63,8 @@ def _put(document: Document, key: Key, written: Key, value: object) -> Problem |
                 return Problem(key, fault, allowed=entries_in_words(node), nearest=near)
             part = number
         elif not isinstance(node, dict):
-            return Problem(
-                key, f"{'.'.join(map(str, real))} has no parts", allowed="the key of a table or list"
-            )
+            fault = f"{'.'.join(map(str, real))} has no parts"
+            return Problem(key, fault, allowed="the key of a table or list")
         elif depth == 1 < len(key) - 1 and key[0] in NAMED and part not in node:
             fault, near = f'no {key[0]} named "{part}"', nearest(part, node)
             return Problem(key, fault, allowed=listed(node), nearest=near)

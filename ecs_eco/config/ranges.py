@@ -72,9 +72,8 @@ def check_search(
         if wrong is not None:
             yield wrong.moved(key=place, value=name)
         elif key[0] == "search":
-            yield Problem(
-                place, "is no number of the world", name, "a dotted key, for example species.deer.count"
-            )
+            allowed = "a dotted key, for example species.deer.count"
+            yield Problem(place, "is no number of the world", name, allowed)
         else:
             yield from _check_range(name, span, place, value, key in set_)
 
@@ -91,7 +90,8 @@ def _check_range(name: str, span: Range, place: Key, value: object, set_: bool) 
     elif span.scale == "log" and low <= 0:
         yield Problem(place, "cannot be taken on a log scale", given, "low > 0")
     elif not low <= value <= high and not set_:
-        yield Problem(place, f"does not hold the world's own value, {value:g}", given, "a range around it")
+        fault = f"does not hold the world's own value, {value:g}"
+        yield Problem(place, fault, given, "a range around it")
 
 
 def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
@@ -109,16 +109,8 @@ def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
         )
         if str(part) not in known:
             where = name_of(tuple(real)) or "the world"
-            return (
-                tuple(real),
-                None,
-                Problem(
-                    key,
-                    f"no {part!r} in {where}" if known else f"{where} has no parts",
-                    allowed=listed(known),
-                    nearest=nearest(part, known),
-                ),
-            )
+            fault = f"no {part!r} in {where}" if known else f"{where} has no parts"
+            return tuple(real), None, Problem(key, fault, allowed=listed(known), nearest=nearest(part, known))
         real.append(int(part) if isinstance(data, list) else part)
         data = data[real[-1]]
     return tuple(real), data, None
@@ -130,13 +122,8 @@ def _check_objective(config: WorldConfig) -> Iterator[Problem]:
     for i, (of, _) in enumerate(search.goals):
         if isinstance(of, str) and of not in known and ":" not in of:
             entry = ("objective", i, "of") if isinstance(search.objective, list) else ("objective",)
-            yield Problem(
-                ("search", *entry),
-                "no such objective",
-                of,
-                f"{listed(known, 20)}, or module:function",
-                nearest(of, known),
-            )
+            allowed = f"{listed(known, 20)}, or module:function"
+            yield Problem(("search", *entry), "no such objective", of, allowed, nearest(of, known))
     for name in (name for name in search.wanted if name not in of_all):
         kind = "species or reporter" if config.reporters else "species"
         key = ("search", "wanted", name)

@@ -211,9 +211,8 @@ class _Compiler(Compiler):
         self._check_field(tree, component, field)
         if self.within is None:
             text = ".".join(parts)
-            raise self._error(
-                f"{text} is one number for each organism", tree, f"mean({text}), sum({text}), …"
-            )
+            allowed = f"mean({text}), sum({text}), …"
+            raise self._error(f"{text} is one number for each organism", tree, allowed)
         self.within.add(owner)
         self.fields.add((owner, component, field))
         return lambda living: living[component, field]

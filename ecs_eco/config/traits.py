@@ -103,25 +103,15 @@ def _of_body(species: Species) -> Iterator[Trait]:
     yield _trait("body.radius", owner, body.radius, "radius of the body", "m", TINY)
     yield _trait("body.mass", owner, body.mass, "mass of the body", "kg", TINY)
     if species.locomotion is not None:
-        yield _trait(
-            "locomotion.pace",
-            "Vigour",
-            1.0,
-            "factor of all its speeds; the cost of moving grows with its square",
-        )
+        text = "factor of all its speeds; the cost of moving grows with its square"
+        yield _trait("locomotion.pace", "Vigour", 1.0, text)
     growth = species.metabolism.growth
     yield _trait("metabolism.growth", "Growth", growth, "energy made in full light", "energy/s")
     if species.heat is not None:
-        yield _trait(
-            "heat.insulation",
-            "Coat",
-            species.heat.insulation,
-            "insulation of its fur, feathers or fat",
-            "K m^2/W",
-        )
-    yield _trait(
-        "defence.toughness", "Defence", defence.toughness, "share of the bites into it that fail", high=1.0
-    )
+        text = "insulation of its fur, feathers or fat"
+        yield _trait("heat.insulation", "Coat", species.heat.insulation, text, "K m^2/W")
+    text = "share of the bites into it that fail"
+    yield _trait("defence.toughness", "Defence", defence.toughness, text, high=1.0)
     yield _trait("defence.poison", "Defence", defence.poison, "energy that its eater loses", "energy")
     for name, value in species.properties.items():
         text, unit = f"{name.replace('_', ' ')} at birth", PROPERTIES.get(name, "1")
@@ -146,87 +136,45 @@ def _of_sensors(species: Species) -> Iterator[Trait]:
     for i, sensor in enumerate(species.sensors):
         name = f"sensors.{sensor.name}"
         if (radius := getattr(sensor, "radius", None)) is not None:
-            yield _trait(
-                f"{name}.radius",
-                "Senses",
-                radius,
-                f"how far the sensor {sensor.name} reaches",
-                "m",
-                TINY,
-                index=i,
-            )
+            text = f"how far the sensor {sensor.name} reaches"
+            yield _trait(f"{name}.radius", "Senses", radius, text, "m", TINY, index=i)
         if (at := getattr(sensor, "at", None)) is None or sensor.kind in ("touch", "own"):
             continue  # of the own body only the height of the place counts, and that is no gene
         for own, way in zip(at, ("forward", "left"), strict=False):
-            yield _trait(
-                f"{name}.{way}",
-                "Senses",
-                own,
-                f"where on the body the sensor {sensor.name} is, {way}, in radii of the body",
-                low=-LARGEST,
-                index=i,
-            )
+            text = f"where on the body the sensor {sensor.name} is, {way}, in radii of the body"
+            yield _trait(f"{name}.{way}", "Senses", own, text, low=-LARGEST, index=i)
 
 
 def _of_nerves(species: Species) -> Iterator[Trait]:
     for i, c in enumerate(species.reflex.connections if species.reflex else ()):
         name, way = f"reflex.{label_of(c)}", "above" if c.above is not None else "below"
-        yield _trait(
-            f"{name}.weight",
-            "Reflexes",
-            c.weight,
+        text = (
             f"while {c.sensor} is {way} the threshold: −1 blocks {c.action}, 0 leaves it to the policy, "
-            "1 forces it",
-            "1",
-            -1.0,
-            1.0,
-            "sign",
-            index=i,
+            "1 forces it"
         )
+        yield _trait(f"{name}.weight", "Reflexes", c.weight, text, "1", -1.0, 1.0, "sign", index=i)
         own, text = getattr(c, way) or 0.0, f"{c.action} answers to {c.sensor} {way} this reading"
         yield _trait(f"{name}.threshold", "Reflexes", float(own), text, "reading", -LARGEST, index=i)
     for i, (channel, weight) in enumerate(species.happiness.weights.items() if species.happiness else ()):
-        yield _trait(
-            f"happiness.{channel}",
-            "Desires",
-            weight,
-            f"what {channel} adds to happiness",
-            low=-LARGEST,
-            field="weight",
-            index=i,
-        )
+        text = f"what {channel} adds to happiness"
+        yield _trait(f"happiness.{channel}", "Desires", weight, text, low=-LARGEST, field="weight", index=i)
     for word in ("reflex", "happiness"):  # networks that evolution alone changes, made by `fit_network`
         if getattr(getattr(species, word), "function", None) is not None:
-            yield _trait(
-                f"{word}.weights",
-                "Instincts",
-                0.0,
-                f"weights of its {word} network, where the function is one of fit_network",
-                "1",
-                -LARGEST,
-                kind="weights",
-                field=word,
-            )
+            text = f"weights of its {word} network, where the function is one of fit_network"
+            yield _trait(f"{word}.weights", "Instincts", 0.0, text, "1", -LARGEST, kind="weights", field=word)
 
 
 def _of_learning(species: Species) -> Iterator[Trait]:
     if species.policy.kind != "individual":
         return
-    yield _trait(
-        "policy.weights",
-        "Policy",
-        0.0,
-        "weights of the policy network at birth",
-        low=-LARGEST,
-        kind="weights",
-    )
+    text = "weights of the policy network at birth"
+    yield _trait("policy.weights", "Policy", 0.0, text, low=-LARGEST, kind="weights")
     settings = ppo_defaults() | species.ppo
     for field, high in {"learning_rate": LARGEST, "discount": 1.0, "entropy": LARGEST}.items():
         # anything else is reported elsewhere
         own = float(settings[field]) if isinstance(settings[field], int | float) else 0.0
-        yield _trait(
-            f"ppo.{field}", "Plasticity", own, f"{field.replace('_', ' ')} of its learning by PPO", high=high
-        )
+        text = f"{field.replace('_', ' ')} of its learning by PPO"
+        yield _trait(f"ppo.{field}", "Plasticity", own, text, high=high)
     if species.policy.network is not None or species.ranges():
         return  # torch learns with the species' own
     for name, number in numbers_of_species().items():
@@ -250,16 +198,10 @@ def _of_breeding(species: Species) -> Iterator[Trait]:
     for field, (own, text) in ages.items():
         yield _trait(f"breeding.{field}", "Breeding", own, text, "s")
     if way.season is not None:
-        yield _trait(
-            "breeding.season", "Breeding", way.season, "time of the year when it is most fertile", high=1.0
-        )
-        yield _trait(
-            "breeding.width",
-            "Breeding",
-            way.width,
-            "length of its season: standard deviation, as a share of a year",
-            high=1.0,
-        )
+        text = "time of the year when it is most fertile"
+        yield _trait("breeding.season", "Breeding", way.season, text, high=1.0)
+        text = "length of its season: standard deviation, as a share of a year"
+        yield _trait("breeding.width", "Breeding", way.width, text, high=1.0)
 
 
 def _of_life(species: Species) -> Iterator[Trait]:
@@ -297,17 +239,8 @@ def _of_organs(species: Species) -> Iterator[Trait]:
         yield _trait(name, "Traits", 1.0, text, high=1.0, kind="whole", field="value")
     if species.policy.kind == "individual" and species.policy.network is None and not species.ranges():
         for i, units in enumerate(species.policy.hidden):
-            yield _trait(
-                f"policy.hidden.{i}",
-                "Traits",
-                units,
-                f"units of the hidden layer {i} that its policy network has",
-                "1",
-                1.0,
-                units,
-                "whole",
-                "value",
-            )
+            text = f"units of the hidden layer {i} that its policy network has"
+            yield _trait(f"policy.hidden.{i}", "Traits", units, text, "1", 1.0, units, "whole", "value")
 
 
 def _of_component(component: type[Any]) -> Iterator[Trait]:
@@ -323,13 +256,5 @@ def _of_component(component: type[Any]) -> Iterator[Trait]:
             spans[column.dtype.kind] = float(ends.min), float(ends.max), "whole"
         low, high, kind = spans[column.dtype.kind]
         name = f"{component.__name__}.{field}"
-        yield _trait(
-            name,
-            component.__name__,
-            float(default),
-            " ".join((component.__doc__ or name).partition("\n\n")[0].split()),
-            "own",
-            low,
-            high,
-            kind,
-        )
+        text = " ".join((component.__doc__ or name).partition("\n\n")[0].split())
+        yield _trait(name, component.__name__, float(default), text, "own", low, high, kind)

@@ -106,13 +106,14 @@ class Layout:
         out = []
         for code in self.genes:
             unit = code.trait.unit if code.trait and code.trait.unit not in ("1", "own") else ""
+            fine = f"{code.resolution:.3g} {unit}".strip() if code.resolution else "exact"
             out.append(
                 {
                     "gene": code.name,
                     "loci": f"{code.first}-{code.stop - 1}",
                     "trait": code.gene.trait or "none",
                     "codes for": code.text,
-                    "resolution": (f"{code.resolution:.3g} {unit}".strip() if code.resolution else "exact"),
+                    "resolution": fine,
                 }
             )
         return out

@@ -112,13 +112,11 @@ def _of_places(
     order = sorted(range(len(genes)), key=lambda i: spans[i])
     for before, i in zip(order, order[1:], strict=False):
         if spans[i][0] < spans[before][1]:
-            yield Problem(
-                ("genes", i, "at"),
+            fault = (
                 f"overlaps the gene {genes[before].name}, "
-                f"which has the loci {spans[before][0]} to {spans[before][1] - 1}",
-                spans[i][0],
-                f"at least {spans[before][1]}",
+                f"which has the loci {spans[before][0]} to {spans[before][1] - 1}"
             )
+            yield Problem(("genes", i, "at"), fault, spans[i][0], f"at least {spans[before][1]}")
     needed = max((stop for _, stop in spans), default=0)
     if loci is not None and loci < needed:
         yield Problem(
@@ -161,12 +159,8 @@ def _of_weights(key: Key, gene: Gene, shapes: Mapping[str, Shapes]) -> Iterator[
         )
     yield from _of_range(key, gene, None)
     if shapes_of(gene, shapes) is None:
-        yield Problem(
-            (*key, "form"),
-            "the network that it codes for is not known",
-            gene.form,
-            'trait = "policy.weights", or shapes = {gene: [...]}',
-        )
+        allowed = 'trait = "policy.weights", or shapes = {gene: [...]}'
+        yield Problem((*key, "form"), "the network that it codes for is not known", gene.form, allowed)
 
 
 def _of_value(key: Key, gene: Gene, size: int, trait: Trait | None) -> Iterator[Problem]:
@@ -194,13 +188,11 @@ def _of_value(key: Key, gene: Gene, size: int, trait: Trait | None) -> Iterator[
         if value != allowed:
             yield Problem((*key, field), "given together with values", value, "one of them")
     if len(gene.values) != size**gene.letters:
-        yield Problem(
-            (*key, "values"),
+        fault = (
             f"{len(gene.values)} of them, and a codon of {gene.letters} of {size} letters has "
-            f"{size**gene.letters} values",
-            gene.values,
-            f"{size**gene.letters} numbers",
+            f"{size**gene.letters} values"
         )
+        yield Problem((*key, "values"), fault, gene.values, f"{size**gene.letters} numbers")
     for j, value in enumerate(gene.values):
         yield from _of_bound((*key, "values", j), gene, trait, value)
 
@@ -208,11 +200,8 @@ def _of_value(key: Key, gene: Gene, size: int, trait: Trait | None) -> Iterator[
 def _of_range(key: Key, gene: Gene, trait: Trait | None) -> Iterator[Problem]:
     for field, end in {"low": gene.low, "high": gene.high}.items():
         if end is None:
-            yield Problem(
-                (*key, field),
-                "is missing",
-                allowed="a number" if is_weights(gene, trait) else "a number, or values for each codon",
-            )
+            allowed = "a number" if is_weights(gene, trait) else "a number, or values for each codon"
+            yield Problem((*key, field), "is missing", allowed=allowed)
         else:
             yield from _of_bound((*key, field), gene, trait, end)
     if gene.low is None or gene.high is None:

@@ -32,10 +32,8 @@ def default_promoters(n: int, letters: str) -> list[str]:
 
 def promoters_of(genes: Sequence[Gene], letters: str) -> list[str]:
     """Return each gene's promoter: its own, or the default."""
-    return [
-        gene.promoter or word
-        for gene, word in zip(genes, default_promoters(len(genes), letters), strict=True)
-    ]
+    given = default_promoters(len(genes), letters)
+    return [gene.promoter or word for gene, word in zip(genes, given, strict=True)]
 
 
 def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:

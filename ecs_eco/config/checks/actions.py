@@ -37,12 +37,8 @@ def _check_known_group(
     """Check a group that shipped systems carry out."""
     actions = species.groups()[group]
     if group == "pitch":
-        yield Problem(
-            at,
-            "has no single actions",
-            actions,
-            "{ continuous = [least, most] }; or up, none and down in the group climb",
-        )
+        allowed = "{ continuous = [least, most] }; or up, none and down in the group climb"
+        yield Problem(at, "has no single actions", actions, allowed)
         return
     if not actions:
         yield Problem(at, "is empty", actions, listed(known))
@@ -51,12 +47,8 @@ def _check_known_group(
     yield from once(at, actions, listed(known))
     ways = {"turn": ("turn",), "climb": ("climb", "pitch")}.get(group, ())
     if ways and not any(getattr(species.locomotion, way, 0) for way in ways):
-        yield Problem(
-            at,
-            f"it cannot {group}: locomotion.{group} is missing or 0",
-            actions,
-            f"locomotion.{group} > 0, or no such group",
-        )
+        fault = f"it cannot {group}: locomotion.{group} is missing or 0"
+        yield Problem(at, fault, actions, f"locomotion.{group} > 0, or no such group")
     if group == "climb" and config.dims == 2:
         yield Problem(at, "no up and down in a plane", actions, "a space of three sizes, or no such group")
     if group == "eat" and not species.diet:
@@ -87,9 +79,8 @@ def _check_range(
     elif free:
         return
     elif group not in MOTIONS:
-        yield Problem(
-            at, "cannot be continuous", given, f"a list of actions; continuous may be {listed(MOTIONS)}"
-        )
+        allowed = f"a list of actions; continuous may be {listed(MOTIONS)}"
+        yield Problem(at, "cannot be continuous", given, allowed)
     elif species.locomotion is None:
         yield Problem(at, "it cannot move: locomotion is missing", given, "locomotion, or no such group")
     else:
@@ -141,9 +132,5 @@ def _check_automatic(key: Key, species: Species) -> Iterator[Problem]:
         elif (group := pairs[rows[action]][0]) in species.ranges():
             yield Problem(at, "is continuous: it is done always", action, "an action alone in its group")
         elif len(groups[group]) > 1:
-            yield Problem(
-                at,
-                f"the policy chooses among the group {group}",
-                action,
-                f"an action alone in its group: {listed(a[0] for a in groups.values() if len(a) == 1)}",
-            )
+            allowed = f"an action alone in its group: {listed(a[0] for a in groups.values() if len(a) == 1)}"
+            yield Problem(at, f"the policy chooses among the group {group}", action, allowed)

@@ -34,11 +34,9 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
     if species.max_count is not None and species.count > species.max_count:
         yield Problem((*key, "count"), "more than max_count", species.count, f"at most {species.max_count}")
     if species.metabolism.energy > species.metabolism.energy_max:
+        allowed = f"at most energy_max, {species.metabolism.energy_max:g}"
         yield Problem(
-            (*key, "metabolism", "energy"),
-            "more than energy_max",
-            species.metabolism.energy,
-            f"at most energy_max, {species.metabolism.energy_max:g}",
+            (*key, "metabolism", "energy"), "more than energy_max", species.metabolism.energy, allowed
         )
     yield from _check_locomotion(config, key, species)
     yield from _check_reproduction(config, key, species)
@@ -51,12 +49,8 @@ def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterat
     key, most = (*key, "locomotion"), min(config.space.size) / 2
     for gait, speed in species.locomotion.speed.items():
         if speed * config.dt > most:
-            yield Problem(
-                (*key, "speed", gait),
-                "further than half of the world in one tick",
-                speed,
-                f"at most {most / config.dt:g} m/s",
-            )
+            allowed = f"at most {most / config.dt:g} m/s"
+            yield Problem((*key, "speed", gait), "further than half of the world in one tick", speed, allowed)
     for gait in species.locomotion.cost:
         yield from named((*key, "cost", gait), "gait", gait, species.locomotion.speed)
 
@@ -64,11 +58,9 @@ def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterat
 def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     way, at = species.reproduction, (*key, "reproduction")
     if "mate" in species.actions and not isinstance(way, Sexual) and "mate" not in groups_of_systems(config):
+        allowed = 'reproduction.kind = "sexual", or no such group'
         yield Problem(
-            (*key, "actions", "mate"),
-            "it has no sexual reproduction",
-            species.actions["mate"],
-            'reproduction.kind = "sexual", or no such group',
+            (*key, "actions", "mate"), "it has no sexual reproduction", species.actions["mate"], allowed
         )
     if way is None:
         return
@@ -81,34 +73,23 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
     yield from at_most((*at, "dispersal"), config.space.too_wide, way.dispersal or 0.0, config.space.widest)
     if isinstance(way, Bearing):
         most = species.metabolism.energy_max
-        yield from at_most(
-            (*at, "energy_min"), "more than energy_max: nobody would be born", way.energy_min, most, ""
-        )
+        fault = "more than energy_max: nobody would be born"
+        yield from at_most((*at, "energy_min"), fault, way.energy_min, most, "")
         if isinstance(way, Alone) and way.energy_given > way.energy_min:
+            allowed = f"at most energy_min, {way.energy_min:g}"
             yield Problem(
-                (*at, "energy_given"),
-                "more than the parent needs to have",
-                way.energy_given,
-                f"at most energy_min, {way.energy_min:g}",
+                (*at, "energy_given"), "more than the parent needs to have", way.energy_given, allowed
             )
         yield from at_most((*at, "energy_given"), "more than energy_max", way.energy_given, most, "")
     if isinstance(way, Sexual):
         yield from _check_mating(config, key, species, way)
     room = _room(config, species)
     if isinstance(way, Spread) and room > MOST_SITES:
-        yield Problem(
-            (*at, "spacing"),
-            f"too small: the ground would have {room:.3g} sites",
-            way.spacing,
-            f"at most {MOST_SITES:.0e} sites",
-        )
+        fault = f"too small: the ground would have {room:.3g} sites"
+        yield Problem((*at, "spacing"), fault, way.spacing, f"at most {MOST_SITES:.0e} sites")
     if species.count > room:
-        yield Problem(
-            (*at, "spacing"),
-            f"cannot hold count = {species.count}: there is room for {room}",
-            way.spacing,
-            "a smaller spacing, or fewer organisms",
-        )
+        fault = f"cannot hold count = {species.count}: there is room for {room}"
+        yield Problem((*at, "spacing"), fault, way.spacing, "a smaller spacing, or fewer organisms")
 
 
 def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) -> Iterator[Problem]:
@@ -130,27 +111,24 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
             f"less than {farthest:g} m",
         )
     elif way.place == "near" and species.body.opaque and farthest <= 2 * species.body.bound:
+        allowed = f"more than {2 * species.body.bound:g} m, or body.opaque = false"
         yield Problem(
-            (*at, "dispersal"),
-            "the mother's own body is in the way of every birth",
-            way.dispersal,
-            f"more than {2 * species.body.bound:g} m, or body.opaque = false",
+            (*at, "dispersal"), "the mother's own body is in the way of every birth", way.dispersal, allowed
         )
     if way.energy_given > most:
         return
     if way.father_share and way.father_share * way.energy_given * way.litter >= most:
+        allowed = f"less than {most / (way.energy_given * way.litter):g}, or a smaller litter"
         yield Problem(
             (*at, "father_share"),
             "for the whole litter as much as energy_max: no father can pay",
             way.father_share,
-            f"less than {most / (way.energy_given * way.litter):g}, or a smaller litter",
+            allowed,
         )
     if way.father_share < 1 and (1 - way.father_share) * way.energy_given >= most:
+        allowed = f"less than {most / (1 - way.father_share):g}"
         yield Problem(
-            (*at, "energy_given"),
-            "as much as energy_max: no mother can pay",
-            way.energy_given,
-            f"less than {most / (1 - way.father_share):g}",
+            (*at, "energy_given"), "as much as energy_max: no mother can pay", way.energy_given, allowed
         )
 
 
@@ -190,9 +168,8 @@ def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:
     """Problems of a body that does not fit into the world."""
     size, at = config.space.size, (*key, "body")
     if body.shape == "sphere":
-        yield from at_most(
-            (*at, "radius"), "the body does not fit into the world", body.radius, min(size) / 2
-        )
+        fault = "the body does not fit into the world"
+        yield from at_most((*at, "radius"), fault, body.radius, min(size) / 2)
         return
     name, most = "length" if body.shape == "capsule" else "size", longest(config)
     if max(body.extents[:2]) > most:
@@ -212,20 +189,12 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
     """All problems of an object type."""
     key, placed = ("objects", name), [*kind.at, *kind.between]
     if kind.count and placed:
-        yield Problem(
-            (*key, "count"),
-            "given together with at" if kind.at else "given together with between",
-            kind.count,
-            "one of count and at",
-        )
+        fault = "given together with at" if kind.at else "given together with between"
+        yield Problem((*key, "count"), fault, kind.count, "one of count and at")
     made = (name in (s.remains, *of_each(s, "makes")) for s in config.species.values())
     if not kind.count and not placed and not any(made):
-        yield Problem(
-            (*key, "count"),
-            "none of these would ever exist",
-            kind.count,
-            "at least 1, or a list at, or a species that leaves it as remains or builds it",
-        )
+        allowed = "at least 1, or a list at, or a species that leaves it as remains or builds it"
+        yield Problem((*key, "count"), "none of these would ever exist", kind.count, allowed)
     for i, at in enumerate(kind.at):
         yield from inside((*key, "at", i), at, config.space.size)
     if len(kind.heading) not in (0, 1, len(kind.at)):

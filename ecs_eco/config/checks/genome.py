@@ -81,9 +81,8 @@ def _check_connections(name: str, species: Species) -> Iterator[Problem]:
     for i, connection in enumerate(species.reflex.connections if species.reflex else ()):
         if (label := label_of(connection)) in seen:
             key = ("species", name, "reflex", "connections", i, "name")
-            yield Problem(
-                key, "another connection has this name, so genes cannot name it", label, "a name of its own"
-            )
+            fault = "another connection has this name, so genes cannot name it"
+            yield Problem(key, fault, label, "a name of its own")
         seen.add(label)
 
 
@@ -104,16 +103,11 @@ def _check_range(config: WorldConfig, species: Species, key: Key, gene: Gene) ->
         farthest_off = farthest(config, species)
         for field, value in _ends(gene):
             if abs(value) > farthest_off:
-                yield Problem(
-                    (*key, field),
-                    "further off the body than the world is wide, in its radii",
-                    value,
-                    f"{-farthest_off:g} to {farthest_off:g}",
-                )
+                fault = "further off the body than the world is wide, in its radii"
+                yield Problem((*key, field), fault, value, f"{-farthest_off:g} to {farthest_off:g}")
     if trait == "locomotion.pace" and highest * fastest > most:
-        yield Problem(
-            at, "further than half of the world in one tick", highest, f"at most {most / fastest:g}"
-        )
+        fault = "further than half of the world in one tick"
+        yield Problem(at, fault, highest, f"at most {most / fastest:g}")
     if trait in ("reproduction.energy_min", "reproduction.energy_given"):
         yield from at_most(at, "more than energy_max", highest, species.metabolism.energy_max, "")
 
@@ -130,12 +124,8 @@ def _check_masses(species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
     for field, radius in _ends(gene) if species.body.density is not None else ():
         mass = species.body.mass * (radius / species.body.radius) ** 3
         if radius > 0 and not SMALLEST <= mass <= LARGEST:
-            yield Problem(
-                (*key, field),
-                f"density × volume would be {mass:g} kg",
-                radius,
-                f"{SMALLEST:g} to {LARGEST:g} kg",
-            )
+            fault = f"density × volume would be {mass:g} kg"
+            yield Problem((*key, field), fault, radius, f"{SMALLEST:g} to {LARGEST:g} kg")
 
 
 def _check_extremes(
@@ -165,12 +155,8 @@ def _check_extremes(
             new = (p for p in faults(changed) if (p.key, p.what) not in known)
             if (problem := next(new, None)) is not None:
                 what = ".".join(map(str, problem.key[2:]))
-                yield Problem(
-                    (*key, "genes", i, *field),
-                    f"the species would be refused with it: {what} would be {problem.what}",
-                    value,
-                    problem.allowed,
-                )
+                fault = f"the species would be refused with it: {what} would be {problem.what}"
+                yield Problem((*key, "genes", i, *field), fault, value, problem.allowed)
 
 
 def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterator[Problem]:
@@ -178,12 +164,8 @@ def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterato
     coded = any(gene.trait == "policy.weights" for gene in section.genes)
     key, inherit = ("species", name, "policy", "inherit"), species.policy.inherit
     if inherit == "birth" and not coded:
-        yield Problem(
-            key,
-            "no gene codes for policy.weights",
-            inherit,
-            'a gene with trait = "policy.weights", or another way',
-        )
+        allowed = 'a gene with trait = "policy.weights", or another way'
+        yield Problem(key, "no gene codes for policy.weights", inherit, allowed)
     if inherit == "learned" and coded:
         yield Problem(key, "a gene codes for policy.weights too", inherit, '"birth", or no such gene')
 
@@ -196,12 +178,9 @@ def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterato
         try:
             code.numbers(np.array([code.trait.default]), clip=False)
         except ValueError as error:
-            yield Problem(
-                (*key, "genes", i, "trait"),
-                f"it cannot code for the species' own value, {code.trait.default:g}",
-                code.gene.trait,
-                f'{str(error).partition("allowed are ")[2]}, or founders = "random"',
-            )
+            fault = f"it cannot code for the species' own value, {code.trait.default:g}"
+            allowed = f'{str(error).partition("allowed are ")[2]}, or founders = "random"'
+            yield Problem((*key, "genes", i, "trait"), fault, code.gene.trait, allowed)
 
 
 def _check_operators(config: WorldConfig, species: Species, key: Key, layout: Layout) -> Iterator[Problem]:

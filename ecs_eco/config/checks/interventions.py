@@ -55,12 +55,8 @@ def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> 
 def _check_time(config: WorldConfig, key: Key, intervention: Intervention) -> Iterator[Problem]:
     at, until = intervention.at, intervention.until
     if at >= config.ticks:
-        yield Problem(
-            (*key, "at"),
-            f"never happens: a run has {config.ticks} ticks",
-            at,
-            f"0 to {config.ticks - 1}, or a larger `ticks` of the world",
-        )
+        allowed = f"0 to {config.ticks - 1}, or a larger `ticks` of the world"
+        yield Problem((*key, "at"), f"never happens: a run has {config.ticks} ticks", at, allowed)
     if until is not None and intervention.every is None:
         yield Problem((*key, "until"), "given without every", until, "both, or neither")
     elif until is not None and until < at:
@@ -69,11 +65,8 @@ def _check_time(config: WorldConfig, key: Key, intervention: Intervention) -> It
 
 def _check_cull(config: WorldConfig, key: Key, cull: Cull) -> Iterator[Problem]:
     if (cull.share, cull.count, cull.uids).count(None) != 2:
-        yield Problem(
-            (*key, "share"),
-            "give exactly one of share, count and uids",
-            allowed="share = 0.5, count = 20, or uids = [7]",
-        )
+        allowed = "share = 0.5, count = 20, or uids = [7]"
+        yield Problem((*key, "share"), "give exactly one of share, count and uids", allowed=allowed)
     if cull.which in ("richest", "poorest") and cull.species in config.objects:
         yield Problem((*key, "which"), "objects have no energy", cull.which, "random, oldest, youngest")
 
@@ -87,9 +80,8 @@ def check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator
             if low < 0 or high > length:
                 yield Problem(key, f"outside of the world along {axis}", region, allowed)
             elif low >= high:
-                yield Problem(
-                    key, f"without extent along {axis}: {axis}0 is not less than {axis}1", region, REGION
-                )
+                fault = f"without extent along {axis}: {axis}0 is not less than {axis}1"
+                yield Problem(key, fault, region, REGION)
         return
     most = min(size) / 2 if config.space.edges == "torus" else math.hypot(*size)
     if not all(0 <= x <= length for x, length in zip(region, size, strict=False)):
@@ -101,9 +93,8 @@ def check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator
 def _check_add(config: WorldConfig, key: Key, add: Add) -> Iterator[Problem]:
     kind, place, at = config.species.get(add.species), add.at_place, (*key, "at_place")
     if kind is not None and kind.max_count is not None and add.count > kind.max_count:
-        yield Problem(
-            (*key, "count"), f"more than max_count of {add.species}", add.count, f"at most {kind.max_count}"
-        )
+        fault = f"more than max_count of {add.species}"
+        yield Problem((*key, "count"), fault, add.count, f"at most {kind.max_count}")
     if place is None:
         return
     if add.region is not None:
@@ -115,22 +106,15 @@ def _check_add(config: WorldConfig, key: Key, add: Add) -> Iterator[Problem]:
             if math.dist(mark.at, place[:2]) < mark.radius:
                 yield Problem(at, f"within terrain.{group}.{i}", place, "a place on open ground")
     if kind is not None and isinstance(kind.reproduction, Spread) and add.count > 1:
-        yield Problem(
-            (*key, "count"),
-            f"one site holds one {add.species}",
-            add.count,
-            "count = 1, or a region instead of at_place",
-        )
+        allowed = "count = 1, or a region instead of at_place"
+        yield Problem((*key, "count"), f"one site holds one {add.species}", add.count, allowed)
 
 
 def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
     at = (*key, "substance")
     if (dose.field is None) == (dose.species is None):
-        yield Problem(
-            (*key, "field"),
-            "give exactly one of field and species",
-            allowed='field = "soil", or species = "deer" with a substance',
-        )
+        allowed = 'field = "soil", or species = "deer" with a substance'
+        yield Problem((*key, "field"), "give exactly one of field and species", allowed=allowed)
     elif dose.field is not None:
         yield from named((*key, "field"), "field", dose.field, config.fields)
         if dose.substance is not None:
@@ -150,21 +134,14 @@ def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
 
 def _check_switch(config: WorldConfig, key: Key, switch: Switch) -> Iterator[Problem]:
     if switch.reproduction is None and switch.learning is None:
-        yield Problem(
-            (*key, "reproduction"),
-            "is missing, and learning too",
-            allowed="true or false for one of them, or both",
-        )
+        allowed = "true or false for one of them, or both"
+        yield Problem((*key, "reproduction"), "is missing, and learning too", allowed=allowed)
     if switch.species is None:
         return
     yield from named((*key, "species"), "species", switch.species, config.species)
     if switch.learning and switch.species in config.species and not learns(config.species[switch.species]):
-        yield Problem(
-            (*key, "learning"),
-            f"{switch.species} cannot learn",
-            True,
-            "a species with a policy network and happiness",
-        )
+        allowed = "a species with a policy network and happiness"
+        yield Problem((*key, "learning"), f"{switch.species} cannot learn", True, allowed)
 
 
 def learns(species: Species) -> bool:

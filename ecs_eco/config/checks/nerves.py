@@ -73,13 +73,10 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
         yield from named((*key, "targets", j), "species, object type or wall", target, [*kinds, "wall"])
     if isinstance(sensor, Nearest | Rays | Approach | Property):
         yield from at_most((*key, "radius"), config.space.too_wide, sensor.radius, config.space.widest)
-    at = getattr(sensor, "at", [])
-    if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > (
-        most := farthest(config, species)
-    ):
-        yield Problem(
-            (*key, "at"), "further off the body than the world is wide, in its radii", at, f"at most {most:g}"
-        )
+    at, most = getattr(sensor, "at", []), farthest(config, species)
+    if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > most:
+        fault = "further off the body than the world is wide, in its radii"
+        yield Problem((*key, "at"), fault, at, f"at most {most:g}")
     if isinstance(sensor, Touch) and at[0] == at[1]:
         yield Problem((*key, "at"), "the sector is empty", at, "two angles that differ [rad]")
     elif not isinstance(sensor, Touch) and len(at) > config.dims:
@@ -117,12 +114,8 @@ def _check_kin(
         yield Problem(at, "is missing, and kin needs it", allowed=" or ".join(family))
     if isinstance(sensor, Nearest) and (sensor.occlusion or sensor.sight is not None):
         word = "occlusion" if sensor.occlusion else "sight"
-        yield Problem(
-            (*key, word),
-            "kin are known by their voices, not by sight",
-            getattr(sensor, word),
-            f"kin or {word}, not both",
-        )
+        fault = "kin are known by their voices, not by sight"
+        yield Problem((*key, word), fault, getattr(sensor, word), f"kin or {word}, not both")
 
 
 def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -132,20 +125,12 @@ def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator
         for channel in sensor.channels(config.dims):
             own = noses[channel] == 1 and isinstance(sensor, Smell) and sensor.field == channel
             if channel in seen:
-                yield Problem(
-                    (*key, "sensors", i, "name"),
-                    f"gives the channel {channel}, which sensor {seen[channel]} gives too",
-                    sensor.name,
-                    "a name of its own",
-                )
+                fault = f"gives the channel {channel}, which sensor {seen[channel]} gives too"
+                yield Problem((*key, "sensors", i, "name"), fault, sensor.name, "a name of its own")
                 break
             if noses[channel] and not own:
-                yield Problem(
-                    (*key, "sensors", i, "name"),
-                    "the mean over the noses has this name",
-                    sensor.name,
-                    "another name",
-                )
+                fault = "the mean over the noses has this name"
+                yield Problem((*key, "sensors", i, "name"), fault, sensor.name, "another name")
             seen[channel] = i
 
 
@@ -194,41 +179,22 @@ def _no_weights(path: Path) -> str:
 def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterator[Problem]:
     policy, at = species.policy, (*key, "policy")
     if policy.file is not None and (wrong := _no_weights(folder / policy.file)):
-        yield Problem(
-            (*at, "file"),
-            wrong,
-            policy.file,
-            "a file beside the world file",
-            nearest(policy.file, (p.name for p in folder.glob("*.safetensors"))),
-        )
+        near = nearest(policy.file, (p.name for p in folder.glob("*.safetensors")))
+        yield Problem((*at, "file"), wrong, policy.file, "a file beside the world file", near)
     inherited = {"inherit": policy.inherit != "none", "mutation": policy.mutation != 0}
     for word in (w for w, given in inherited.items() if given and policy.kind != "individual"):
-        yield Problem(
-            (*at, word),
-            "only individual networks are inherited",
-            getattr(policy, word),
-            'policy.kind = "individual", or nothing here',
-        )
+        allowed = 'policy.kind = "individual", or nothing here'
+        yield Problem((*at, word), "only individual networks are inherited", getattr(policy, word), allowed)
     if policy.network is not None and policy.hidden != type(policy).model_fields["hidden"].default:
-        yield Problem(
-            (*at, "hidden"),
-            "the network's own class says its layers",
-            policy.hidden,
-            "policy.network or policy.hidden",
-        )
+        fault = "the network's own class says its layers"
+        yield Problem((*at, "hidden"), fault, policy.hidden, "policy.network or policy.hidden")
     if policy.thinks and policy.network is None and (size := n_weights(species, dims)) > MOST_WEIGHTS:
-        yield Problem(
-            (*at, "hidden"),
-            f"too large: the network would have {size:,} weights",
-            policy.hidden,
-            f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]",
-        )
+        fault = f"too large: the network would have {size:,} weights"
+        allowed = f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]"
+        yield Problem((*at, "hidden"), fault, policy.hidden, allowed)
     if policy.kind == "function" and policy.function is None:
-        yield Problem(
-            (*at, "function"),
-            "is missing",
-            allowed='"module:name" of a function of sensors (n, channels) and uids (n)',
-        )
+        allowed = '"module:name" of a function of sensors (n, channels) and uids (n)'
+        yield Problem((*at, "function"), "is missing", allowed=allowed)
     if policy.kind != "function" and policy.function is not None:
         fault, allowed = "there is no such policy to use it", 'policy.kind = "function", or nothing here'
         yield Problem((*at, "function"), fault, function_name(policy.function), allowed)
@@ -236,12 +202,8 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
     settings |= {("policy", word): getattr(policy, word) for word in ("file", "network", "learn")}
     for place, value in settings.items():
         if value and not policy.thinks:
-            yield Problem(
-                (*key, *place),
-                "there is no network to use it",
-                value,
-                'policy.kind = "shared" or "individual", or nothing here',
-            )
+            allowed = 'policy.kind = "shared" or "individual", or nothing here'
+            yield Problem((*key, *place), "there is no network to use it", value, allowed)
     if policy.kind != "none":
         yield from _check_needs(key, species)
 
@@ -253,11 +215,8 @@ def _check_needs(key: Key, species: Species) -> Iterator[Problem]:
     needs |= {"happiness": species.happiness} if species.policy.thinks else {}
     for word in (word for word, needed in needs.items() if not needed):
         chosen = word == "actions" and species.actions
-        yield Problem(
-            (*key, word),
-            "the policy has nothing to choose" if chosen else "is missing: the policy needs it",
-            allowed='an entry, or policy.kind = "none"',
-        )
+        fault = "the policy has nothing to choose" if chosen else "is missing: the policy needs it"
+        yield Problem((*key, word), fault, allowed='an entry, or policy.kind = "none"')
     if species.policy.thinks:
         yield from _check_ppo((*key, "ppo"), species)
 
@@ -267,13 +226,11 @@ def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
     for name, value in species.ppo.items():
         most, at = MOST_WHOLE if isinstance(value, int) else LARGEST, (*key, name)
         if name in WORDS and name not in known:
-            yield Problem(
-                at, f"another word for {WORDS[name]}, which is given twice", value, f"{WORDS[name]} alone"
-            )
+            fault = f"another word for {WORDS[name]}, which is given twice"
+            yield Problem(at, fault, value, f"{WORDS[name]} alone")
         elif name not in known:
-            yield Problem(
-                at, "no hyperparameter of this name", value, listed(known, 40), nearest(name, known)
-            )
+            fault = "no hyperparameter of this name"
+            yield Problem(at, fault, value, listed(known, 40), nearest(name, known))
         elif isinstance(value, int | float) and abs(value) > most:
             yield Problem(at, "not possible", value, f"at most {most:g}")
         else:

@@ -67,13 +67,12 @@ def _motions(config: WorldConfig, species: Species, key: Key) -> Iterator[Proble
 def _slow(moves: list[tuple[Key, float, float]], dt: float) -> Iterator[Problem]:
     for key, speed, extent in moves:
         if 0 < abs(speed) < (least := STEPS * resolution(extent) / dt):
-            yield Problem(
-                key,
+            fault = (
                 f"too slow for a world of {extent:g} m: positions are float32, "
-                "and such steps are rounded away",
-                speed,
-                f"0, or at least {least:.3g} m/s; or a smaller world, or a longer tick",
+                "and such steps are rounded away"
             )
+            allowed = f"0, or at least {least:.3g} m/s; or a smaller world, or a longer tick"
+            yield Problem(key, fault, speed, allowed)
 
 
 def _fades(key: Key, decay: float, dt: float) -> Iterator[Problem]:
@@ -100,25 +99,13 @@ def _energies(species: Species, key: Key, dt: float) -> Iterator[Problem]:
     rates |= {("carries", i, "cost"): way.cost for i, way in enumerate(species.carries)}
     for part, rate in rates.items():
         if 0 < rate * dt < step:
-            yield Problem(
-                (*key, *part),
-                fault,
-                rate,
-                f"0, or at least {step / dt:.3g} per second; or a smaller energy_max",
-            )
+            allowed = f"0, or at least {step / dt:.3g} per second; or a smaller energy_max"
+            yield Problem((*key, *part), fault, rate, allowed)
     way = None if species.heat is None else species.heat.regulate
     if way is not None and 0 < (burnt := way.cost * max(way.warming, way.cooling)) * dt < step:
-        yield Problem(
-            (*key, "heat", "regulate", "cost"),
-            fault,
-            way.cost,
-            f"0, or at least {way.cost * step / (burnt * dt):.3g}; or a smaller energy_max",
-        )
+        allowed = f"0, or at least {way.cost * step / (burnt * dt):.3g}; or a smaller energy_max"
+        yield Problem((*key, "heat", "regulate", "cost"), fault, way.cost, allowed)
     for i, food in enumerate(species.diet):
         if 0 < food.gain < step:
-            yield Problem(
-                (*key, "diet", i, "gain"),
-                fault,
-                food.gain,
-                f"0, or at least {step:.3g}; or a smaller energy_max",
-            )
+            allowed = f"0, or at least {step:.3g}; or a smaller energy_max"
+            yield Problem((*key, "diet", i, "gain"), fault, food.gain, allowed)

@@ -78,12 +78,8 @@ def _check_causes(config: WorldConfig) -> Iterator[Problem]:
     for key, cause in _causes(config):
         known.add(cause)
         if len(known) > MOST_CAUSES:
-            yield Problem(
-                key,
-                "one cause of death too many",
-                cause,
-                f"at most {MOST_CAUSES} in a world, those of being eaten among them",
-            )
+            allowed = f"at most {MOST_CAUSES} in a world, those of being eaten among them"
+            yield Problem(key, "one cause of death too many", cause, allowed)
             return
 
 
@@ -113,12 +109,9 @@ def _check_space(config: WorldConfig) -> Iterator[Problem]:
         and (cells := math.prod(max(1.0, s / space.cell) for s in space.size)) > MOST_INDEX_CELLS
     ):
         least = (math.prod(space.size) / MOST_INDEX_CELLS) ** (1 / len(space.size))
-        yield Problem(
-            ("space", "cell"),
-            f"too small: neighbours would be looked up in {cells:.3g} cells",
-            space.cell,
-            f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or absent: it is chosen",
-        )
+        fault = f"too small: neighbours would be looked up in {cells:.3g} cells"
+        allowed = f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or absent: it is chosen"
+        yield Problem(("space", "cell"), fault, space.cell, allowed)
 
 
 def _check_fields(config: WorldConfig) -> Iterator[Problem]:
@@ -133,19 +126,12 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
         if field.cell > most:
             yield Problem(("fields", name, "cell"), space.too_wide, field.cell, f"at most {most:g} m")
         elif cells > MOST_CELLS:
-            yield Problem(
-                ("fields", name, "cell"),
-                f"too small: the field would have {cells:.3g} cells",
-                field.cell,
-                f"at most {MOST_CELLS:.0e} cells",
-            )
+            fault = f"too small: the field would have {cells:.3g} cells"
+            yield Problem(("fields", name, "cell"), fault, field.cell, f"at most {MOST_CELLS:.0e} cells")
         elif steps > MOST_STEPS:
-            yield Problem(
-                ("fields", name, "diffusion"),
-                f"too fast for these cells: {steps:.3g} steps a tick",
-                field.diffusion,
-                f"at most {field.diffusion * MOST_STEPS / steps:.3g} m^2/s",
-            )
+            fault = f"too fast for these cells: {steps:.3g} steps a tick"
+            allowed = f"at most {field.diffusion * MOST_STEPS / steps:.3g} m^2/s"
+            yield Problem(("fields", name, "diffusion"), fault, field.diffusion, allowed)
 
 
 def _check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Problem]:
@@ -186,12 +172,8 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
     most = min(size[:2]) / 2
     yield from at_most(("terrain", "cell"), "larger than half of the world", terrain.cell, most)
     if (cells := (size[0] / terrain.cell) * (size[1] / terrain.cell)) > MOST_CELLS:
-        yield Problem(
-            ("terrain", "cell"),
-            f"too small: {cells:.3g} cells",
-            terrain.cell,
-            f"at most {MOST_CELLS:.0e} cells",
-        )
+        fault = f"too small: {cells:.3g} cells"
+        yield Problem(("terrain", "cell"), fault, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
     for i, road in enumerate(terrain.roads):
         yield from check_line(("terrain", "roads", i, "line"), road.line, config)
     for group in ("mountains", "rocks", "lakes"):
@@ -217,27 +199,18 @@ def check_water(config: WorldConfig) -> Iterator[Problem]:
     for name in water.shading:
         yield from named(("water", "shading", name), "species", name, config.species)
     if water.layer > size[2] or size[2] / water.layer > MOST_LAYERS:
-        yield Problem(
-            ("water", "layer"),
-            "no layer of this water",
-            water.layer,
-            f"at most {size[2]:g} m, and at least {size[2] / MOST_LAYERS:g}",
-        )
+        allowed = f"at most {size[2]:g} m, and at least {size[2] / MOST_LAYERS:g}"
+        yield Problem(("water", "layer"), "no layer of this water", water.layer, allowed)
     for i, current in enumerate(water.current):
         for axis, speed in enumerate(current.velocity):
             if abs(speed) * config.dt > (most := size[axis] / 2):
+                fault = "further than half of the world in one tick"
                 yield Problem(
-                    ("water", "current", i, "velocity"),
-                    "further than half of the world in one tick",
-                    speed,
-                    f"at most {most / config.dt:g} m/s",
+                    ("water", "current", i, "velocity"), fault, speed, f"at most {most / config.dt:g} m/s"
                 )
     if water.current and water.current_function is not None:
-        yield Problem(
-            ("water", "current_function"),
-            "given together with a current by depth",
-            allowed="one of current and current_function",
-        )
+        fault = "given together with a current by depth"
+        yield Problem(("water", "current_function"), fault, allowed="one of current and current_function")
 
 
 def _check_volume(config: WorldConfig) -> Iterator[Problem]:
@@ -255,11 +228,9 @@ def _check_volume(config: WorldConfig) -> Iterator[Problem]:
     for name, species in config.species.items():
         way = species.locomotion
         if way is not None and way.pitch and way.climb:
+            allowed = "one of climb and pitch"
             yield Problem(
-                ("species", name, "locomotion", "pitch"),
-                "given together with climb",
-                way.pitch,
-                "one of climb and pitch",
+                ("species", name, "locomotion", "pitch"), "given together with climb", way.pitch, allowed
             )
 
 

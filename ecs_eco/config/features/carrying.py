@@ -42,12 +42,9 @@ class Carrying(Feature, after="diet"):
         yield from check_named(config, (*key, "carries"), species.carries, "reach")
         for i, way in enumerate(species.carries):
             if way.object in config.objects and config.objects[way.object].body.solid:
-                yield Problem(
-                    (*key, "carries", i, "object"),
-                    "is solid: nothing else can be where it is",
-                    way.object,
-                    f"objects.{way.object}.body.solid = false",
-                )
+                fault = "is solid: nothing else can be where it is"
+                allowed = f"objects.{way.object}.body.solid = false"
+                yield Problem((*key, "carries", i, "object"), fault, way.object, allowed)
         yield from check_used(species, key, "carries", "carry")
 
     @staticmethod
@@ -107,13 +104,10 @@ def check_named(config: WorldSections, key: Key, ways: Sequence[Any], distance: 
         if way.object not in config.objects:
             yield unknown((*key, i, "object"), "object type", way.object, config.objects)
         elif way.object in (other.object for other in ways[:i]):
-            yield Problem((*key, i, "object"), "named twice", way.object, "one entry for each object type")
-        yield from at_most(
-            (*key, i, distance),
-            "larger than the world allows to look",
-            getattr(way, distance),
-            config.space.widest,
-        )
+            allowed = "one entry for each object type"
+            yield Problem((*key, i, "object"), "named twice", way.object, allowed)
+        fault = "larger than the world allows to look"
+        yield from at_most((*key, i, distance), fault, getattr(way, distance), config.space.widest)
 
 
 def check_used(species: Any, key: Key, section: str, group: str) -> Iterator[Problem]:

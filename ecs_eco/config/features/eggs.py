@@ -93,19 +93,13 @@ def _of_layer(species: Any, config: WorldSections, key: Key) -> Iterator[Problem
     elif laid not in eggs:
         yield Problem(at, f"no {name} hatches from it", laid, f'a species with hatch = {{ into = "{name}" }}')
     elif (most := config.species[laid].metabolism.energy_max) < (given := species.reproduction.energy_given):
+        allowed = f"at most {most:g}, its metabolism.energy_max"
         yield Problem(
-            (*key, "reproduction", "energy_given"),
-            f"more than an egg holds, {laid}",
-            given,
-            f"at most {most:g}, its metabolism.energy_max",
+            (*key, "reproduction", "energy_given"), f"more than an egg holds, {laid}", given, allowed
         )
     if species.born_with == "mother":
-        yield Problem(
-            (*key, "born_with"),
-            "its newborn are eggs, which hold what their own section says",
-            species.born_with,
-            '"declared"',
-        )
+        fault = "its newborn are eggs, which hold what their own section says"
+        yield Problem((*key, "born_with"), fault, species.born_with, '"declared"')
 
 
 def _of_eggs(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
@@ -113,16 +107,11 @@ def _of_eggs(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]
     if way.into not in config.species:
         yield unknown((*at, "into"), "species", way.into, config.species)
     elif laid_by(config.species[way.into]) != key[1]:
-        yield Problem(
-            (*at, "into"),
-            "it does not lay these eggs",
-            way.into,
-            f'a species with reproduction.eggs = "{key[1]}"',
-        )
+        allowed = f'a species with reproduction.eggs = "{key[1]}"'
+        yield Problem((*at, "into"), "it does not lay these eggs", way.into, allowed)
     if way.temperature is not None and way.temperature <= way.threshold:
-        yield Problem(
-            (*at, "temperature"), "not above the threshold", way.temperature, f"more than {way.threshold:g} K"
-        )
+        allowed = f"more than {way.threshold:g} K"
+        yield Problem((*at, "temperature"), "not above the threshold", way.temperature, allowed)
     for part in LEFT_TO_THE_HATCHED:
         if getattr(species, part):
             yield Problem((*key, part), "an egg has none", allowed="this of the species that hatches")

@@ -80,12 +80,8 @@ class Warmth(Feature, after="properties"):
         yield from check_heat(species, key)
         regulation = None if species.heat is None else species.heat.regulate
         if regulation is not None and regulation.warming == regulation.cooling == 0:
-            yield Problem(
-                (*key, "heat", "regulate", "warming"),
-                "is 0, and cooling too",
-                0.0,
-                "a power [W] of warming, of cooling or of both; or no regulate",
-            )
+            allowed = "a power [W] of warming, of cooling or of both; or no regulate"
+            yield Problem((*key, "heat", "regulate", "warming"), "is 0, and cooling too", 0.0, allowed)
 
 
 def check_heat(kind: Any, key: Key) -> Iterator[Problem]:
@@ -94,8 +90,7 @@ def check_heat(kind: Any, key: Key) -> Iterator[Problem]:
         return
     at, known = (*key, "properties", "temperature"), kind.properties.get("temperature")
     if known is None:
-        yield Problem(
-            at, "is missing, and heat changes it", allowed="the temperature at the start [K], or no heat"
-        )
+        allowed = "the temperature at the start [K], or no heat"
+        yield Problem(at, "is missing, and heat changes it", allowed=allowed)
     elif known < 0:
         yield Problem(at, "below absolute zero", known, "at least 0 K")

@@ -76,19 +76,11 @@ class Seasons(Feature, after="fertility"):
         if way.end is not None and way.end <= way.maturity:
             yield Problem((*at, "end"), "not after maturity", way.end, f"more than {way.maturity:g} s")
         elif way.prime is not None and not (way.maturity < way.prime < (way.end or float("inf"))):
-            yield Problem(
-                (*at, "prime"),
-                "not between maturity and end",
-                way.prime,
-                f"more than {way.maturity:g} s" + (f", less than {way.end:g} s" if way.end else ""),
-            )
+            allowed = f"more than {way.maturity:g} s" + (f", less than {way.end:g} s" if way.end else "")
+            yield Problem((*at, "prime"), "not between maturity and end", way.prime, allowed)
         if way.season is not None and config.year is None and (config.sun is None or config.sun.year is None):
-            yield Problem(
-                (*at, "season"),
-                "there is no year for it",
-                way.season,
-                "a section year, or sun.year; or no season",
-            )
+            allowed = "a section year, or sun.year; or no season"
+            yield Problem((*at, "season"), "there is no year for it", way.season, allowed)
 
 
 class Growth(Section, change=FREE, own=True):
@@ -142,12 +134,8 @@ class Growing(Feature, after="breeding"):
         """Yield a reserve that leaves nothing for growth."""
         way, most = species.growth, species.metabolism.energy_max
         if way is not None and way.cost and way.reserve >= most:
-            yield Problem(
-                (*key, "growth", "reserve"),
-                "as much as energy_max: nobody would grow",
-                way.reserve,
-                f"less than {most:g}",
-            )
+            fault = "as much as energy_max: nobody would grow"
+            yield Problem((*key, "growth", "reserve"), fault, way.reserve, f"less than {most:g}")
 
 
 class Care(Section, change=FREE, own=True):

@@ -53,13 +53,12 @@ class Land:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """It as arrays without objects."""
+        text = json.dumps({"lines": self.lines, "place": self.place, "crs": self.crs, "sha256": self.sha256})
         return {
             "elevation": self.elevation,
             "kinds": self.kinds,
             "lakes": self.lakes,
-            "about": np.array(
-                json.dumps({"lines": self.lines, "place": self.place, "crs": self.crs, "sha256": self.sha256})
-            ),
+            "about": np.array(text),
         }
 
     @classmethod

@@ -100,12 +100,8 @@ def _below(folder: Path, rest: str, name: str) -> Path:
     if "\0" in name:
         raise refused("raster", "cannot be read: is no name of a file", name, KINDS)
     if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
-        raise refused(
-            "raster",
-            "is not in the world's folder",
-            name,
-            "a file next to the world file, or in a folder there",
-        )
+        allowed = "a file next to the world file, or in a folder there"
+        raise refused("raster", "is not in the world's folder", name, allowed)
     return path
 
 
