@@ -52,7 +52,8 @@ ALLOWED = (
 
 
 class FormulaError(ValueError):
-    """A formula that is refused: the problem, its position (characters from 1), what is allowed."""
+    """A formula that is refused: the problem, its position (characters from 1), what is allowed,
+    the nearest right name."""
 
     def __init__(self, fault: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:
         self.what, self.position = f"{fault} at character {position}", position
@@ -81,13 +82,15 @@ class Formula:
 
 
 def compile_formula(text: str, names: Iterable[str]) -> Formula:
-    """Compile the text to a function of arrays by name; raises FormulaError."""
+    """Compile the text to a function of arrays by name; raises FormulaError for unknown names and all
+    that is not allowed."""
     run, compiler = compiled(text, lambda line, lead: Compiler(line, lead, tuple(names)))
     return Formula(text, run, frozenset(compiler.used))
 
 
 def compiled(text: str, compiler_of: Callable[[str, int], Any]) -> tuple[Any, Any]:
-    """The function of a text, and its compiler `compiler_of(line, characters before)`; raises FormulaError."""
+    """The function that a text becomes, and the compiler that made it: `compiler_of(line, characters before
+    the text)`. Raises FormulaError."""
     line = " ".join(text.split("\n"))
     if len(line) > LONGEST:
         raise FormulaError("a formula that is too long ends", LONGEST, f"{LONGEST} characters")

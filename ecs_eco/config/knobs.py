@@ -67,7 +67,8 @@ def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: 
 
 
 def offered(config: WorldConfig | None) -> dict[str, Any]:
-    """Return what pages may change: "list", all numbers and switches, and "knobs", those a world names."""
+    """Return what pages may change: "list", every number and switch, and "knobs", those that the world names:
+    key, label, unit, low, high. A knob is left out where a treatment or an island has no such number."""
     if config is None:
         return {"list": [], "knobs": []}
     rows = parameters(config)

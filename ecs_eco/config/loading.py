@@ -221,7 +221,8 @@ def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
 
 
 def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, list[Problem]]:
-    """The world of this data, and the problems across its sections; raises ValidationError."""
+    """The world of this data with what belongs to the document, and the problems across its sections;
+    raises ValidationError."""
     known = document.original
     if known is not None and "viewer" not in data:
         data = data | {"viewer": known.viewer}
@@ -258,7 +259,8 @@ def _read_code(document: Document, entries: object) -> tuple[Code, list[Problem]
 
 
 def _with_checks(problems: list[Problem], document: Document) -> list[Problem]:
-    """Add problems across sections, once tables with problems are repaired as far as possible."""
+    """Add problems from the checks across sections, once tables with problems are repaired
+    as far as possible."""
     if len(problems) > MOST:
         return problems
     data = copy.deepcopy(document.data)

@@ -45,7 +45,8 @@ class Outside(NamedTuple):
 
 
 def outside_of(data: Mapping[str, Any], folder: Path, names: Sequence[str], source: str = "") -> Outside:
-    """Read the outside series of [data], compared with the species and reporters `names`; raises ConfigError."""
+    """Read the outside series of a world, whose [data] is `data`; `names` are those of its species and
+    reporters. Raises ConfigError."""
     place = IN_WORLD._replace(of_file=source, of_columns=source)
     read = read_outside(folder / data["file"], names, data.get("columns"), place, data.get("time"))
     return read._replace(unit=data.get("unit") or read.unit, ticks=data.get("ticks"))

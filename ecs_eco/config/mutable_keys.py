@@ -56,7 +56,8 @@ def why_not(key: str, model: type[WorldConfig] = WorldConfig) -> str:
 
 
 def _instead(key: list[str], kind: Any, held: str) -> str:
-    """Return what to do instead of changing a key below a type; `held`: what holds the type."""
+    """Return what to do instead of changing the value of a key below a type; `held`: instead of changing the
+    field that holds the type."""
     origin, parts = get_origin(kind), get_args(kind)
     if not key:
         return held

@@ -172,7 +172,8 @@ def _on_lives(config: WorldConfig, name: str, species: Species) -> Iterator[str]
 
 
 def meaningless_debt(config: WorldConfig, species: Species) -> str:
-    """Return the keys by which energy falls below 0 where that means nothing; "" where it cannot."""
+    """Return why the energy of a species can fall below 0 where that means nothing: what it pays for, as
+    keys; empty where energy cannot fall below 0, and where that kills or brings torpor."""
     deadly = any(limit.property == "energy" and limit.min is not None for limit in species.lethal)
     return "" if deadly or species.metabolism.torpor else ", ".join(_costs(config, species))
 

@@ -46,7 +46,8 @@ def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]
 
 
 def share_met(way: float, meet: float) -> float:
-    """Return what share of the strip within `meet` [m] of a course lies that near to places `way` [m] apart."""
+    """Return what share of the strip within `meet` [m] of a straight course lies within `meet` of places that
+    are `way` [m] apart."""
     disc = math.pi * meet * meet
     if way < 2 * meet:  # less what two neighboring discs have in common
         disc -= 2 * meet * meet * math.acos(way / 2 / meet) - way / 2 * math.sqrt(4 * meet * meet - way * way)

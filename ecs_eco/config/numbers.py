@@ -88,7 +88,10 @@ def _narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, fl
 
 
 def values_in(section: Section) -> Iterator[tuple[Number, Key, float]]:
-    """Yield (what it may be, key, value) of every number of a section; entries of lists by `labels`."""
+    """Yield (what it may be, key, value) of every number that a section holds, in the order of its schema.
+
+    In a list the key has the entry's name, what it eats or its property; else its place.
+    """
     schema = numbers_of(type(section))
     for field in type(section).model_fields:
         for pattern, key, value, number in _values((field,), (field,), getattr(section, field)):
@@ -111,7 +114,8 @@ def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, f
 
 
 def labels(entries: list[Any]) -> list[str]:
-    """Return what keys call the entries of a list: names, foods, properties, numbered if shared; or places."""
+    """Return what keys call the entries of a list: by name, food or property, numbered where these are
+    shared; else by their places."""
     words = ("label", "name", "eats", "property")
     names = [
         next((str(own) for word in words if (own := getattr(entry, word, None))), str(i))

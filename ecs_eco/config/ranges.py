@@ -25,7 +25,8 @@ def name_of(key: Key) -> str:
 
 
 def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
-    """Replace numbers with a range by their values in `data`; return the ranges' keys by name, and problems."""
+    """Replace numbers with a range by their values, in `data` itself;
+    return the keys of the ranges by name, and problems."""
     ranges: dict[str, Key] = {}
     problems: list[Problem] = []
     for holder, key in list(_tables(data, ())):

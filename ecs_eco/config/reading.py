@@ -62,7 +62,8 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """The content of a TOML text; ValueError if it is invalid, or more than Python can read."""
+    """The content of a TOML text; ValueError if it is invalid,
+    or has numbers or tables that Python cannot read."""
     if match := LONG_KEY.search(text):  # tomllib needs time quadratic in their parts
         raise _at(text, match, f"a dotted key of more than {DEEPEST} parts")
     try:

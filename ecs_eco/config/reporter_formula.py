@@ -97,9 +97,11 @@ class ReporterFormula:
 def compile_reporter(
     text: str, kinds: Collection[str], fields: Fields, complete: bool = True
 ) -> ReporterFormula:
-    """Compile the text of a reporter in a world of these kinds of organisms and objects; raises FormulaError.
+    """Compile the text of a reporter in a world of these kinds of organisms and objects.
 
-    `fields` are those of all components; unless they are `complete`, others may be named."""
+    `fields` are those of all components; unless they are `complete`, others may be named. Raises FormulaError
+    for unknown names and all that is not allowed.
+    """
     run, compiler = compiled(text, lambda line, lead: _Compiler(line, lead, kinds, fields, complete))
     if not compiler.aggregates:
         raise FormulaError("nothing is measured", 1, "at least one of " + listed(AGGREGATES))

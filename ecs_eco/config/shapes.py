@@ -10,7 +10,10 @@ from ecs_eco.genomes.traits import Shapes
 
 
 def shapes_of_networks(config: WorldConfig, name: str) -> dict[str, Shapes]:
-    """Return the shapes of a species' networks by the traits of their weights, where code may run."""
+    """Return the shapes of matrices and biases of a species' networks, by the traits of their weights.
+
+    Those of a torch module are not there where its code may not run, or where it cannot be made.
+    """
     species = config.species[name]
     shapes: dict[str, Shapes] = {}
     if species.policy.network is None and not species.ranges():
@@ -22,7 +25,8 @@ def shapes_of_networks(config: WorldConfig, name: str) -> dict[str, Shapes]:
 
 
 def instincts(config: WorldConfig, name: str) -> dict[str, Any]:
-    """Return the networks of reflex and happiness by the traits of their weights, where code may run."""
+    """Return the networks of a species' reflex and happiness, as `fit_network` gives them, by the traits of
+    their weights; not those in code that may not run."""
     found = {}
     for word in ("reflex", "happiness"):
         function = getattr(getattr(config.species[name], word), "function", None)
@@ -33,7 +37,8 @@ def instincts(config: WorldConfig, name: str) -> dict[str, Any]:
 
 
 def policy_shapes(species: Species, dims: int) -> list[tuple[int, ...]]:
-    """Return the shapes of an individual policy's matrices (inputs, units) and biases, in order."""
+    """Return the shapes of an individual policy's matrices (inputs, units) and biases,
+    in the order of its weights."""
     widths = [len(species.channels(dims)), *species.policy.hidden, sum(_options(species)) + 1]
     return [shape for a, b in pairwise(widths) for shape in ((a, b), (b,))]
 

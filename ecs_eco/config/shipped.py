@@ -14,7 +14,8 @@ def shipped() -> dict[str, Path]:
 
 
 def named(world: object) -> Path | None:
-    """The file of a shipped world, or of "package:world", by its name; None. No package is imported."""
+    """The file of a world that has a name: a shipped one, or "package:world" of an installed package, whose
+    folder has world.toml; None for any other text. The package is not imported."""
     worlds, text = shipped(), str(world)
     if (path := worlds.get(text.replace("_", "-"))) is not None:
         return path

@@ -66,7 +66,8 @@ def numbers_of_species(model: type[Species] = Species) -> dict[str, Number]:
 
 
 def why_shared(key: str, model: type[Species] = Species) -> str:
-    """Return why no organism has its own value of a key of its species; "" where it can."""
+    """Return why no organism has its own value of a key of its species; "" where it can, or where there is no
+    such number."""
     parts = key.split(".")
     for number in numbers_of_species(model).values():
         fits = len(number.pattern) == len(parts) and all(

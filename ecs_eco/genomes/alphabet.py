@@ -22,7 +22,10 @@ class Alphabet:
         return f"Alphabet({self.letters!r})"
 
     def encode(self, text: str) -> np.ndarray:
-        """Return the numbers of a text's letters u8[loci]; raises ValueError for a wrong letter."""
+        """Return the numbers of a text's letters: u8[loci].
+
+        Raises ValueError that names the place and the letter.
+        """
         try:
             return np.array([self._number[letter] for letter in text], np.uint8)
         except KeyError:

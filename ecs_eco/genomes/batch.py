@@ -68,11 +68,14 @@ class Operators:
         return choice_of(self.toolbox)
 
     def offspring(self, first: np.ndarray, second: np.ndarray | None, keys: np.ndarray) -> np.ndarray:
-        """Return children u8[k, loci] of parents u8[k, loci], by the parents and a key u64 alone.
+        """Return children u8[k, loci] of parents u8[k, loci];
+        a child depends on its parents and its key u64 alone.
 
-        With one string, two parents are crossed in random order and the child is the first result; a single
-        parent is copied. With two strings each parent gives one, crossed from its two. Then the child mutates.
-        Raises ValueError if an operator returns something that is not a genome."""
+        With one string, two parents are crossed and the child is the first of the two results, with the
+        parents in random order; the genome of a single parent is copied. With two strings each parent gives
+        one, crossed from its two, in random order. Then the child mutates. Raises ValueError if an operator
+        returns something that is not a genome.
+        """
         layout, n = self.layout, self.layout.length
         first, keys = layout.check(first), np.asarray(keys, np.uint64)
         if second is None:

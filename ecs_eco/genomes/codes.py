@@ -61,7 +61,8 @@ class Code:
         raise NotImplementedError
 
     def numbers(self, values: np.ndarray, clip: bool) -> np.ndarray:
-        """Return numbers i64[n, codons] of values f64[n, …], the nearest with `clip`; else ValueError."""
+        """Return numbers i64[n, codons] that mean values f64[n, …]; `clip` takes the nearest,
+        else ValueError."""
         raise NotImplementedError
 
     def refuse(self, value: float, allowed: str) -> ValueError:
@@ -153,9 +154,12 @@ class Range(Code):
 class Weights(Code):
     """All weights of a network in one vector: each its own codon, or coefficients of a cosine transform.
 
-    With form "cosine" a matrix (a, b) is the sum of low-frequency functions times their coefficients (Koutník,
-    Gomez & Schmidhuber 2010), those of the orthonormal cosine transform of type II in the order of the sum of
-    both frequencies; a bias likewise. Range and resolution are those of a weight, or of a coefficient."""
+    With form "direct" the resolution is that of a weight. With "cosine" a matrix (a, b) is the sum of its
+    low-frequency basis functions times their coefficients (Koutník, Gomez & Schmidhuber 2010), those of the
+    orthonormal two-dimensional discrete cosine transform of type II, in the order of the sum of both
+    frequencies; a bias vector likewise in one dimension. Range and resolution are then those of a
+    coefficient, and encoding drops the higher frequencies.
+    """
 
     def __init__(self, gene: Gene, trait: Trait | None, codons: Codons, shapes: Shapes) -> None:
         super().__init__(gene, trait, codons)
@@ -216,7 +220,8 @@ def is_whole(gene: Gene, trait: Trait | None) -> bool:
 
 
 def cosines(shape: tuple[int, ...], most: int) -> np.ndarray:
-    """Return the first `most` low-frequency functions of the cosine transform over a shape: f64[k, size]."""
+    """Return the first `most` low-frequency functions of the orthonormal cosine transform over a shape:
+    f64[k, size]."""
     a, b = shape if len(shape) == 2 else (1, shape[0])
     pairs = sorted((i + j, i, j) for i in range(a) for j in range(b) if i + j <= most)[:most]
     return np.array([np.outer(_cosine(i, a), _cosine(j, b)).ravel() for _, i, j in pairs])

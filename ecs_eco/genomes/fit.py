@@ -75,10 +75,13 @@ def fit_network(
     samples: int = 8192,
     steps: int = 2000,
 ) -> Fitted:
-    """Fit a network to a function of readings f32[n, n_inputs], drawn uniformly between `low` and `high`.
+    """Fit a network to a function of readings f32[n, n_inputs],
+    on samples drawn uniformly between `low` and `high`.
 
-    The signs of a reflex's outputs [n, actions] are learned as three classes for each action, happiness f32[n]
-    by its squared error. Raises ValueError if the function returns values that are not finite or another shape."""
+    The signs of a reflex's outputs [n, actions] are learnt as three classes for each action, happiness f32[n]
+    by its squared error. The error of the result is that on held-out samples. Raises ValueError if the
+    function returns values that are not finite or have another shape.
+    """
     if kind not in ("reflex", "happiness"):
         raise ValueError(f"fit_network: kind = {kind!r}; allowed are reflex and happiness")
     least, most = (np.broadcast_to(np.asarray(end, np.float32), (n_inputs,)) for end in (low, high))

@@ -46,7 +46,8 @@ class Heredity:
         self.shuffled = False
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state that no column holds: weights of founders, and `at_limit` of long strings."""
+        """Return the state that no column holds: the weights of founders, empty if these are random, and how
+        often strings of variable length were at their limit."""
         out = (
             {}
             if self.minds is None

@@ -47,7 +47,8 @@ def write_codons(numbers, first, letters, size, gray, loci):
 
 @njit
 def combine(coefficients, basis, out):
-    """Fill out f64[n, size] with coefficients f64[n, k] times basis f64[k, size], always in one order."""
+    """Fill out f64[n, size] with coefficients f64[n, k] times basis f64[k, size],
+    in an order that depends on nothing else."""
     for row in range(out.shape[0]):
         for i in range(out.shape[1]):
             out[row, i] = 0.0
@@ -76,7 +77,8 @@ def letters_of(keys, size, out):
 
 @njit
 def cross_points(first, second, swapped, crossed, keys, salt, points, out):
-    """Copy `first` u8[n, loci] with the part beyond points from `second`; `swapped`: the other way round."""
+    """Copy `first` u8[n, loci], with the part beyond one point, or between two, from `second`;
+    `swapped` rows start from `second`."""
     n = first.shape[1]
     for birth in range(keys.size):
         key = mix(keys[birth])
@@ -99,7 +101,8 @@ def cross_points(first, second, swapped, crossed, keys, salt, points, out):
 
 @njit
 def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
-    """Copy `first` u8[n, loci] with loci by chance from `second`; `swapped`: the other way round."""
+    """Copy `first` u8[n, loci], with each locus from `second` by the same chance;
+    `swapped` rows start from `second`."""
     for birth in range(keys.size):
         key = mix(keys[birth])
         here, there = (second[birth], first[birth]) if swapped[birth] else (first[birth], second[birth])
@@ -121,7 +124,8 @@ def mutate(strings, keys, salt, way, rates, low, up):
 
 @njit
 def change(string, n, i, way, u, low, up):
-    """Change letter i of n by a draw u: to any, to the other of two, or with that of another place."""
+    """Change letter i of n by a draw u: to one from low to up, to the other of two, or with that of another
+    place."""
     if way == UNIFORM:
         string[i] = low + np.int64(u * (up - low + 1))
     elif way == FLIP:
@@ -134,9 +138,12 @@ def change(string, n, i, way, u, low, up):
 
 @njit
 def forward(x, sizes, weights, out):
-    """Fill out f32[n, last] with the output of tanh layers for x f32[n, first] and weights f32[n or 1, size].
+    """Fill out f32[n, last] with the output of tanh layers for x f32[n, first] and weights f32[n, size], or
+    f32[1, size] for all rows.
 
-    Each layer's weights are its matrix (in, out) by rows, then its bias; sums have one order in every row."""
+    Each layer's weights are its matrix (in, out) by rows, then its bias. The sum
+    of a unit has the same order in every row.
+    """
     widest = 0
     for s in sizes:
         widest = max(widest, s)

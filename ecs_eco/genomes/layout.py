@@ -119,7 +119,11 @@ class Layout:
         return out
 
     def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """Return the values of rows u8[n, loci] by gene (`names`; None: all): f32 or whole i32 [n, …]."""
+        """Return the values that rows u8[n, loci] code for, by gene: f32[n], i32[n] for whole numbers,
+        f32[n, weights].
+
+        `names` are the genes asked for; None: all.
+        """
         loci = self.check(loci)
         wanted = self.genes if names is None else [code for code in self.genes if code.name in names]
         return {code.name: self._expressed(code, loci).astype(code.dtype) for code in wanted}
@@ -132,10 +136,14 @@ class Layout:
         ).astype(code.dtype)
 
     def encode(self, values: Mapping[str, Any], clip: bool = False) -> np.ndarray:
-        """Return rows u8[n, loci] for these values, one or n for each gene, the same in both strings.
+        """Return rows u8[n, loci] that code for these values, one or n for each gene, the same in both
+        strings; neutral loci are 0.
 
-        Neutral loci are 0; neutral markers may be left out. A value decodes within half a resolution. Raises
-        ValueError for one missing or beyond a range, unless `clip` takes the nearest; UnknownName for no gene."""
+        Neutral markers may be left out, and are 0 then.
+        A value comes back from `decode` within half a resolution, one of a list exactly. Raises ValueError
+        for a value beyond a gene's range, unless `clip` takes the nearest; UnknownName for another gene's;
+        ValueError for one missing.
+        """
         arrays, n = self._arrays(values)
         out = np.zeros((n, self.row), np.uint8)
         for code in (c for c in self.genes if c.name in arrays):
@@ -228,7 +236,8 @@ class Layout:
         )
 
     def mark(self, genome: str | np.ndarray) -> list[Piece]:
-        """Return the pieces of one genome, text or u8[loci], in order: genes and what is neutral."""
+        """Return the pieces of one genome, text or u8[loci], in order:
+        its genes and what is neutral between them."""
         text = genome if isinstance(genome, str) else self.alphabet.decode(genome)
         self.check(self.alphabet.encode(text)[None])
         pieces = []

@@ -140,7 +140,8 @@ def defaults(name: object, layout: Layout) -> dict[str, Any]:
 
 
 def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout, used: bool = True) -> None:
-    """Raise ValueError or UnknownName for an operator or arguments that do not fit; nothing is called."""
+    """Raise ValueError or UnknownName where DEAP has no such operator or it takes other arguments, or where
+    it is `used` and cannot work with these on these genomes; nothing is called."""
     check_name(word, name, layout)
     takes, given = known_operators(word, layout)[name], defaults(name, layout) | dict(given)
     if wrong := [k for k in given if k not in takes]:
@@ -154,7 +155,8 @@ def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout, 
 
 
 def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> None:
-    """Raise ValueError if an operator cannot work on these genomes; a user's own is tried on samples."""
+    """Raise ValueError with the reason if a registered operator cannot work on these genomes;
+    a user's own is tried on samples."""
     from deap import tools
 
     function, arguments = taken_apart(word, operator)
@@ -196,7 +198,8 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
 
 
 def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> None:
-    """Raise ValueError where `low` and `up` of mutUniformInt are no letters, or not in order."""
+    """Raise ValueError where `low` and `up` of mutUniformInt are no letters of the genome,
+    or low is above up."""
     for key in ("low", "up"):
         if not _letters(arguments[key], len(layout.alphabet)):
             raise ValueError(
@@ -223,7 +226,8 @@ def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> N
 
 
 def taken_apart(word: str, operator: Callable[..., Any]) -> tuple[Callable[..., Any], dict[str, Any]]:
-    """Return the registered function and its arguments besides genomes; ValueError if one is missing."""
+    """Return the function that is registered, and its arguments besides the genomes by name;
+    ValueError where one is missing."""
     function, named = getattr(operator, "func", operator), dict(getattr(operator, "keywords", {}))
     name = getattr(function, "__name__", repr(function))
     if getattr(operator, "args", ()):

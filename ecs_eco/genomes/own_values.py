@@ -10,8 +10,12 @@ from ecs_eco.engine.table import Table
 
 
 def own_values(table: Table, shared: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Return the values of keys, dotted, of a species: as they are given where no gene codes for any of them, else
-    all as arrays [table.high] of their type (f64 for a number of Python), so a kernel is compiled twice at most."""
+    """Return the values of keys of the world file: as they are given where no gene codes for any of them,
+    else all as arrays [table.high], each organism's own in those that a gene codes for.
+
+    So a kernel is compiled twice at most: for what all share, and for what each has. Arrays have the type of
+    what is given, f64 for a number of Python. Keys are dotted, within the species' section.
+    """
     coded = table.species.traits
     if not coded or coded.keys().isdisjoint(shared):
         return tuple(shared.values())

@@ -37,7 +37,8 @@ def promoters_of(genes: Sequence[Gene], letters: str) -> list[str]:
 
 
 def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:
-    """Return the number of the gene whose promoter begins each word, −1 for none: i16[size ** longest]."""
+    """Return the number of the gene whose promoter begins each word of the longest promoter's length, −1 for
+    none: i16[size ** length]."""
     size, length = len(letters), max(map(len, promoters))
     table = np.full(size**length, -1, np.int16)
     for gene, word in enumerate(promoters):
@@ -49,7 +50,10 @@ def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:
 def copies_in(
     string: str, promoters: Mapping[str, str], spans: Mapping[str, int]
 ) -> Iterator[tuple[str, int]]:
-    """Yield the name of each copy of a gene in a text, with `spans` letters, and where its promoter begins."""
+    """Find the genes of a string, as text: the name of each copy and where its promoter begins.
+
+    `promoters` and `spans` (letters of a copy, with its promoter) are by name of the gene.
+    """
     at = 0
     while at < len(string):
         here = next(

@@ -9,11 +9,15 @@ SLIP = 0.1  # by default
 
 
 class UnequalCrossover:
-    """Crosses strings of a layout: `mate(a, b, slip)` exchanges what two lists have from a gene's promoter on.
+    """Crosses strings of a layout: `mate(a, b, slip)` exchanges what two lists of letters' numbers have from
+    the promoter of a gene on.
 
-    A gene of `a` is cut at its counterpart in `b`: the copy of the same gene with the same rank among the copies
-    in its string, or, by the chance `slip`, any copy, as when chromosomes pair out of register. All pairs are
-    equally likely. Both lists are changed, and returned. `Operators` uses a kernel of the same distribution."""
+    A gene of `a` and its counterpart in `b` are cut: the copy of the same gene that has the same rank among
+    the copies in its string, or, by the chance `slip`, any copy of the gene, as when chromosomes pair out of
+    register. All pairs of counterparts are equally likely. Where the strings share no gene nothing happens.
+    Both lists are changed, and returned. `Operators` makes all births of a tick at once by a kernel of the
+    same distribution instead.
+    """
 
     __name__ = "cxUnequal"
 

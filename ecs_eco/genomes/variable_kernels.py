@@ -37,7 +37,8 @@ def gap(u, chance):
 
 @njit
 def parse(string, n, words, k, size, spans, at, gene):
-    """Find the genes in the first n letters: where each promoter begins, and its gene; return how many."""
+    """Find the genes in the first n letters: where the promoter of each copy begins, and its gene's number;
+    return how many copies."""
     top = np.int64(1)
     for _ in range(k - 1):
         top *= size
@@ -69,7 +70,8 @@ def count_copies(strings, blank, words, k, size, spans, out):
 
 @njit
 def find_copies(strings, blank, words, k, size, spans, string, at, gene):
-    """List all copies of all strings in order: string, where the promoter begins, gene; i64 each."""
+    """List all copies of all strings, in order: their string, where their promoter begins, their gene; i64
+    each."""
     places, genes = np.empty(strings.shape[1], np.int64), np.empty(strings.shape[1], np.int64)
     c = 0
     for s in range(strings.shape[0]):
@@ -117,7 +119,8 @@ def partner_of(pick, copies, gene_1, m_1, gene_2, m_2):
 
 @njit
 def slipped_of(pick, copies, gene_1, m_1, gene_2, m_2):
-    """Return the `pick`-th pair of copies of a same gene; (−1, how many) where pick is beyond them."""
+    """Return the `pick`-th pair of copies of a same gene, of string 1 and of string 2;
+    (−1, how many there are) where pick is beyond them."""
     n = 0
     for c in range(m_1):
         if pick < n + copies[gene_1[c]]:
@@ -134,8 +137,12 @@ def slipped_of(pick, copies, gene_1, m_1, gene_2, m_2):
 def cross_unequal(
     first, second, swapped, crossed, keys, salt, slip, blank, words, k, size, spans, at_limit, out
 ):
-    """Copy `first` u8[n, longest] up to the promoter of a gene, and `second` from that of its counterpart on, the
-    copy of the same rank, or by the chance `slip` any; `swapped` rows begin with `second`."""
+    """Copy `first` u8[n, longest] up to the promoter of one of its genes, and `second` from that of the
+    counterpart on; `swapped` rows begin with `second`.
+
+    The counterpart is the copy of the same gene with the same rank; by the chance `slip` any copy of the
+    gene. All pairs of counterparts are equally likely.
+    """
     longest = first.shape[1]
     at_1, gene_1 = np.empty(longest, np.int64), np.empty(longest, np.int64)
     at_2, gene_2 = np.empty(longest, np.int64), np.empty(longest, np.int64)
@@ -174,7 +181,8 @@ def cross_unequal(
 
 @njit
 def rearrange(strings, keys, salt, duplication, loss, blank, words, k, size, spans, at_limit):
-    """Double each copy of a gene, in tandem, by the chance `duplication`, or remove it by `loss`."""
+    """Double each copy of a gene by the chance `duplication`, the new one right after the old one, or take it
+    away by the chance `loss`."""
     longest, total, least = strings.shape[1], duplication + loss, spans.min()
     at, gene = np.empty(longest, np.int64), np.empty(longest, np.int64)
     times, old = np.empty(longest, np.int64), np.empty(longest, np.uint8)
@@ -221,7 +229,8 @@ def rearrange(strings, keys, salt, duplication, loss, blank, words, k, size, spa
 
 @njit
 def insert_and_delete(strings, keys, salt, insertion, deletion, blank, size, at_limit):
-    """Insert a random letter before each by the chance `insertion`, or remove it by `deletion`."""
+    """Insert a random letter before each letter by the chance `insertion`, or take the letter away by the
+    chance `deletion`."""
     longest, total = strings.shape[1], insertion + deletion
     old = np.empty(longest, np.uint8)
     for birth in range(keys.size):
@@ -270,7 +279,8 @@ def mutate_letters(strings, keys, salt, way, chance, low, up, blank):
 
 @njit
 def mutate_by_gene(strings, keys, salt, way, chance, own, low, up, blank, words, k, size, spans, skipped):
-    """Mutate as `mutate_letters`, but by `own` f64[genes] behind the first `skipped` i64[genes] of a copy."""
+    """Mutate as `mutate_letters`, but those letters of a copy that follow its promoter, of `skipped`
+    i64[genes] letters, by the chance of the gene, `own` f64[genes]."""
     longest = strings.shape[1]
     at, gene = np.empty(longest, np.int64), np.empty(longest, np.int64)
     rates = np.empty(longest, np.float64)

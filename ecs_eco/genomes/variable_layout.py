@@ -68,7 +68,8 @@ class VariableLayout(Layout):
     # --- reading --------------------------------------------------------------------------------------------
 
     def copies(self, loci: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Find all copies in rows u8[n, row]: string (row × ploidy + string), promoter, gene; i64[copies] each."""
+        """Find all copies of genes in rows u8[n, row], in order: their string (row × ploidy + string), the
+        letter at which their promoter begins, the number of their gene; i64[copies] each."""
         from ecs_eco.genomes.variable_kernels import count_copies, find_copies
 
         strings = np.ascontiguousarray(self.check(loci)).reshape(-1, self.longest)
@@ -94,7 +95,8 @@ class VariableLayout(Layout):
         return lengths
 
     def values_of(self, loci: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return the string (row × ploidy + string) i64[copies] and the value f64[copies, …] of each copy."""
+        """Return each copy of one gene in rows u8[n, row]: its string (row × ploidy + string) i64[copies] and
+        its value f64[copies, …]."""
         return self._values(np.ascontiguousarray(self.check(loci)), self.copies(loci), self[name])
 
     def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
@@ -104,7 +106,8 @@ class VariableLayout(Layout):
         return {code.name: self._phenotype(loci, found, code).astype(code.dtype) for code in wanted}
 
     def alleles(self, loci: np.ndarray, name: str) -> np.ndarray:
-        """Return each string's value of one gene, else the species' own, before dominance: [n, ploidy, …]."""
+        """Return what each string says of one gene, before dominance: [n, ploidy, …]; where it has no copy,
+        the species' own value."""
         code, loci = self[name], np.ascontiguousarray(self.check(loci))
         value, has = self._by_string(loci, self.copies(loci), code)
         value[~has] = self.own_value(code)
@@ -161,9 +164,11 @@ class VariableLayout(Layout):
     # --- writing --------------------------------------------------------------------------------------------
 
     def encode(self, values: Mapping[str, Any], clip: bool = False) -> np.ndarray:
-        """Return rows u8[n, row] with one copy of each gene that has values, one or n, and no other letter.
+        """Return rows u8[n, row] with one copy of each gene that has values, one or n, in the order of the
+        genes, the same in both strings, and no other letter.
 
-        Raises as `Layout.encode`; ValueError where they are longer than `longest`."""
+        Raises as `Layout.encode`; ValueError where they are longer than `longest`.
+        """
         arrays, n = self._arrays(values)
         order = [g for g, code in enumerate(self.genes) if code.name in arrays]
         if (needed := int(self.spans[order].sum())) > self.longest:
@@ -179,7 +184,8 @@ class VariableLayout(Layout):
         return [(code, [s + place for s in strings]) for place, code in self._places(self.founder)]
 
     def random(self, keys: np.ndarray) -> np.ndarray:
-        """Return founders u8[n, row] for keys u64[n]: `copies` of each gene, letters drawn uniformly."""
+        """Return rows u8[n, row] of founders for keys u64[n]: each gene as often as its `copies` say, and
+        letters drawn uniformly behind promoters and up to `loci`; equal keys, equal rows."""
         from ecs_eco.genomes.kernels import letters_of
 
         drawn = np.empty((len(keys), self.ploidy * self.begin), np.uint8)
@@ -193,7 +199,8 @@ class VariableLayout(Layout):
         return out
 
     def rates(self, chance: float) -> np.ndarray:
-        """Return each gene's chance of a letter to mutate f64[genes]: its own, else `chance`."""
+        """Return each gene's chance of mutation of a letter behind its promoter f64[genes]: its own, else
+        `chance`."""
         return np.array(
             [chance if code.gene.mutation is None else code.gene.mutation for code in self.genes], np.float64
         )
@@ -226,7 +233,8 @@ class VariableLayout(Layout):
         )
 
     def joined(self, loci: np.ndarray) -> np.ndarray:
-        """Return rows as in texts u8[n, row + ploidy − 1]: `blank` is no letter, blank + 1 the separator."""
+        """Return the letters of rows u8[n, row] as in texts: u8[n, row + ploidy − 1], where `blank`
+        is no letter and blank + 1 the separator."""
         from ecs_eco.genomes.variable_kernels import join_strings
 
         out = np.empty((len(loci), self.row + self.ploidy - 1), np.uint8)
@@ -234,7 +242,8 @@ class VariableLayout(Layout):
         return out
 
     def rows(self, texts: Sequence[str]) -> np.ndarray:
-        """Return the rows u8[n, row] of texts; raises ValueError for wrong numbers of strings, or letters."""
+        """Return the rows u8[n, row] of texts; raises ValueError for one with another number of strings, or
+        letters."""
         out = self._blanks(len(texts))
         for i, text in enumerate(texts):
             strings = text.split(self.separator)
@@ -249,7 +258,8 @@ class VariableLayout(Layout):
         return out
 
     def mark(self, genome: str | np.ndarray) -> list[Piece]:
-        """Return the pieces of one genome, text or u8[row]: copies with promoters, and what is neutral."""
+        """Return the pieces of one genome, text or u8[row], in order: copies of genes, with their promoters,
+        and what is neutral between them."""
         text = genome if isinstance(genome, str) else self.text(genome)
         self.rows([text])
         spans = {code.name: int(span) for code, span in zip(self.genes, self.spans, strict=True)}

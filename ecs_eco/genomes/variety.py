@@ -9,7 +9,10 @@ from ecs_eco.genomes.variable_layout import VariableLayout
 
 
 def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float]]:
-    """Return the share of strings u8[n, loci] with each value, by gene, networks left out."""
+    """Return for each gene the share of strings with each value, by value; u8[n, loci].
+
+    Genes of whole networks are left out.
+    """
     out = {}
     for code in layout.genes:
         if not isinstance(code, Weights):
@@ -19,9 +22,11 @@ def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float
 
 
 def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
-    """Return the expected heterozygosity of each locus f64[length], 1 − Σ p² of shares of letters (Nei 1973).
+    """Return the expected heterozygosity of each locus of a string, f64[length]: 1 − Σ p²,
+    p the shares of letters (Nei 1973).
 
-    Raises ValueError for strings of variable length, which have no loci in common."""
+    Raises ValueError for strings of variable length, which have no loci in common.
+    """
     if layout.longest is not None:
         raise ValueError(
             "diversity: strings of variable length have no loci in common; "

@@ -133,7 +133,8 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
 
 
 def _room(config: WorldConfig, species: Species) -> float:
-    """Number of organisms that the spacing of newborn leaves room for: sites, or random places."""
+    """Number of organisms that the spacing of newborn leaves room for: sites,
+    or random places until none is free."""
     way, size = species.reproduction, config.space.size
     if way is None or way.spacing == 0:
         return math.inf
@@ -143,7 +144,8 @@ def _room(config: WorldConfig, species: Species) -> float:
 
 
 def farthest(config: WorldConfig, species: Species) -> float:
-    """Greatest distance of a sensor from the largest body, in radii; none if that body does not fit."""
+    """Greatest distance of a sensor from the largest body, in radii;
+    no limit if that body itself does not fit."""
     genes = species.genome.genes if species.genome is not None else []
     inherited = [max(gene.values or [gene.high or 0.0]) for gene in genes if gene.trait == "body.radius"]
     radius = max([species.body.radius, *inherited])

@@ -31,7 +31,11 @@ ALONE = ("band", "crs", "corner", "scale", "vertical", "missing", "cover", "clas
 
 
 def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
-    """At most MOST + 1 problems across sections; `changed` is as in `check_interventions`."""
+    """The problems across the sections of a world whose file names are relative to `folder`,
+    at most MOST + 1.
+
+    `changed` is as in `check_interventions`.
+    """
     return list(islice(_all(config, folder, changed), MOST + 1))
 
 

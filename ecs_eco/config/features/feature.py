@@ -72,7 +72,8 @@ class Feature(Section):
 
     @staticmethod
     def brings(species: Any) -> Iterator[tuple[str | None, type[Any]]]:
-        """Yield the components that it needs, each with its object type, or None for members of the species."""
+        """Yield the components that it needs: each with the object type whose objects have it, or None for
+        members of the species."""
         yield from ()
 
     @staticmethod

@@ -85,7 +85,8 @@ class Land:
         return replace(self, **cut)
 
     def coordinates(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Places of the world [m] in units of `crs`; unchanged where the land has no place."""
+        """Places of the world [m] in units of `crs`; as they are where the land does not say where it
+        lies."""
         if self.place is None:
             return x, y
         west, south, per_x, per_y = self.place
@@ -93,7 +94,10 @@ class Land:
 
 
 def read_land(terrain: Terrain, size: Sequence[float], folder: Path) -> Land:
-    """Read the land of a world, or that of a run from its folder; raises RasterError with keys in `terrain`."""
+    """Read the land of a world; from the folder of a run, the land that it runs on.
+
+    Raises RasterError, whose keys begin in `terrain`.
+    """
     if (folder / KEPT).is_file() and (folder / "manifest.json").is_file():
         return kept_land(folder).part(*cells(terrain, size))
     names = [terrain.raster, terrain.cover, *(layer.file for layer in terrain.layers)]
@@ -243,7 +247,8 @@ def _picked(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def metres(raster: Raster) -> tuple[float, float]:
     """Metres to a unit of x and of y: of degrees and of Web Mercator, on the ellipsoid WGS 84 at the middle
-    latitude (Snyder 1987, pages 25 and 41). Raises RasterError for unknown places and units."""
+    latitude (Snyder 1987, pages 25 and 41). Raises RasterError for those of a raster that does not say where
+    it lies, and for other units that are no metres of the land."""
     mercator = web_mercator(raster.crs)
     if not mercator and (not raster.crs or not degrees(raster.crs)):
         _require_metres(raster)
@@ -278,14 +283,16 @@ def _of_degrees(latitude: float) -> tuple[float, float]:
 
 
 def _lengths(cosine: float, unit: float) -> tuple[float, float]:
-    """Metres to the east and north at a latitude of this cosine, for an angle of `unit` m of the equator."""
+    """Metres to the east and to the north on the ellipsoid, at a latitude with this cosine, for an angle that
+    is `unit` metres of the equator."""
     curved = 1 - ECCENTRICITY2 * (1 - cosine * cosine)
     long = unit / math.sqrt(curved)
     return long * cosine, long * (1 - ECCENTRICITY2) / curved
 
 
 def _require_metres(raster: Raster) -> None:
-    """Raise RasterError for metres that are far from those of the land, where rasterio knows them."""
+    """Raise RasterError for a coordinate system whose metres are far from those of the land in the middle of
+    the raster, where rasterio knows it."""
     if not raster.crs or raster.north is None or raster.west is None:
         return
     try:
@@ -313,7 +320,8 @@ def _require_metres(raster: Raster) -> None:
 
 
 def _cosine(square: float) -> float:
-    """The cosine by the square of an angle [rad], of a negative one cosh of its root: everywhere the same bits."""
+    """The cosine of an angle of at most a right one [rad] by its square, of a negative one the hyperbolic
+    cosine of its root; by their series: the same bits on every machine."""
     term = total = 1.0
     for k in range(1, 30, 2):
         term *= -square / (k * (k + 1))

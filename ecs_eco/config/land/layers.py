@@ -85,7 +85,8 @@ def lay(
 
 
 def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tuple[int, Line]]:
-    """Yield the lines and rings of a layer, f64[k, 2] in the coordinate system `crs`; raises RasterError."""
+    """Return the lines and the rings of areas of a layer, f64[k, 2] in the coordinate system `crs`; raises
+    RasterError."""
     try:
         own, names, shapes = _content(path_of(layer.file, folder), layer.layer)
         if layer.layer is not None and layer.layer not in names:
@@ -128,10 +129,12 @@ def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tup
 
 
 def _content(path: Path, layer: str | None) -> Content:
-    """Return a file's coordinate system, "" if unknown, the names of its layers, and the shapes of one.
+    """Return a file's coordinate system, "" where it is not known, the names of its layers, and the shapes of
+    one, none where there is no such layer.
 
     GDAL gets bytes, or a Shapefile, which is several files, and only where they begin as its own kind does:
-    it would otherwise take any of its drivers, and some of these open addresses that a file names."""
+    it would otherwise take any of its drivers, and some of these open addresses that a file names.
+    """
     kind = path.suffix.lower()
     content = read_bytes(path, MOST_BYTES)
     if kind not in BEGINNINGS or not content.lstrip().startswith(BEGINNINGS[kind]):
@@ -228,7 +231,8 @@ def _parts(wkb: bytes, at: int) -> tuple[list[tuple[int, Line]], int]:
 
 
 def covered(rings: list[Line], frame: Any) -> np.ndarray:
-    """Which cells have their centre in areas, bool[ny, nx]: a line from there crosses odd numbers of rings."""
+    """Which cells have their centre within areas, bool[ny, nx]: those that a line from there crosses the
+    rings an odd number of times, so that holes are holes."""
     out = np.zeros((frame.ny, frame.nx), np.bool_)
     cx = (np.arange(frame.nx) + 0.5) * frame.size[0] / frame.nx
     cy = (np.arange(frame.ny) + 0.5) * frame.size[1] / frame.ny

@@ -81,7 +81,8 @@ def refused(part: str, what: str, value: object, allowed: str = "", near: str = 
 
 
 def path_of(name: str, folder: Path) -> Path:
-    """Return the path of a raster in `folder`, or of "package:path"; raises RasterError for any other."""
+    """Return the path of a raster: of a file in `folder`, or, as "package:path", of one that comes with an
+    installed package; raises RasterError where there is no such package, or the file is not below there."""
     package, colon, rest = name.partition(":")
     if not (colon and re.fullmatch(r"[A-Za-z_]\w+", package)):
         return _below(folder, name, name)

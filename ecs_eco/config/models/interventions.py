@@ -167,7 +167,8 @@ AnyIntervention = Annotated[Cull | Add | Fence | Road | Dose | Set | Switch, Fie
 
 
 def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
-    """Return those of `planned` that are due in a tick or after it, with the first such tick as `at`."""
+    """Return those of `planned` that are due in a tick or after it,
+    each with the first such tick as its `at`."""
     dated = ((intervention, intervention.next(tick)) for intervention in planned)
     return [intervention.model_copy(update={"at": at}) for intervention, at in dated if at is not None]
 
@@ -242,7 +243,8 @@ class Use(Section, change=FREE):
 
 @lru_cache(256)
 def exact(value: float) -> Fraction:
-    """The ratio that a value stands for, 1/5 for 0.2: rounding of floats would give years unequal ticks."""
+    """The ratio of whole numbers that a value stands for, 1/5 for 0.2: with it every year has the same ticks,
+    which the rounding of floats would shift."""
     return Fraction(value).limit_denominator(10**6)
 
 

@@ -37,7 +37,8 @@ WIDEST = 2.0 * math.pi + 1e-6
 
 
 def _is_zero(value: float | list[float]) -> bool:
-    """Whether rays begin at the centre or look ahead: it is then not written, and hashes stay."""
+    """Whether rays begin at the centre or look ahead, as all did once: what is written leaves it out then,
+    so that worlds keep the hashes that they had."""
     return not any(value if isinstance(value, list) else [value])
 
 

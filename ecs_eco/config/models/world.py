@@ -153,7 +153,8 @@ class WorldConfig(Section):
         return len(self.space.size)
 
     def felt(self, kind: str) -> tuple[str, ...]:
-        """Names of properties and substances of bodies; remains of a species have its own."""
+        """Names of properties and substances of the bodies of a species or object type; objects that are the
+        remains of a species have its own."""
         if kind in self.species:
             return (*self.species[kind].felt(), *self.own_fields(kind))
         left = (
@@ -165,14 +166,16 @@ class WorldConfig(Section):
         return tuple(dict.fromkeys((*self.objects[kind].felt(), *left)))
 
     def own_components(self, species: Species) -> list[Any]:
-        """The users' own components of a species; None for what may not be loaded yet, or is wrong."""
+        """The users' own components of a species, those of their features included; None for what may not be
+        loaded yet, or is wrong."""
         brought = [part for place, part in of_each(species, "brings") if place is None]
         own = [part for part in brought if not part.__module__.startswith("ecs_eco.")]
         unknown = [None] if species.model_extra else []  # features that may not be loaded yet
         return [*map(self.known, species.components), *own, *unknown]
 
     def own_fields(self, kind: str) -> dict[str, float]:
-        """Component.field of every number in the user's own components of a species, with its default."""
+        """Component.field of every number in the user's own components of a species, with its default; none
+        of components whose code may not run yet."""
         components = filter(is_component, self.own_components(self.species[kind]))
         return {
             f"{c.__name__}.{field}": float(default)
@@ -229,7 +232,10 @@ class WorldConfig(Section):
         return self._code.known(name.use if isinstance(name, Use) else name)
 
     def resolved(self) -> dict[str, Any]:
-        """Every value with JSON types; `code` lists modules of passed functions, too, if there are any."""
+        """Every value with JSON types, defaults included; loads as a world with the same hash.
+
+        `code` also lists the modules of functions that were passed; it is left out if empty.
+        """
         data = self.model_dump(mode="json")
         if not (code := code_of(self)):
             del data["code"]
