@@ -86,7 +86,7 @@ def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Prob
             )
 
 
-def _at(data: Any, path: tuple[str, ...]) -> Any:
+def _at(data: object, path: tuple[str, ...]) -> Any:
     for part in path:
         data = data.get(part) if isinstance(data, dict) else None
     return data

@@ -25,7 +25,7 @@ def edited(text: str, values: Mapping[Key, Any]) -> str | None:
     return text if right else None
 
 
-def _put(text: str, key: Key, value: Any) -> str:
+def _put(text: str, key: Key, value: object) -> str:
     spans = value_spans(text)
     if (*key, "value") in spans and (*key, "search") in spans:
         key = (*key, "value")
@@ -45,7 +45,7 @@ def _put(text: str, key: Key, value: Any) -> str:
     return f"{text[:line]}\n{name} = {literal(value)}{text[line:]}"
 
 
-def literal(value: Any) -> str:
+def literal(value: object) -> str:
     """A value as TOML writes it, tables on one line."""
     if isinstance(value, Mapping):
         return (

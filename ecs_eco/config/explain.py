@@ -71,7 +71,7 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section]) -> Problem:
         known = tuple(parent.model_fields) if parent else ()
         return Problem(key, "unknown key", value, listed(known, 40), nearest(key[-1], known))
     if kind.startswith("union_tag"):
-        tags = _tags(info)
+        tags = _tags(info.annotation if info else None)
         tag = value.get("kind", MISSING) if isinstance(value, dict) else MISSING
         fault = "is missing" if tag is MISSING else "unknown kind"
         return Problem((*key, "kind"), fault, tag, listed(tags), nearest(tag, tags))
@@ -92,9 +92,8 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section]) -> Problem:
     return Problem(key, fault, value, (word or _words(info)) + about, near)
 
 
-def _key(loc: tuple[Any, ...], data: Any) -> Key:
-    """The location without the tags of unions, which pydantic puts between: a section's kind,
-    which may be one of its keys too, comes first."""
+def _key(loc: tuple[Any, ...], data: object) -> Key:
+    """The location without the tags of unions; a section's kind, which may be a key too, comes first."""
     key: list[str | int] = []
     tagged = False  # whether the tag of this section is left out already
     for part in loc:
@@ -109,7 +108,7 @@ def _key(loc: tuple[Any, ...], data: Any) -> Key:
 
 
 def field_at(
-    key: Key, data: Any, model: type[Section] = WorldConfig
+    key: Key, data: object, model: type[Section] = WorldConfig
 ) -> tuple[FieldInfo | None, type[Section] | None]:
     """The field that a key names in a model, and the section that holds it."""
     kind: Any = model
@@ -126,7 +125,7 @@ def field_at(
     return info, parent
 
 
-def _plain(kind: Any, data: Any) -> Any:
+def _plain(kind: Any, data: object) -> Any:
     """The type without Annotated and None; of a union of sections the one that `kind` in the data names."""
     while typing.get_origin(kind) is typing.Annotated:
         kind = typing.get_args(kind)[0]
@@ -139,22 +138,14 @@ def _plain(kind: Any, data: Any) -> Any:
     return kind
 
 
-def _tags_of(section: Any) -> tuple[Any, ...]:
+def _tags_of(section: object) -> tuple[Any, ...]:
     info = getattr(section, "model_fields", {}).get("kind")
     return typing.get_args(info.annotation) if info else ()
 
 
-def _tags(info: FieldInfo | None) -> list[str]:
-    """All kinds of the union that a field holds, or holds a list of."""
-    tags: list[str] = []
-
-    def walk(kind: Any) -> None:
-        tags.extend(_tags_of(kind))
-        for part in typing.get_args(kind):
-            walk(part)
-
-    walk(info.annotation if info else None)
-    return tags
+def _tags(kind: object) -> list[str]:
+    """All kinds of the union that a type is, or holds a list of."""
+    return [*_tags_of(kind), *(tag for part in typing.get_args(kind) for tag in _tags(part))]
 
 
 def _words(info: FieldInfo | None) -> str:

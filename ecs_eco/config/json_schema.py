@@ -71,7 +71,7 @@ def _hyperparameters() -> dict[str, Any]:
     return properties | others
 
 
-def _ranged(node: Any) -> Any:
+def _ranged(node: object) -> Any:
     """The schema in which any number may have a range beside it."""
     if isinstance(node, list):
         return [_ranged(x) for x in node]
@@ -83,9 +83,8 @@ def _ranged(node: Any) -> Any:
     return {key: _ranged(value) for key, value in node.items()}
 
 
-def _without_null(node: Any) -> Any:
-    """The schema without null, which TOML lacks: a key is left out instead;
-    keys of named tables must be names."""
+def _without_null(node: object) -> Any:
+    """The schema without null, which TOML lacks; keys of named tables must be names."""
     if isinstance(node, list):
         return [_without_null(x) for x in node]
     if not isinstance(node, dict):

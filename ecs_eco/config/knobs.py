@@ -92,7 +92,8 @@ def offered(config: WorldConfig | None) -> dict[str, Any]:
 def parameters(config: WorldConfig, keys: Iterable[str] | None = None) -> list[dict[str, Any]]:
     """Return all numbers and switches that an intervention "set" may change: key, value, whether it is whole,
     unit, low, high (null: no bound), about. Of `keys`, dotted, where they are given; none that genes code for."""
-    wanted = None if keys is None else frozenset(_ways_to(keys))
+    parts = [tuple(key.split(".")) for key in keys or ()]
+    wanted = None if keys is None else {part[:n] for part in parts for n in range(len(part) + 1)}
     genes = coded(config)
     rows = _walk(config, (), {}, wanted)
     return [
@@ -146,13 +147,6 @@ def _key_of(species: Species, trait: str) -> Key | None:
             value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
         key.append(part)
     return None if value is None else tuple(key)
-
-
-def _ways_to(keys: Iterable[str]) -> Iterator[tuple[str, ...]]:
-    """Yield keys, and all that they are below."""
-    for key in keys:
-        parts = tuple(key.split("."))
-        yield from (parts[:n] for n in range(len(parts) + 1))
 
 
 def _walk(

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Annotated, Any, Union, get_args, get_origin
 
-from ecs_eco.config.derived import all_genes
+from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.config.traits import traits_of
@@ -13,7 +13,7 @@ from ecs_eco.engine.errors import MISSING, Problem
 from ecs_eco.engine.section import ANEW, FREE, SHAPE, Change, Section, Use, function_name
 
 
-def changes(old: Any, new: Any, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]:
+def changes(old: object, new: object, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]:
     """Yield key, old and new value of all that differs between two sections of `model_dump`."""
     if isinstance(new, dict) and "use" in new and (isinstance(old, str) or callable(old)):
         old = {"use": old}  # a function without parameters got some: they alone are new
@@ -88,7 +88,7 @@ def _leads(kind: Any, name: str) -> bool:
     return isinstance(kind, type) and issubclass(kind, Section) and (kind is Use or name in kind.model_fields)
 
 
-def _of_genes(key: Key, old: Any, new: Any, config: WorldConfig) -> Iterator[Problem]:
+def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iterator[Problem]:
     """Problems of genes: their values are individual, and the number of individual columns is fixed."""
     if new.policy.kind == "individual" and old.ppo["horizon"] != new.ppo["horizon"]:
         yield Problem((*key, "ppo", "horizon"), "cannot change in a living world", new.ppo["horizon"], SHAPE)
@@ -112,7 +112,7 @@ def _of_genes(key: Key, old: Any, new: Any, config: WorldConfig) -> Iterator[Pro
             yield Problem((*key, *name.split(".")), fault, now[name].default, "values that no gene codes for")
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """A value that can be compared: functions and systems by their name."""
     if callable(value) or callable(getattr(value, "process", None)):
         return function_name(value)

@@ -12,13 +12,13 @@ from ecs_eco.engine.code import SHIPPED, public_module
 from ecs_eco.engine.section import NamesCode, Use, function_name
 
 
-def names_in(section: Any, key: Key = ()) -> Iterator[tuple[Key, Any]]:
+def names_in(section: object, key: Key = ()) -> Iterator[tuple[Key, Any]]:
     """Every function or "module:name" in a section or in all that is in it, by key."""
     for place, value in used_in(section, key):
         yield ((*place, "use"), value.use) if isinstance(value, Use) else (place, value)
 
 
-def used_in(section: Any, key: Key = (), marked: bool = False) -> Iterator[tuple[Key, Any]]:
+def used_in(section: object, key: Key = (), marked: bool = False) -> Iterator[tuple[Key, Any]]:
     """Every function, "module:name", or Use of one with parameters, by key; `marked`: the field may name code."""
     if isinstance(section, BaseModel) and not (marked and isinstance(section, Use)):
         fields = fields_of(type(section))
@@ -53,7 +53,7 @@ def _deep_fields_of(model: type[BaseModel]) -> tuple[str, ...]:
     )
 
 
-def _deep(annotation: Any) -> bool:
+def _deep(annotation: object) -> bool:
     """Whether values of a type may hold what names code: sections that do, or anything."""
     if annotation is Any:
         return True
@@ -62,14 +62,14 @@ def _deep(annotation: Any) -> bool:
     return any(map(_deep, get_args(annotation)))
 
 
-def _marked(annotation: Any) -> bool:
+def _marked(annotation: object) -> bool:
     if get_origin(annotation) is Annotated:
         inner, *metadata = get_args(annotation)
         return any(isinstance(m, NamesCode) for m in metadata) or _marked(inner)
     return any(_marked(part) for part in get_args(annotation))
 
 
-def is_component(thing: Any) -> bool:
+def is_component(thing: object) -> bool:
     """Whether it is a class declared with @ecs_eco.component."""
     return isinstance(thing, type) and isinstance(getattr(thing, "fields", None), dict)
 

@@ -100,7 +100,7 @@ def values_in(section: Section) -> Iterator[tuple[Number, Key, float]]:
                 yield known, key, value
 
 
-def _values(pattern: Key, key: Key, value: Any) -> Iterator[tuple[Key, Key, float, Number | None]]:
+def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, float, Number | None]]:
     """Yield the numbers of a value; what they may be is known of those in sections of their own."""
     if isinstance(value, Section):
         for number, below, own in values_in(value):

@@ -21,21 +21,15 @@ def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
     problems: list[Problem] = []
     pairs = overrides.items() if isinstance(overrides, Mapping) else [parse(text) for text in overrides or ()]
     for name, value in pairs:
-        if isinstance(value, Problem):
-            problems.append(value)
-            continue
-        written = key = key_of(name)
-        if re.search(r"(^|\.)(\.|$)", re.sub(r'"[^"]+"', "x", str(name))):  # a part of it is empty
-            problems.append(
-                Problem(
-                    ("",), "an empty key", str(name), "for example species.deer.count", source=document.set_by
-                )
-            )
-            continue
+        key = written = key_of(name)
         if len(key) == 3 and key[0] == "species" and key[2] in ALIASES:
             key = (*key[:2], *ALIASES[str(key[2])])
-        problem = _put(document, key, written, value)
-        if problem:
+        if isinstance(value, Problem):
+            problems.append(value)
+        elif re.search(r"(^|\.)(\.|$)", re.sub(r'"[^"]+"', "x", str(name))):  # a part of it is empty
+            allowed = "for example species.deer.count"
+            problems.append(Problem(("",), "an empty key", str(name), allowed, source=document.set_by))
+        elif problem := _put(document, key, written, value):
             problems.append(problem.moved(key=written, value=value, source=document.set_by))
     return problems
 
@@ -58,40 +52,31 @@ def parse(text: str) -> tuple[str, Any]:
     return name, Problem((name,), "the value is not TOML", value, example, source="--set")
 
 
-def _put(document: Document, key: Key, written: Key, value: Any) -> Problem | None:
+def _put(document: Document, key: Key, written: Key, value: object) -> Problem | None:
     """Set one value in the data, or return why not."""
     node: Any = document.data
-    real: list[str | int] = []
+    real: Key = ()
     for depth, part in enumerate(key):
-        last = depth == len(key) - 1
         if isinstance(node, list):
-            number = place_in(node, part)
-            if number is None:
-                return Problem(
-                    key,
-                    f"no entry {shortened(str(part))}",
-                    allowed=entries_in_words(node),
-                    nearest=nearest(part, names_of(node)),
-                )
+            if (number := place_in(node, part)) is None:
+                fault, near = f"no entry {shortened(str(part))}", nearest(part, names_of(node))
+                return Problem(key, fault, allowed=entries_in_words(node), nearest=near)
             part = number
         elif not isinstance(node, dict):
-            return Problem(
-                key, f"{'.'.join(map(str, real))} has no parts", allowed="the key of a table or list"
-            )
-        elif not last and depth == 1 and key[0] in NAMED and part not in node:
-            return Problem(
-                key, f'no {key[0]} named "{part}"', allowed=listed(node), nearest=nearest(part, node)
-            )
-        real.append(part)
-        if last:
+            fault = f"{'.'.join(map(str, real))} has no parts"
+            return Problem(key, fault, allowed="the key of a table or list")
+        elif depth == 1 < len(key) - 1 and key[0] in NAMED and part not in node:
+            fault, near = f'no {key[0]} named "{part}"', nearest(part, node)
+            return Problem(key, fault, allowed=listed(node), nearest=near)
+        real = (*real, part)
+        if len(real) == len(key):
             node[part] = copy.deepcopy(value)
-        else:
-            if isinstance(node, dict) and node.get(part) is None:
-                node[part] = {}
-            if names_code(node[part]):  # its first parameter
-                node[part] = {"use": node[part]}
-            node = node[part]
-    document.set[tuple(real)] = written
+        elif isinstance(node, dict) and node.get(part) is None:
+            node[part] = {}
+        elif names_code(node[part]):  # its first parameter
+            node[part] = {"use": node[part]}
+        node = node[part]
+    document.set[real] = written
     return None
 
 

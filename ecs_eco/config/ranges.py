@@ -49,7 +49,7 @@ def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
     return ranges, problems
 
 
-def _tables(node: Any, key: Key) -> Iterator[tuple[Any, Key]]:
+def _tables(node: object, key: Key) -> Iterator[tuple[Any, Key]]:
     """The tables that hold numbers with a range, with their keys."""
     entries = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
     for name, part in entries:
@@ -61,50 +61,38 @@ def _tables(node: Any, key: Key) -> Iterator[tuple[Any, Key]]:
             yield from _tables(part, (*key, name))
 
 
-def check_search(config: WorldConfig, inline: Mapping[str, Key], set_: Mapping[Key, Any]) -> list[Problem]:
-    """Problems of [search]: ranges of anything but numbers, without width or without the value;
-    unknown species."""
-    problems = _check_objective(config)
+def check_search(
+    config: WorldConfig, inline: Mapping[str, Key], set_: Mapping[Key, Any]
+) -> Iterator[Problem]:
+    """Yield problems of [search]: ranges without number, width or the value; unknown species."""
+    yield from _check_objective(config)
     data = config.model_dump() if config.search.ranges else {}
     for name, span in config.search.ranges.items():
         place = (*inline[name], "search") if name in inline else ("search", "ranges", name)
-        problems += _check_range(data, name, span, place, set_)
-    return problems
+        key, value, wrong = real_key(data, key_of(name))
+        if wrong is not None:
+            yield wrong.moved(key=place, value=name)
+        elif key[0] == "search":
+            allowed = "a dotted key, for example species.deer.count"
+            yield Problem(place, "is no number of the world", name, allowed)
+        else:
+            yield from _check_range(name, span, place, value, key in set_)
 
 
-def _check_range(data: Any, name: str, span: Range, place: Key, set_: Mapping[Key, Any]) -> list[Problem]:
-    key, value, wrong = real_key(data, key_of(name))
-    low, high = span.search
-    if wrong is not None:
-        return [wrong.moved(key=place, value=name)]
-    if key[0] == "search":
-        return [
-            Problem(place, "is no number of the world", name, "a dotted key, for example species.deer.count")
-        ]
+def _check_range(name: str, span: Range, place: Key, value: object, set_: bool) -> Iterator[Problem]:
+    """Yield what is wrong with the range of a value, which may be outside of it where it is `set_`."""
+    low, high = given = span.search
     if isinstance(value, bool) or not isinstance(value, int | float):
         fault = "has no value yet" if value is None else "is a range, and its key holds no number"
-        return [
-            Problem(
-                place,
-                f"{fault}: {name} = {'absent' if value is None else value!r}",
-                list(span.search),
-                "the key of a number",
-            )
-        ]
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        return [Problem(place, "is no range", list(span.search), "[low, high] with low < high")]
-    if span.scale == "log" and low <= 0:
-        return [Problem(place, "cannot be taken on a log scale", list(span.search), "low > 0")]
-    if not low <= value <= high and key not in set_:
-        return [
-            Problem(
-                place,
-                f"does not hold the world's own value, {value:g}",
-                list(span.search),
-                "a range around it",
-            )
-        ]
-    return []
+        shown = "absent" if value is None else repr(value)
+        yield Problem(place, f"{fault}: {name} = {shown}", given, "the key of a number")
+    elif not (math.isfinite(low) and math.isfinite(high) and low < high):
+        yield Problem(place, "is no range", given, "[low, high] with low < high")
+    elif span.scale == "log" and low <= 0:
+        yield Problem(place, "cannot be taken on a log scale", given, "low > 0")
+    elif not low <= value <= high and not set_:
+        fault = f"does not hold the world's own value, {value:g}"
+        yield Problem(place, fault, given, "a range around it")
 
 
 def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
@@ -129,48 +117,31 @@ def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
     return tuple(real), data, None
 
 
-def _check_objective(config: WorldConfig) -> list[Problem]:
-    search, problems = config.search, []
+def _check_objective(config: WorldConfig) -> Iterator[Problem]:
+    search, own, of_all = config.search, [*config.species], [*config.species, *config.reporters]
     known = (*OBJECTIVES, *config.reporters)
     for i, (of, _) in enumerate(search.goals):
         if isinstance(of, str) and of not in known and ":" not in of:
-            key: Key = (
-                ("search", "objective", i, "of")
-                if isinstance(search.objective, list)
-                else ("search", "objective")
-            )
-            problems.append(
-                Problem(
-                    key,
-                    "no such objective",
-                    of,
-                    f"{listed(known, 20)}, or module:function",
-                    nearest(of, known),
-                )
-            )
-    for part, names in (("wanted", [*config.species, *config.reporters]), ("persist", list(config.species))):
-        for i, name in enumerate(getattr(search, part)):
-            if name not in names:
-                key = ("search", part, name if part == "wanted" else i)
-                kind = "species" if names == list(config.species) else "species or reporter"
-                problems.append(Problem(key, f"no such {kind}", name, listed(names), nearest(name, names)))
-    if any(of == "data" for of, _ in search.goals) and config.data is None:
-        problems.append(
-            Problem(
-                ("data",),
-                "is missing: the objective of [search] is data",
-                allowed='for example [data] file = "pelts.csv"',
-            )
+            entry = ("objective", i, "of") if isinstance(search.objective, list) else ("objective",)
+            allowed = f"{listed(known, 20)}, or module:function"
+            yield Problem(("search", *entry), "no such objective", of, allowed, nearest(of, known))
+    for name in (name for name in search.wanted if name not in of_all):
+        kind = "species or reporter" if config.reporters else "species"
+        key = ("search", "wanted", name)
+        yield Problem(key, f"no such {kind}", name, listed(of_all), nearest(name, of_all))
+    for i, name in enumerate(search.persist):
+        if name not in own:
+            yield Problem(("search", "persist", i), "no such species", name, listed(own), nearest(name, own))
+    goals = {of for of, _ in search.goals if isinstance(of, str)}
+    if "data" in goals and config.data is None:
+        fault, allowed = (
+            "is missing: the objective of [search] is data",
+            'for example [data] file = "pelts.csv"',
         )
-    if any(of == "population" for of, _ in search.goals) and not set(search.wanted) & set(config.species):
-        problems.append(
-            Problem(
-                ("search", "wanted"),
-                "is missing: the objective is population",
-                allowed="for example { deer = 500 }",
-            )
-        )
-    return problems
+        yield Problem(("data",), fault, allowed=allowed)
+    if "population" in goals and not {*search.wanted} & {*own}:
+        fault, allowed = "is missing: the objective is population", "for example { deer = 500 }"
+        yield Problem(("search", "wanted"), fault, allowed=allowed)
 
 
 def place_in(entries: list[Any], part: str | int) -> int | None:

@@ -76,7 +76,7 @@ def parse_toml(text: str) -> dict[str, Any]:
         raise _at(text, DIGITS.search(text), "a whole number has too many digits") from None
 
 
-def too_deep(data: Any) -> Problem | None:
+def too_deep(data: object) -> Problem | None:
     """The problem of the first table or list nested more than DEEPEST deep, if any."""
     level: list[tuple[tuple[str | int, ...], Any]] = [((), data)]
     for _ in range(DEEPEST):

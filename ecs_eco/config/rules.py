@@ -43,11 +43,6 @@ def at_most(key: Key, fault: str, value: float, most: float, unit: str = " m") -
         yield Problem(key, fault, value, f"at most {most:g}{unit}")
 
 
-def in_reach(config: WorldSections, key: Key, distance: float) -> Iterator[Problem]:
-    """Yield the problem of a distance [m] beyond which nothing is looked for in a world."""
-    yield from at_most(key, config.space.too_wide, distance, config.space.widest)
-
-
 def inside(key: Key, at: Sequence[float], size: Sequence[float]) -> Iterator[Problem]:
     """Yield the problem of a place [m] that is not in a space of this size."""
     if len(at) != len(size):
@@ -62,8 +57,7 @@ def extent(size: Sequence[float]) -> str:
 
 
 def written_at(problem: Problem, place: Key, written: str | None, while_: str = "") -> Problem:
-    """Return a problem of another world moved to the value that was `written` for it at a place, or to the place
-    itself, and then with its own key."""
+    """Return a problem moved to the value `written` at a place for another world, else to the place."""
     where = "" if written is not None else f", at {problem.path}{while_}"
     key = place if written is None else (*place, written)
     return problem.moved(key=key, what=problem.what + where, source="", line=None)

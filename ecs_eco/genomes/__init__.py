@@ -1,9 +1,7 @@
-"""Heredity: genomes as strings over a finite alphabet, what they code for,
-and the operators that make new ones.
+"""Heredity: genomes as strings over a finite alphabet, what they code for, and the operators that make new ones.
 
 What a genome codes for belongs to its layout; how an organism with it lives belongs to `ecs_eco.systems`.
-Names load when first used: `import ecs_eco.genomes` loads neither DEAP nor numba nor
-torch.
+Names load when first used: `import ecs_eco.genomes` loads neither DEAP nor numba nor torch.
 """
 
 from typing import TYPE_CHECKING

@@ -1,7 +1,5 @@
 """Births: from parents' genomes to children's, many at once or one by one."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -37,7 +35,7 @@ class Operators:
     With `mutation` off, nothing mutates.
     """
 
-    def __init__(self, toolbox: Toolbox, layout: Layout, chance: float = 1.0, mates: bool = True) -> None:
+    def __init__(self, toolbox: "Toolbox", layout: Layout, chance: float = 1.0, mates: bool = True) -> None:
         if not 0 <= chance <= 1:
             raise ValueError(f"mate: chance = {chance}; allowed are 0 to 1")
         self.toolbox, self.layout, self.chance, self.mutation = toolbox, layout, chance, True
@@ -55,9 +53,8 @@ class Operators:
         select_mate: str = "nearest",
         find: Callable[[Any], Any] = handed_over,
         mates: bool = True,
-    ) -> Operators:
-        """Return the operators of a world file; `select_mate` is the rule of its species,
-        `find` and `mates` are as in `toolbox_of`."""
+    ) -> "Operators":
+        """Return the operators of a world file; `select_mate` is its rule, the rest as in `toolbox_of`."""
         if layout.longest is not None:
             raise ValueError(
                 "Operators.from_config: strings of this layout vary in length; "
@@ -138,8 +135,6 @@ class Operators:
         string[:] = letters
 
     def _mutate(self, strings: np.ndarray, keys: np.ndarray, salt: int) -> None:
-        from deap import tools
-
         function, arguments = self._operator("mutate")
         if self._loci is None or self._loci[0] is not self.toolbox.mutate:
             self._loci = (
@@ -148,12 +143,8 @@ class Operators:
                 *self._bounds(arguments),
             )
         _, rates, low, up = self._loci
-        if function is tools.mutUniformInt:
-            kernels.mutate_uniform(strings, keys, salt, rates, low, up)
-        elif function is tools.mutFlipBit:
-            kernels.mutate_flip(strings, keys, salt, rates)
-        elif function is tools.mutShuffleIndexes:
-            kernels.mutate_shuffle(strings, keys, salt, rates)
+        if (way := way_of(function)) is not None:
+            kernels.mutate(strings, keys, salt, way, rates, low, up)
         else:
             self._mutate_each(strings, keys, salt, function, arguments)
 
@@ -167,7 +158,12 @@ class Operators:
         return np.broadcast_to(low, n).copy(), np.broadcast_to(up, n).copy()
 
     def _mutate_each(
-        self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any, arguments: dict[str, Any]
+        self,
+        strings: np.ndarray,
+        keys: np.ndarray,
+        salt: int,
+        function: Callable[..., Any],
+        arguments: dict[str, Any],
     ) -> None:
         """Mutate birth by birth; genes with mutation rates of their own separately."""
         size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, named(function)
@@ -187,6 +183,14 @@ class Operators:
                     strings[birth, loci] = strings_of("mutate", name, mutated, loci.size, size)[0]
 
 
+def way_of(function: Callable[..., Any]) -> int | None:
+    """Return the number of the way in which an operator of DEAP mutates letters; None for any other."""
+    from deap import tools
+
+    ways = (tools.mutUniformInt, tools.mutFlipBit, tools.mutShuffleIndexes)
+    return ways.index(function) if function in ways else None
+
+
 def toss(keys: np.ndarray, salt: int, purpose: int) -> np.ndarray:
     """Return a draw for each birth: f32[k]."""
     out = np.empty(len(keys), np.float32)
@@ -199,6 +203,6 @@ def seed_of(key: np.uint64, part: int) -> int:
     return mix_int((int(key) + part) & ((1 << 64) - 1))
 
 
-def named(function: Any) -> str:
+def named(function: object) -> str:
     """Return the name of an operator for messages."""
     return getattr(function, "__name__", repr(function))

@@ -12,6 +12,7 @@ from ecs_eco.engine.random import draw, mix
 # The purposes of a birth's draws.
 ORDER, CROSS, POINT_1, POINT_2, SWAP, MUTATE, LETTER, FOUND = range(1, 9)
 SALT = 16  # purposes apart
+UNIFORM, FLIP, SHUFFLE = range(3)  # ways in which a letter mutates
 
 
 @njit
@@ -111,40 +112,28 @@ def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
 
 
 @njit
-def mutate_uniform(strings, keys, salt, rates, low, up):
-    """Replace each letter of u8[n, loci], by the chance of its locus,
-    with one drawn from low to up (may be the same)."""
+def mutate(strings, keys, salt, way, rates, low, up):
+    """Mutate each letter of u8[n, loci] by the chance of its locus, in one of three ways, as `change` does."""
     for birth in range(keys.size):
-        key = mix(keys[birth])
-        for locus in range(strings.shape[1]):
+        key, string = mix(keys[birth]), strings[birth]
+        for locus in range(string.size):
             if draw(key, locus, MUTATE + SALT * salt) < rates[locus]:
                 u = np.float64(draw(key, locus, LETTER + SALT * salt))
-                strings[birth, locus] = low[locus] + np.int64(u * (up[locus] - low[locus] + 1))
+                change(string, string.size, locus, way, u, low[locus], up[locus])
 
 
 @njit
-def mutate_flip(strings, keys, salt, rates):
-    """Turn each letter of u8[n, loci], 0 or 1, into the other by the chance of its locus."""
-    for birth in range(keys.size):
-        key = mix(keys[birth])
-        for locus in range(strings.shape[1]):
-            if draw(key, locus, MUTATE + SALT * salt) < rates[locus]:
-                strings[birth, locus] = 1 - strings[birth, locus]
-
-
-@njit
-def mutate_shuffle(strings, keys, salt, rates):
-    """Exchange each letter of u8[n, loci], by the chance of its locus, with that of another place,
-    drawn uniformly."""
-    n = strings.shape[1]
-    for birth in range(keys.size):
-        key = mix(keys[birth])
-        for locus in range(n):
-            if draw(key, locus, MUTATE + SALT * salt) < rates[locus]:
-                other = np.int64(np.float64(draw(key, locus, LETTER + SALT * salt)) * (n - 1))
-                if other >= locus:
-                    other += 1
-                strings[birth, locus], strings[birth, other] = strings[birth, other], strings[birth, locus]
+def change(string, n, i, way, u, low, up):
+    """Change letter i of n by a draw u: to one from low to up, to the other of two, or with that of another
+    place."""
+    if way == UNIFORM:
+        string[i] = low + np.int64(u * (up - low + 1))
+    elif way == FLIP:
+        string[i] = 1 - string[i]
+    elif n > 1:
+        other = np.int64(u * (n - 1))
+        other += other >= i
+        string[i], string[other] = string[other], string[i]
 
 
 @njit

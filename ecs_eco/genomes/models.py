@@ -3,7 +3,7 @@
 from functools import partial
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, field_validator, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from ecs_eco.engine.section import (
     FREE,
@@ -93,7 +93,7 @@ class Derived(Section, own=LETTERS):
     )
 
 
-def _deaps_name(function: Any) -> str:
+def _deaps_name(function: object) -> str:
     """Return the name of a function of `deap.tools`, which a file can say as well; "" for any other."""
     if not getattr(function, "__module__", "").startswith("deap."):
         return ""
@@ -117,7 +117,7 @@ class Operator(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _registered(cls, given: Any) -> Any:
+    def _registered(cls, given: object) -> Any:
         """Take apart what a toolbox has registered: a partial says an operator and its arguments."""
         if callable(given):
             given = {"operator": given}
@@ -163,9 +163,9 @@ class Mutate(Operator):
 class GenomeSection(Section, own=LETTERS):
     """The genome of a species."""
 
-    alphabet: Annotated[str, Field(min_length=2, max_length=256)] = about(
-        "letters, in an order of your choice", "ACGT"
-    )
+    alphabet: Annotated[
+        str, Field(min_length=2, max_length=256), AfterValidator(lambda letters: Alphabet(letters).letters)
+    ] = about("letters, in an order of your choice", "ACGT")
     ploidy: Literal[1, 2] = quantity("strings of an organism", "1", 1)
     dominance: Dominance = about(
         "with two strings: the first one's value, the mean, or the greater one", "first"
@@ -216,7 +216,7 @@ class GenomeSection(Section, own=LETTERS):
 
     @model_validator(mode="before")
     @classmethod
-    def _unequal_crossover(cls, given: Any) -> Any:
+    def _unequal_crossover(cls, given: object) -> Any:
         """Let strings of variable length cross at genes, unless an operator is named."""
         if not isinstance(given, dict) or given.get("longest") is None:
             return given
@@ -224,8 +224,3 @@ class GenomeSection(Section, own=LETTERS):
         if isinstance(mate, dict) and "operator" not in mate:
             return given | {"mate": {"operator": "cxUnequal"} | mate}
         return given
-
-    @field_validator("alphabet")
-    @classmethod
-    def _each_letter_once(cls, letters: str) -> str:
-        return Alphabet(letters).letters

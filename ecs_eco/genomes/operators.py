@@ -3,13 +3,11 @@
 An operator of DEAP that has a kernel here runs as that kernel for all births at once; any other function in
 the toolbox is called birth by birth, with lists of whole numbers, as DEAP calls it."""
 
-from __future__ import annotations
-
 import inspect
 import random
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
@@ -68,9 +66,8 @@ def toolbox_of(
     select_mate: str = "nearest",
     find: Callable[[Any], Any] = handed_over,
     mates: bool = True,
-) -> Toolbox:
-    """Return a DEAP toolbox with `mate` and `mutate` from a section, or a dict with these keys,
-    and a rule as `select_mate`.
+) -> "Toolbox":
+    """Return a DEAP toolbox with `mate` and `mutate` of a section or dict, and a rule as `select_mate`.
 
     mutUniformInt draws among all letters by default. `find` returns the function of "module:name", as
     `WorldConfig.function` does; without it a user's function must be passed itself. Of a species that never
@@ -103,7 +100,7 @@ def _section(section: GenomeSection | Mapping[str, Any]) -> GenomeSection:
 
 
 def operator_of(
-    word: str, name: Any, layout: Layout, find: Callable[[Any], Any] = handed_over
+    word: str, name: object, layout: Layout, find: Callable[[Any], Any] = handed_over
 ) -> Callable[..., Any]:
     """Return the operator of this name, or what `find` returns for a function or "module:name"."""
     if not isinstance(name, str) or ":" in name:
@@ -137,7 +134,7 @@ def check_name(word: str, name: str, layout: Layout) -> None:
         raise UnknownName(unknown_name(word, "operator", name, known))
 
 
-def defaults(name: Any, layout: Layout) -> dict[str, Any]:
+def defaults(name: object, layout: Layout) -> dict[str, Any]:
     """Return arguments that need not be given: mutUniformInt draws among all letters."""
     if name == "cxUnequal":
         return {"slip": SLIP}
@@ -254,17 +251,15 @@ def _takes(takes: Iterable[str], wrong: str = "") -> str:
     return f"its arguments are {listed(takes)}" + (f'; did you mean "{guess}"?' if guess else "")
 
 
-def choice_of(toolbox: Toolbox) -> int:
-    """Return the number in CHOICES of the rule registered as `select_mate`,
-    −1 for a function of the user's own."""
+def choice_of(toolbox: "Toolbox") -> int:
+    """Return the number in CHOICES of the toolbox's `select_mate`, −1 for a function of the user's own."""
     rules = list(RULES.values())
     function = getattr(toolbox.select_mate, "func", toolbox.select_mate)
     return rules.index(function) if function in rules else -1
 
 
-def strings_of(word: str, name: str, result: Any, length: int | None, size: int) -> list[np.ndarray]:
-    """Return the genomes u8[length] that an operator gave back (None: of any length);
-    raises ValueError that names what is wrong with them, and where."""
+def strings_of(word: str, name: str, result: object, length: int | None, size: int) -> list[np.ndarray]:
+    """Return the genomes u8[length] that an operator gave back (None: any length); raises ValueError."""
     n = 2 if word == "mate" else 1
     if not isinstance(result, tuple) or len(result) != n:
         allowed = f"a tuple of {'two genomes' if n == 2 else 'one genome'}, as DEAP's operators return"
@@ -274,7 +269,7 @@ def strings_of(word: str, name: str, result: Any, length: int | None, size: int)
     return [_string(word, name, genome, length, size) for genome in result]
 
 
-def _string(word: str, name: str, genome: Any, length: int | None, size: int) -> np.ndarray:
+def _string(word: str, name: str, genome: Sequence[Any], length: int | None, size: int) -> np.ndarray:
     if length is None and not len(genome):
         return np.zeros(0, np.uint8)
     if length is not None and len(genome) != length:
@@ -295,11 +290,11 @@ def _string(word: str, name: str, genome: Any, length: int | None, size: int) ->
     )
 
 
-def _is_whole(letter: Any) -> bool:
+def _is_whole(letter: object) -> TypeGuard[int]:
     return isinstance(letter, int | np.integer)
 
 
-def _letters(value: Any, size: int) -> bool:
+def _letters(value: object, size: int) -> bool:
     values = value if isinstance(value, list | tuple | np.ndarray) else [value]
     return all(_is_whole(v) and 0 <= v < size for v in values)
 

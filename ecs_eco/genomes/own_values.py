@@ -27,7 +27,7 @@ def own_value(table: Table, key: str, shared: Any) -> Any:
     return own_values(table, {key: shared})[0] if table.species.traits else shared
 
 
-def highest(value: Any, alive: np.ndarray) -> float:
+def highest(value: float | np.ndarray, alive: np.ndarray) -> float:
     """Return the greatest of some rows' values, or the one that all share."""
     if not isinstance(value, np.ndarray):
         return float(value)

@@ -1,7 +1,5 @@
 """Births with strings of variable length: crossed at genes; genes double, letters come and go."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -10,7 +8,7 @@ import numpy as np
 
 from ecs_eco.engine.code import handed_over
 from ecs_eco.genomes import variable_kernels
-from ecs_eco.genomes.batch import MUTATE, Births, Operators, named, seed_of
+from ecs_eco.genomes.batch import MUTATE, Births, Operators, named, seed_of, way_of
 from ecs_eco.genomes.layout import Layout
 from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.operators import kept_random, strings_of, toolbox_of
@@ -34,7 +32,7 @@ class VariableOperators(Operators):
 
     def __init__(
         self,
-        toolbox: Toolbox,
+        toolbox: "Toolbox",
         layout: VariableLayout,
         chance: float = 1.0,
         *,
@@ -56,7 +54,7 @@ class VariableOperators(Operators):
         select_mate: str = "nearest",
         find: Callable[[Any], Any] = handed_over,
         mates: bool = True,
-    ) -> VariableOperators:
+    ) -> "VariableOperators":
         return cls(
             toolbox_of(section, layout, select_mate, find, mates),
             layout,
@@ -107,19 +105,12 @@ class VariableOperators(Operators):
             strings[:] = letters
 
     def _mutate_letters(self, letters: np.ndarray, keys: np.ndarray, salt: int) -> None:
-        from deap import tools
-
         function, arguments = self._operator("mutate")
-        ways = {
-            tools.mutUniformInt: variable_kernels.UNIFORM,
-            tools.mutFlipBit: variable_kernels.FLIP,
-            tools.mutShuffleIndexes: variable_kernels.SHUFFLE,
-        }
-        if function not in ways:
+        if (way := way_of(function)) is None:
             self._mutate_each(letters, keys, salt, function, arguments)
             return
         chance, low, up = (arguments.get(k, 0) for k in ("indpb", "low", "up"))
-        given = letters, keys, salt, ways[function], float(chance)
+        given = letters, keys, salt, way, float(chance)
         if all(code.gene.mutation is None for code in self.layout.genes):
             variable_kernels.mutate_letters(*given, int(low), int(up), self.layout.blank)
         else:
@@ -128,7 +119,12 @@ class VariableOperators(Operators):
             )
 
     def _mutate_each(
-        self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any, arguments: dict[str, Any]
+        self,
+        strings: np.ndarray,
+        keys: np.ndarray,
+        salt: int,
+        function: Callable[..., Any],
+        arguments: dict[str, Any],
     ) -> None:
         mutate, name = self.toolbox.mutate, named(function)
         lengths = (strings != self.layout.blank).sum(axis=1)

@@ -10,12 +10,11 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.engine.random import draw, mix
-from ecs_eco.genomes.kernels import LETTER, MUTATE, POINT_1, SALT
+from ecs_eco.genomes.kernels import LETTER, MUTATE, POINT_1, SALT, change
 
 # purposes of a birth's draws, after those of `kernels`
 DUPLICATE, REARRANGE, GAP, INDEL, INSERT, SLIP = range(9, 15)
 CROSSING, DUPLICATION, LOSS, INSERTION, DELETION = range(5)  # in at_limit
-UNIFORM, FLIP, SHUFFLE = range(3)  # point mutations
 NEVER = 1 << 40  # more than a string has letters
 
 
@@ -268,7 +267,7 @@ def insert_and_delete(strings, keys, salt, insertion, deletion, blank, size, at_
 
 @njit
 def mutate_letters(strings, keys, salt, way, chance, low, up, blank):
-    """Mutate each letter by the same chance, as `kernels.mutate_uniform`, `mutate_flip`, `mutate_shuffle`."""
+    """Mutate each letter by the same chance, as `kernels.mutate` does."""
     for birth in range(keys.size):
         key, string = mix(keys[birth]), strings[birth]
         n = end_of(string, blank)
@@ -294,17 +293,3 @@ def mutate_by_gene(strings, keys, salt, way, chance, own, low, up, blank, words,
         for i in range(n):
             if draw(key, i, MUTATE + SALT * salt) < rates[i]:
                 change(string, n, i, way, np.float64(draw(key, i, LETTER + SALT * salt)), low, up)
-
-
-@njit
-def change(string, n, i, way, u, low, up):
-    """Change letter i of n by a draw u: to one from low to up, to the other of two, or with that of another
-    place."""
-    if way == UNIFORM:
-        string[i] = low + np.int64(u * (up - low + 1))
-    elif way == FLIP:
-        string[i] = 1 - string[i]
-    elif n > 1:
-        other = np.int64(u * (n - 1))
-        other += other >= i
-        string[i], string[other] = string[other], string[i]

@@ -25,14 +25,10 @@ TWINS = {
         ("cross_points", lambda a: (a[0][:, :-1], a[1][:, :-1], *a[2:-1], a[-1][:, :-1])),
     ),
     "cxUniform": ({"indpb": 0.3}, "01", ("cross_uniform", lambda a: (*a[:6], np.float32(a[6] + 0.01), a[7]))),
-    "mutUniformInt": (
-        {"low": 0, "up": 2, "indpb": 0.3},
-        "ACG",
-        ("mutate_uniform", lambda a: (*a[:5], a[5] - 1)),
-    ),
-    "mutFlipBit": ({"indpb": 0.3}, "01", ("mutate_flip", lambda a: (*a[:3], a[3] + 0.01))),
+    "mutUniformInt": ({"low": 0, "up": 2, "indpb": 0.3}, "ACG", ("mutate", lambda a: (*a[:6], a[6] - 1))),
+    "mutFlipBit": ({"indpb": 0.3}, "01", ("mutate", lambda a: (*a[:4], a[4] + 0.01, *a[5:]))),
     # with itself, too
-    "mutShuffleIndexes": ({"indpb": 0.3}, "ACGT", ("mutate_shuffle", lambda a: (*a[:3], a[3] * 7 / 8))),
+    "mutShuffleIndexes": ({"indpb": 0.3}, "ACGT", ("mutate", lambda a: (*a[:4], a[4] * 7 / 8, *a[5:]))),
 }
 
 

@@ -12,7 +12,7 @@ from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import PROPERTIES, ObjectType
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.rules import Key, at_most, extent, in_reach, inside, named
+from ecs_eco.config.rules import Key, at_most, extent, inside, named
 from ecs_eco.engine.errors import Problem
 
 MOST_SITES = 10_000_000  # of plants
@@ -71,7 +71,7 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         )
     if way.place == "near" and way.dispersal is None and not isinstance(way, Sexual):
         yield Problem((*at, "dispersal"), 'is missing with place = "near"', allowed="a distance [m]")
-    yield from in_reach(config, (*at, "dispersal"), way.dispersal or 0.0)
+    yield from at_most((*at, "dispersal"), config.space.too_wide, way.dispersal or 0.0, config.space.widest)
     if isinstance(way, Bearing):
         most = species.metabolism.energy_max
         fault = "more than energy_max: nobody would be born"
@@ -102,7 +102,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
             species.sex,
             "random, or none for hermaphrodites",
         )
-    yield from in_reach(config, (*at, "reach"), way.reach)
+    yield from at_most((*at, "reach"), config.space.too_wide, way.reach, config.space.widest)
     farthest = (way.dispersal or 4 * species.body.bound) * (1 if config.dims == 2 else math.sqrt(2))
     if way.place == "near" and farthest <= way.spacing:
         yield Problem(

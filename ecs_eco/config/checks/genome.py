@@ -14,7 +14,7 @@ from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.names import is_component
 from ecs_eco.config.numbers import with_value
-from ecs_eco.config.rules import Key, at_most, in_reach
+from ecs_eco.config.rules import Key, at_most
 from ecs_eco.config.shapes import shapes_of_networks
 from ecs_eco.config.traits import label_of, traits_of, why_shared
 from ecs_eco.engine.errors import Problem, UnknownName
@@ -115,7 +115,7 @@ def _check_range(config: WorldConfig, species: Species, key: Key, gene: Gene) ->
         yield from at_most(at, "the body would not fit into the world", highest, most)
         yield from _check_masses(species, key, gene)
     if trait.startswith("sensors.") and trait.endswith(".radius"):
-        yield from in_reach(config, at, highest)
+        yield from at_most(at, config.space.too_wide, highest, config.space.widest)
     if trait.startswith("sensors.") and trait.endswith((".forward", ".left")):
         farthest_off = farthest(config, species)
         for field, value in _ends(gene):

@@ -24,7 +24,7 @@ from ecs_eco.config.models.sensors import (
 )
 from ecs_eco.config.models.species import Species, ppo_defaults
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.rules import in_reach, named
+from ecs_eco.config.rules import at_most, named
 from ecs_eco.engine.errors import Problem, listed, nearest, unknown
 from ecs_eco.engine.section import LARGEST, function_name
 from ecs_eco.learning.settings import check_setting
@@ -72,7 +72,7 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
     for j, target in enumerate(sensor.targets if isinstance(sensor, Rays) else ()):
         yield from named((*key, "targets", j), "species, object type or wall", target, [*kinds, "wall"])
     if isinstance(sensor, Nearest | Rays | Approach | Property):
-        yield from in_reach(config, (*key, "radius"), sensor.radius)
+        yield from at_most((*key, "radius"), config.space.too_wide, sensor.radius, config.space.widest)
     at, most = getattr(sensor, "at", []), farthest(config, species)
     if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > most:
         fault = "further off the body than the world is wide, in its radii"

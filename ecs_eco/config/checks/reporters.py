@@ -68,7 +68,7 @@ def fault_of_name(name: str, kinds: Collection[str]) -> str:
     return "a species or object type has this name; allowed: another name" if name in kinds else ""
 
 
-def is_formula(what: Any) -> TypeGuard[str]:
+def is_formula(what: object) -> TypeGuard[str]:
     """Whether a reporter is a formula, not a function or the name of one."""
     return isinstance(what, str) and ":" not in what
 
@@ -138,7 +138,7 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
             yield from _check_call(place, entry, thing, n)
 
 
-def _check_call(place: Key, entry: Any, thing: Any, n: int) -> Iterator[Problem]:
+def _check_call(place: Key, entry: object, thing: Any, n: int) -> Iterator[Problem]:
     """Problems of a function that is called with n arguments, and of its parameters."""
     given = entry.parameters if isinstance(entry, Use) else {}
     problems = problems_of_parameters(thing, given, n, place) if isinstance(entry, Use) else []

@@ -1,7 +1,5 @@
 """Carrying and building: animals pick up objects and put them down, and make others."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -39,7 +37,7 @@ class Carrying(Feature, after="diet"):
     carries: list[Carry] = about("what it can pick up and put down", [], exclude_if=is_empty, change=SHAPE)
 
     @staticmethod
-    def problems(species: Carrying, config: WorldSections, key: Key) -> Iterator[Problem]:
+    def problems(species: "Carrying", config: WorldSections, key: Key) -> Iterator[Problem]:
         """Yield what is wrong with what a species carries."""
         yield from check_named(config, (*key, "carries"), species.carries, "reach")
         for i, way in enumerate(species.carries):
@@ -50,13 +48,13 @@ class Carrying(Feature, after="diet"):
         yield from check_used(species, key, "carries", "carry")
 
     @staticmethod
-    def feels(species: Carrying) -> Iterator[str]:
+    def feels(species: "Carrying") -> Iterator[str]:
         """Yield whether it carries something."""
         if species.carries:
             yield "load"
 
     @staticmethod
-    def brings(species: Carrying) -> Iterator[tuple[str | None, type[Any]]]:
+    def brings(species: "Carrying") -> Iterator[tuple[str | None, type[Any]]]:
         """Yield `Load` for the species, and `Carrier` for each object type that it can carry."""
         if species.carries:
             yield None, Load
@@ -84,18 +82,18 @@ class Building(Feature, after="carries"):
     builds: list[Build] = about("what it can make", [], exclude_if=is_empty)
 
     @staticmethod
-    def problems(species: Building, config: WorldSections, key: Key) -> Iterator[Problem]:
+    def problems(species: "Building", config: WorldSections, key: Key) -> Iterator[Problem]:
         """Yield what is wrong with what a species builds."""
         yield from check_named(config, (*key, "builds"), species.builds, "spacing")
         yield from check_used(species, key, "builds", "build")
 
     @staticmethod
-    def acting(species: Building) -> Iterator[tuple[str, str, list[str]]]:
+    def acting(species: "Building") -> Iterator[tuple[str, str, list[str]]]:
         """Yield the group of what it builds."""
         yield "build", "object in builds", [way.object for way in species.builds]
 
     @staticmethod
-    def makes(species: Building) -> Iterator[str]:
+    def makes(species: "Building") -> Iterator[str]:
         """Yield what it builds."""
         yield from (way.object for way in species.builds)
 

@@ -1,7 +1,5 @@
 """Chemistry: what bodies do with their substances: reactions, exchange, newborn, decomposition, emissions."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
@@ -219,7 +217,7 @@ class Decomposing(Feature, after="exchange"):
     )
 
     @staticmethod
-    def causes(species: Decomposing, key: Key) -> Iterator[tuple[Key, str]]:
+    def causes(species: "Decomposing", key: Key) -> Iterator[tuple[Key, str]]:
         """Yield how objects end."""
         if species.decomposition is not None:
             yield (*key, "decomposition"), "decomposed"
@@ -241,7 +239,7 @@ class Emitting(Feature, after=("defence", "decomposition")):
     )
 
     @staticmethod
-    def problems(species: Emitting, config: WorldSections, key: Key) -> Iterator[Problem]:
+    def problems(species: "Emitting", config: WorldSections, key: Key) -> Iterator[Problem]:
         """Yield emissions into no field, of no substance, and from nothing."""
         for name, way in species.emits.items():
             at, holds = (*key, "emits", name), getattr(config.fields.get(name), "substance", None)

@@ -1,7 +1,5 @@
 """Death: the limits within which members live, and the objects that the dead leave."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Annotated, Any
@@ -27,7 +25,7 @@ class Lethal(Section, own=True):
 
     @model_validator(mode="before")
     @classmethod
-    def _name_causes(cls, data: Any) -> Any:
+    def _name_causes(cls, data: object) -> Any:
         if isinstance(data, dict) and isinstance(data.get("property"), str):
             words = {"low": ("min", "too low"), "high": ("max", "too high")}
             named = {
@@ -79,7 +77,7 @@ class Mortality(Feature, after="hatch"):
                 )
 
     @staticmethod
-    def causes(species: Mortality, key: Key) -> Iterator[tuple[Key, str]]:
+    def causes(species: "Mortality", key: Key) -> Iterator[tuple[Key, str]]:
         """Yield a cause for each end of each interval."""
         for i, limit in enumerate(species.lethal):
             for end, cause in (("min", limit.low), ("max", limit.high)):
@@ -87,7 +85,7 @@ class Mortality(Feature, after="hatch"):
                     yield (*key, "lethal", i, end), cause
 
     @staticmethod
-    def undivided(species: Mortality) -> Iterator[tuple[str, str]]:
+    def undivided(species: "Mortality") -> Iterator[tuple[str, str]]:
         """Yield that remains cannot be handed over."""
         if species.remains is not None:
             yield "remains", "whose dead become objects"

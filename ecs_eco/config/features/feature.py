@@ -81,7 +81,7 @@ class Feature(Section):
         """Connect the table of a species with others, once all have their components."""
 
 
-def of_each(species: Any, what: str, *more: Any) -> Iterator[Any]:
+def of_each(species: Section, what: str, *more: object) -> Iterator[Any]:
     """Yield what the features of a species or object type yield: `what` is the name of a function of `Feature`."""
     model: type[Section] = type(species)
     for hook in _hooks_of(model, what):

@@ -1,12 +1,10 @@
 """Feeding: what members eat, and their defence against being eaten."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
-from ecs_eco.config.rules import in_reach
+from ecs_eco.config.rules import at_most
 from ecs_eco.engine.errors import Problem, unknown
 from ecs_eco.engine.section import (
     COLUMN,
@@ -63,7 +61,7 @@ class Feeding(Feature, after="emits"):
     diet: list[Diet] = table("what it eats", list, change=FREE)
 
     @staticmethod
-    def problems(species: Feeding, config: WorldSections, key: Key) -> Iterator[Problem]:
+    def problems(species: "Feeding", config: WorldSections, key: Key) -> Iterator[Problem]:
         """Yield unknown food, food that gives nothing, and a reach beyond the world."""
         food = [*config.species, *config.objects]
         eaten: set[str] = set()
@@ -85,7 +83,7 @@ class Feeding(Feature, after="emits"):
                     diet.efficiency,
                     f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
                 )
-            yield from in_reach(config, (*at, "reach"), diet.reach)
+            yield from at_most((*at, "reach"), config.space.too_wide, diet.reach, config.space.widest)
 
     @staticmethod
     def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:

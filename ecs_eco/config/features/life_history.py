@@ -1,7 +1,5 @@
 """Life history: fertility depends on age and season, the young grow, and parents feed them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
@@ -22,8 +20,6 @@ from ecs_eco.engine.section import (
     is_empty,
     quantity,
 )
-
-Season = Annotated[float, Field(gt=0, le=1)]
 
 
 class Breeding(Section, change=FREE, own=COLUMN):
@@ -53,7 +49,9 @@ class Breeding(Section, change=FREE, own=COLUMN):
         "1",
         None,
     )
-    width: Season = quantity("length of the season: its standard deviation, as a share of a year", "1", 0.1)
+    width: Annotated[float, Field(gt=0, le=1)] = quantity(
+        "length of the season: its standard deviation, as a share of a year", "1", 0.1
+    )
 
     def age_of_prime(self) -> float:
         """The age of the prime [s]."""
@@ -70,7 +68,7 @@ class Seasons(Feature, after="fertility"):
     )
 
     @staticmethod
-    def problems(species: Seasons, config: WorldSections, key: Key) -> Iterator[Problem]:
+    def problems(species: "Seasons", config: WorldSections, key: Key) -> Iterator[Problem]:
         """Yield ages that are not in order, and a season without a year."""
         way, at = species.breeding, (*key, "breeding")
         if way is None:
@@ -85,9 +83,6 @@ class Seasons(Feature, after="fertility"):
             yield Problem((*at, "season"), "there is no year for it", way.season, allowed)
 
 
-Newborn = Annotated[float, Field(ge=1e-9, le=1)]
-
-
 class Growth(Section, change=FREE, own=True):
     """Growth from newborn to adult size, which is that of `body`; the costs of living follow the mass to the
     power 3/4. Founders and immigrants are adults."""
@@ -98,7 +93,9 @@ class Growth(Section, change=FREE, own=True):
         "von_bertalanffy",
     )
     rate: Positive = quantity("of that approach; of an adult mass that is a gene, the one of body", "1/s")
-    newborn: Newborn = quantity("mass of a newborn, as a share of the adult's", "1", 0.05)
+    newborn: Annotated[float, Field(ge=1e-9, le=1)] = quantity(
+        "mass of a newborn, as a share of the adult's", "1", 0.05
+    )
     cost: NonNegative = quantity("energy burnt for each kilogram of growth", "energy/kg", 0.0)
     reserve: NonNegative = quantity(
         "energy that it keeps back: it grows by what it holds beyond; "
@@ -141,9 +138,6 @@ class Growing(Feature, after="breeding"):
             yield Problem((*key, "growth", "reserve"), fault, way.reserve, f"less than {most:g}")
 
 
-Arriving = Annotated[float, Field(ge=1e-6, le=1)]
-
-
 class Care(Section, change=FREE, own=True):
     """Feeding of the young by their parents, who pay for it.
 
@@ -154,7 +148,9 @@ class Care(Section, change=FREE, own=True):
     until: Positive = quantity("age until which the young are fed", "s")
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
     reserve: NonNegative = quantity("energy that a parent keeps back", "energy", 0.0)
-    efficiency: Arriving = quantity("share of the energy given that reaches the young", "1", 1.0)
+    efficiency: Annotated[float, Field(ge=1e-6, le=1)] = quantity(
+        "share of the energy given that reaches the young", "1", 1.0
+    )
     by: Literal["mother", "father", "both"] = about("who feeds them", "mother")
 
 

@@ -364,7 +364,7 @@ def _smaller(
     corner = terrain.corner or [0.0, 0.0]
     most = [max(0.0, (has[k] - corner[k]) * scale) for k in range(2)]
     hint = ""
-    if raster.placed and not raster.crs and max(_whole(raster.dx), _whole(raster.dy)) < 0.1:
+    if raster.dx is not None and not raster.crs and max(_whole(raster.dx), _whole(raster.dy)) < 0.1:
         hint = ', or crs = "EPSG:4326" if it counts in degrees'
     return refused(
         "raster",

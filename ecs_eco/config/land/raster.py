@@ -71,11 +71,6 @@ class Raster(NamedTuple):
     dy: float | None = None
     crs: str = ""
 
-    @property
-    def placed(self) -> bool:
-        """Whether the file says where it lies, or how large its cells are."""
-        return self.dx is not None
-
 
 class RasterError(ConfigError):
     """A raster that cannot be read; the key of its problem is "raster", "band" or "crs"."""

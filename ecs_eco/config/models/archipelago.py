@@ -9,10 +9,8 @@ from pydantic import BeforeValidator, Field
 from ecs_eco.engine.section import Name, Section, Share, about, is_absent, is_empty, quantity, table
 from ecs_eco.engine.uids import MOST_ISLANDS, first_uid
 
-Edge = Annotated[list[Name], Field(min_length=2, max_length=2)]
 
-
-def _named(islands: Any) -> Any:
+def _named(islands: object) -> Any:
     """A number of islands as a table of so many, and tables within as dotted keys."""
     if isinstance(islands, int) and not isinstance(islands, bool):
         return {f"island_{i}": {} for i in range(1, min(islands, MOST_ISLANDS + 1) + 1)}
@@ -45,7 +43,7 @@ class Archipelago(Section):
         "square that is filled row by row; full, all; own, as in edges",
         "ring",
     )
-    edges: list[Edge] = about(
+    edges: list[Annotated[list[Name], Field(min_length=2, max_length=2)]] = about(
         '[from, to] of each way, for graph = "own"; the way back is another', [], exclude_if=is_empty
     )
     emigration: dict[Name, Share] = table(

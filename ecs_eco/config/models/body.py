@@ -19,8 +19,6 @@ from ecs_eco.engine.section import (
     quantity,
 )
 
-Size = Annotated[list[Positive], Field(min_length=2, max_length=3)]
-
 
 class Body(Section):
     """A sphere; a capsule, which is a cylinder with two half spheres as its ends, along its heading; or an
@@ -38,7 +36,7 @@ class Body(Section):
     length: Positive | None = quantity(
         "length of a capsule along its heading, from tip to tip", "m", None, exclude_if=is_absent, own=FORM
     )
-    size: Size | None = quantity(
+    size: Annotated[list[Positive], Field(min_length=2, max_length=3)] | None = quantity(
         "size of a box along its heading, across, and upright; without the third "
         "number it is as high as wide",
         "m",
@@ -100,7 +98,7 @@ class Body(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _derive(cls, data: Any) -> Any:
+    def _derive(cls, data: object) -> Any:
         """Put in what follows from other keys; wrong ones are left for their own checks."""
         if not isinstance(data, dict):
             return data

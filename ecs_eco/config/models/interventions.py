@@ -26,20 +26,8 @@ from ecs_eco.engine.section import (
 
 Tick = Annotated[int, Field(ge=0, le=10**12)]
 Region = Annotated[list[Real], Field(min_length=3, max_length=4)]
-Uids = Annotated[list[Annotated[int, Field(ge=1, lt=2**63)]], Field(min_length=1, max_length=100_000)]
 Corner = Annotated[list[Real], Field(min_length=2, max_length=2)]
 REGION = "a circle [x, y, radius] or a rectangle [x0, y0, x1, y1]"
-
-
-Changes = Annotated[
-    dict[str, Any],
-    Field(min_length=1),
-    PlainSerializer(
-        lambda values, info: {
-            k: function_name(v) if info.mode == "json" and callable(v) else v for k, v in values.items()
-        }
-    ),
-]
 
 
 class Intervention(Section):
@@ -80,7 +68,9 @@ class Cull(Intervention):
     count: Count | None = quantity(
         "how many die, or all if there are fewer; give one of share, count and uids", "1", None
     )
-    uids: Uids | None = about("uids of those that die, if alive; give one of share, count and uids", None)
+    uids: (
+        Annotated[list[Annotated[int, Field(ge=1, lt=2**63)]], Field(min_length=1, max_length=100_000)] | None
+    ) = about("uids of those that die, if alive; give one of share, count and uids", None)
     region: Region | None = quantity(f"of those in {REGION}; absent: of all", "m", None)
     which: Literal["random", "oldest", "youngest", "richest", "poorest"] = about(
         "which die first; the richest have the most energy; ties are broken at random", "random"
@@ -151,7 +141,15 @@ class Set(Intervention):
     """Values of the world file change from then on."""
 
     kind: Literal["set"]
-    set: Changes = about('dotted key = value, as "species.deer.reproduction.rate" = 0.02')
+    set: Annotated[
+        dict[str, Any],
+        Field(min_length=1),
+        PlainSerializer(
+            lambda values, info: {
+                k: function_name(v) if info.mode == "json" and callable(v) else v for k, v in values.items()
+            }
+        ),
+    ] = about('dotted key = value, as "species.deer.reproduction.rate" = 0.02')
 
 
 class Switch(Intervention):
@@ -213,11 +211,8 @@ def _amount(cull: Mapping[str, Any]) -> str:
     return f"{100 * cull['share']:g} % of" if "share" in cull else f"{cull['count']:,}"
 
 
-def _place(numbers: Any) -> str:
+def _place(numbers: Sequence[float]) -> str:
     return "[" + ", ".join(f"{x:g}" for x in numbers) + "]"
-
-
-Season = Annotated[list[Share], Field(min_length=2, max_length=2)]
 
 
 class Use(Section, change=FREE):
@@ -228,7 +223,9 @@ class Use(Section, change=FREE):
     at: Tick = quantity("the first tick", "ticks", 0)
     until: Tick | None = quantity("the last tick; absent: to the end of the run", "ticks", None)
     period: Positive | None = quantity("length of a year, for season and quota", "s", None)
-    season: Season | None = about("from which share of each year to which; absent: all the year", None)
+    season: Annotated[list[Share], Field(min_length=2, max_length=2)] | None = about(
+        "from which share of each year to which; absent: all the year", None
+    )
 
     def active(self, tick: int, dt: float) -> bool:
         """Whether it is done in a tick of dt [s]."""

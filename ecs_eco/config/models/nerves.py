@@ -1,6 +1,6 @@
 """The three networks of the nervous system: reflex, happiness and policy (paper, Definition 3)."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
@@ -32,19 +32,13 @@ class Continuous(Section, own=True):
 THINKING = ("shared", "individual")  # kinds of policies that are networks
 
 
-def _form(value: Any) -> str:
-    return "range" if isinstance(value, dict | Continuous) else "names"
-
-
-def _word_or_number(value: Any) -> str:
-    return "number" if isinstance(value, int | float) else "word"
-
-
 Group = Annotated[
-    Annotated[list[str], Tag("names")] | Annotated[Continuous, Tag("range")], Discriminator(_form)
+    Annotated[list[str], Tag("names")] | Annotated[Continuous, Tag("range")],
+    Discriminator(lambda value: "range" if isinstance(value, dict | Continuous) else "names"),
 ]
 Neutral = Annotated[
-    Annotated[str, Tag("word")] | Annotated[Real, Tag("number")], Discriminator(_word_or_number)
+    Annotated[str, Tag("word")] | Annotated[Real, Tag("number")],
+    Discriminator(lambda value: "number" if isinstance(value, int | float) else "word"),
 ]
 
 

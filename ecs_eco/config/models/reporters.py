@@ -3,7 +3,7 @@
 import re
 from typing import Annotated, Any
 
-from pydantic import Discriminator, PlainSerializer, Tag, WrapValidator
+from pydantic import Discriminator, PlainSerializer, Tag, ValidatorFunctionWrapHandler, WrapValidator
 
 from ecs_eco.engine.section import NamesCode, Use, as_written
 
@@ -39,7 +39,7 @@ def is_reporter(column: str) -> bool:
     return column not in COLUMNS and not column.startswith((DIED, EATEN))
 
 
-def _known(value: Any, check: Any) -> Any:
+def _known(value: object, check: ValidatorFunctionWrapHandler) -> Any:
     if callable(value):
         return value
     text = check(value)

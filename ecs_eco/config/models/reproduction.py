@@ -19,8 +19,6 @@ from ecs_eco.engine.section import (
     quantity,
 )
 
-Litter = Annotated[int, Field(ge=1, le=10_000)]
-
 
 class Reproduction(Section, change=FREE):
     """Keys of all kinds of reproduction."""
@@ -39,7 +37,9 @@ class Bearing(Reproduction):
     energy_min: NonNegative = quantity("least energy of a parent", "energy", own=COLUMN)
     energy_given: NonNegative = quantity("energy of each newborn, paid by its parents", "energy", own=COLUMN)
     age_min: NonNegative = quantity("least age of a parent", "s", 0.0, own=COLUMN)
-    litter: Litter = quantity("newborn at a time, fewer if the parent cannot pay for all", "1", 1, own=COLUMN)
+    litter: Annotated[int, Field(ge=1, le=10_000)] = quantity(
+        "newborn at a time, fewer if the parent cannot pay for all", "1", 1, own=COLUMN
+    )
     eggs: str | None = about(
         "species with `hatch` as which the newborn begin; absent: they are born as they are",
         None,

@@ -20,7 +20,6 @@ from ecs_eco.engine.section import (
 
 OBJECTIVES = ("persistence", "cycling", "population", "data")
 
-Ends = Annotated[list[int | float], Field(min_length=2, max_length=2)]
 Seeds = Annotated[int, Field(ge=1, le=1000)]
 Ticks = Annotated[int, Field(ge=1, le=10**12)]
 
@@ -39,7 +38,7 @@ class Range(Section):
     It takes whole numbers if value, low and high are whole.
     """
 
-    search: Ends = about("[low, high]")
+    search: Annotated[list[int | float], Field(min_length=2, max_length=2)] = about("[low, high]")
     scale: Literal["linear", "log"] = about(
         "whether equal steps are equal differences or equal factors", "linear"
     )

@@ -8,7 +8,7 @@ name of a smell is the mean over all noses for it.
 
 import math
 from collections import Counter
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -42,15 +42,7 @@ def _is_zero(value: float | list[float]) -> bool:
     return not any(value if isinstance(value, list) else [value])
 
 
-def _word_or_list(value: Any) -> str:
-    return "names" if isinstance(value, list) else "word"
-
-
 Kin = Literal["mother", "father", "offspring", "siblings"]
-Kinds = Annotated[
-    Annotated[str, Tag("word")] | Annotated[list[str], Field(min_length=1), Tag("names")],
-    Discriminator(_word_or_list),
-]
 
 
 class Sensor(Section):
@@ -184,9 +176,13 @@ class Property(Sensor, own=COLUMN):
         "a property or substance that the bodies have, or Component.field of a "
         "component of your own"
     )
-    of: Kinds | None = about(
-        "a species or an object type, or a list of them; absent: all that have the property", None
-    )
+    of: (
+        Annotated[
+            Annotated[str, Tag("word")] | Annotated[list[str], Field(min_length=1), Tag("names")],
+            Discriminator(lambda value: "names" if isinstance(value, list) else "word"),
+        ]
+        | None
+    ) = about("a species or an object type, or a list of them; absent: all that have the property", None)
     radius: Positive = quantity("how far it reaches, to the centre of a body", "m")
     at: Point = quantity(ON_BODY, "1", [0.0, 0.0])
     decay: Literal["none", "linear", "inverse_square"] = about(

@@ -3,7 +3,7 @@
 from dataclasses import fields
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ModelWrapValidatorHandler, PrivateAttr, field_validator, model_validator
+from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, PrivateAttr, model_validator
 
 from ecs_eco.config.features.carrying import Building, Carrying
 from ecs_eco.config.features.chemistry import Chemistry, Emitting, Provision
@@ -19,7 +19,7 @@ from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.energy import Locomotion, Metabolism
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
-from ecs_eco.config.models.sensors import AnySensor, Sensor, Smell, name_sensors
+from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
 from ecs_eco.config.models.surroundings import BODY, PROPERTIES, Color
 from ecs_eco.engine.section import (
     ANEW,
@@ -113,7 +113,9 @@ class Species(
     )
     metabolism: Metabolism = table("energy budget", Metabolism)
     locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
-    sensors: list[AnySensor] = table("what it senses", list, change=SHAPE)
+    sensors: Annotated[list[AnySensor], AfterValidator(name_sensors)] = table(
+        "what it senses", list, change=SHAPE
+    )
     actions: dict[str, Group] = table(
         "group = actions, of which the policy takes one at a time, or { continuous = [least, most] }",
         dict,
@@ -138,11 +140,6 @@ class Species(
     )
 
     _words: tuple[str, ...] = PrivateAttr(default=())  # of others, for hyperparameters
-
-    @field_validator("sensors")
-    @classmethod
-    def _name(cls, sensors: list[Sensor]) -> list[Sensor]:
-        return name_sensors(sensors)
 
     @model_validator(mode="wrap")
     @classmethod

@@ -35,9 +35,6 @@ PROPERTIES = {  # physical properties a body may have besides mass, and their un
     "luminous_intensity": "cd",
 }
 BODY = ("mass", "radius", "volume")  # of the body itself
-Way = Annotated[list[Real], Field(min_length=4, max_length=4)]
-Velocity = Annotated[list[Real], Field(min_length=2, max_length=3)]
-Path = Annotated[list[Point], Field(min_length=2, max_length=1000)]
 Color = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")]
 
 
@@ -169,10 +166,10 @@ class Motion(Section, change=FREE):
     """How objects move by themselves: with a velocity, or along a path; give one of them. Water carries them
     in addition, as it carries all bodies."""
 
-    velocity: Velocity | None = quantity(
+    velocity: Annotated[list[Real], Field(min_length=2, max_length=3)] | None = quantity(
         "along each axis; rocks, lakes, fences and walls stop it", "m/s", None
     )
-    path: Path | None = quantity(
+    path: Annotated[list[Point], Field(min_length=2, max_length=1000)] | None = quantity(
         "places that they go to one after the other, around and around, wherever "
         "they begin; nothing stops them",
         "m",
@@ -196,7 +193,7 @@ class ObjectType(Chemistry, Decomposing, Emitting):
         description="headings of the objects in at, counter-clockwise from the x "
         "axis: one for each, or one for all; absent: 0 [rad]",
     )
-    between: list[Way] = quantity(
+    between: list[Annotated[list[Real], Field(min_length=4, max_length=4)]] = quantity(
         "single objects at the start that reach from one place on the ground to another, [x, y, x, y]: "
         "middle, heading and length follow; capsules or boxes, in a volume on its floor",
         "m",

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import AfterValidator, Field
 
 from ecs_eco.engine.section import (
     FREE,
@@ -18,8 +18,6 @@ from ecs_eco.engine.section import (
     table,
 )
 
-Latitude = Annotated[float, Field(ge=-90, le=90)]
-
 
 class Sun(Section, change=FREE):
     """The sun rises and sets: light at the surface is ambient.light times the sine of its elevation."""
@@ -33,7 +31,7 @@ class Sun(Section, change=FREE):
     start: Share = quantity(
         "time of the day at the start: 0 is midnight, 0.5 noon, as a share of a day", "1", 0.0
     )
-    latitude: Latitude = quantity("north is positive", "deg", 0.0)
+    latitude: Annotated[float, Field(ge=-90, le=90)] = quantity("north is positive", "deg", 0.0)
     declination: Annotated[float, Field(ge=-90, le=90)] = quantity(
         "of the sun: 23.4 in the northern midsummer, 0 at the equinoxes; with a year, its greatest",
         "deg",
@@ -74,6 +72,13 @@ class Current(Section):
     velocity: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity("along x and y", "m/s")
 
 
+def _from_above(current: list[Current]) -> list[Current]:
+    depths = [c.depth for c in current]
+    if depths != sorted(set(depths)):
+        raise ValueError(f"depths are {depths}: each once, from above to below")
+    return current
+
+
 class Water(Section, change=FREE):
     """A volume of water; the surface is at the top of the space."""
 
@@ -94,16 +99,8 @@ class Water(Section, change=FREE):
     thermocline_width: Positive = quantity(
         "half of the depth over which most of the change happens", "m", 1.0
     )
-    current: list[Current] = table("velocities by depth", list)
+    current: Annotated[list[Current], AfterValidator(_from_above)] = table("velocities by depth", list)
     current_function: WithParameters | None = about(
         "module:name of function(world, x, y, z) to velocities u, v, w [m/s], instead of a list by depth",
         None,
     )
-
-    @field_validator("current")
-    @classmethod
-    def _from_above(cls, current: list[Current]) -> list[Current]:
-        depths = [c.depth for c in current]
-        if depths != sorted(set(depths)):
-            raise ValueError(f"depths are {depths}: each once, from above to below")
-        return current

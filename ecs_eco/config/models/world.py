@@ -227,19 +227,14 @@ class WorldConfig(Section):
         """Path of a file that the world names."""
         return self._folder / name
 
-    def function(self, name: Any) -> Any:
-        """The object that "module:name" stands for in this world, with its parameters; a function is returned
-        as it is.
-
-        Raises CodeError.
-        """
+    def function(self, name: object) -> Any:
+        """The object of "module:name", with its parameters, or a function itself; raises CodeError."""
         if isinstance(name, Use):
             return applied(self._code.function(name.use), name.parameters)
         return self._code.function(name)
 
-    def known(self, name: Any) -> Any:
-        """The object that "module:name" stands for, without parameters; None if the name is wrong, or its
-        code may not run."""
+    def known(self, name: object) -> Any:
+        """The object of "module:name" without parameters; None if it is wrong, or may not run."""
         return self._code.known(name.use if isinstance(name, Use) else name)
 
     def resolved(self) -> dict[str, Any]:
@@ -255,11 +250,8 @@ class WorldConfig(Section):
 
     @property
     def config_hash(self) -> str:
-        """SHA-256 of the resolved configuration, of the code that it lists and of its land, 64 hexadecimal
-        digits."""
-        text = (
-            json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False)
-            + "".join(s.sha256 for s in self._code.sources)
-            + (self._land.sha256 if self._land is not None else "")
-        )
+        """SHA-256 of the resolved configuration, its code and its land, 64 hexadecimal digits."""
+        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False)
+        text += "".join(s.sha256 for s in self._code.sources)
+        text += self._land.sha256 if self._land is not None else ""
         return hashlib.sha256(text.encode()).hexdigest()

@@ -85,7 +85,7 @@ def test_an_npz_may_have_several_bands_and_nothing_but_numbers(tmp_path):
     raster = read_raster("dem.npz", tmp_path)
     assert raster.values[2, 3] == 11
     assert raster[1:] == (None, None, 2.0, 3.0, "")
-    assert raster.placed
+    assert raster.dx is not None
 
 
 @pytest.mark.parametrize(
