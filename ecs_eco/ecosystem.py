@@ -6,6 +6,7 @@ A thin face: the tick belongs to `ecs_eco.engine.world`, places and surroundings
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NoReturn, Self
 
@@ -187,7 +188,7 @@ class World(SpatialWorld):
 
     # --- kept on disk, copied -------------------------------------------------------------------------------
 
-    def save(self, path: Any) -> Any:
+    def save(self, path: str | Path) -> Path:
         """Write a checkpoint, from which the world continues bit for bit; see `ecs_eco.record.checkpoint`."""
         return checkpoint.save(self, path)
 

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from ecs_eco.config.derived import all_genes
 from ecs_eco.config.models.search import Knob
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
@@ -110,8 +111,7 @@ def coded(config: WorldConfig) -> dict[str, str]:
     return {
         ".".join(map(str, ("species", name, *key))): gene.name
         for name, species in config.species.items()
-        if species.genome
-        for gene in species.genome.genes
+        for gene in all_genes(species)
         if gene.trait and (key := _key_of(species, gene.trait))
     }
 

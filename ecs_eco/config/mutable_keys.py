@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Annotated, Any, Union, get_args, get_origin
 
+from ecs_eco.config.derived import all_genes
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key

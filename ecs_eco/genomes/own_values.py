@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.compiled.per_row import Number
 from ecs_eco.components import Traits
 from ecs_eco.engine.table import Table
 
@@ -27,7 +28,7 @@ def own_value(table: Table, key: str, shared: Any) -> Any:
     return own_values(table, {key: shared})[0] if table.species.traits else shared
 
 
-def highest(value: float | np.ndarray, alive: np.ndarray) -> float:
+def highest(value: Number, alive: np.ndarray) -> float:
     """Return the greatest of some rows' values, or the one that all share."""
     if not isinstance(value, np.ndarray):
         return float(value)
