@@ -95,8 +95,7 @@ def places(plan: Archipelago) -> np.ndarray:
 
 @styled
 def chart(islands: Islands) -> Figure:
-    """A map: discs are islands, their sectors species that wander; arrows are as wide as migrants were
-    many."""
+    """A map: discs are islands, sectors species that wander; arrows are as wide as migrants were many."""
     from matplotlib.patches import FancyArrowPatch, Wedge
 
     wander = [s for s in islands.species if s in islands.plan.emigration] or list(islands.species)

@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.config.land.land import kept_land
+from ecs_eco.engine.errors import ConfigError
+
 Land = dict[str, list[dict[str, Any]]]
 ROAD, FENCE = "#d8ccb4", "#222222"
 USES = {"harvest": "#b2182b", "plant": "#1b7837"}  # colours of areas
@@ -55,9 +58,6 @@ def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run
 @lru_cache(maxsize=4)
 def _of_layers(run: Path) -> list[dict[str, Any]]:
     """Return the lines of the land in a run's folder; none where it cannot be read."""
-    from ecs_eco.config.land.land import kept_land
-    from ecs_eco.engine.errors import ConfigError
-
     try:
         return kept_land(run).lines
     except ConfigError:

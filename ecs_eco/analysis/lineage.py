@@ -10,14 +10,12 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from ecs_eco.analysis import phylogeny
-from ecs_eco.analysis.carriers import Frequencies, frequencies
-from ecs_eco.analysis.gene_values import values_of
-from ecs_eco.analysis.genes import Course, Selection, course, generation_time, selection
+from ecs_eco.analysis import carriers, genes, phylogeny
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree
 from ecs_eco.analysis.runs import read_manifest, tables
 from ecs_eco.engine.uids import island_of
 from ecs_eco.record.archipelago import ISLANDS, is_archipelago, read
+from ecs_eco.record.genomes import genes_of
 
 __all__ = ["ALIVE", "Lineage"]
 BIRTHS = {"tick": int, "species": str, "uid": int, "parent": int, "parent2": int, "genome": str}
@@ -31,8 +29,6 @@ class Lineage(Pedigree):
     @classmethod
     def of(cls, world: Any) -> Lineage:
         """The lineage of a world whose recorder keeps events: Recorder(world, keep_events=True)."""
-        from ecs_eco.record.genomes import genes_of
-
         recorder = world.recorder
         if recorder is None:
             raise RuntimeError(
@@ -45,7 +41,7 @@ class Lineage(Pedigree):
         )
         births["genome"] = births["genome"].astype(str).astype(object)
         deaths["cause"] = np.array(["", *world.causes])[deaths["cause"].astype(int)]
-        genomes = {name: genes for name in recorder.names if (genes := genes_of(world.tables[name]))}
+        genomes = {name: kept for name in recorder.names if (kept := genes_of(world.tables[name]))}
         return cls._joined(births, deaths, end=max(world.tick - 1, 0), dt=world.dt, genomes=genomes)
 
     @classmethod
@@ -100,28 +96,11 @@ class Lineage(Pedigree):
         more |= {name: births[name][order] for name in ("parent", "parent2", "species", "genome")}
         return cls(uid=uid, born=births["tick"][order].astype(np.int64), died=died, cause=cause, **more)
 
-    def frequencies(self, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
-        """The carriers of each value of a gene every `every` ticks; see `carriers.frequencies`."""
-        return frequencies(self, species, gene, every)
-
-    def values(self, gene: str, species: str | None = None) -> np.ndarray:
-        """What a gene, by name or trait, says of each organism, f64[organisms]; see
-        `gene_values.values_of`."""
-        return values_of(self, gene, species)
-
-    def course(self, species: str, gene: str, every: int) -> Course:
-        """Mean, spread and shares of a quantitative gene every `every` ticks; see `genes.course`."""
-        return course(self, species, gene, every)
-
-    def generation_time(self, species: str) -> float:
-        """Mean age of parents at the birth of their offspring [ticks]; see `ecs_eco.analysis.genes`."""
-        return generation_time(self, species)
-
-    def selection(
-        self, species: str, gene: str, value: str, since: int = 0, until: int | None = None
-    ) -> Selection:
-        """How strongly a value of a gene is selected, per tick and per generation; see `genes.selection`."""
-        return selection(self, species, gene, value, since, until)
+    frequencies = carriers.frequencies
+    values = carriers.values_of
+    course = genes.course
+    generation_time = genes.generation_time
+    selection = genes.selection
 
     def to_csv(self, path: Path | str) -> Path:
         """Write a phylogeny in the ALife data standards format; see `ecs_eco.analysis.phylogeny.write_csv`."""

@@ -212,8 +212,7 @@ class Layout:
         return rows, headings, y
 
     def _boxes(self) -> None:
-        """The middle and height of every box: networks evenly spread, reflexes as near to their actions as
-        can be."""
+        """The middle and height of every box: networks evenly spread, reflexes near to their actions."""
         free = (self.body - sum(h for _, h in self.stack)) / (len(self.stack) + 1)
         self.boxes: dict[str, tuple[float, float]] = {}
         y = self.top

@@ -38,8 +38,7 @@ ON_CELL = "#fefefe", "#010101"
 def safe(
     colours: Mapping[str, str], things: Mapping[str, str] | None = None, dark: bool = False
 ) -> dict[str, str]:
-    """Return for each species, then for each other thing, the safe colour nearest to its hue; greys stay
-    grey."""
+    """Return for each species, then each other thing, the safe colour nearest to its hue; greys stay grey."""
     own = {**colours, **(things or {})}
     out = {name: GREY for name, colour in own.items() if max(_rgb(colour)) - min(_rgb(colour)) < 24}
     choice = [(on_dark if dark else on_light, hue) for on_light, on_dark, hue in SAFE]

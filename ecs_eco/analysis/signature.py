@@ -1,8 +1,5 @@
-"""The cycle that short series share: its period, and the phase and swing of each.
-
-Two periods are enough to be measured, though not to be tested (`spectrum` tests). Compare with series as long
-and sampled as often, because what is measured depends on both.
-"""
+"""The cycle that short series share: its period, and the phase and swing of each. Two periods are enough to
+measure it, not to test it. Compare with series as long and sampled as often."""
 
 from dataclasses import dataclass
 
@@ -26,10 +23,8 @@ class Cycle:
 
 
 def logarithms(numbers: np.ndarray) -> np.ndarray:
-    """Return log10 of numbers without their trend: f64[n]. Zeros count as half of the smallest number above.
-
-    Raises ValueError where all are zero, any is negative or no number, or there are fewer than FEWEST.
-    """
+    """Return log10 of numbers without their trend, f64[n]; zeros count as half of the smallest number above.
+    Raises ValueError where all are 0, one is negative or no number, or there are fewer than FEWEST."""
     x = np.asarray(numbers, float)
     if x.ndim != 1 or len(x) < FEWEST:
         raise ValueError(f"a series of shape {x.shape}; at least {FEWEST} numbers in a row are needed")
@@ -42,11 +37,8 @@ def logarithms(numbers: np.ndarray) -> np.ndarray:
 
 
 def cycle(*series: np.ndarray) -> Cycle:
-    """Return the cycle that series f[n] of the same times share.
-
-    Waves have periods between 3 samples and two thirds of the series, and are fitted by least squares beside
-    a straight line: the Lomb-Scargle periodogram with a floating trend. Raises ValueError as `logarithms`.
-    """
+    """Return the cycle that series f[n] of the same times share, of a period between 3 samples and two thirds
+    of the series: the Lomb-Scargle periodogram with a floating trend. Raises ValueError as `logarithms`."""
     logs = [logarithms(x) for x in series]
     f, shares, waves = _waves(logs)
     at = shares.sum(0).argmax()
@@ -57,8 +49,7 @@ def cycle(*series: np.ndarray) -> Cycle:
 
 
 def spectrum(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies [1/sample], and the share of the variance of a series f[n] that a wave of each
-    explains: what `cycle` takes the highest of."""
+    """Return frequencies [1/sample] and the share of a series' variance that each wave explains."""
     f, shares, _ = _waves([logarithms(numbers)])
     return f, shares[0]
 

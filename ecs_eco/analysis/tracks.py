@@ -1,5 +1,4 @@
-"""Tracks of animals around those that eat them: where they go, how fast, and what they do when one is
-near."""
+"""Tracks of animals around those that eat them: where they go, how fast, and what they do then."""
 
 from __future__ import annotations
 
@@ -117,8 +116,7 @@ def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
 
 
 def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
-    """Return (tick, animal) i64[k, 2] where distances f64[ticks, animals] fall below `within` after `rest`
-    ticks."""
+    """Return (tick, animal) i64[k, 2] where distances fall below `within` after `rest` ticks above."""
     near = distance < within
     events = []
     for animal in range(near.shape[1]):

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.experiments.changes import NotApplicable
-from ecs_eco.experiments.treatments import Treatment, find, refusal, species_with_policy
+from ecs_eco.experiments.treatments import NotApplicable, Treatment, find, refusal, species_with_policy
 
 # bytes; the names of files in these folders come on top, and file systems allow 255 for one name
 LONGEST_NAME = 100

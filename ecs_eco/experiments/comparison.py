@@ -1,7 +1,4 @@
-"""A comparison: arms, each run with the same seeds; trained policies meet every world seed.
-
-It lists the jobs and which of them are done; the caller passes them to a pool.
-"""
+"""A comparison: arms, each run with the same seeds, its jobs and which are done; the caller has the pool."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor
@@ -170,11 +167,9 @@ def run_jobs(
     progress: Callable[[int, int], None],
     failed: Callable[[Key, BaseException], None],
 ) -> dict[Key, Result]:
-    """Do all jobs on an executor; return the results of those that succeeded.
-
-    `progress` is called with the number of successes and of jobs, `failed` with a job and its exception; with
-    BrokenExecutor, once, if a worker was killed from outside: then no other job is begun.
-    """
+    """Do all jobs on an executor; return results of those that succeeded. `progress` gets the numbers of
+    successes and of jobs, `failed` a job and its error; a BrokenExecutor once, and then no other job is
+    begun."""
     results: dict[Key, Result] = {}
     if not jobs:
         return results

@@ -1,8 +1,6 @@
-"""Engines: where calls are carried out. Each is an executor as `concurrent.futures` defines it.
-
-`local` is processes of this machine, `ray` a Ray cluster. Any other executor may be handed in from Python:
-Dask's, mpi4py's, or one of the standard library; it must use processes, since a world belongs to one thread.
-"""
+"""Engines that carry out calls, each an executor of `concurrent.futures`: `local` is processes of this
+machine, `ray` a Ray cluster. Any other, Dask's or mpi4py's, must use processes, since a world belongs to one
+thread."""
 
 from __future__ import annotations
 
@@ -33,11 +31,9 @@ def check_engine(on: str, source: str = "--on") -> None:
 
 
 def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") -> Executor:
-    """Return an executor on an engine, to be used in a `with` statement.
-
-    Without a number of `workers`, `local` has two, and `ray` all CPUs of its cluster. Raises ConfigError: no
-    such engine; Ray is not installed, or its cluster does not answer; `slurm`, which takes whole sweeps only.
-    """
+    """Return an executor on an engine, to be used in a `with` statement; `workers` are 2 by default, on `ray`
+    all CPUs. Raises ConfigError: no such engine; Ray is missing or does not answer; `slurm` takes whole
+    sweeps only."""
     check_engine(on, source)
     if on == SLURM:
         allowed = (
@@ -56,11 +52,8 @@ def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") 
 
 @contextmanager
 def engine(on: str | Executor = LOCAL, workers: int | None = None) -> Iterator[Executor]:
-    """Lend an executor: one made for it and ended with it, or the one given, which is left running.
-
-    Where an exception leaves the block, calls that have not begun are cancelled, and an executor made here
-    is ended with all it does.
-    """
+    """Lend an executor: one made and ended here, or the one given, which is left running. An exception
+    cancels calls that have not begun, and ends an executor made here with all it does."""
     if isinstance(on, str):
         with executor(on, workers) as made:
             yield made
@@ -129,10 +122,8 @@ def terminate(pool: Executor) -> None:
 
 
 def prepare(pool: Executor, folder: Path, config: WorldConfig) -> None:
-    """Before many calls on a cluster: see that each machine has the folder, and compile the kernels there.
-
-    Raises ConfigError naming the machines that do not have it. Other executors need no preparation.
-    """
+    """Before many calls on a cluster: see that each machine has the folder, else ConfigError, and compile
+    kernels."""
     pool = pool.of if isinstance(pool, Lent) else pool
     if hasattr(pool, "on_each_machine"):
         pool.on_each_machine(folder.absolute(), compile_kernels, config)

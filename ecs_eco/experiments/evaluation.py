@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.config import WorldConfig, for_training
+from ecs_eco.ecosystem import World
+from ecs_eco.experiments.pretraining import pretrain, save
 
 SEEDS = 3
 TICKS = 300  # of each run, at most
@@ -20,12 +22,9 @@ MEASURES = {
 def against_random(
     config: WorldConfig, policies: Path | str, seed: int, ticks: int = TICKS, seeds: int = SEEDS
 ) -> dict[str, Any]:
-    """Run trained and random policies, neither learning, in `seeds` worlds each of the training, with numbers
-    held constant by respawn.
-
-    Returns species → measure → {"trained": [mean, low, high], "random": …, "difference": …} with 95 %
-    intervals (Student's t over seeds, which arms share).
-    """
+    """Run trained and random policies, neither learning, in `seeds` worlds of the training. Returns species →
+    measure → {"trained": [mean, low, high], "random": …, "difference": …} (95 %, Student's t over seeds,
+    which arms share)."""
     found = {
         arm: [_measured(config, chosen, seed + 1 + k, ticks) for k in range(seeds)]
         for arm, chosen in (("trained", str(policies)), ("random", "random"))
@@ -48,10 +47,7 @@ def against_random(
 def train_and_evaluate(
     config: WorldConfig, seed: int, ticks: int, out: Path, progress: Callable[[int, int], None] | None = None
 ) -> dict[str, Any]:
-    """Train policies into a folder; return what `pretrain` does, with how they do beside random ones under
-    "against_random"."""
-    from ecs_eco.experiments.pretraining import pretrain, save
-
+    """Train policies into a folder; return what `pretrain` does, with "against_random"."""
     config._code.pass_on()
     result = pretrain(config, seed, ticks, out, progress)
     result["against_random"] = against_random(config, out, seed, min(ticks, TICKS))
@@ -60,8 +56,6 @@ def train_and_evaluate(
 
 
 def _measured(config: WorldConfig, policies: str, seed: int, ticks: int) -> dict[str, dict[str, float]]:
-    from ecs_eco.ecosystem import World
-
     world = World.from_config(for_training(config), seed=seed, policies=policies, training=True, learn=False)
     world.run(ticks)
     names = world.recorder.names

@@ -1,25 +1,97 @@
 """The worker processes of comparisons, searches and studies."""
 
 import multiprocessing
+import os
+import signal
+import threading
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, TypeVar
 
-from ecs_eco.experiments.workers import begin_worker, one_thread_each
+from ecs_eco.engine.processes import SAFE
+
+PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+ENDED = 130  # exit code of a worker that was told to end
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """Processes that start within use one thread each, and import nothing from the folder that they run in."""
+    before = {name: os.environ.get(name) for name in (*PINS, SAFE)}
+    os.environ.update(dict.fromkeys(before, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def begin_worker() -> None:
+    """Leave Ctrl-C to the parent process, and end with it; to be called as a worker starts."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
+
+
+def end_with_parent() -> None:
+    """Have this process get SIGTERM when its parent ends, as it starts: a pool's workers hold both ends of
+    their pipe, and would go on with all that is queued."""
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def wait() -> None:
+        parent.join()
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
+@contextmanager
+def finishing() -> Iterator[None]:
+    """Raise KeyboardInterrupt within when the worker is told to end, so that the work can save what it has.
+    Elsewhere nothing changes: Ctrl-C does so anyway, and Dask's calls, in another thread, hear no signals."""
+    if multiprocessing.parent_process() is None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    told = over = False
+
+    def interrupt(*_: object) -> None:
+        nonlocal told
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        if over:
+            os._exit(ENDED)
+        told = True
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        try:
+            yield
+        finally:
+            over = True
+    except KeyboardInterrupt:
+        os._exit(ENDED)
+    finally:
+        if told:  # and what was raised got lost on its way, as it does in a destructor
+            os._exit(ENDED)
+        signal.signal(signal.SIGTERM, before)
+
 
 Key = TypeVar("Key", bound=Hashable)
 Result = TypeVar("Result")
 
 
 class Pool(Executor):
-    """An executor: workers of one thread each that end with this process;
-    a single worker is this process itself.
-
-    Only this process receives Ctrl-C: leaving the `with` block by an exception ends all workers. If a worker
-    is killed from outside, all unfinished futures raise BrokenProcessPool.
-    """
+    """An executor: workers of one thread each that end with this process; a single worker is this process.
+    Only this process receives Ctrl-C: leaving `with` by an exception ends all workers. If a worker is killed
+    from outside, unfinished futures raise BrokenProcessPool."""
 
     def __init__(self, workers: int) -> None:
         if workers < 1:

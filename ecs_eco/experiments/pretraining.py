@@ -1,27 +1,24 @@
-"""Pre-training: policies learn from random weights while respawn holds the numbers constant (the paper's
-protocol).
-
-The worlds that they learn in are in training_worlds.py.
-"""
-
-from __future__ import annotations
+"""Pre-training: policies learn from random weights while respawn holds the numbers constant, as in the
+paper."""
 
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis.learning import acts_of, thinned, updates_of
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.loading import changed
+from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, seed_number, whole_number
 from ecs_eco.experiments.training_worlds import TrainingWorlds
+from ecs_eco.learning.weights import hash_of
+from ecs_eco.learning.weights import save as save_weights
+from ecs_eco.record.seal import write_manifest
 from ecs_eco.worlds.policies import names_of
 from ecs_eco.worlds.reconfigure import reconfigure
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
 
 
 def pretrain(
@@ -80,10 +77,7 @@ def pretrain(
 
 
 def over_time(training_worlds: TrainingWorlds) -> dict[str, Any]:
-    """Return what each update said, and how often actions were done, by species, as lists; None for what is
-    undefined."""
-    from ecs_eco.analysis.learning import acts_of, thinned, updates_of
-
+    """Return updates, and how often actions were done, by species, as lists; None for what is undefined."""
     updates, actions = training_worlds.history()
     learning = {
         s: {"tick": u.ticks.tolist(), **{word: _plain(v) for word, v in u.columns.items()}}
@@ -118,12 +112,7 @@ def value_at(data: Any, key: str) -> Any:
 
 
 def save(result: dict[str, Any], out: Path) -> None:
-    """Write the policies as safetensors with their seals, and everything else, with their hashes and a seal,
-    as training.json."""
-    from ecs_eco.learning.weights import hash_of
-    from ecs_eco.learning.weights import save as save_weights
-    from ecs_eco.record.seal import write_manifest
-
+    """Write policies as sealed safetensors, and all else, with their hashes, as a sealed training.json."""
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
         save_weights(out / f"{name}.safetensors", weights, result["names"][name])
@@ -136,8 +125,7 @@ def save(result: dict[str, Any], out: Path) -> None:
 
 
 def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return the average of several states of one network: steadier than the last
-    of them (Polyak & Juditsky 1992)."""
+    """Return the average of states of a network: steadier than the last (Polyak & Juditsky 1992)."""
     return {
         k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32)
         for k in states[0]

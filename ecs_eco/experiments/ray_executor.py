@@ -1,8 +1,5 @@
 """Ray as an executor: each call is a task of one CPU and one thread, called again where its worker was lost.
-
-A task that is called again goes on from the checkpoint in its folder, so folders must be where all machines
-see them. Nothing else is kept by the engine: it only has to call again.
-"""
+It goes on from the checkpoint in its folder, which all machines must see."""
 
 from __future__ import annotations
 
@@ -22,7 +19,7 @@ from typing import Any, TypeVar
 
 from ecs_eco.engine.errors import ConfigError, FolderInUse, Problem, listed
 from ecs_eco.engine.processes import SAFE
-from ecs_eco.experiments.workers import ENDED, PINS
+from ecs_eco.experiments.pool import ENDED, PINS
 
 RETRIES = 20  # calls of a task whose worker or machine is lost, besides the first
 PATIENCE = 150.0  # [s] to wait for a folder whose owner was lost: file servers keep its lock for a while
@@ -66,12 +63,9 @@ class Call(Future[Any]):
 
 
 class RayExecutor(Executor):
-    """Calls as tasks of a Ray cluster: that at `address` or RAY_ADDRESS, one that runs on this machine,
-    or one that is started here for the time being, with `workers` CPUs.
-
-    At most `workers` tasks at a time, None: as many as the cluster has room for. Raises ConfigError where Ray
-    is missing or no cluster answers.
-    """
+    """Calls as tasks of a Ray cluster: that at `address` or RAY_ADDRESS, one that runs on this machine, or
+    one started here with `workers` CPUs; at most `workers` tasks at a time. Raises ConfigError where Ray is
+    missing or does not answer."""
 
     def __init__(
         self, workers: int | None = None, address: str | None = None, retries: int = RETRIES
@@ -200,8 +194,7 @@ class RayExecutor(Executor):
 
 
 def settings() -> dict[str, str]:
-    """Return the variables that tasks run with: one thread each, no modules of the folder that they run in,
-    and what results depend on as it is set here."""
+    """Return the variables of tasks: one thread, no modules of their folder, and what results depend on."""
     here = {
         name: value
         for name, value in os.environ.items()

@@ -7,9 +7,10 @@ from typing import Any
 from ecs_eco.engine import portable
 from ecs_eco.engine.errors import ForeignFile
 from ecs_eco.experiments.arm import Arm
-from ecs_eco.experiments.workers import finishing
+from ecs_eco.experiments.pool import finishing
 from ecs_eco.learning.weights import hash_of
 from ecs_eco.record.seal import read_manifest
+from ecs_eco.worlds.policies import weights_files
 
 EVERY = 2_000  # least ticks between the checkpoints of a run
 
@@ -22,12 +23,9 @@ def run_arm(
     every: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Run an arm with a seed into a folder, with a checkpoint `every` so many ticks; return its manifest.
-
-    A stopped run continues from its checkpoint, or restarts if it has none; nothing is removed. Raises
-    FolderInUse, ForeignFile if the folder holds files of another run, and RecordingError or CheckpointError
-    that names a damaged file.
-    """
+    """Run an arm with a seed into a folder, with a checkpoint `every` so many ticks; return its manifest. A
+    stopped run continues. Raises FolderInUse, ForeignFile for files of another run, and RecordingError or
+    CheckpointError for a damaged file."""
     from ecs_eco.runs.run import resume, run_to_folder
 
     if every is None and ticks > EVERY:
@@ -53,10 +51,8 @@ def run_arm(
 
 
 def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
-    """Return whether a run of so many ticks is in a folder.
-
-    Raises ForeignFile for another arm, seed or mode, RecordingError where its manifest is damaged.
-    """
+    """Return whether a run of so many ticks is in a folder. Raises ForeignFile for another arm, seed or mode,
+    RecordingError where its manifest is damaged."""
     try:
         manifest = read_manifest(folder)
     except FileNotFoundError:
@@ -66,10 +62,8 @@ def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
 
 
 def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> None:
-    """Raise ForeignFile where the run in a folder is not that of an arm with this seed, is a fork, or was
-    computed in the other mode."""
+    """Raise ForeignFile where the run in a folder is of another arm or seed, a fork, or of the other mode."""
     from ecs_eco.runs.begin import policies_as_json
-    from ecs_eco.worlds.policies import weights_files
 
     weights = {name: hash_of(file) for name, file in weights_files(arm.config, arm.policies).items()}
     wanted = {

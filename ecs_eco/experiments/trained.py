@@ -6,8 +6,8 @@ from typing import Any
 
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine.errors import ForeignFile, RecordingError
+from ecs_eco.experiments.pool import finishing
 from ecs_eco.experiments.treatments import species_with_policy
-from ecs_eco.experiments.workers import finishing
 from ecs_eco.learning.weights import hash_of
 from ecs_eco.record.container import remove
 from ecs_eco.record.seal import read_manifest
@@ -19,13 +19,10 @@ WRITTEN = (FILE, "*.safetensors")
 def train_or_find(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> Path:
-    """Return the folder, with <species>.safetensors and training.json: whole, or not there at all.
-
-    Several processes may train the same at once: the first result is kept, the others are identical. Without
-    `verify` any training in the folder is accepted, since the folder's name identifies it. Raises ForeignFile
-    if it holds another training, RecordingError if it is damaged or holds other files; only what a killed
-    training left is removed.
-    """
+    """Return the folder, with <species>.safetensors and training.json: whole, or not there at all. Several
+    processes may train the same at once. Without `verify` any training is accepted, since the folder's name
+    identifies it. Raises ForeignFile for another training, RecordingError for damaged or other files; only
+    what a killed training left is removed."""
     from ecs_eco.experiments.pretraining import pretrain
 
     if is_trained(folder, config, seed, ticks, verify=verify):
@@ -50,10 +47,8 @@ def train_or_find(
 def is_trained(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> bool:
-    """Return whether the policies of a training are in a folder.
-
-    Raises ForeignFile for those of another, RecordingError where it is damaged.
-    """
+    """Return whether the policies of a training are in a folder. Raises ForeignFile for those of another,
+    RecordingError where it is damaged."""
     path = folder / FILE
     if not verify or not path.is_file():
         return path.is_file()

@@ -6,18 +6,17 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.config import WorldConfig, for_training
+from ecs_eco.ecosystem import World
 from ecs_eco.engine import random
+from ecs_eco.learning.shared import SharedLearner
 
 COUNTS = ("n", "taken_in", "deaths", "happiness")
 
 
 class TrainingWorlds:
-    """`training.worlds` worlds, run side by side; they share the learners of the first.
-
-    Each has its own value of every key of `training.vary`. After `training.renew` ticks they restart with
-    other values; then a species of a world may act by an earlier policy (`training.pool`), which does not
-    learn.
-    """
+    """`training.worlds` worlds, run side by side, that share the learners of the first. Each has its own
+    values of `training.vary`; after `training.renew` ticks they restart with others, and a species may act by
+    an earlier policy (`training.pool`), which does not learn."""
 
     def __init__(self, config: WorldConfig, seed: int, threads: int = 1) -> None:
         self.config, self.plan, self.seed, self.threads = config, config.training, seed, threads
@@ -30,8 +29,7 @@ class TrainingWorlds:
         self._begin()
 
     def run(self, ticks: int) -> None:
-        """Let `ticks` ticks pass in each world, at most `renew` in each life of a world, and one tick to
-        learn from the last rollout."""
+        """Let `ticks` ticks pass in each world, at most `renew` and one, to learn, in each of its lives."""
         while ticks > 0:
             part = ticks
             if self.plan.renew:
@@ -46,8 +44,8 @@ class TrainingWorlds:
             ticks, self.tick = ticks - part, self.tick + part
 
     def _pace(self) -> int:
-        """Ticks that one world runs before the next: at most a rollout,
-        so that none delivers a second one meanwhile."""
+        """Ticks that one world runs before the next: at most a rollout, so that none delivers two
+        meanwhile."""
         return (
             min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
             if len(self.worlds) > 1
@@ -64,8 +62,7 @@ class TrainingWorlds:
         return {name: n.brain for name, n in nerves.items() if n.brain is not None}
 
     def reports(self) -> dict[str, dict[str, float | None]]:
-        """Return the statistics of each species' last update; empty if there was none,
-        None for undefined ones."""
+        """Return the statistics of each species' last update, None for undefined ones; empty without any."""
         last_reports = {}
         for name, table in self.worlds[0].tables.items():
             if table.species.nerves is not None and table.species.nerves.learning:
@@ -77,8 +74,7 @@ class TrainingWorlds:
         return last_reports
 
     def curves(self, every: int) -> dict[str, dict[str, Any]]:
-        """Return statistics of the animals of each species,
-        averaged over worlds and over blocks of `every` ticks."""
+        """Return statistics by species, averaged over worlds and over blocks of `every` ticks."""
         whole = [*self.series, self._past()]
         out: dict[str, dict[str, Any]] = {}
         for i, name in enumerate(self.worlds[0].recorder.names):
@@ -95,8 +91,7 @@ class TrainingWorlds:
         return out
 
     def _past(self) -> dict[str, np.ndarray]:
-        """Return n, taken_in, deaths of all worlds together, and their mean happiness: f64[ticks,
-        species] each."""
+        """Return n, taken_in, deaths of all worlds, and mean happiness: f64[ticks, species] each."""
         parts = []
         for world in self.worlds:
             series, s = world.series().to_pydict(), len(world.recorder.names)
@@ -145,8 +140,6 @@ class TrainingWorlds:
 
     def _begin(self) -> None:
         """Make the worlds of a stage, and give them the networks that learn."""
-        from ecs_eco.ecosystem import World
-
         k, first = self.plan.worlds, not self.worlds
         values = drawn(self.plan.vary, k, random.tick_key(self.seed, self.stage))
         self.worlds = []
@@ -167,8 +160,6 @@ class TrainingWorlds:
 
     def _share(self) -> None:
         """Make one learner for each species: that of the first world, shared if there are several."""
-        from ecs_eco.learning.shared import SharedLearner
-
         for name, table in self.worlds[0].tables.items():
             learner = table.species.nerves.learner if table.species.nerves is not None else None
             if learner is not None:
@@ -191,13 +182,8 @@ class TrainingWorlds:
 
 
 def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: Any) -> list[dict[str, Any]]:
-    """Return a value of every key for each world: one from each of `worlds` equal parts of the range,
-    in an order of its own.
-
-    That is a Latin hypercube (McKay, Beckman & Conover 1979).
-    Steps are equal factors where both ends are positive, equal differences otherwise;
-    whole numbers where both ends are ints.
-    """
+    """Return a value of every key for each world, a Latin hypercube (McKay, Beckman & Conover 1979); by equal
+    factors where both ends are positive, whole numbers where both are ints."""
     out: list[dict[str, Any]] = [{} for _ in range(worlds)]
     for j, (name, (low, high)) in enumerate(vary.items()):
         u = random.draw_many(

@@ -26,8 +26,7 @@ class Budget:
         self._begun = time.monotonic()
 
     def begin(self, plan: Plan, journal: Journal, finalists: Callable[[], int]) -> None:
-        """Start the clock, with the time of earlier calls from the journal;
-        `finalists` returns the number of finalists."""
+        """Start the clock, with the time of earlier calls; `finalists` returns the number of finalists."""
         self._plan, self._journal, self._finalists = plan, journal, finalists
         self._before = max((float(e["at"]) for e in journal.entries), default=0.0)
         self._begun = time.monotonic()

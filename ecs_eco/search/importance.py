@@ -1,10 +1,6 @@
-"""Which numbers decide whether a candidate is among the best: PED-ANOVA, from Optuna.
-
-Watanabe, Bansal and Hutter (2023).
-
-A number is important if the best candidates are distributed over its range differently from all candidates.
-How large that difference is by chance is measured by shuffling the merits among the candidates.
-"""
+"""Which numbers decide whether a candidate is among the best: PED-ANOVA (Watanabe, Bansal and Hutter 2023),
+from Optuna. A number is important if the best are distributed over its range differently from all; shuffled
+merits tell how large that difference is by chance."""
 
 from __future__ import annotations
 
@@ -25,8 +21,7 @@ SHUFFLES = 40
 
 @dataclass(frozen=True)
 class Importance:
-    """Share of all importance that one number has, and the share that it stays below by luck in 19
-    of 20 cases."""
+    """A number's share of all importance, and the share that it stays below by luck in 19 of 20 cases."""
 
     name: str
     share: float

@@ -1,10 +1,5 @@
-"""The journal of a search: a line of JSON for each evaluation, written when it is done.
-
-An incomplete line at the end is ignored.
-
-Each line ends with its seal, a SHA-256 of itself and the seal before it, which reveals lines that were
-changed, removed or inserted.
-"""
+"""The journal of a search: a line of JSON for each evaluation. Each ends with its seal, a SHA-256 of itself
+and the seal before it, which reveals changed, removed or inserted lines."""
 
 from __future__ import annotations
 
@@ -99,10 +94,8 @@ def has_search(folder: Path) -> bool:
 
 
 def begin(folder: Path, settings: Entry) -> Journal:
-    """Return the journal of a search in a folder, new or begun with these settings.
-
-    Raises ForeignFile for the folder of another search, RecordingError for one of an older version.
-    """
+    """Return the journal of a search in a folder, new or begun with these settings. Raises ForeignFile for
+    the folder of another search, RecordingError for one of an older version."""
     if container.inside(folder, folder / NAME).is_file() and not container.has(folder, Planned):
         raise RecordingError(f"{folder / NAME}: {container.OLD}")
     container.inside(folder, folder / "policies")
@@ -161,10 +154,8 @@ class Journal:
 
 
 def read(path: Path) -> list[Entry]:
-    """All complete lines; an incomplete one at the end, left when a search was killed, is removed.
-
-    Raises ConfigError that names the first line that was changed.
-    """
+    """All complete lines; an incomplete one at the end, left when a search was killed, is removed. Raises
+    ConfigError that names the first line that was changed."""
     files.require_regular(path)
     data = path.read_bytes()
     whole = data.rfind(b"\n") + 1

@@ -40,8 +40,7 @@ def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
 
 
 class Optimiser:
-    """Proposes numbers within the ranges, and learns from merits:
-    what it proposes follows from seed and history."""
+    """Proposes numbers within the ranges: what it proposes follows from seed and history."""
 
     def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
         import optuna

@@ -14,7 +14,7 @@ from ecs_eco.search import figures
 from ecs_eco.search.importance import Importance, ranks
 from ecs_eco.search.optimise import merit
 from ecs_eco.search.outcome import Outcome, Runs
-from ecs_eco.search.posterior_page import posterior_blocks
+from ecs_eco.search.posterior import posterior_blocks
 
 
 def write_page(search: Outcome, result: dict[str, Any]) -> None:

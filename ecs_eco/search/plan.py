@@ -77,10 +77,8 @@ class Plan:
 
 
 def plan_of(config: WorldConfig) -> Plan:
-    """The plan of a world's [search].
-
-    Raises ConfigError where nothing varies or an end of a range is refused.
-    """
+    """The plan of a world's [search]. Raises ConfigError where nothing varies or an end of a range is
+    refused."""
     search = config.search
     if not search.ranges:
         allowed = (
@@ -163,8 +161,7 @@ def crossed(trainings: int, worlds: int, offset: int) -> tuple[Cell, ...]:
 
 
 def stages(ticks: int, runs: int, n: int, first: float) -> tuple[Stage, ...]:
-    """Length and number of runs grow by equal factors, from one of `first` of the ticks to all
-    at full length."""
+    """Length and number of runs grow by equal factors, from one of `first` of the ticks to all."""
     if n == 1:
         return ((ticks, runs),)
     steps = [i / (n - 1) for i in range(n)]

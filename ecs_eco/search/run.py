@@ -111,8 +111,7 @@ class Search:
         self.phase, self._progress = "searching", progress
 
     def _tell_known(self) -> None:
-        """Tell the optimiser what the journal holds. Raises ForeignFile where values are not those of the
-        plan."""
+        """Tell the optimiser what the journal holds. Raises ForeignFile for values of another plan."""
         for entry in self.journal.of("candidate"):
             if entry["values"].keys() != self.plan.start.keys():
                 raise ForeignFile(
@@ -218,10 +217,8 @@ class Search:
         self.running[self.pool.submit(evaluate, job)] = tag
 
     def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
-        """Results that arrive within a second: (tag, result).
-
-        Raises BrokenExecutor, or WorkerLost on Ray, if a worker was killed.
-        """
+        """Results that arrive within a second. Raises BrokenExecutor, on Ray WorkerLost, for a killed
+        worker."""
         done, _ = wait(self.running, 1.0, FIRST_COMPLETED)
         for future in done:
             yield self.running.pop(future), future.result()

@@ -1,11 +1,7 @@
-"""Approximate Bayesian computation: candidates from the ranges, and of them those whose runs are most like
-the measurements.
-
-abc keeps the nearest of candidates drawn from the ranges alone (Pritchard et al. 1999). abc-smc draws later
-generations around the nearest so far, and weighs them by how likely they would have been from the ranges
-(Beaumont et al. 2009, with the adaptive distances of Lenormand, Jabot & Deffuant 2013). What is proposed
-follows from the seed and the journal alone.
-"""
+"""Approximate Bayesian computation: of candidates from the ranges those whose runs are most like the
+measurements. abc keeps the nearest (Pritchard et al. 1999). abc-smc draws later generations around the
+nearest so far, and weighs them by how likely the ranges would give them (Beaumont et al. 2009, adaptive
+distances of Lenormand, Jabot & Deffuant 2013). Proposals follow from the seed and the journal alone."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,4 @@
-"""The design of a sweep: its plan checked in full, and the list of its jobs and trainings.
-
-Every world that a job will run is loaded here once, so that a wrong value is refused before anything runs.
-"""
+"""The design of a sweep: its plan checked in full, every world loaded once, and its jobs and trainings."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -18,12 +15,10 @@ from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
 from ecs_eco.engine.section import Section
 from ecs_eco.experiments.arm import Arm, arm_of
-from ecs_eco.experiments.changes import NotApplicable
-from ecs_eco.experiments.treatments import find, species_with_policy
+from ecs_eco.experiments.treatments import NotApplicable, find, species_with_policy
 from ecs_eco.learning.weights import hash_of
 from ecs_eco.record.manifest import Seed, Sha
-from ecs_eco.sweeps.plan import MOST_JOBS, PlanFile
-from ecs_eco.sweeps.points import Point, number_of_points, points_of, problems_of_ranges
+from ecs_eco.sweeps.plan import MOST_JOBS, PlanFile, Point, number_of_points, points_of, problems_of_ranges
 from ecs_eco.worlds.policies import POLICIES
 
 Place = tuple[str | int, ...]
@@ -103,9 +98,7 @@ class Design:
 
 def design_of(file: PlanFile, *, trust: bool = False) -> Design:
     """Return the design of a plan; `trust` allows the code that its world lists to run in this process.
-
-    Raises ConfigError with all problems found, each with its line.
-    """
+    Raises ConfigError with all problems found, each with its line."""
     plan = file.plan
     base = _base(file, trust)
     if (

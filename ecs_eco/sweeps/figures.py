@@ -24,8 +24,7 @@ def short(key: str) -> str:
 def responses(
     rows: Sequence[Row], keys: Sequence[str], outcomes: Sequence[Outcome], hue: Mapping[str, str]
 ) -> Figure:
-    """A panel for each outcome (rows) and key (columns): mean and 95 % interval at each value, runs as dots;
-    a line for each treatment."""
+    """A panel for each outcome (rows) and key (columns): means with 95 % intervals, a line a treatment."""
     figure, axes = panels(
         len(outcomes),
         len(keys),

@@ -1,7 +1,5 @@
-"""The folder of a sweep: sweep.json with its plan, its world and its jobs; a folder for each job.
-
-It holds all that a job needs, so that it may lie on a disk that many machines share, and be moved.
-"""
+"""The folder of a sweep: sweep.json with its plan, world and jobs, and a folder for each job. It holds all
+that a job needs, so it may be moved, or lie on a shared disk."""
 
 import os
 import shutil
@@ -17,8 +15,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import Document
 from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem
 from ecs_eco.experiments.arm import Arm
-from ecs_eco.experiments.changes import NotApplicable
-from ecs_eco.experiments.treatments import species_with_policy
+from ecs_eco.experiments.treatments import NotApplicable, species_with_policy
 from ecs_eco.record import container
 from ecs_eco.record.code import FOLDER as CODE
 from ecs_eco.record.code import check_code, keep_copies, noted, sources
@@ -163,10 +160,7 @@ def has_sweep(folder: Path) -> bool:
 
 
 def begin(folder: Path, design: Design) -> Sweep:
-    """Write the sweep of a design into a folder, or find it there; return it.
-
-    Raises ForeignFile where the folder holds the sweep of another plan.
-    """
+    """Write the sweep of a design into a folder, or find it there. Raises ForeignFile for another plan's."""
     if has_sweep(folder):
         check_plan(folder, design)
         return read_sweep(folder)
@@ -202,8 +196,7 @@ def _planned(design: Design) -> dict[str, Any]:
 
 
 def _keep_policies(folder: Path, design: Design) -> Path:
-    """Copy the policies that the world and the plan name; return the folder, within the sweep's, that stands
-    for the world's own."""
+    """Copy the policies that world and plan name; return the folder that stands for the world's own."""
     config = design.base
     files = [s.policy.file for s in config.species.values() if s.policy.file is not None]
     inside = [file for file in files if not os.path.isabs(file)]

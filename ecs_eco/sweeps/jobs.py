@@ -15,6 +15,7 @@ from pydantic import ConfigDict
 from ecs_eco.engine.errors import FolderInUse, ForeignFile, RecordingError
 from ecs_eco.engine.files import write_json
 from ecs_eco.engine.section import Section
+from ecs_eco.engine.trust import allow
 from ecs_eco.experiments.runs import has_run, run_arm
 from ecs_eco.experiments.trained import is_trained, train_or_find
 from ecs_eco.record.claim import Claim, ours
@@ -30,13 +31,10 @@ UNFINISHED = 75  # exit code of a process that was told to stop and left a check
 
 
 def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> dict[str, Any]:
-    """Do a job of a sweep, whatever is done of it already; return the content of its done.json.
-
-    A job that is done is left as it is; one that was stopped or killed goes on from its last checkpoint, and
-    trains first what it needs and nobody has trained. `allowed` are the hashes of code that the caller
-    allows to run. Raises what a run raises, which failed.json then holds, and FolderInUse where another
-    process has the job.
-    """
+    """Do a job of a sweep, whatever is done of it already; return the content of its done.json. One that was
+    stopped goes on from its last checkpoint, and trains first what it needs. `allowed` are hashes of code
+    that may run. Raises what a run raises, which failed.json then holds, and FolderInUse where another
+    process has the job."""
     _allow(allowed)
     sweep = read_sweep(folder)
     sweep.may_continue()
@@ -60,10 +58,8 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
 
 
 def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
-    """Train the policies of a sweep's training, unless they are there; return their folder.
-
-    One process at a time trains the same; the others wait for it.
-    """
+    """Train the policies of a sweep's training unless they are there; return their folder. One process at a
+    time trains the same; the others wait for it."""
     _allow(allowed)
     sweep = read_sweep(folder)
     sweep.may_continue()
@@ -120,10 +116,8 @@ class Done(Section):
 
 
 def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
-    """Return the done.json of a job, None where it is not done.
-
-    Raises ForeignFile for the file of another job, RecordingError for a damaged one.
-    """
+    """Return the done.json of a job, None where it is not done. Raises ForeignFile for the file of another
+    job, RecordingError for a damaged one."""
     path = sweep.job_folder(number) / DONE
     if not path.exists():
         return None
@@ -183,8 +177,6 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
 
 def _allow(hashes: Collection[str]) -> None:
     if hashes:
-        from ecs_eco.engine.trust import allow
-
         allow(hashes)
 
 
@@ -207,8 +199,7 @@ def _claimed(place: Path) -> Iterator[Claim]:
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
-    """Return a progress function that notes the tick in a file, now and then, and from the second call on
-    since when ticks pass; lost notes do no harm."""
+    """Return a progress function that notes the tick in a file, and from the second call on since when."""
     last = 0.0
     begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
 

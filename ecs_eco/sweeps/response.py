@@ -33,8 +33,7 @@ class Answer:
 
 
 def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
-    """Return what a table of runs holds: persistence, numbers, periods of what cycles, and what reporters
-    measured."""
+    """Return what a table of runs holds: persistence, numbers, periods, and what reporters measured."""
     found = [Outcome("persisted", "share in which all persist", share=True)]
     found += [Outcome(f"{name}.mean", f"mean number of {name}", name) for name in species]
     found += [
@@ -60,8 +59,7 @@ def values_of(rows: Iterable[Row], key: str) -> list[Any]:
 
 
 def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
-    """Return an outcome at each value of a key: first the mean of each pair of seeds over all else that
-    varies, then mean and interval over seeds."""
+    """Return an outcome at each value of a key: mean and interval over seeds of means over all else."""
     return [
         Answer(value, interval(part, outcome), tuple(_numbers(part, outcome)))
         for value in values_of(rows, key)
@@ -84,10 +82,8 @@ def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
-    """Return the mean of an outcome over seeds, NaN where no run has a number, with its 95 % interval.
-
-    Training seeds and world seeds are both replicates; of runs without training seeds only world seeds.
-    """
+    """Return the mean of an outcome over seeds with its 95 % interval, NaN where no run has a number;
+    training seeds, where there are some, and world seeds are replicates."""
     table = _table(rows, outcome.column)
     if not np.isfinite(table).all():
         table = table[np.isfinite(table)][None]

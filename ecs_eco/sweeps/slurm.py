@@ -1,7 +1,5 @@
-"""SLURM: the jobs of a sweep as job arrays, that checkpoint before they are stopped and are queued again.
-
-SLURM is spoken to by its commands: sbatch, squeue and scontrol.
-"""
+"""SLURM (sbatch, squeue, scontrol): the jobs of a sweep as arrays that checkpoint before they are
+requeued."""
 
 import os
 import re
@@ -18,7 +16,7 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.engine.files import write
 from ecs_eco.engine.processes import python
 from ecs_eco.engine.section import Section
-from ecs_eco.experiments.workers import PINS
+from ecs_eco.experiments.pool import PINS
 from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Tick
 from ecs_eco.record.seal import read_sealed, write_manifest
@@ -54,12 +52,9 @@ class Options:
 
 
 def submit(folder: str | Path, numbers: Sequence[int], options: Options = Options()) -> list[str]:
-    """Submit jobs of a sweep as arrays, one after the other where they are too many for one; return the
-    arrays' ids.
-
-    Each job is one task of one CPU. Before its time is over it writes a checkpoint and is queued again, as it
-    is when SLURM preempts it or its node fails. Raises ConfigError where SLURM is not there or refuses.
-    """
+    """Submit jobs of a sweep as arrays, one after the other where they are too many; return the arrays' ids.
+    A job is a task of one CPU, which writes a checkpoint and is queued again when its time ends or it is
+    preempted. Raises ConfigError where SLURM is not there or refuses."""
     sweep = read_sweep(folder)
     place = inside(sweep.folder, sweep.folder / FOLDER)
     place.mkdir(exist_ok=True)
@@ -79,8 +74,7 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
 def resume(
     folder: str | Path, numbers: Sequence[int], options: Options = Options()
 ) -> tuple[list[str], list[int]]:
-    """Submit those of the jobs that are not queued or running already; return the arrays' ids,
-    and the numbers of the jobs that are."""
+    """Submit the jobs that are not queued already; return the arrays' ids, and the numbers of the others."""
     waiting = queued(folder)
     ids = submit(folder, missing, options) if (missing := [n for n in numbers if n not in waiting]) else []
     return ids, [n for n in numbers if n in waiting]
