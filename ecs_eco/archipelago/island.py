@@ -12,8 +12,8 @@ from ecs_eco.analysis.report import write_report
 from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.loading import island_of
-from ecs_eco.engine.errors import CheckpointError, FolderInUse, ForeignFile
-from ecs_eco.experiments.pool import finishing
+from ecs_eco.engine.errors import CheckpointError, ForeignFile
+from ecs_eco.experiments.pool import finishing, once_free
 from ecs_eco.lifecycle.migration import Migrants, admit, copied, leave
 from ecs_eco.record import container
 from ecs_eco.record.archipelago import FILE, ISLANDS, Manifest, check_island, read
@@ -129,7 +129,7 @@ def advance(
     root = Path(archipelago)
     plan, path = read(root), inside(root, root / ISLANDS / name)
     container.may_continue(root, plan, Manifest)
-    with finishing(), _claimed(path) as claim:
+    with finishing(), once_free(lambda: _claim(path), PATIENCE, 0.1) as claim:
         begin_ = time.perf_counter()
         live = _taken(path, start, claim) or _opened(claim, plan, name, start, threads, trust)
         world, folder, manifest = live.world, live.folder, live.manifest
@@ -166,16 +166,8 @@ def report(archipelago: str, name: str) -> str:
     return str(write_report(Path(archipelago) / ISLANDS / name))
 
 
-def _claimed(path: Path) -> Claim:
-    """Claim the folder of an island, new or not; a worker that was told to end may have it a moment longer."""
-    until = time.monotonic() + PATIENCE
-    while True:
-        try:
-            return Claim(path) if (path / "manifest.json").is_file() else claim_new(path)
-        except FolderInUse:
-            if time.monotonic() > until:
-                raise
-            time.sleep(0.1)
+def _claim(path: Path) -> Claim:
+    return Claim(path) if (path / "manifest.json").is_file() else claim_new(path)
 
 
 def _taken(path: Path, start: int, claim: Claim) -> Live | None:

@@ -311,7 +311,7 @@ def train_world(
     if not any(species.policy.thinks for species in config.species.values()):
         refuse("WORLD", "no species has a policy to train", world, 'a world with policy.kind = "shared"')
     from ecs_eco.analysis.report.training import write_training
-    from ecs_eco.experiments.evaluation import train_and_evaluate
+    from ecs_eco.experiments.pretraining import train_and_evaluate
 
     with (
         results(out, f"{config.name}-policies-{seed}") as claim,

@@ -103,10 +103,11 @@ def completed(
     pool: Executor, fn: Callable[..., Result], jobs: Mapping[Key, Sequence[Any]]
 ) -> Iterator[tuple[Key, Future[Result]]]:
     """Call `fn` with the arguments of each job; yield keys with their futures as these are done."""
-    from ecs_eco.experiments.pool import Pool
+    from ecs_eco.experiments.pool import Pool, done_here
 
-    if isinstance(pool, Pool):
-        yield from pool.completed(fn, jobs)
+    if isinstance(pool, Pool) and min(pool.workers, len(jobs)) == 1:
+        for key, arguments in jobs.items():
+            yield key, done_here(fn, arguments, {})
         return
     keys = {pool.submit(fn, *arguments): key for key, arguments in jobs.items()}
     for future in as_completed(keys):

@@ -4,15 +4,18 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, TypeVar
 
+from ecs_eco.engine.errors import FolderInUse
 from ecs_eco.engine.processes import SAFE
 
+Result = TypeVar("Result")
 PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 ENDED = 130  # exit code of a worker that was told to end
 
@@ -52,6 +55,18 @@ def end_with_parent() -> None:
     threading.Thread(target=wait, daemon=True).start()
 
 
+def once_free(call: Callable[[], Result], patience: float, pause: float = 1.0) -> Result:
+    """Call, again where another process has the folder; raise FolderInUse after so much `patience` [s]."""
+    until = time.monotonic() + patience
+    while True:
+        try:
+            return call()
+        except FolderInUse:
+            if time.monotonic() > until:
+                raise
+            time.sleep(pause)
+
+
 @contextmanager
 def finishing() -> Iterator[None]:
     """Raise KeyboardInterrupt within when the worker is told to end, so that the work can save what it has.
@@ -84,10 +99,6 @@ def finishing() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-Key = TypeVar("Key", bound=Hashable)
-Result = TypeVar("Result")
-
-
 class Pool(Executor):
     """An executor: workers of one thread each that end with this process; a single worker is this process.
     Only this process receives Ctrl-C: leaving `with` by an exception ends all workers. If a worker is killed
@@ -102,7 +113,7 @@ class Pool(Executor):
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
         """Submit a call; with one worker it is done when this returns."""
         if self.workers == 1:
-            return _done_here(fn, args, kwargs)
+            return done_here(fn, args, kwargs)
         try:
             with one_thread_each():  # a process is started if none is idle; first a tracker of locks
                 if self._processes is None:
@@ -113,18 +124,6 @@ class Pool(Executor):
             broken: Future[Result] = Future()
             broken.set_exception(error)
             return broken
-
-    def completed(
-        self, fn: Callable[..., Result], jobs: Mapping[Key, Sequence[Any]]
-    ) -> Iterator[tuple[Key, Future[Result]]]:
-        """Call `fn` with the arguments of each job; yield keys with their futures as these are done."""
-        if min(self.workers, len(jobs)) == 1:
-            for key, arguments in jobs.items():
-                yield key, _done_here(fn, arguments, {})
-            return
-        keys = {self.submit(fn, *arguments): key for key, arguments in jobs.items()}
-        for future in as_completed(keys):
-            yield keys[future], future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers once they have finished what was submitted, or what they began."""
@@ -148,7 +147,7 @@ class Pool(Executor):
             self.terminate()
 
 
-def _done_here(fn: Callable[..., Result], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Future[Result]:
+def done_here(fn: Callable[..., Result], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Future[Result]:
     """Do the work in this process; Ctrl-C ends it like anything here."""
     future: Future[Result] = Future()
     try:

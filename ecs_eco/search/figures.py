@@ -8,8 +8,7 @@ import numpy as np
 
 from ecs_eco.analysis.palette import AXIS, GREY, GRID, INK
 from ecs_eco.analysis.style import PALETTE, Figure, panels, styled
-from ecs_eco.search.importance import Importance
-from ecs_eco.search.optimise import merit
+from ecs_eco.search.optimise import Importance, merit
 from ecs_eco.search.plan import Parameter
 
 STAGES = (GREY, PALETTE[5], PALETTE[2], INK)

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +20,8 @@ from ecs_eco.search.budget import Budget
 from ecs_eco.search.evaluate import Job, evaluate
 from ecs_eco.search.journal import begin
 from ecs_eco.search.optimise import OPTIMISERS, Optimiser, merit
-from ecs_eco.search.outcome import BEST, Outcome
 from ecs_eco.search.plan import Plan, plan_of
-from ecs_eco.search.report import write_results
+from ecs_eco.search.report import BEST, Outcome, write_results
 from ecs_eco.search.sampler import SAMPLERS, Sampler
 
 ENOUGH = 4  # candidates at a stage before it requires a score
@@ -53,9 +54,14 @@ def search(
     called_with("progress", progress, "the search")
     config = load(world, overrides, trust=trust)
     plan = plan_of(config)
-    _check_optimiser(optimiser)
+    if optimiser not in (known := (*OPTIMISERS, *SAMPLERS)):
+        near = nearest(optimiser, known)
+        raise ConfigError([Problem((), "no such optimiser", optimiser, listed(known), near, "--optimiser")])
     if optimiser in SAMPLERS:
-        _check_fit(plan, optimiser)
+        if plan.fit is None:
+            allowed = 'a world with [data], and [search] objective = "data"'
+            fault = "samples numbers that fit measurements, and the world names none"
+            raise ConfigError([Problem((), fault, optimiser, allowed, source="--optimiser")])
         plan = plan.sampling()
     with ours(out) as claim:
         folder = claim.path if executor == LOCAL else claim.path.absolute()
@@ -69,21 +75,6 @@ def search(
             if running is not None:
                 running.sweep()
         return write_results(running.outcome(), world, overrides, report)
-
-
-def _check_optimiser(name: str) -> None:
-    """Raise ConfigError where there is no such optimiser."""
-    if name not in (known := (*OPTIMISERS, *SAMPLERS)):
-        near = nearest(name, known)
-        raise ConfigError([Problem((), "no such optimiser", name, listed(known), near, "--optimiser")])
-
-
-def _check_fit(plan: Plan, name: str) -> None:
-    """Raise ConfigError where a world has nothing that a sampler could compare it with."""
-    if plan.fit is None:
-        allowed = 'a world with [data], and [search] objective = "data"'
-        fault = "samples numbers that fit measurements, and the world names none"
-        raise ConfigError([Problem((), fault, name, allowed, source="--optimiser")])
 
 
 class Search:
@@ -118,7 +109,7 @@ class Search:
                     f"{self.journal.path}: candidate {entry['candidate']}: values: have other "
                     "keys than the ranges"
                 )
-            self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
+            self._learn(entry)
         self.budget.begin(self.plan, self.journal, lambda: len(self._finalists()))
 
     # --- the three phases
@@ -134,14 +125,13 @@ class Search:
         self._confirmation()
 
     def _candidates(self) -> None:
-        numbers = self._numbers()
-        coming = next(numbers)
-        waiting = True
+        known = {e["candidate"] for e in self.journal.of("candidate")}
+        numbers = (number for number in count() if number not in known)  # 0 is the world as written
+        coming, waiting = next(numbers), True
         while waiting or self.running:
-            while waiting and self._free and self.optimiser.ready(coming):
-                waiting = self.budget.allows_another(len(self.running)) and not self.optimiser.finished(
-                    coming
-                )
+            while waiting and self._free and (self.sampler is None or self.sampler.ready(coming)):
+                waiting = self.budget.allows_another(len(self.running))
+                waiting = waiting and not (self.sampler is not None and self.sampler.finished(coming))
                 if waiting:
                     values = self.optimiser.ask(coming) if coming else self.plan.start
                     self._submit((coming, values), self._job(coming, values if coming else {}))
@@ -154,14 +144,9 @@ class Search:
                 self.running.clear()
                 return
 
-    def _numbers(self) -> Iterator[int]:
-        """Numbers of the candidates that are not in the journal, 0 (the world as written) first."""
-        known = {e["candidate"] for e in self.journal.of("candidate")}
-        number = 0
-        while True:
-            if number not in known:
-                yield number
-            number += 1
+    def _learn(self, entry: dict[str, Any]) -> None:
+        if isinstance(self.optimiser, Optimiser):  # what a sampler knows is in the journal
+            self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
 
     def _tell(self, number: int, values: dict[str, float], result: dict[str, Any]) -> None:
         if number == 0 and ("failed" in result or "refused" in result):
@@ -170,7 +155,7 @@ class Search:
         entry = self.journal.add(
             "candidate", candidate=number, values=values, **result, at=self.budget.elapsed
         )
-        self.optimiser.tell(number, values, merit(entry))
+        self._learn(entry)
         if number and entry not in self.ranked()[: max(BEST, self.plan.config.search.finalists)]:
             self._forget(number)
 
@@ -189,7 +174,7 @@ class Search:
 
     def _confirmation(self) -> None:
         known = {(e["candidate"], *e["cell"]) for e in self.journal.of("confirmation")}
-        best, start = self.best(), self._candidate(0)
+        best, start = self.best(), next(e for e in self.journal.of("candidate") if e["candidate"] == 0)
         jobs = {}
         for entry in [best, start] if best is not start else [best]:
             for cell in self.plan.confirmation:
@@ -242,12 +227,9 @@ class Search:
 
     def _whole(self, entry: Mapping[str, Any], cells: Iterable[tuple[int, int]], ticks: int) -> Job:
         """Do all these runs of a candidate at full length."""
-        number, cells = entry["candidate"], tuple(cells)
-        values = entry["values"] if number else {}
-        stages, policies = [(ticks, len(cells))], self.out / "policies"
-        return Job(
-            f"candidate-{number}", self.plan.config, values, cells, stages, [], 1.0, policies, self.plan.fit
-        )
+        cells = tuple(cells)
+        job = self._job(entry["candidate"], entry["values"] if entry["candidate"] else {})
+        return replace(job, cells=cells, stages=[(ticks, len(cells))], least=[], hopeless=1.0)
 
     def least(self, stage: int) -> float:
         """The score with which a candidate advances: a quantile of earlier candidates at that stage."""
@@ -285,9 +267,6 @@ class Search:
     def best(self) -> dict[str, Any]:
         """The best candidate so far."""
         return self.ranked()[0]
-
-    def _candidate(self, number: int) -> dict[str, Any]:
-        return next(e for e in self.journal.of("candidate") if e["candidate"] == number)
 
     # --- how far it is
 

@@ -64,9 +64,6 @@ class Sampler:
                     break
         return {p.name: p.tidy(value_at(p, u)) for p, u in zip(self.plan.parameters, place, strict=True)}
 
-    def tell(self, candidate: int, values: dict[str, float], worth: float) -> None:
-        """What the sampler knows is in the journal."""
-
     def ready(self, number: int) -> bool:
         """Whether all that a proposal follows from is in the journal."""
         first = self._numbers(self.generation(number))[0]

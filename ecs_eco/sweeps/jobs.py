@@ -5,8 +5,7 @@ import os
 import socket
 import time
 import traceback
-from collections.abc import Callable, Collection, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,6 +15,7 @@ from ecs_eco.engine.errors import FolderInUse, ForeignFile, RecordingError
 from ecs_eco.engine.files import write_json
 from ecs_eco.engine.section import Section
 from ecs_eco.engine.trust import allow
+from ecs_eco.experiments.pool import once_free
 from ecs_eco.experiments.runs import has_run, run_arm
 from ecs_eco.experiments.trained import is_trained, train_or_find
 from ecs_eco.record.claim import Claim, ours
@@ -42,7 +42,8 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
     job = sweep.jobs[number]
     if (done := read_done(sweep, number)) is not None:
         return done
-    with _claimed(place):
+    place.mkdir(parents=True, exist_ok=True)
+    with once_free(lambda: Claim(place), PATIENCE, PACE):
         if (done := read_done(sweep, number)) is not None:
             return done
         begin = time.time()
@@ -178,24 +179,6 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
 def _allow(hashes: Collection[str]) -> None:
     if hashes:
         allow(hashes)
-
-
-@contextmanager
-def _claimed(place: Path) -> Iterator[Claim]:
-    """Claim the folder of a job; wait for a process that has it, as long as PATIENCE."""
-    place.mkdir(parents=True, exist_ok=True)
-    until = time.monotonic() + PATIENCE
-    while True:
-        try:
-            claim = Claim(place)
-        except FolderInUse:
-            if time.monotonic() >= until:
-                raise
-            time.sleep(PACE)
-            continue
-        with claim:
-            yield claim
-        return
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:

@@ -16,9 +16,8 @@ from ecs_eco.config.models.search import Search as Settings
 from ecs_eco.engine.errors import ConfigError, ForeignFile, RecordingError
 from ecs_eco.record import container
 from ecs_eco.search import evaluate
-from ecs_eco.search.importance import importances, ranks
 from ecs_eco.search.journal import Journal, Planned, begin
-from ecs_eco.search.optimise import FIRST, Optimiser, merit, space_of
+from ecs_eco.search.optimise import FIRST, Optimiser, importances, merit, ranks, space_of
 from ecs_eco.search.plan import Parameter, crossed, plan_of, stages
 from ecs_eco.search.report import confirmation
 
