@@ -2,7 +2,6 @@
 
 import os
 from pathlib import Path
-from typing import Any
 
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine.errors import ForeignFile, RecordingError
@@ -56,7 +55,9 @@ def is_trained(
     training = read_manifest(folder, FILE)
     different = [key for key in wanted if training.get(key) != wanted[key]]
     if different:
-        there, here = (", ".join(_shown(values, different)) for values in (training, wanted))
+        there, here = (
+            ", ".join(f"{key} {values.get(key)}" for key in different) for values in (training, wanted)
+        )
         raise ForeignFile(f"{path}: belongs to another training: {there}, not {here}")
     hashes = training.get("weights")
     for name in species_with_policy(config):
@@ -66,10 +67,6 @@ def is_trained(
         if not isinstance(hashes, dict) or hashes.get(name) != hash_of(file):
             raise ForeignFile(f"{file}: is not the policy that this training left")
     return True
-
-
-def _shown(values: dict[str, Any], keys: list[str]) -> list[str]:
-    return [f"{key} {values.get(key)}" for key in keys]
 
 
 def _keep(part: Path, folder: Path) -> None:

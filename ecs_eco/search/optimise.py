@@ -96,9 +96,6 @@ class Optimiser:
             return samplers.RandomSampler(seed=seed)
 
 
-if TYPE_CHECKING:
-    from optuna.distributions import BaseDistribution
-
 BEST_SHARE, LEAST_BEST = 0.1, 5  # the best tenth, but at least five candidates
 SHUFFLES = 40
 

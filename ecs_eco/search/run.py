@@ -16,12 +16,11 @@ from ecs_eco.experiments.engines import LOCAL, engine, prepare, terminate, worke
 from ecs_eco.experiments.trained import forget_trained
 from ecs_eco.record.claim import Claim, ours
 from ecs_eco.record.container import inside
-from ecs_eco.search.budget import Budget
 from ecs_eco.search.evaluate import Job, evaluate
 from ecs_eco.search.journal import begin
 from ecs_eco.search.optimise import OPTIMISERS, Optimiser, merit
-from ecs_eco.search.plan import Plan, plan_of
-from ecs_eco.search.report import BEST, Outcome, write_results
+from ecs_eco.search.plan import Budget, Plan, plan_of
+from ecs_eco.search.report import BEST, Outcome, WorldFile, write_results
 from ecs_eco.search.sampler import SAMPLERS, Sampler
 
 ENOUGH = 4  # candidates at a stage before it requires a score
@@ -29,7 +28,7 @@ Progress = Callable[["Search"], None]
 
 
 def search(
-    world: Any,
+    world: WorldFile,
     out: str | Path | Claim,
     overrides: Any = None,
     *,

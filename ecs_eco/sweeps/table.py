@@ -13,7 +13,7 @@ from ecs_eco.analysis.survival import Interval
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record.container import inside
 from ecs_eco.record.seal import read_manifest
-from ecs_eco.sweeps import figures, response
+from ecs_eco.sweeps import response
 from ecs_eco.sweeps.folder import RUN, Sweep
 from ecs_eco.sweeps.jobs import read_done
 from ecs_eco.sweeps.response import Outcome, Row, group, outcomes_of
@@ -176,16 +176,16 @@ def _responses(
     outcomes = [outcome for outcome in outcomes if len({row[outcome.column] for row in rows}) > 1]
     if not keys or not outcomes:
         return []
-    shown = figures.responses(rows, keys[:4], outcomes, hue)
-    each = all(len({str(row[key]) for row in rows}) <= figures.FEW for key in keys)
+    shown = response.responses(rows, keys[:4], outcomes, hue)
+    each = all(len({str(row[key]) for row in rows}) <= response.FEW for key in keys)
     blocks = [
         "<h2>Response</h2>",
         drawn(shown, folder / "response.svg", _RESPONSE if each else f"{_RESPONSE} {_POINTS}"),
     ]
-    for i, pair in enumerate(figures.pairs_of(rows, keys)):
-        shown = figures.heat(rows, pair, outcomes[:MOST_PANELS])
+    for i, pair in enumerate(response.pairs_of(rows, keys)):
+        shown = response.heat(rows, pair, outcomes[:MOST_PANELS])
         blocks += [
-            f"<h2>{escape(figures.short(pair[0]))} and {escape(figures.short(pair[1]))}</h2>",
+            f"<h2>{escape(response.short(pair[0]))} and {escape(response.short(pair[1]))}</h2>",
             drawn(shown, folder / f"heat-{i + 1}.svg", _HEAT),
         ]
     return blocks
@@ -196,7 +196,7 @@ def _points(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> li
     parts = list(group(rows, lambda row: (row["point"], row["treatment"])).values())
     treatments = len({row["treatment"] for row in rows}) > 1
     head = [
-        *map(figures.short, keys),
+        *map(response.short, keys),
         *(["treatment"] if treatments else []),
         "runs",
         *(outcome.label for outcome in outcomes),
