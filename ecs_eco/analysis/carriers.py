@@ -204,8 +204,7 @@ def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Lin
 
 @styled
 def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
-    """Number of the living that carry each gene, over time; the value of the first codon counts as without
-    the gene."""
+    """Number of the living that carry each gene, over time; its first codon counts as without it."""
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     lines = lines_of(genes)
     for g, j, label, hue, dash in lines:

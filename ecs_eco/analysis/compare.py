@@ -44,13 +44,10 @@ def compare(
     training: Mapping[str, Sequence[int]] | None = None,
     policies: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """Compare arms (name → run folders, series tables or `Series`,
-    one a seed) with the first arm as the reference.
-
-    `training` gives the training seed of each run of an arm with several: its runs, whose manifests have the
-    world seeds, are then a crossed design. `policies` describes each arm's policies in words. Returns the
-    content of compare.json; with `out`, writes compare.json, compare.html and figures/ there.
-    """
+    """Compare arms (name → run folders, series tables or `Series`, one a seed) with the first arm as the
+    reference. `training` gives the training seed of each run of an arm with several: a crossed design with
+    the world seeds of the manifests. `policies` describes policies in words. Returns the content of
+    compare.json; with `out`, writes compare.json, compare.html and figures/ there."""
     loaded, names = _load(arms, species)
     curves = {
         s: {arm: kaplan_meier(*_lifetimes(runs, s)) for arm, runs in loaded.items() if _there(runs, s)}

@@ -34,8 +34,7 @@ BLOCK = 3
 
 @dataclass(frozen=True)
 class Lag:
-    """Lag of b behind a as a share of the period, its 95 % interval, which may leave [0, 1), and the
-    coherence."""
+    """Lag of b behind a as a share of the period, its 95 % interval (may leave [0, 1)), and coherence."""
 
     share: float
     low: float

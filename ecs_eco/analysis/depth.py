@@ -106,8 +106,7 @@ def swimmers(series: Series) -> list[str]:
 
 
 def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[str, np.ndarray]:
-    """Share of each species in each layer by hour after the first day, from snapshots: f64[layers, HOURS],
-    else NaN."""
+    """Share of each species in each layer by hour after the first day: f64[layers, HOURS], else NaN."""
     top = float(series.manifest["config"]["space"]["size"][2])
     out = {
         s: np.zeros((layers, HOURS)) for s, here in zip(series.species, series.present, strict=True) if here

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis.chemotaxis import Leaving, leaving, noses
 from ecs_eco.analysis.depth import (
     HOURS,
     day_by_hour,
@@ -20,7 +19,18 @@ from ecs_eco.analysis.depth import (
     surface_light,
     swimmers,
 )
-from ecs_eco.analysis.escapes import AROUND, REST, WITHIN, Escape, escapes, hunts, recorded_tracks
+from ecs_eco.analysis.escapes import (
+    AROUND,
+    REST,
+    WITHIN,
+    Escape,
+    Leaving,
+    escapes,
+    hunts,
+    leaving,
+    noses,
+    recorded_tracks,
+)
 from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import AXIS, NIGHT, SUN
 from ecs_eco.analysis.runs import Series

@@ -1,5 +1,4 @@
-"""Figures of a run and of several: each function returns a matplotlib Figure, `save` writes it. No global
-state."""
+"""Figures of a run and of several, as matplotlib Figures without global state; `save` writes one."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

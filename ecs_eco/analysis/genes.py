@@ -56,8 +56,7 @@ def quantitative(genomes: Mapping[str, Any]) -> list[str]:
 
 
 def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = BINS) -> Course:
-    """Mean, spread and shares of a gene's values among the living every `every` ticks; raises as
-    `Lineage.values`."""
+    """Mean, spread and shares of a gene's values among the living; raises as `Lineage.values`."""
     record = gene_of(lineage, species, gene)
     require_number(record, species)
     values, ticks = values_of(lineage, gene, species), lineage.samples(every)

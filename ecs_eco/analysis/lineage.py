@@ -1,7 +1,9 @@
-"""The lineage of a run: all births and deaths, from a living world or from a folder."""
+"""The lineage of a run: all births and deaths, and phylogenies in standard formats (CSV and Newick)."""
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,12 +12,82 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from ecs_eco.analysis import carriers, genes, phylogeny
+from ecs_eco.analysis import carriers, genes
+from ecs_eco.analysis.page import write_text
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree
 from ecs_eco.analysis.runs import read_manifest, tables
 from ecs_eco.engine.uids import island_of
 from ecs_eco.record.archipelago import ISLANDS, is_archipelago, read
 from ecs_eco.record.genomes import genes_of
+
+PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-")
+
+
+def write_csv(lineage: Pedigree, path: Path) -> Path:
+    """Write a row per organism in the order of uids, after Lalejini et al. (2019), "Data Standards for
+    Artificial Life Software", Proceedings of ALIFE: id; ancestor_list "[1,2]", "[none]" for founders;
+    origin_time and destruction_time [ticks], "inf" while alive; taxon_label, the species; genome."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["id", "ancestor_list", "origin_time", "destruction_time", "taxon_label", "genome"])
+    parents = zip(lineage.parent.tolist(), lineage.parent2.tolist(), strict=True)
+    ancestors = [f"[{','.join(str(p) for p in dict.fromkeys(pair) if p) or 'none'}]" for pair in parents]
+    ends = ["inf" if died < 0 else died for died in lineage.died.tolist()]
+    writer.writerows(
+        zip(
+            lineage.uid.tolist(),
+            ancestors,
+            lineage.born.tolist(),
+            ends,
+            lineage.species.tolist(),
+            lineage.genome.tolist(),
+            strict=True,
+        )
+    )
+    return write_text(path, out.getvalue())
+
+
+def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
+    """The tree along first parents, in which every organism is a node named by its uid and children follow in
+    the order of uids. A branch is as long as from the parent's birth to the child's [ticks]; several founders
+    hang on a nameless root as old as the first of them; without organisms the tree is ";"."""
+    n = len(lineage)
+    if not n:
+        return ";"
+    label = [quoted(str(name)) for name in (lineage.uid.tolist() if names is None else names)]
+    born, mother = lineage.born.tolist(), lineage.mother.tolist()
+    roots = [i for i in range(n) if mother[i] < 0]
+    first = min(born[i] for i in roots)
+    order = np.argsort(lineage.mother, kind="stable")
+    # the children of i are order[begin[i] : begin[i + 1]]
+    begin = np.searchsorted(lineage.mother[order], np.arange(n + 1)).tolist()
+    order = order.tolist()
+    alone = len(roots) == 1
+    words: list[str] = [] if alone else ["("]
+    stack = roots[::-1]  # i opens a node, −1 − i closes it
+    while stack:
+        i = stack.pop()
+        if i >= 0 and begin[i] < begin[i + 1]:
+            if words and words[-1] != "(":
+                words.append(",")
+            words.append("(")
+            stack.append(-1 - i)
+            stack.extend(order[begin[i] : begin[i + 1]][::-1])
+            continue
+        if i >= 0 and words and words[-1] != "(":
+            words.append(",")
+        if i < 0:
+            i = -1 - i
+            words.append(")")
+        since = born[mother[i]] if mother[i] >= 0 else first
+        words.append(label[i] if alone and mother[i] < 0 else f"{label[i]}:{born[i] - since}")
+    return "".join([*words, ";" if alone else ");"])
+
+
+def quoted(name: str) -> str:
+    """A name as Newick takes it: in single quotes where it holds more than letters, digits, dots and hyphens."""
+    return name if name and PLAIN.issuperset(name) else "'" + name.replace("'", "''") + "'"
+
 
 __all__ = ["ALIVE", "Lineage"]
 BIRTHS = {"tick": int, "species": str, "uid": int, "parent": int, "parent2": int, "genome": str}
@@ -103,23 +175,21 @@ class Lineage(Pedigree):
     selection = genes.selection
 
     def to_csv(self, path: Path | str) -> Path:
-        """Write a phylogeny in the ALife data standards format; see `ecs_eco.analysis.phylogeny.write_csv`."""
-        return phylogeny.write_csv(self, Path(path))
+        """Write a phylogeny in the ALife data standards format; see `write_csv`."""
+        return write_csv(self, Path(path))
 
     def to_newick(
         self, path: Path | str | None = None, *, living: bool = False, names: Sequence[str] | None = None
     ) -> str:
         """The tree along first parents in Newick format, written to `path` where given; see
-        `phylogeny.newick`. `living` leaves the living and their ancestors along first parents; `names` has
+        `newick`. `living` leaves the living and their ancestors along first parents; `names` has
         one for each organism (default: uids)."""
         if names is not None and len(names) != len(self):
             raise ValueError(f"lineage: {len(names)} names for {len(self)} organisms; one each is needed")
         chosen = self._forebears(self.died == ALIVE, fathers=False) if living else np.ones(len(self), bool)
-        text = phylogeny.newick(
-            self._chosen(chosen), names and [n for n, c in zip(names, chosen, strict=True) if c]
-        )
+        text = newick(self._chosen(chosen), names and [n for n, c in zip(names, chosen, strict=True) if c])
         if path is not None:
-            phylogeny.write_text(Path(path), text + "\n")
+            write_text(Path(path), text + "\n")
         return text
 
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.analysis.palette import rgb
 from ecs_eco.config.land.raster import DAMAGED
 
 LAND, WATER, ROCK = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57)
@@ -61,8 +62,7 @@ class Relief(NamedTuple):
         )
 
     def shade(self) -> np.ndarray:
-        """How bright the ground is in the sun, beside flat ground: f64[ny, nx], about −0.7 to 0.3 (Horn
-        1981)."""
+        """How bright the ground is beside flat ground: f64[ny, nx], about −0.7 to 0.3 (Horn 1981)."""
         from matplotlib.colors import LightSource
 
         high = np.pad(self.height.astype(float), 1, mode="wrap" if self.torus else "edge")[::-1]
@@ -85,7 +85,7 @@ class Relief(NamedTuple):
         for i, (code, ground) in enumerate(zip(self.colors, self.grounds, strict=True)):
             if code is not None and self.kinds is not None:
                 there = self.kinds == i + 1
-                colour[there] = 0.35 * np.array(LAND) + 0.65 * _rgb(code)
+                colour[there] = 0.35 * np.array(LAND) + 0.65 * np.array(rgb(code)) / 255
                 own |= there & (self.ground == GROUNDS.index(ground))
         colour[(self.ground == 2) & ~own] = ROCK
         colour = colour * (1 + 0.75 * self.shade()[..., None])
@@ -105,7 +105,3 @@ def draw_relief(ax: Any, relief: Relief, size: Sequence[float]) -> Any:
         interpolation="nearest",
         aspect=ax.get_aspect(),
     )
-
-
-def _rgb(code: str) -> np.ndarray:
-    return np.array([int(code[k : k + 2], 16) for k in (1, 3, 5)]) / 255

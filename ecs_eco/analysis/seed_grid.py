@@ -290,8 +290,7 @@ def crossed(
 
 @styled
 def persistence(grid: Grid, title: str = "") -> Figure:
-    """Share of runs in which all live (Kaplan–Meier): all runs thick, with a band; each training seed
-    thin."""
+    """Share of runs in which all live (Kaplan–Meier): all runs thick with a band, each training seed thin."""
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
     lived, died = (
         grid.table(lambda run: lifetime(run)[0]),

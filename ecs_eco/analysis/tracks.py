@@ -50,16 +50,9 @@ class Tracks:
     aside: np.ndarray
     light: np.ndarray  # f64[ticks] at the surface, at the beginning of the tick
 
-    @property
-    def mean_depth(self) -> np.ndarray:
-        """Mean over the living: f64[ticks], NaN where none lives."""
-        there = ~np.isnan(self.depth)
-        return np.where(there, self.depth, 0).sum(1) / np.where(there.any(1), there.sum(1), np.nan)
-
 
 def tracks_of(records: list[Record], light: np.ndarray, space: Volume, dt: float) -> Tracks:
-    """Return the tracks of ticks, each (uids and places before, distance and offset to the predator,
-    uids and places after)."""
+    """Return the tracks of ticks, each (placed before, distance and offset to the predator, placed after)."""
     uids = np.unique(
         np.concatenate([uid for before, _, _, after in records for uid in (before[0], after[0])])
     )

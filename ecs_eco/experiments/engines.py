@@ -123,8 +123,7 @@ def terminate(pool: Executor) -> None:
 
 
 def prepare(pool: Executor, folder: Path, config: WorldConfig) -> None:
-    """Before many calls on a cluster: see that each machine has the folder, else ConfigError, and compile
-    kernels."""
+    """On a cluster, see that each machine has the folder, else ConfigError, and compile kernels there."""
     pool = pool.of if isinstance(pool, Lent) else pool
     if hasattr(pool, "on_each_machine"):
         pool.on_each_machine(folder.absolute(), compile_kernels, config)

@@ -1,5 +1,4 @@
-"""Pre-training: policies learn from random weights while respawn holds the numbers constant, as in the
-paper."""
+"""Pre-training: policies learn from random weights while respawn holds numbers constant, and evaluation."""
 
 import time
 from collections.abc import Callable

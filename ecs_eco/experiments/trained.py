@@ -46,8 +46,7 @@ def train_or_find(
 def is_trained(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> bool:
-    """Return whether the policies of a training are in a folder. Raises ForeignFile for those of another,
-    RecordingError where it is damaged."""
+    """Return whether a training is in a folder; ForeignFile for another, RecordingError if damaged."""
     path = folder / FILE
     if not verify or not path.is_file():
         return path.is_file()

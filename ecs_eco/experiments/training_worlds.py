@@ -44,8 +44,7 @@ class TrainingWorlds:
             ticks, self.tick = ticks - part, self.tick + part
 
     def _pace(self) -> int:
-        """Ticks that one world runs before the next: at most a rollout, so that none delivers two
-        meanwhile."""
+        """Ticks that one world runs before the next: at most a rollout, so that none delivers two."""
         return (
             min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
             if len(self.worlds) > 1

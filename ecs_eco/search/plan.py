@@ -82,8 +82,7 @@ class Plan:
 
 
 def plan_of(config: WorldConfig) -> Plan:
-    """The plan of a world's [search]. Raises ConfigError where nothing varies or an end of a range is
-    refused."""
+    """The plan of a world's [search]. Raises ConfigError where nothing varies or a range is refused."""
     search = config.search
     if not search.ranges:
         allowed = (

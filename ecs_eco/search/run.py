@@ -201,7 +201,7 @@ class Search:
         self.running[self.pool.submit(evaluate, job)] = tag
 
     def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
-        """Results that arrive within a second. Raises BrokenExecutor, on Ray WorkerLost, for a killed
+        """Results that arrive within a second. Raises BrokenExecutor (on Ray WorkerLost) for a killed
         worker."""
         done, _ = wait(self.running, 1.0, FIRST_COMPLETED)
         for future in done:

@@ -117,8 +117,7 @@ class Done(Section):
 
 
 def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
-    """Return the done.json of a job, None where it is not done. Raises ForeignFile for the file of another
-    job, RecordingError for a damaged one."""
+    """Return a job's done.json, None without one; ForeignFile of another job, RecordingError if damaged."""
     path = sweep.job_folder(number) / DONE
     if not path.exists():
         return None

@@ -1,5 +1,4 @@
-"""SLURM (sbatch, squeue, scontrol): the jobs of a sweep as arrays that checkpoint before they are
-requeued."""
+"""SLURM (sbatch, squeue, scontrol): the jobs of a sweep as arrays that checkpoint and are requeued."""
 
 import os
 import re

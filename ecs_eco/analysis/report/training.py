@@ -29,8 +29,7 @@ WORDS = {
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Diagnostics of learning and frequencies of actions, where recorded. Figures are written below
-    `place`."""
+    """Diagnostics of learning and frequencies of actions, where recorded, with figures below `place`."""
     updates, acts = learning.read(run, "learning"), learning.read(run, "actions")
     out = []
     if updates is not None and len(updates):

@@ -62,8 +62,7 @@ ROOM: Advice = ("species.{s}.max_count", "higher", "more may live at once")
 def advise(
     case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] | None = None
 ) -> list[dict[str, Any]]:
-    """Values to change for a verdict, the likeliest first: key, value now, direction, effect; none that is at
-    the end of its range."""
+    """Values to change for a verdict, the likeliest first, none that is at the end of its range."""
     chosen: dict[str, dict[str, Any]] = {}
     if diagnosis["species"] is None:
         lines = [

@@ -109,48 +109,28 @@ class Case:
         return bool(self.of(species).get("diet") or self.of(species).get("locomotion"))
 
     @cached_property
-    def _kind(self) -> dict[tuple[str, str], str]:
-        removed = {
-            i.get("cause", "culled")
-            for _, i in self.series.manifest.get("intervened") or ()
-            if i.get("kind") == "cull"
-        }
-        kinds = {}
-        for s in self.species:
-            for cause in self.series.causes:
-                kind = "removed" if cause in removed else "surroundings"
-                kind = (
-                    "eaten"
-                    if cause.startswith("eaten by ")
-                    else "poisoned"
-                    if cause.startswith("poisoned by ")
-                    else kind
-                )
-                for limit in self.of(s).get("lethal") or ():
-                    if (
-                        limit["property"] == "energy"
-                        and cause == limit.get("low")
-                        and limit.get("min") is not None
-                    ):
-                        kind = "starved"
-                    elif (
-                        limit["property"] == "age"
-                        and cause == limit.get("high")
-                        and limit.get("max") is not None
-                    ):
-                        kind = "old"
-                kinds[s, cause] = kind
-        return kinds
+    def _removed(self) -> set[str]:
+        orders = [order for _, order in self.series.manifest.get("intervened") or ()]
+        return {order.get("cause", "culled") for order in orders if order.get("kind") == "cull"}
 
     def kind(self, species: str, cause: str) -> str:
         """One of KINDS."""
-        return self._kind[species, cause]
+        for limit in self.of(species).get("lethal") or ():
+            for name, end, bound, kind in (
+                ("energy", "low", "min", "starved"),
+                ("age", "high", "max", "old"),
+            ):
+                if limit["property"] == name and cause == limit.get(end) and limit.get(bound) is not None:
+                    return kind
+        if cause.startswith(("eaten by ", "poisoned by ")):
+            return cause.partition(" ")[0]
+        return "removed" if cause in self._removed else "surroundings"
 
     def died(self, species: str, kind: str) -> np.ndarray:
         """Deaths of a kind of cause in each tick, (ticks,)."""
         i = self.series.index(species)
         columns = [
-            self.series.columns[DIED + c][:, i] for c in self.series.causes if self._kind[species, c] == kind
+            self.series.columns[DIED + c][:, i] for c in self.series.causes if self.kind(species, c) == kind
         ]
         return np.sum(columns, axis=0) if columns else np.zeros(len(self.series.ticks))
 
