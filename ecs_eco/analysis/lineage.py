@@ -1,13 +1,11 @@
 """The lineage of a run: all births and deaths, and phylogenies in standard formats (CSV and Newick)."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pyarrow as pa
@@ -99,7 +97,7 @@ class Lineage(Pedigree):
     """The pedigree of a run: reading it, gene frequencies, and export to other formats."""
 
     @classmethod
-    def of(cls, world: Any) -> Lineage:
+    def of(cls, world: Any) -> Self:
         """The lineage of a world whose recorder keeps events: Recorder(world, keep_events=True)."""
         recorder = world.recorder
         if recorder is None:
@@ -117,7 +115,7 @@ class Lineage(Pedigree):
         return cls._joined(births, deaths, end=max(world.tick - 1, 0), dt=world.dt, genomes=genomes)
 
     @classmethod
-    def read(cls, folder: Path | str) -> Lineage:
+    def read(cls, folder: Path | str) -> Self:
         """The lineage of a run folder; FileNotFoundError where it holds no run, RecordingError for a damaged
         file. Founders that a folder of an older version does not list are added where they died or had
         offspring. An archipelago has all islands in one; on one island immigrants appear at their arrival,
@@ -136,7 +134,7 @@ class Lineage(Pedigree):
         )
 
     @classmethod
-    def _of_islands(cls, root: Path) -> Lineage:
+    def _of_islands(cls, root: Path) -> Self:
         """The lineage of all islands: who migrates was born on one of them and died on one."""
         folders = [root / ISLANDS / name for name in read(root)["islands"]]
         births, deaths = (
@@ -150,7 +148,7 @@ class Lineage(Pedigree):
         )
 
     @classmethod
-    def _joined(cls, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], **more: Any) -> Lineage:
+    def _joined(cls, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], **more: Any) -> Self:
         uid = births["uid"].astype(np.uint64)
         # parents first: on one island in the order of uids, else of births
         one = not len(uid) or island_of(uid.min()) == island_of(uid.max())

@@ -1,10 +1,8 @@
 """The ground as colours: hills shaded by the sun, water, rock, and the colours of land-cover classes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -32,14 +30,14 @@ class Relief(NamedTuple):
     grounds: Sequence[str] = ()
 
     @classmethod
-    def of(cls, terrain: Any) -> Relief:
+    def of(cls, terrain: Any) -> Self:
         """The ground of a living world."""
         land = terrain.land
         more = () if land is None else (land.kinds, land.colors, land.wet, land.grounds)
         return cls(terrain.height, terrain.ground, 1 / float(terrain.inverse[0]), terrain.space.torus, *more)
 
     @classmethod
-    def kept(cls, run: Path, config: Mapping[str, Any]) -> Relief | None:
+    def kept(cls, run: Path, config: Mapping[str, Any]) -> Self | None:
         """The ground in a run's folder; None where it is flat and open, or was not kept."""
         terrain, space = config.get("terrain"), config["space"]
         try:

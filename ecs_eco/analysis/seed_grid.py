@@ -3,12 +3,10 @@ both? One outcome a cell of a table (training seeds, world seeds), NaN where the
 training seed + world seed + rest, two crossed random effects, whose rest holds their interaction. A yes-or-no
 outcome is taken as 0 and 1: shares are of that variance, smaller where the outcome is rare."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -185,7 +183,7 @@ class Grid:
     runs: tuple[tuple[Series, ...], ...]
 
     @classmethod
-    def of(cls, runs: Sequence[Series], training: Sequence[int], worlds: Sequence[int]) -> Grid:
+    def of(cls, runs: Sequence[Series], training: Sequence[int], worlds: Sequence[int]) -> Self:
         """Arrange runs with these seeds in a grid; ValueError if a cell has none or two."""
         cells: dict[tuple[int, int], Series] = {}
         for run, a, b in zip(runs, training, worlds, strict=True):

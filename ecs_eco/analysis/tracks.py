@@ -1,11 +1,9 @@
 """Tracks of animals around those that eat them: where they go, how fast, and what they do then."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import erfc, sqrt
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -31,7 +29,7 @@ class Box(NamedTuple):
     torus: bool
 
     @classmethod
-    def of(cls, series: Series) -> Box:
+    def of(cls, series: Series) -> Self:
         """The space that the manifest describes, with a height of 0 where it is a plane."""
         space = series.manifest["config"]["space"]
         return cls([*space["size"], 0.0][:3], space["edges"] == "torus")

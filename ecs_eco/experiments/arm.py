@@ -1,13 +1,11 @@
 """Arms of a comparison: the world as it is, and under each treatment; which policies they run with."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.experiments.treatments import NotApplicable, Treatment, find, refusal, species_with_policy
@@ -42,7 +40,7 @@ class Arm:
             return self.learn
         return any(self.config.species[name].policy.learn for name in species_with_policy(self.config))
 
-    def with_policies(self, folder: Path) -> Arm:
+    def with_policies(self, folder: Path) -> Self:
         """Return the arm with the trained policies of a folder, where its treatment names no others."""
         if isinstance(self.policies, str):
             return replace(self, policies=str(folder)) if self.policies == "trained" else self

@@ -1,8 +1,6 @@
 """The evaluation of a candidate, in its own process: stage after stage, dropped once it is hopeless. Outcomes
 depend on its values and seeds alone; the stage that it reaches, also on earlier candidates."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -136,30 +134,6 @@ def evaluate(job: Job) -> dict[str, Any]:
     return result | {"seconds": round(seconds, 3), "cpu": round(cpu, 3)}
 
 
-def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
-    lives: list[Life] = []
-    stages: list[dict[str, Any]] = []
-    for stage, (ticks, n) in enumerate(job.stages):
-        lives += [Life(config, job, cell) for cell in job.cells[len(lives) : n]]
-        runs = _stage(lives, ticks, job.hopeless)
-        score = sum(r["score"] for r in runs) / len(runs)
-        lost = sum(r["extinct"] is not None for r in runs)
-        stages.append({"ticks": ticks, "score": score, "lost": lost, "runs": runs})
-        if lost > job.hopeless * n or (stage < len(job.least) and score < job.least[stage]):
-            break
-    return {"stage": len(stages) - 1, "score": stages[-1]["score"], "stages": stages}
-
-
-def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str, Any]]:
-    """Outcomes of the runs, until so many are lost that the rest does not matter."""
-    runs: list[dict[str, Any]] = []
-    for life in lives:
-        runs.append(life.until(ticks))
-        if sum(r["extinct"] is not None for r in runs) > hopeless * len(lives):
-            break
-    return runs
-
-
 class Life:
     """One run of a candidate, which later stages continue."""
 
@@ -235,6 +209,30 @@ class Life:
                 last[name] = int(series.ticks[born[-1]]) if born.size else 0
         first = min(last, key=lambda name: last[name], default=None)
         return None if first is None or last[first] > ticks / 2 else (last[first], f"{first}, without births")
+
+
+def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
+    lives: list[Life] = []
+    stages: list[dict[str, Any]] = []
+    for stage, (ticks, n) in enumerate(job.stages):
+        lives += [Life(config, job, cell) for cell in job.cells[len(lives) : n]]
+        runs = _stage(lives, ticks, job.hopeless)
+        score = sum(r["score"] for r in runs) / len(runs)
+        lost = sum(r["extinct"] is not None for r in runs)
+        stages.append({"ticks": ticks, "score": score, "lost": lost, "runs": runs})
+        if lost > job.hopeless * n or (stage < len(job.least) and score < job.least[stage]):
+            break
+    return {"stage": len(stages) - 1, "score": stages[-1]["score"], "stages": stages}
+
+
+def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str, Any]]:
+    """Outcomes of the runs, until so many are lost that the rest does not matter."""
+    runs: list[dict[str, Any]] = []
+    for life in lives:
+        runs.append(life.until(ticks))
+        if sum(r["extinct"] is not None for r in runs) > hopeless * len(lives):
+            break
+    return runs
 
 
 def persisting(config: WorldConfig) -> list[str]:

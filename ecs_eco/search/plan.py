@@ -1,12 +1,10 @@
 """The plan of a search: parameters, runs in their order, stages, seeds of finals and confirmation."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -69,7 +67,7 @@ class Plan:
             **({} if self.fit is None else {"data": self.fit.sha256}),
         }
 
-    def sampling(self) -> Plan:
+    def sampling(self) -> Self:
         """The plan of a search that samples a posterior: a run for each candidate, of a seed of its own."""
         trainings = sorted({training for training, _ in self.cells})
         return replace(
@@ -219,18 +217,14 @@ class Budget:
             return False
         if self.cpu is not None and self.worked >= self.cpu:
             return False
-        return n == 0 or self.seconds is None or self.elapsed < self.seconds - self._reserve() - self._usual()
+        usual = float(np.median([e["seconds"] for e in self._journal.of("candidate")] or [0.0]))
+        return n == 0 or self.seconds is None or self.elapsed < self.seconds - self._reserve() - usual
 
     def is_over(self) -> bool:
         """Return whether no time is left for candidates; never before there is one."""
         if self.seconds is None or not self._journal.of("candidate"):
             return False
         return self.elapsed > self.seconds - self._reserve()
-
-    def _usual(self) -> float:
-        """Seconds that a candidate usually takes."""
-        seconds = [e["seconds"] for e in self._journal.of("candidate")]
-        return float(np.median(seconds)) if seconds else 0.0
 
     def _reserve(self) -> float:
         """Seconds to keep for finals and confirmation, from the times of runs at full length."""

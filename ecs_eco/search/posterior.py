@@ -10,7 +10,7 @@ import numpy as np
 
 from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import GREY, SAFE
-from ecs_eco.analysis.style import Figure, panels, styled
+from ecs_eco.analysis.style import Figure, several, styled
 from ecs_eco.engine import files
 from ecs_eco.search.figures import scaled, short
 from ecs_eco.search.plan import Parameter
@@ -142,9 +142,7 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
 @styled
 def marginals(parameters: tuple[Parameter, ...], kept: Population, start: dict[str, float]) -> Figure:
     """The density of each number in the posterior, over its range."""
-    columns = min(4, len(parameters))
-    rows = -(-len(parameters) // columns)
-    figure, axes = panels(rows, columns, 2.9 * columns + 0.4, 2.3 * rows + 0.3)
+    figure, axes = several(len(parameters), 4, (2.9, 2.3), (0.4, 0.3))
     at = np.linspace(0, 1, 201)
     for k, (ax, p) in enumerate(zip(axes.flat, parameters, strict=False)):
         x = [value_at(p, u) for u in at]
@@ -158,8 +156,6 @@ def marginals(parameters: tuple[Parameter, ...], kept: Population, start: dict[s
         scaled(ax.xaxis, p)
         ax.set_xlim(p.low, p.high)
         ax.set_xlabel(short(p.name), fontsize=8.5)
-    for ax in list(axes.flat)[len(parameters) :]:
-        ax.set_visible(False)
     axes[0, 0].legend(loc="best", fontsize=8)
     return figure
 
@@ -168,9 +164,7 @@ def marginals(parameters: tuple[Parameter, ...], kept: Population, start: dict[s
 def pairs(parameters: tuple[Parameter, ...], kept: Population) -> Figure:
     """The posterior over pairs of the first numbers."""
     chosen = list(combinations(range(min(MOST, len(parameters))), 2))
-    columns = min(3, len(chosen))
-    rows = -(-len(chosen) // columns)
-    figure, axes = panels(rows, columns, 3.3 * columns + 0.3, 2.9 * rows + 0.2)
+    figure, axes = several(len(chosen), 3, (3.3, 2.9), (0.3, 0.2))
     for ax, (i, j) in zip(axes.flat, chosen, strict=False):
         x, y = ([value_at(parameters[k], u) for u in kept.at[:, k]] for k in (i, j))
         ax.scatter(x, y, s=20 + 400 * kept.shares, color=POSTERIOR, alpha=0.5, lw=0)
@@ -179,8 +173,6 @@ def pairs(parameters: tuple[Parameter, ...], kept: Population) -> Figure:
         ax.set(xlim=(parameters[i].low, parameters[i].high), ylim=(parameters[j].low, parameters[j].high))
         ax.set_xlabel(short(parameters[i].name), fontsize=8.5)
         ax.set_ylabel(short(parameters[j].name), fontsize=8.5)
-    for ax in list(axes.flat)[len(chosen) :]:
-        ax.set_visible(False)
     return figure
 
 

@@ -326,7 +326,10 @@ def write_world(
     text = _text(config, world, overrides, values, files)
     keep_beside(config._code.sources, file.parent)
     _keep_named(config, file.parent)
-    for candidate in (text, as_toml(_data(config, files))):
+    data = config.resolved()
+    for name, path in files.items():
+        data["species"][name]["policy"]["file"] = path
+    for candidate in (text, as_toml(data)):
         if candidate is not None:
             write_text(file, "".join(f"# {line}\n" for line in note.splitlines()) + candidate)
             if _same(file, config):
@@ -353,13 +356,6 @@ def _text(
     changes |= {real_key(config.model_dump(), key_of(name))[0]: value for name, value in values.items()}
     changes |= {("species", name, "policy", "file"): path for name, path in files.items()}
     return edited(document.text, changes)
-
-
-def _data(config: WorldConfig, files: Mapping[str, str]) -> dict[str, Any]:
-    data = config.resolved()
-    for name, path in files.items():
-        data["species"][name]["policy"]["file"] = path
-    return data
 
 
 def _keep_named(config: WorldConfig, out: Path) -> None:

@@ -50,7 +50,9 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
         try:
             done = _do(sweep, job, place) | {"began": begin}
         except Exception as error:
-            write_json(place / FAILED, _failure(error))
+            failure = {"error": type(error).__name__, "text": str(error), "at": time.time()}
+            failure |= {"host": socket.gethostname(), "trace": traceback.format_exc()[-4000:]}
+            write_json(place / FAILED, failure)
             raise
         write_manifest(place, done, DONE)
         for name in (FAILED, PROGRESS):
@@ -209,13 +211,3 @@ def _tick_of(run: Path) -> int:
     from ecs_eco.checkpoint.file import SUFFIX, tick_of
 
     return max((tick_of(file) for file in (run / "checkpoints").glob(f"tick-*{SUFFIX}")), default=0)
-
-
-def _failure(error: Exception) -> dict[str, Any]:
-    return {
-        "error": type(error).__name__,
-        "text": str(error),
-        "at": time.time(),
-        "host": socket.gethostname(),
-        "trace": traceback.format_exc()[-4000:],
-    }

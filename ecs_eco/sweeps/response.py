@@ -64,7 +64,7 @@ def values_of(rows: Iterable[Row], key: str) -> list[Any]:
 def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
     """Return an outcome at each value of a key: mean and interval over seeds of means over all else."""
     return [
-        Answer(value, interval(part, outcome), tuple(_numbers(part, outcome)))
+        Answer(value, interval(part, outcome), _numbers(part, outcome))
         for value in values_of(rows, key)
         if (part := [row for row in rows if row[key] == value])
     ]
@@ -72,16 +72,9 @@ def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
 
 def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
     """Return an outcome at each point, in the order of a key's values."""
-    parts: dict[int, list[Row]] = {}
-    for row in rows:
-        parts.setdefault(row["point"], []).append(row)
-    return sorted(
-        (
-            Answer(part[0][key], interval(part, outcome), tuple(_numbers(part, outcome)))
-            for part in parts.values()
-        ),
-        key=lambda answer: answer.value,
-    )
+    parts = group(rows, lambda row: row["point"]).values()
+    found = [Answer(part[0][key], interval(part, outcome), _numbers(part, outcome)) for part in parts]
+    return sorted(found, key=lambda answer: answer.value)
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
@@ -111,8 +104,8 @@ def _table(rows: Sequence[Row], column: str) -> np.ndarray:
     return np.array([[np.mean(cells[a, b]) if (a, b) in cells else np.nan for b in worlds] for a in training])
 
 
-def _numbers(rows: Sequence[Row], outcome: Outcome) -> list[float]:
-    return [float(row[outcome.column]) for row in rows if row[outcome.column] is not None]
+def _numbers(rows: Sequence[Row], outcome: Outcome) -> tuple[float, ...]:
+    return tuple(float(row[outcome.column]) for row in rows if row[outcome.column] is not None)
 
 
 def group(rows: Sequence[Row], of: Callable[[Row], Any]) -> dict[Any, list[Row]]:
@@ -186,7 +179,8 @@ def _response(
         if np.isfinite(a.mean.value)
     ]
     x = _places(values, [answer.value for answer in found])
-    gap = _gap(_places(values, values))
+    apart = np.diff(np.unique(_places(values, values)))
+    gap = float(apart.min()) if apart.size else 1.0  # the least distance between values
     x = x + (number - (of - 1) / 2) * 0.06 * gap
     middle, low, high = (
         np.array([getattr(a.mean, end) for a in found], float) for end in ("value", "low", "high")
@@ -234,12 +228,6 @@ def _places(values: list[Any], wanted: Sequence[Any]) -> np.ndarray:
 
 def _are_numbers(values: Sequence[Any]) -> bool:
     return all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
-
-
-def _gap(places: np.ndarray) -> float:
-    """Return the smallest distance between values on an axis."""
-    apart = np.diff(np.unique(places))
-    return float(apart.min()) if apart.size else 1.0
 
 
 def _values_axis(ax: Any, key: str, values: list[Any]) -> None:

@@ -1,13 +1,11 @@
 """A recorded run as a case to be explained: diets, deaths by kind of cause, rates per head, ages, energies."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pyarrow as pa
@@ -47,7 +45,7 @@ class Case:
     snapshots: Mapping[str, Mapping[str, np.ndarray]] = field(default_factory=dict)
 
     @classmethod
-    def read(cls, run: Path | str) -> Case:
+    def read(cls, run: Path | str) -> Self:
         """Read a run folder; FileNotFoundError where it holds no run, RecordingError where a file is damaged."""
         folder, series = Path(run), load_series(run)
         config = in_force(series.manifest)
