@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
 from ecs_eco.analysis.palette import AXIS, INK
 from ecs_eco.analysis.runs import Series, load_series, tables
@@ -174,7 +175,7 @@ def numbers(islands: Islands) -> Figure:
     return figure
 
 
-def _codes(column: Any, words: Sequence[str]) -> np.ndarray:
+def _codes(column: pa.ChunkedArray, words: Sequence[str]) -> np.ndarray:
     """The numbers of words, i64[rows]."""
     known = {word: i for i, word in enumerate(words)}
     return np.array([known[word] for word in column.to_pylist()], np.int64)

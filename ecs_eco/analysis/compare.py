@@ -296,7 +296,7 @@ def _effects(
     return out
 
 
-def clean(x: Any) -> Any:
+def clean(x: object) -> Any:
     """Return it with JSON types: intervals as [value, low, high], NaN and infinity as null."""
     if isinstance(x, Mapping):
         return {str(k): clean(v) for k, v in x.items()}

@@ -34,7 +34,7 @@ from ecs_eco.analysis.escapes import (
 from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import AXIS, NIGHT, SUN
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled
+from ecs_eco.analysis.style import PALETTE, Axes, Figure, colors_of, panels, styled
 from ecs_eco.analysis.svg import DIM
 
 NOON = "#fff6d1"
@@ -145,7 +145,7 @@ def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure
     return figure
 
 
-def _night(ax: Any, run: Series) -> None:
+def _night(ax: Axes, run: Series) -> None:
     """Grey where the light at the surface is less than a hundredth of the day's most."""
     day = day_of(run)
     if not day:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis.style import Axes
 from ecs_eco.config.land.land import kept_land
 from ecs_eco.engine.errors import ConfigError
 
@@ -74,7 +75,7 @@ def _where(shape: Mapping[str, Any]) -> tuple[Any, Any]:
     return shape.get("line"), shape.get("region")
 
 
-def draw_land(ax: Any, land: Land) -> list[Any]:
+def draw_land(ax: Axes, land: Land) -> list[Any]:
     """Draw what is on the ground below everything else on axes in metres; return what was drawn."""
     from matplotlib.collections import PolyCollection
     from matplotlib.patches import Circle, Polygon, Rectangle

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from ecs_eco.analysis.palette import rgb
+from ecs_eco.analysis.style import Axes
 from ecs_eco.config.land.raster import DAMAGED
 
 LAND, WATER, ROCK = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57)
@@ -93,7 +94,7 @@ class Relief(NamedTuple):
         return np.clip(colour, 0, 1)
 
 
-def draw_relief(ax: Any, relief: Relief, size: Sequence[float]) -> Any:
+def draw_relief(ax: Axes, relief: Relief, size: Sequence[float]) -> Any:
     """Draw the ground below everything else on axes in metres; return what was drawn."""
     return ax.imshow(
         relief.colours(),

@@ -198,7 +198,7 @@ def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> d
     return {s: own.get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
 
 
-def own_colors(chosen: Any) -> dict[str, str]:
+def own_colors(chosen: object) -> dict[str, str]:
     """The valid colours in a manifest, which may hold anything there."""
     pairs = chosen.items() if isinstance(chosen, Mapping) else ()
     return {s: hue for s, hue in pairs if isinstance(hue, str) and HUE.fullmatch(hue)}

@@ -12,6 +12,7 @@ from ecs_eco.analysis.report import write_report
 from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.loading import island_of
+from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError, ForeignFile
 from ecs_eco.experiments.pool import finishing, once_free
 from ecs_eco.lifecycle.migration import Migrants, admit, copied, leave
@@ -28,7 +29,7 @@ FOLDER = "exports"
 OWN = {"uid": np.dtype(np.uint64), "born": np.dtype(np.int64), "to": np.dtype(np.int64)}
 
 
-def write_migrants(path: Path, archipelago: str, world: Any) -> dict[str, dict[str, int]]:
+def write_migrants(path: Path, archipelago: str, world: World) -> dict[str, dict[str, int]]:
     """Write the migrants that leave an island before its next tick, into its run folder, with the hash of
     their archipelago; return how many go where: species → island → number."""
     islands = world.config.archipelago
@@ -56,7 +57,7 @@ def write_migrants(path: Path, archipelago: str, world: Any) -> dict[str, dict[s
 
 
 def arrivals(
-    root: Path, archipelago: str, world: Any, tick: int
+    root: Path, archipelago: str, world: World, tick: int
 ) -> Iterator[tuple[int, dict[str, Migrants]]]:
     """Yield what each island that sends migrants here wrote at a barrier, in the order of their numbers.
     Raises CheckpointError for a missing or damaged file, ForeignFile for another archipelago, island or
@@ -105,7 +106,7 @@ Progress = Callable[[int, int], None]
 class Live(NamedTuple):
     """An island that this process has run up to where it is."""
 
-    world: Any
+    world: World
     folder: Any
     manifest: dict[str, Any]
     thread: int

@@ -160,7 +160,9 @@ class Archipelago:
                 self._report(pool)
         return self.manifest
 
-    def _stretch(self, pool: Any, until: int, threads: int, trust: bool, progress: Progress | None) -> None:
+    def _stretch(
+        self, pool: Executor, until: int, threads: int, trust: bool, progress: Progress | None
+    ) -> None:
         """Run all islands to the next barrier; note where they are then."""
         every = Plan.model_validate(self.manifest["config"]["archipelago"]).every
         start = self.tick
@@ -180,14 +182,14 @@ class Archipelago:
         }
         self.manifest["digest"] = digest_of(self.manifest["islands"])
 
-    def _report(self, pool: Any) -> None:
+    def _report(self, pool: Executor) -> None:
         jobs = {name: (str(self.folder.absolute()), name) for name in self.islands}
         _all(pool, island.report, jobs, lambda done: None)
         write_archipelago(self.folder)
 
 
 def _all(
-    pool: Any, work: Callable[..., Any], jobs: Mapping[str, tuple[Any, ...]], note: Callable[[int], None]
+    pool: Executor, work: Callable[..., Any], jobs: Mapping[str, tuple[Any, ...]], note: Callable[[int], None]
 ) -> dict[str, Any]:
     """Do all jobs on an executor; those whose worker was killed again. Return the results by name."""
     done: dict[str, Any] = {}

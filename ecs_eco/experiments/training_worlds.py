@@ -25,7 +25,7 @@ class TrainingWorlds:
         self.series: list[dict[str, np.ndarray]] = []  # of former worlds, per species name and count
         self.recorded: list[tuple[int, Any, Any]] = []  # of former worlds: first tick, updates, actions
         self.learners: dict[str, Any] = {}  # species → Learner, or SharedLearner
-        self.worlds: list[Any] = []
+        self.worlds: list[World] = []
         self._begin()
 
     def run(self, ticks: int) -> None:

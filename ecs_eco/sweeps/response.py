@@ -10,7 +10,7 @@ import numpy as np
 
 from ecs_eco.analysis.palette import AXIS, INK, ON_CELL
 from ecs_eco.analysis.seed_grid import mean_interval, share_interval
-from ecs_eco.analysis.style import DASHES, PALETTE, Figure, panels, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, Axes, Figure, panels, styled
 from ecs_eco.analysis.survival import Interval, wilson
 
 Row = Mapping[str, Any]
@@ -161,7 +161,7 @@ def responses(
 
 
 def _response(
-    ax: Any,
+    ax: Axes,
     rows: Sequence[Row],
     key: str,
     values: list[Any],
@@ -230,7 +230,7 @@ def _are_numbers(values: Sequence[Any]) -> bool:
     return all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
 
 
-def _values_axis(ax: Any, key: str, values: list[Any]) -> None:
+def _values_axis(ax: Axes, key: str, values: list[Any]) -> None:
     """Label an axis with the values of a key."""
     ax.set_xlabel(short(key))
     if _are_numbers(values):
@@ -293,7 +293,7 @@ def _limits(rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome) -> tup
 
 
 def _cells(
-    ax: Any, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
+    ax: Axes, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
 ) -> Any:
     """Draw the cells of a grid, with their numbers where there is room."""
     across, up = (values_of(rows, key) for key in pair)
@@ -333,7 +333,7 @@ def _cell(mean: float, outcome: Outcome) -> str:
 
 
 def _dots(
-    ax: Any, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
+    ax: Axes, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
 ) -> Any:
     """Draw a dot for each point."""
     found: list[tuple[Any, Any, Answer]] = []

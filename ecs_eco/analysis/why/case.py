@@ -199,7 +199,7 @@ def put(config: Any, key: str, value: Any) -> None:
             node = node[where]
 
 
-def look_up(config: Any, key: str) -> Any:
+def look_up(config: object, key: str) -> Any:
     """The value at a dotted key; None where there is none."""
     for name in key.split("."):
         if isinstance(config, list):
