@@ -48,7 +48,7 @@ class Archipelago:
         seed: int | None = None,
         ticks: int | None = None,
         out: str | Path | Claim = "archipelago",
-        policies: Any = "trained",
+        policies: str | dict[str, str] = "trained",
         learn: bool | Mapping[str, bool] | None = None,
         *,
         snapshot_every: int | None = None,

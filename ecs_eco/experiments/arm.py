@@ -5,10 +5,17 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.experiments.treatments import NotApplicable, Treatment, find, refusal, species_with_policy
+from ecs_eco.experiments.treatments import (
+    NotApplicable,
+    Policies,
+    Treatment,
+    find,
+    refusal,
+    species_with_policy,
+)
 
 # bytes; the names of files in these folders come on top, and file systems allow 255 for one name
 LONGEST_NAME = 100
@@ -21,7 +28,7 @@ class Arm:
 
     name: str
     config: WorldConfig
-    policies: Any = "trained"  # or a dict: species → policies
+    policies: Policies = "trained"  # or a dict: species → policies
     learn: bool | None = None  # None: as the world says
     controls: tuple[str, ...] = ()  # of ecs_eco.worlds.treatments
     treatment: Treatment | None = None  # None: the world as it is

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.sensors import Gradient, Light, Smell
@@ -121,6 +121,7 @@ def _depends_on_light(config: WorldConfig, name: str) -> bool:
     return bool(re.search(rf"\b{re.escape(light)}\b", happiness.formula))
 
 
+Policies: TypeAlias = str | dict[str, str]  # a word or folder for all species, or by species
 OPTION = "--control"  # where treatments are named, as errors say
 ABSENT = "no-"  # followed by the name of a species: without that species
 
@@ -155,7 +156,7 @@ class Treatment:
     summary: str
     changes: Callable[[WorldConfig], dict[str, Any]] | None = None  # values by dotted key
     assignment: str = ""  # KEY=VALUE, if it changes nothing else
-    policies: Any = "trained"  # or a word for all species, or a dict: species → word
+    policies: Policies = "trained"  # or a word for all species, or a dict: species → word
     learn: bool | None = None  # whether policies learn in the run; None: as the world says
     at_build: bool = False  # whether it is one of `ecs_eco.worlds.treatments`
     needs_learning: bool = False  # whether a run in which nothing learns is the same with and without it
@@ -203,7 +204,9 @@ def find(name: str, config: WorldConfig) -> Treatment:
     kind, _, species = name.partition(":")
     one = TREATMENTS[kind] if kind in FOR_ONE_SPECIES else None
     if one is not None and species in species_with_policy(config):
-        return replace(one, name=name, summary=f"{species}: {one.summary}", policies={species: one.policies})
+        return replace(
+            one, name=name, summary=f"{species}: {one.summary}", policies={species: str(one.policies)}
+        )
     if name in TREATMENTS:
         return TREATMENTS[name]
     if name in names(config):
