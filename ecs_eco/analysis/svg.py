@@ -18,20 +18,18 @@ DIM = "over-ground"
 _LEFT_OUT = {"font-family", "font-style", "font-variant", "font-stretch", "image-rendering"}
 _ILLEGAL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
-_METADATA = re.compile("<metadata>.*?</metadata>", re.DOTALL)
-_NAMESPACES = re.compile(r' xmlns(?::\w+)?="[^"]*"|(?<= )xlink:')
 _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
     """Return matplotlib's SVG as above; `name` sets its ids apart, `dark` has colours on dark ground."""
-    root = ET.fromstring(_NAMESPACES.sub("", _METADATA.sub("", legible(text))))
-    for part in root.iter():
-        part.text, part.tail = part.text if part.tag in ("text", "tspan") else None, None
+    root = ET.fromstring(legible(text))
+    _plain_names(root)
     dim = any(part.get("id") == DIM for part in root.iter("g"))
-    for part in root.iter("defs"):
+    for part in [*root.findall("metadata"), *root.iter("defs")]:
         for style in part.findall("style"):
             part.remove(style)
+    root[:] = [part for part in root if part.tag != "metadata"]
     for part in root.iter():
         _attributes(part)
     _rename(root, f"f{crc32(name.encode()):08x}")
@@ -79,6 +77,17 @@ def _rules(inside: str, dark: Mapping[str, str]) -> str:
         + "".join(rules)
         + ".plot.dim image{filter:brightness(.28)}}"
     )
+
+
+def _plain_names(root: ET.Element) -> None:
+    """Leave the namespaces away."""
+    for part in root.iter():
+        part.tag = part.tag.rpartition("}")[2]
+        for key in [key for key in part.attrib if "}" in key]:
+            part.set(key.rpartition("}")[2], part.attrib.pop(key))
+        if part.tag != "text" and part.tag != "tspan":
+            part.text = None
+        part.tail = None
 
 
 def _attributes(part: ET.Element) -> None:
