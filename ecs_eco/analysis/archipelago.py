@@ -96,7 +96,8 @@ def places(plan: Archipelago) -> np.ndarray:
 
 @styled
 def chart(islands: Islands) -> Figure:
-    """A map: discs are islands, sectors species that wander; arrows are as wide as migrants were many."""
+    """A map: an island is a disc whose sectors are its species that wander, an arrow is as wide as migrants
+    were many."""
     from matplotlib.patches import FancyArrowPatch, Wedge
 
     wander = [s for s in islands.species if s in islands.plan.emigration] or list(islands.species)

@@ -19,9 +19,13 @@ FEW = 8  # the most values of a gene that a figure can show
 
 @dataclass(frozen=True)
 class Frequencies:
-    """How many of the `n` living i64[samples] carry each of `values`: `count` i64[samples, values], at
-    `ticks`. With several strings or copies of a gene, an organism counts once for each value that it carries.
-    `copies` counts strings, or copies, in the place of organisms."""
+    """How many of the living carry each value of a gene: `count` i64[samples,
+    values] at `ticks` i64[samples].
+
+    `n` i64[samples] are all living. With several strings (ploidy 2), or several copies of a gene, an organism
+    counts once for each value that it carries; one without the gene counts for none. `copies` i64[samples,
+    values] counts strings, or copies of the gene, in the place of organisms.
+    """
 
     gene: str
     ticks: np.ndarray
@@ -37,7 +41,8 @@ class Frequencies:
 
     @property
     def allele(self) -> np.ndarray:
-        """Share of each value among all copies of the gene, f64[samples, values], or NaN without any."""
+        """Allele frequency: share of each value among all copies of the gene, f64[samples, values]; NaN where
+        there are none."""
         total = self.copies.sum(axis=1, keepdims=True)
         return self.copies / np.where(total, total, np.nan)
 
@@ -49,10 +54,13 @@ class Frequencies:
 
 
 def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
-    """Count the living that carry each value of a gene at the end of every `every` ticks, from births and
-    deaths. `gene` is a name in the manifest, or (first locus, letters); its values are those that the
-    manifest lists, else the codons in alphabetical order. Raises KeyError for an unknown species or gene,
-    ValueError for loci beyond the end."""
+    """Count the living that carry each value of a gene, at the end of every `every` ticks; exact,
+    from births and deaths.
+
+    `gene` is the name of a gene that the manifest lists, or (first locus, letters). Its values are those that
+    it lists for its codons, in the order of codons, else the codons themselves, in alphabetical order. Raises
+    KeyError for a species or gene that is not there, ValueError for loci beyond the end of the genome.
+    """
     record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
     mask, ticks = lineage.species == species, lineage.samples(every)
     codons = (
@@ -96,7 +104,8 @@ def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[
 def codons_of(
     genomes: np.ndarray, gene: dict[str, Any], species: str, strings: int
 ) -> list[tuple[list[str], np.ndarray]]:
-    """For each string of the genome: the codons at a gene's place, and which of them each organism has."""
+    """For each string of the genome: the different codons at a gene's place,
+    and which of them each organism has."""
     text = pa.array(genomes, pa.string())
     length = (pc.max(pc.utf8_length(text)).as_py() or 0) // strings
     if gene["at"] + gene["letters"] > length:
@@ -114,7 +123,8 @@ def codons_of(
 def _copies(
     genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any]
 ) -> list[tuple[list[str], np.ndarray]]:
-    """The same for each copy of a gene in genomes of variable length; "" for no copy."""
+    """For each copy of a gene that a genome of variable length may have: the different codons, "" for none,
+    and which of them each organism has."""
     texts = pa.array(genomes, pa.string()).dictionary_encode()
     codons = [
         [word for string in strings for word in string]
@@ -188,7 +198,10 @@ Line = tuple[Frequencies, int, str, str, Any]  # gene, place of the value, label
 
 def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Line]:
     """A line for each gene of two values, and for each value of others, without the first unless
-    `all_values`. A gene named after a colour is drawn in it."""
+    `all_values`.
+
+    A gene named after a colour is drawn in it; dashes distinguish lines of similar colour.
+    """
     from matplotlib.colors import is_color_like
 
     rest = PALETTE[::-1]
@@ -204,7 +217,11 @@ def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Lin
 
 @styled
 def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
-    """Number of the living that carry each gene, over time; its first codon counts as without it."""
+    """Number of the living that carry each gene, over time.
+
+    Organisms with the value of the first codon count as without the gene. A gene with more than two values
+    has a line for each of the others.
+    """
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     lines = lines_of(genes)
     for g, j, label, hue, dash in lines:
@@ -218,10 +235,13 @@ def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
 
 
 def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.ndarray:
-    """What a gene, given by its name or trait, says of each organism: f64[organisms], NaN for those without
-    it; of several strings or copies the value that their dominance makes. `species` is needed where several
-    have such a gene. Raises KeyError for an unknown species or gene, ValueError for a gene of a whole network
-    or of unknown meaning."""
+    """What a gene, given by its name or its trait, says of each organism: f64[organisms], NaN for those
+    without such a gene.
+
+    With two strings, or several copies, it is the value that their dominance makes, as the organism has it.
+    `species` is needed where several have a gene of that name. Raises KeyError for an unknown species or
+    gene, ValueError for a gene of a whole network, and for records that do not say what codons mean.
+    """
     name, record = find_gene(lineage, gene, species)
     kept, mask = lineage.genomes[name], lineage.species == name
     require_number(record, name)
@@ -233,7 +253,8 @@ def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.nd
 
 
 def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple[str, dict[str, Any]]:
-    """The species that has a gene, by name or trait, and its record; ValueError where several have it."""
+    """The species that has a gene, named by itself or by its trait, and the gene's record; KeyError names the
+    nearest, ValueError the species where several have it."""
     if species is not None:
         return species, gene_of(lineage, species, gene)
     having = {
@@ -316,8 +337,10 @@ def _dominated(a: np.ndarray, b: np.ndarray, gene: dict[str, Any]) -> np.ndarray
 
 
 def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.ndarray:
-    """What codons of a gene mean, f64[words]: a table of values, or a range in equal steps or factors. Raises
-    ValueError for a letter that the alphabet lacks."""
+    """What codons of a gene mean, f64[words]: a table of values, or a range in equal steps or factors.
+
+    Raises ValueError for a letter that the alphabet lacks.
+    """
     if not words:
         return np.zeros(0)
     letters = np.array(list(words), f"U{gene['letters']}").view("U1").reshape(len(words), gene["letters"])

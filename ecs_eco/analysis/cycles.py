@@ -34,7 +34,10 @@ BLOCK = 3
 
 @dataclass(frozen=True)
 class Lag:
-    """Lag of b behind a as a share of the period, its 95 % interval (may leave [0, 1)), and coherence."""
+    """Lag of b behind a as a share of the period in [0, 1), its 95 % interval and the coherence in [0, 1].
+
+    The interval may leave [0, 1): it is continuous around the share.
+    """
 
     share: float
     low: float
@@ -106,9 +109,13 @@ def cycle_statistics(
     seed: int = 0,
     period_of: Sequence[str] | None = None,
 ) -> CycleStatistics:
-    """Peaks, periods and lags of a run (folder, table or series); `species` from producers upwards. Lags are
-    taken at the period of the clearest peak among `period_of`, by default the consumers (plants also beat in
-    time with what grows back, faster than they are eaten), else all. KeyError for an unknown species."""
+    """Peaks, periods and lags of a run (folder, table or series); `species` from producers upwards.
+
+    The period at which lags are taken is that of the clearest peak among `period_of`. Where it is absent,
+    among the consumers, if the run's manifest tells who eats whom (plants also beat in time with what grows
+    back, faster than they are eaten), else among all. KeyError for a species in `period_of` that the run does
+    not have.
+    """
     series = load_series(run, species)
     names = tuple(s for s, here in zip(series.species, series.present, strict=True) if here)
     searched = _asked(series, names, period_of)
@@ -144,9 +151,11 @@ def _asked(series: Series, names: Sequence[str], period_of: Sequence[str] | None
 
 
 def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed: int = 0) -> Lag:
-    """Lag of b behind a: phase of their cross-spectrum around `period` [samples]. The interval is from a
-    circular block bootstrap, widened by Student's t for the few blocks; it covers about 90 % at 10 to 20
-    periods."""
+    """Lag of b behind a: phase of their cross-spectrum in the band around `period` [samples of a and b].
+
+    The interval is that of the phase in a circular block bootstrap with blocks of three periods, widened by
+    Student's t for the few blocks there are; it covers about 90 % at 10 to 20 periods.
+    """
     from scipy.special import ndtri, stdtrit  # takes a while to load; scipy.stats a second
 
     (a, factor), (b, _) = thin(a, LAG_SAMPLES), thin(b, LAG_SAMPLES)
@@ -173,9 +182,11 @@ def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed:
 
 
 def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str, float]:
-    """Circular median of lags over seeds with the narrowest distribution-free interval between order
-    statistics that covers `level`, or their range; `coverage` is the actual one: the range of six seeds has
-    0.97."""
+    """Circular median of lags over seeds with a distribution-free interval between order statistics.
+
+    The interval is the narrowest with at least `level` of coverage, or the range where there are too few
+    seeds for that; `coverage` is the actual one: the range of six seeds has .97.
+    """
     from scipy.special import bdtr
 
     x = np.asarray(lags, float)
@@ -230,10 +241,12 @@ def cross_seed_surrogates(
     n_shuffles: int = 9999,
     seed: int = 0,
 ) -> Surrogates:
-    """Are a and b of the same run coupled more than a of run i with b of run j? Runs are cut to the shortest
-    living stretch and filtered around one period (default: the median of their clearest peaks). p is a
-    permutation test over pairings of runs, exact up to seven; it cannot go below 1/n!, so at least four runs
-    are needed."""
+    """Are a and b of the same run coupled more than a of run i with b of run j?
+
+    The runs are cut to the shortest living stretch and filtered around one period (the median of their
+    clearest peaks where none is given). p is a permutation test over the pairings of runs, exact up to seven
+    runs; with n runs it cannot go below 1/n!, so four runs are the fewest that can show anything.
+    """
     if len(runs) < 4:
         raise ValueError(f"cross-seed surrogates need at least 4 runs, got {len(runs)}: one run a seed")
     loaded = [load_series(run) for run in runs]

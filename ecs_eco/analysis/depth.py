@@ -82,7 +82,8 @@ def depth_cycle(series: Series, species: str) -> DepthCycle | None:
 
 
 def day_by_hour(series: Series, species: str) -> np.ndarray:
-    """Mean depth [m] by hour after the first day, f64[HOURS]; NaN where none lived at that hour."""
+    """Mean depth of a species [m] by hour of the day, f64[HOURS], the first day left out;
+    NaN where none lived at that hour."""
     lived = (series.of(species) > 0) & (series.ticks >= series.ticks[0] + day_of(series))
     hour = _part_of_day(series, series.ticks[lived])
     n = np.bincount(hour, minlength=HOURS)
@@ -106,7 +107,11 @@ def swimmers(series: Series) -> list[str]:
 
 
 def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[str, np.ndarray]:
-    """Share of each species in each layer by hour after the first day: f64[layers, HOURS], else NaN."""
+    """Share of each species in each layer by hour, f64[layers, HOURS] by species, from the snapshots;
+    columns without any are NaN.
+
+    The first day is left out.
+    """
     top = float(series.manifest["config"]["space"]["size"][2])
     out = {
         s: np.zeros((layers, HOURS)) for s, here in zip(series.species, series.present, strict=True) if here
@@ -132,8 +137,11 @@ def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.nd
 def depths_over_time(
     run: Path | str, series: Series, species: Sequence[str], layers: int = 20, most: int = 120
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Mean number of some species in each layer, f64[layers, bins] by species, and the ticks between bins
-    i64[bins + 1], of snapshots in at most `most` bins; none without snapshots or depth."""
+    """Mean number of each of some species in each layer, f64[layers, bins] by species, and the ticks between
+    bins i64[bins + 1], from the snapshots; a bin holds as many snapshots as leave at most `most` bins.
+
+    No bins where there are no snapshots, or no depth.
+    """
     size = series.manifest.get("config", {}).get("space", {}).get("size", ())
     found: dict[int, np.ndarray] = {}
     if len(size) > 2 and size[2] > 0:

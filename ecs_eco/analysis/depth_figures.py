@@ -78,7 +78,8 @@ def mean_depth(series: Series, species: Sequence[str], day: int) -> Figure:
 
 @styled
 def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) -> Figure:
-    """Share of each species in each layer (rows) by hour (columns); above, the light of the day."""
+    """Share of each species in each layer (rows) by hour of the day (columns);
+    above each the light of the day f64[n]."""
     figure, axes = panels(
         2, len(shares), 3.5 * len(shares) + 0.9, 4.0, sharex=True, sharey="row", height_ratios=[1, 6]
     )
@@ -107,7 +108,8 @@ def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) 
 
 @styled
 def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: float) -> Figure:
-    """Mean number of each species in each layer (rows) over time (columns), the surface at the top."""
+    """Mean number of each species in each layer (rows) of each stretch of time (columns), the surface at the
+    top."""
     figure, axes = panels(len(numbers), 1, 9, 1.9 * len(numbers) + 0.6, sharex=True)
     for ax, (s, count) in zip(axes[:, 0], numbers.items(), strict=True):
         deep = np.linspace(0, height, len(count) + 1)
@@ -123,7 +125,8 @@ def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: floa
 
 @styled
 def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure:
-    """Mean depth by hour, arms as columns, species as rows: every run thin, the mean over runs thick."""
+    """Mean depth by hour of the day in each arm (columns) of each species (rows): every run thin,
+    the mean over runs thick."""
     figure, axes = panels(
         len(species), len(runs), 2.6 * len(runs) + 1, 2.3 * len(species) + 0.5, sharex=True, sharey=True
     )

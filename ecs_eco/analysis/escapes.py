@@ -26,7 +26,8 @@ WITHIN, REST, AROUND = 1.5, 5, 5
 
 
 def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """(prey, predator) of animals recorded in full: a sample does not show which were near."""
+    """(prey, predator) of animals with every tick of every organism recorded:
+    a sample does not show which were near."""
     if manifest.get("record") != "full":
         return []
     kinds = {
@@ -46,7 +47,8 @@ def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 def recorded_tracks(
     run: Path | str, prey: str, predator: str, within: float = 10.0, most: int = 3000
 ) -> Tracks | None:
-    """Return tracks of prey in the last `most` ticks of a run with details; None if they never met."""
+    """Return tracks of prey in the last `most` ticks of a run with details of prey and predators;
+    None if they never met."""
     series = load_series(run)
     first = int(series.ticks[-1]) - most + 1
     mine, other = (_places(run, name, first) for name in (prey, predator))
@@ -102,8 +104,11 @@ class Escape:
 
 
 def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape | None:
-    """What prey did around the approach of a predator to `within` [m]; None where none came near. The V-test
-    treats approaches as independent, which overstates the evidence: runs are the replicates."""
+    """What prey did around the approach of a predator to `within` [m]; None where none came near.
+
+    The V-test treats approaches as independent, which overstates the evidence if an animal is approached
+    often: runs are the replicates.
+    """
     events = approaches(tracks.distance, within, rest)
     if not len(events):
         return None
@@ -122,7 +127,8 @@ def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape 
 
 @dataclass(frozen=True)
 class Leaving:
-    """How often moves lead down the gradient of a smell, of all and at night: (N down − N up)/N."""
+    """How often moves lead down the gradient of a smell: (N down − N up)/N,
+    of all moves and of those at night."""
 
     n: int
     index: float

@@ -26,7 +26,8 @@ class Decline:
         return sum(self.causes.values())
 
     def shares(self) -> str:
-        """The causes with their shares of the deaths: "starved 80%, eaten by wolf 20%"; "" where unknown."""
+        """The causes with their shares of the deaths: "starved 80%, eaten by wolf 20%";
+        "" where none is known."""
         return ", ".join(f"{cause} {k / self.deaths:.0%}" for cause, k in self.causes.items())
 
 
@@ -62,7 +63,8 @@ def declines(series: Series) -> list[Decline]:
 
 
 def lifetime(series: Series) -> tuple[float, bool]:
-    """Ticks to the first extinction of any species and True; to the end of the run and False without any."""
+    """Ticks from the start to the first extinction of any species and True;
+    to the end of the run and False where there was none."""
     gone = series.extinct[series.present]
     if np.isnan(gone).all():
         return float(series.length), False
@@ -70,7 +72,8 @@ def lifetime(series: Series) -> tuple[float, bool]:
 
 
 def opening(series: Series) -> list[str]:
-    """The opening of a run's report, a sentence a line: what persisted, what died out when and of what."""
+    """The opening of a run's report, a sentence a line: whether all species persisted;
+    else which died out, when and of what."""
     lived = [s for s, here in zip(series.species, series.present, strict=True) if here]
     if not lived:
         return ["No species had a living member at the end of any tick."]
@@ -101,7 +104,8 @@ def opening(series: Series) -> list[str]:
 
 
 def multiplies(series: Series, species: str) -> bool:
-    """Whether a species has offspring, or its configuration states how, or there is no configuration."""
+    """Whether a species can have offspring: it has some, or its configuration says how,
+    or there is no configuration."""
     known = series.manifest.get("config", {}).get("species", {}).get(species, {"reproduction": "not known"})
     return bool(known.get("reproduction")) or bool(
         "births" in series.columns and series.of(species, "births").any()
@@ -109,7 +113,8 @@ def multiplies(series: Series, species: str) -> bool:
 
 
 def sentence(end: Decline) -> str:
-    """When a species died out, and through which causes since it last had half of its greatest number."""
+    """One sentence: when a species died out, and through which causes since it last had half
+    of its greatest number."""
     born = "" if end.births is None else f" against {end.births:,} birth{'s' * (end.births != 1)}"
     how = f", {end.deaths:,} death{'s' * (end.deaths != 1)}{born}: {end.shares()}" if end.causes else ""
     return (
@@ -119,7 +124,8 @@ def sentence(end: Decline) -> str:
 
 
 def shared(runs: Sequence[Series]) -> str:
-    """The opening of a report of several runs: in how many all persisted, which died out and of what."""
+    """The opening of a report of several runs: in how many all species persisted;
+    which died out in how many, and of what."""
     n, kept = len(runs), sum(run.persisted for run in runs)
     first = f"All species persisted in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})."
     all_declines = [d for run in runs for d in declines(run)]

@@ -110,7 +110,8 @@ def mark(ax: Axes, done: Sequence[tuple[int, str]]) -> None:
 
 @styled
 def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
-    """Trajectories of pairs (prey on x, consumer on y), coloured by time, smoothed over 1 % of the run."""
+    """Trajectories of pairs of species (prey on x, consumer on y), coloured by time;
+    smoothed over 1 % of the run."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 
@@ -164,7 +165,8 @@ def lags(
     period: float,
     surrogates: Mapping[str, Surrogates] | None = None,
 ) -> Figure:
-    """Cross-correlation of each pair over ± one period, with a band of cross-seed pairs where given."""
+    """Cross-correlation of each pair over lags of ± one period,
+    with the band of cross-seed pairs where given ("a→b")."""
     figure, axes = panels(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         band = (surrogates or {}).get(f"{a}→{b}")
@@ -266,8 +268,9 @@ def positions(
     land: Land | None = None,
     relief: Relief | None = None,
 ) -> Figure:
-    """Map of all organisms: positions (n, 3) [m] by species, later species on top, a volume from the side (x,
-    z). On a plane they stand on `relief` and on the roads, fences and areas of `land`."""
+    """Map of all organisms: positions (n, 3) [m] by species, later species on top; a volume is seen from the
+    side (x, z). On a plane the roads, fences and areas of `land` lie below them, on the ground as `relief`
+    says."""
     volume = len(size) > 2 and size[2] > 0
     high = size[2] if volume else size[1]
     figure, ((ax,),) = panels(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)

@@ -111,7 +111,8 @@ def levels(found: Flows) -> dict[str, int]:
 
 
 def draw(series: Series, found: Flows) -> str:
-    """The drawing, as a part of a page: a band from each food to each eater, as wide as the energy gained."""
+    """The drawing, as a part of a page: a band from each that is eaten to each that eats it, as wide as the
+    energy gained."""
     level = levels(found)
     names = sorted(level, key=lambda name: series.species.index(name))
     through = {name: _through(found, name) for name in names}

@@ -10,14 +10,18 @@ RISING = ("exp", "log", "sqrt", "tanh")
 
 
 def directions(text: str, positive: Collection[str]) -> dict[str, Sign]:
-    """For each name of a formula whether it rises or falls with it; `positive` names are never below 0."""
+    """For each name of a formula whether it rises (+1) or falls (−1) with it;
+    `positive` are the names never below 0."""
     tree = _parsed(text)
     return {name: _direction(tree, name, positive) for name in _names(tree)}
 
 
 def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
-    """For each name of a reflex formula, the sign of the terms of the sum that it is in: +1 for a term that
-    is never below 0, such as `energy < 0.3`, else that of its direction."""
+    """For each name of a reflex formula, the sign of the terms of the sum that it is in.
+
+    A term that is never below 0, such as `energy < 0.3`, has the sign +1;
+    other terms have that of their direction.
+    """
     tree = _parsed(text)
     directions: dict[str, Sign] = {}
     for name in _names(tree):
@@ -61,7 +65,8 @@ def _times(a: Sign, b: Sign) -> Sign:
 
 
 def _value(tree: ast.AST, positive: Collection[str]) -> Sign:
-    """+1 where an expression is never below 0, −1 where never above, 0 where it is 0, else None."""
+    """+1 where an expression is never below 0, −1 where it is never above, 0 where it is 0,
+    None where it may be both."""
 
     def value(part: ast.AST) -> Sign:
         return _value(part, positive)
@@ -107,7 +112,8 @@ def _value_of_call(name: str, signs: list[Sign]) -> Sign:
 
 
 def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
-    """+1 where an expression never falls as the name rises, −1 where it never rises, 0 without it."""
+    """+1 where an expression never falls as the name rises, −1 where it never rises, 0 without the name,
+    else None."""
 
     def way(part: ast.AST) -> Sign:
         return _direction(part, name, positive)

@@ -30,8 +30,11 @@ class Course:
 
 
 class Selection(NamedTuple):
-    """How a value of a gene changes against all others: the slope of its log odds `per_tick`, and per
-    generation, `s`; the mean generation time [ticks], samples used, allele frequencies at first and last."""
+    """How a value of a gene changes against all others.
+
+    `per_tick` is the slope of its log odds, `s` the same per generation; `generation` is the mean generation
+    time [ticks], `samples` how many times were used, `first` and `last` are allele frequencies.
+    """
 
     s: float
     per_tick: float
@@ -42,7 +45,8 @@ class Selection(NamedTuple):
 
 
 def few_valued(genomes: Mapping[str, Any]) -> list[str]:
-    """The genes in a species' manifest with so few values that each is an allele to count."""
+    """The genes of a species, as the manifest has them, with so few values that each is an allele to
+    count."""
     return [g["name"] for g in genomes["genes"] if has_few_values(g)]
 
 
@@ -56,7 +60,10 @@ def quantitative(genomes: Mapping[str, Any]) -> list[str]:
 
 
 def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = BINS) -> Course:
-    """Mean, spread and shares of a gene's values among the living; raises as `Lineage.values`."""
+    """Mean, spread and shares of a gene's values among the living, at the end of every `every` ticks.
+
+    Raises as `Lineage.values`.
+    """
     record = gene_of(lineage, species, gene)
     require_number(record, species)
     values, ticks = values_of(lineage, gene, species), lineage.samples(every)
@@ -77,7 +84,8 @@ def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = B
 
 
 def edges_of(values: np.ndarray, log: bool = False, bins: int = BINS) -> np.ndarray:
-    """Edges of bins for values, f64[bins + 1]: one about each where few differ, else equally spaced."""
+    """Edges of bins for values: one about each where few differ, else equal ones (equal factors) from the
+    least to the greatest; f64[bins + 1]."""
     known = np.unique(values[np.isfinite(values)])
     if len(known) < 2:
         only = float(known[0]) if len(known) else 0.0
@@ -89,9 +97,12 @@ def edges_of(values: np.ndarray, log: bool = False, bins: int = BINS) -> np.ndar
 
 
 def generation_time(lineage: Pedigree, species: str) -> float:
-    """Mean age of parents at the births of their offspring [ticks], each parent counted once for each child;
-    NaN without any: the T of age-structured populations (Charlesworth 1994, Evolution in age-structured
-    populations, chapter 1)."""
+    """Mean age of parents when their offspring are born [ticks], over all births of a species that have
+    parents; NaN without any.
+
+    The generation time T of age-structured populations (Charlesworth 1994, Evolution in age-structured
+    populations, chapter 1), each parent counted once for each child.
+    """
     of = lineage.species == species
     ages = [
         (lineage.born - lineage.born[line])[of & (line >= 0)] for line in (lineage.mother, lineage.father)
@@ -101,10 +112,13 @@ def generation_time(lineage: Pedigree, species: str) -> float:
 
 
 def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | float = 1.0) -> float:
-    """Slope of ln(p / (1 − p)) over time, weighted with n p (1 − p), the inverse variance of a log odds of n
-    copies (Berkson 1944); NaN where fewer than two times have both alleles. Where a type grows as exp(m₁ t)
-    and the others as exp(m₂ t), it is m₁ − m₂; with fitness 1 + s against 1, ln(1 + s) per generation (Crow
-    and Kimura 1970, An introduction to population genetics theory, chapter 5)."""
+    """Slope of ln(p / (1 − p)) over time, by least squares weighted with n p (1 − p), the inverse variance of
+    a log odds of n copies (Berkson 1944); NaN where fewer than two times have both alleles.
+
+    Where a type grows as exp(m₁ t) and all others as exp(m₂ t), it is m₁ − m₂; with non-overlapping
+    generations and fitness 1 + s against 1 it is ln(1 + s) per generation (Crow and Kimura 1970, An
+    introduction to population genetics theory, chapter 5). Lost and fixed alleles weigh nothing.
+    """
     p, t, n = np.broadcast_arrays(np.asarray(frequency, float), np.asarray(time, float), np.asarray(n, float))
     seen = np.isfinite(p) & (p > 0) & (p < 1) & (n > 0)
     p, t, n = p[seen], t[seen], n[seen]
@@ -119,10 +133,14 @@ def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | floa
 def selection(
     lineage: Pedigree, species: str, gene: str, value: str, since: int = 0, until: int | None = None
 ) -> Selection:
-    """How strongly a value of a gene is selected from tick `since` to `until` (the last one): logit-linear
-    regression of its allele frequency, per tick, and per generation as Chevin (2011, Biology Letters 7,
-    210–213) advises where generations overlap. It is the net change against all other values, mutation and
-    chance included. Raises KeyError for an unknown species, gene or value."""
+    """How strongly a value of a gene is selected from tick `since` to `until` (the last one): the
+    logit-linear regression of its allele frequency, per tick, and per generation by the mean generation time
+    of the species in this lineage, as Chevin (2011, Biology Letters 7, 210–213) advises where generations
+    overlap.
+
+    It is the net change against all other values, mutation and chance included: a neutral marker in the same
+    genome shows how large these are. Raises KeyError for an unknown species, gene or value.
+    """
     counted = frequencies(lineage, species, gene, max(1, (lineage.end + 1) // SAMPLES))
     counted.of(value)  # names the nearest
     column = counted.values.index(value)
@@ -153,8 +171,12 @@ def selection_of(
 
 
 def haldanes(course: Course, generation: float) -> float:
-    """Rate of evolution: slope of the mean in standard deviations, pooled over time, per generation [ticks]
-    (Gingerich 1993, American Journal of Science 293A, 453–478); NaN where nothing varies."""
+    """Rate of evolution of a quantitative gene: change of its mean in standard deviations per generation
+    (Gingerich 1993, American Journal of Science 293A, 453–478).
+
+    The least-squares slope of the mean over ticks, over the standard deviation within the population, pooled
+    over time, times the generation time [ticks]; NaN where nothing varies.
+    """
     there = np.isfinite(course.mean)
     t, mean = course.ticks[there].astype(float), course.mean[there]
     if len(t) < 2:

@@ -93,8 +93,10 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: st
 def arms(
     bands: Mapping[str, Mapping[str, Band]], labels: Mapping[str, str], title: str = "", shares: bool = True
 ) -> Figure:
-    """A panel for each gene (gene → arm → Band), the mean over runs with its 95 % band; `labels` are those of
-    the vertical axes by gene, `shares` lie from 0 to 1."""
+    """A panel for each gene (gene → arm → Band): the mean over runs of each arm, with its 95 % band.
+
+    `labels` are the words at each panel's vertical axis, by gene; `shares` lie from 0 to 1.
+    """
     columns = min(2, len(bands))
     rows = -(-len(bands) // columns)
     figure, axes = panels(rows, columns, 4.6 * columns + 0.6, 2.5 * rows + 0.8, sharex=True)
@@ -123,7 +125,11 @@ def arms(
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Figures (below `place`) and tables of the genes of each species, where genomes were recorded."""
+    """Figures and tables of the genes of each species; nothing where no genome was recorded, or nobody had
+    one.
+
+    Figures are written below `place`.
+    """
     genomes = {
         s: kept
         for s, kept in series.manifest.get("genomes", {}).items()

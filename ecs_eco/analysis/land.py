@@ -19,9 +19,11 @@ USES = {"harvest": "#b2182b", "plant": "#1b7837"}  # colours of areas
 
 def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run: Path | None = None) -> Land:
     """Return `fences`, `roads` and `areas` at the end of a tick, each with its `line` of corners or its
-    `region` [m] as a world file has them; roads have a `width` [m], areas a `kind` and a `species`. `config`
-    and `intervened` (tick, intervention) are those of the manifest; the folder `run` holds what layers of
-    real land added."""
+    `region` as a world file has them [m]; roads have a `width` [m], areas a `kind` and a `species`.
+
+    `config` is the configuration of a run as in its manifest, `intervened` what was done to it: (tick,
+    intervention). Uses of the whole world are no area. The folder `run` holds what layers of real land added.
+    """
     terrain = config.get("terrain") or {}
     lines = _of_layers(run) if run is not None and terrain.get("layers") else []
     standing: Land = {
@@ -105,7 +107,8 @@ def draw_land(ax: Axes, land: Land) -> list[Any]:
 
 
 def strip(line: np.ndarray, width: float) -> list[np.ndarray]:
-    """Return the corners f64[4, 2] of the rectangles of a strip along f64[k, 2], without gaps at corners."""
+    """Return the corners of the rectangles that a strip along a line f64[k, 2] is made of, f64[4, 2] each;
+    each reaches half of its width beyond both ends, so that there are no gaps at corners."""
     out = []
     for a, b in pairwise(line):
         along = (b - a) / max(float(np.hypot(*(b - a))), 1e-30) * width / 2

@@ -91,7 +91,8 @@ def read(run: Path | str, kind: str) -> pa.Table | None:
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return means of ticks and values over at most `points` equal stretches; NaN where one is empty."""
+    """Return means of ticks and values over at most `points` stretches of equal numbers of samples; NaN where
+    a stretch has no value."""
     edges = np.linspace(0, len(ticks), min(points, len(ticks)) + 1).astype(int)[:-1]
     if not len(edges):
         return ticks.astype(float), values

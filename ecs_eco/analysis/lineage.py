@@ -22,9 +22,12 @@ PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345678
 
 
 def write_csv(lineage: Pedigree, path: Path) -> Path:
-    """Write a row per organism in the order of uids, after Lalejini et al. (2019), "Data Standards for
-    Artificial Life Software", Proceedings of ALIFE: id; ancestor_list "[1,2]", "[none]" for founders;
-    origin_time and destruction_time [ticks], "inf" while alive; taxon_label, the species; genome."""
+    """Write a row per organism in the order of uids, after the phylogeny standard of Lalejini et al. (2019).
+
+    id; ancestor_list "[1,2]", "[none]" for founders; origin_time and destruction_time [ticks], "inf" while
+    alive; taxon_label, the species; genome. "Data Standards for Artificial Life Software", Proceedings of
+    ALIFE 2019.
+    """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(["id", "ancestor_list", "origin_time", "destruction_time", "taxon_label", "genome"])
@@ -46,9 +49,12 @@ def write_csv(lineage: Pedigree, path: Path) -> Path:
 
 
 def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
-    """The tree along first parents, in which every organism is a node named by its uid and children follow in
-    the order of uids. A branch is as long as from the parent's birth to the child's [ticks]; several founders
-    hang on a nameless root as old as the first of them; without organisms the tree is ";"."""
+    """The tree along first parents: every organism is a node, named by its uid;
+    children follow in the order of uids.
+
+    A branch is as long as the time from the parent's birth to the child's [ticks]. Several founders hang on
+    one root without a name, which is as old as the first of them; nobody at all is the tree ";".
+    """
     n = len(lineage)
     if not n:
         return ";"

@@ -21,7 +21,8 @@ SURE = 1e-5  # of the greatest stock: so well a ledger closes
 
 @dataclass(frozen=True)
 class Ledger:
-    """`columns[flow]` f64[ticks, holders, substances] [mol], with `stock_before` and `stock_after`."""
+    """Pages of the ledger: `columns[flow]` f64[ticks, holders, substances] [mol], with `stock_before` and
+    `stock_after`."""
 
     ticks: np.ndarray
     holders: tuple[str, ...]
@@ -100,7 +101,8 @@ def told(ledger: Ledger) -> list[str]:
 
 @styled
 def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
-    """A stack of stocks over time, a row for each substance; holders that are no species are hatched."""
+    """What holds each substance over time: a stack of stocks, a row for each substance; species in their
+    colours, what is no species hatched."""
     figure, axes = panels(len(ledger.substances), 1, 9, 2.1 * len(ledger.substances) + 0.7, sharex=True)
     others = [h for h in ledger.holders if h not in hue]
     for k, (ax, name) in enumerate(zip(axes[:, 0], ledger.substances, strict=True)):

@@ -173,7 +173,8 @@ def _means(rows: Rows, name: str, of: str) -> np.ndarray:
 
 
 def _interval(values: np.ndarray) -> Any:
-    """Mean and 95 % interval of a table of training seeds × world seeds; with gaps, of one row of runs."""
+    """Mean and 95 % interval of a table of training seeds × world seeds; runs without a number are left
+    out, and then the rest are one row."""
     if not np.isfinite(values).all():
         values = values[np.isfinite(values)][None]
     return mean_interval(values) if values.size else None

@@ -62,7 +62,8 @@ class ActionNode:
 
 @dataclass(frozen=True)
 class Reflex:
-    """A connection or formula of the reflex network; `sources` are (channel row, sign), None: it depends."""
+    """A connection or a formula of the reflex network; `sources` are (channel row, sign) and sign None is:
+    it depends."""
 
     sources: tuple[tuple[int, Sign], ...]
     action: int  # row in the decision vector
@@ -301,7 +302,8 @@ def _connection(
 
 
 def _range(gene: Any) -> tuple[list[float], Sign]:
-    """Values that a gene of a weight can give (of a range the ends, and 0 between), and their sign."""
+    """Values that a gene of a weight can give, of a continuous one the ends and 0 between,
+    and their sign where it is one."""
     values = list(gene.values or (gene.low, gene.high))
     if not gene.values and min(values) < 0 < max(values):
         values.append(0.0)
@@ -375,7 +377,8 @@ def _policy(species: Species, dims: int) -> PolicyNode:
 
 
 def _options(species: Species) -> list[tuple[str, int]]:
-    """(group, number of options) of the groups that the policy chooses in; a lone action has "not" too."""
+    """(group, number of options) of the groups that the policy chooses in;
+    a lone action has "not" as alternative."""
     automatic = set(species.automatic)
     groups = [
         (g, [a for a in names if not {a, f"{g}.{a}"} & automatic]) for g, names in species.groups().items()

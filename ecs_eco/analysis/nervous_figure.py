@@ -37,9 +37,12 @@ BUS = {"policy": 0.24, "function": 0.32, "happiness": 0.4}  # distance of the ga
 
 
 def draw_nervous_system(config: WorldConfig, species: str, values: Mapping[str, Any] | None = None) -> Figure:
-    """A species' nervous system; `values`, the state of one organism, may hold readings f32[channels], y i8,
-    probabilities f32 and decision u8[actions], and happiness. Raises ConfigError for a species without
-    nerves, UnknownName for an unknown value, ValueError for one of another length."""
+    """A species' nervous system.
+
+    `values`, the state of one organism, may hold readings f32[channels], y i8[actions], probabilities
+    f32[actions], decision u8[actions] and happiness. Raises ConfigError for a species without nerves,
+    UnknownName for an unknown value and ValueError for one of another length.
+    """
     d = diagram(config, species)
     return _figure([_Drawing(d, _checked(values or {}, d))])
 
@@ -60,8 +63,10 @@ def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Fi
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
-    """Write a PNG, SVG or PDF, by its suffix, completely or not at all, the same file for the same figure. An
-    SVG follows the theme of the system or of its page."""
+    """Write a PNG, SVG or PDF, by its suffix, completely or not at all; the same figure gives the same file.
+
+    An SVG follows the theme: light, and dark where the system or its page is.
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     undated: dict[str, dict[str, Any]] = {".pdf": {"CreationDate": None}, ".png": {"Software": None}}
@@ -291,7 +296,8 @@ class _Drawing:
         self.pen.end(at.x_action - NODE - 0.02, end, r.sign)
 
     def _arrival(self, i: int) -> float:
-        """Where a reflex' line reaches its action: lines of one sign at one place, of others beside it."""
+        """Where a reflex' line reaches its action: lines of one sign at one place,
+        those of other signs beside it."""
         r, boxes = self.d.reflexes[i], self.at.hub_boxes
         others = sorted(
             (k for k, o in enumerate(self.d.reflexes) if o.action == r.action), key=lambda k: boxes[k]

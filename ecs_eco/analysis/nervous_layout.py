@@ -71,7 +71,8 @@ def action_mark(a: ActionNode) -> str:
 
 
 def legend(d: Diagram) -> list[tuple[Sign | str, str]]:
-    """The kinds of lines in a drawing, a sign, "heritable" or "network", with their meanings."""
+    """The legend: the meaning of each kind of line in a drawing: a sign, "heritable" or "network",
+    and the text."""
     reflex = {sign for r in d.reflexes for sign in (r.sign, *(s for _, s in r.sources))}
     happy = {sign for _, sign in d.happiness.sources} if d.happiness else set()
     entries: list[tuple[Sign | str, str]] = []
@@ -210,7 +211,8 @@ class Layout:
         return rows, headings, y
 
     def _boxes(self) -> None:
-        """The middle and height of every box: networks evenly spread, reflexes near to their actions."""
+        """The middle and the height of every box: networks evenly from top to bottom,
+        reflexes as near to their actions as can be."""
         free = (self.body - sum(h for _, h in self.stack)) / (len(self.stack) + 1)
         self.boxes: dict[str, tuple[float, float]] = {}
         y = self.top

@@ -43,7 +43,8 @@ def _cell(x: object) -> str:
 
 
 def picture(svg: Path, caption: str) -> str:
-    """A figure with the SVG of `style.save_svg` in it; where it is wider than the screen, it is scrolled."""
+    """A figure with the SVG of `style.save_svg` in it, so that the page needs no other file; where it is
+    wider than the screen, it is scrolled."""
     drawn = embedded(svg.read_text(encoding="utf-8"), caption)
     return (
         f'<figure><div class="wide" tabindex="0">{drawn}</div>'

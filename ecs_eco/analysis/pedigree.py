@@ -15,11 +15,15 @@ ALIVE = -1
 
 @dataclass(frozen=True)
 class Pedigree:
-    """All organisms of a run in the order of their uids, of several islands of their births, an array entry
-    each. `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died`
-    i64 [ticks] (died, exclusive, is −1 while alive); `genome` str objects. `end` is the last tick, `dt` [s]
-    its length, `genomes` what the manifest says of genes. Raises ValueError for an organism that is there
-    twice, or whose parent is unknown or not older than itself."""
+    """All organisms of a run in the order of their uids, an array entry each; those of several islands in
+    the order of their births.
+
+    `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died` i64
+    [ticks] (died is −1 while alive); `genome` str objects ("" without one). Lived ticks are from `born` to
+    `died`, exclusive. `end` is the last tick, `dt` [s] its length, `genomes` what the manifest says of genes.
+    Raises ValueError for an organism that is there twice, or whose parent is unknown or not older than
+    itself.
+    """
 
     uid: np.ndarray
     parent: np.ndarray
@@ -119,7 +123,8 @@ class Pedigree:
     # --- questions
 
     def ancestors(self, uid: int, generations: int | None = None) -> np.ndarray:
-        """The uids of parents, grandparents, … through both parents, ascending; at most so many back."""
+        """The uids of parents, grandparents, … through both parents, ascending;
+        at most so many generations back."""
         before: set[int] = set()
         front, left = {self.place(uid)}, len(self) if generations is None else generations
         while front and left > 0:
@@ -169,7 +174,8 @@ class Pedigree:
         return self.uid[self._forebears(self.alive(self.end if tick is None else tick)) & self.founders]
 
     def most_recent_common_ancestor(self, uids: Iterable[int]) -> int:
-        """The youngest organism that all of these are, or descend from along first parents; 0 for none."""
+        """The youngest organism from which all of these descend along first parents,
+        or that is one of them; 0 for none."""
         lines = {self.place(uid) for uid in uids}
         if not lines:
             raise ValueError("lineage: the most recent common ancestor of no organism; pass at least one uid")
@@ -189,7 +195,8 @@ class Pedigree:
     def living_sums(
         self, ticks: np.ndarray, weights: np.ndarray | None = None, mask: np.ndarray | None = None
     ) -> np.ndarray:
-        """Sum of weights (1 each) over those of a mask that live at the end of each ascending tick."""
+        """Sum of weights (1 each) over those of a mask that live at the end of each
+        of these ascending ticks: [ticks]."""
         mask = np.ones(len(self), bool) if mask is None else mask
         change = np.zeros(len(ticks) + 1, np.int64 if weights is None else float)
         for sign, when, selected in ((1, self.born, mask), (-1, self.died, mask & (self.died != ALIVE))):

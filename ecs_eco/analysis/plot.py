@@ -13,8 +13,10 @@ from ecs_eco.engine.errors import unknown_name
 
 
 def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) -> Figure:
-    """Return a column of a world's series over time, a line for each species; notebooks show it. Raises
-    RuntimeError where nothing is recorded, KeyError for an unknown column or species."""
+    """Return a column of a world's series over time, a line for each species; notebooks show it.
+
+    Raises RuntimeError where nothing is recorded, KeyError for an unknown column or species.
+    """
     series = load_series(world.series(), species)
     colours = {name: table.species.color for name, table in world.tables.items() if table.species.color}
     series = replace(series, manifest={"colors": colours, "dt": world.dt, "intervened": world.intervened})

@@ -61,7 +61,9 @@ class Relief(NamedTuple):
         )
 
     def shade(self) -> np.ndarray:
-        """How bright the ground is beside flat ground: f64[ny, nx], about −0.7 to 0.3 (Horn 1981)."""
+        """How bright the ground is in the sun, beside flat ground: f64[ny, nx], about −0.7 to 0.3 (Horn
+        1981).
+        """
         from matplotlib.colors import LightSource
 
         high = np.pad(self.height.astype(float), 1, mode="wrap" if self.torus else "edge")[::-1]

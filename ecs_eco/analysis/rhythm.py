@@ -7,7 +7,8 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Cosinor:
-    """mesor + amplitude × cos(2π t/period − acrophase), fitted by least squares (Nelson et al. 1979)."""
+    """A cosine fitted to a series by least squares (Nelson et al. 1979):
+    mesor + amplitude × cos(2π t/period − acrophase)."""
 
     mesor: float
     amplitude: float  # half of the difference between highest and lowest
@@ -15,7 +16,8 @@ class Cosinor:
 
     @property
     def vector(self) -> np.ndarray:
-        """The coefficients of cosine and sine, f64[2]: unlike acrophases, they can be averaged over runs."""
+        """The coefficients of cosine and sine, f64[2]: vectors of several runs can be averaged,
+        acrophases cannot."""
         return self.amplitude * np.array([np.cos(self.acrophase), np.sin(self.acrophase)])
 
 
@@ -28,9 +30,12 @@ def cosinor(times: np.ndarray, values: np.ndarray, period: float) -> Cosinor:
 
 
 def p_of_days(days: np.ndarray, n: int = 9999, seed: int = 1) -> float:
-    """Return how often days f64[days, hours], each begun at a random hour, give a mean day of as large an
-    amplitude. Whole days are shifted circularly, which keeps correlations within a day; a straight line is
-    subtracted first, since a drift makes the same sawtooth of every day."""
+    """Return how often days f64[days, hours], each begun at a random hour,
+    give a mean day of as large an amplitude.
+
+    Whole days are shifted circularly, which keeps the correlations within a day. A straight line through all
+    days is subtracted first: a drift makes the same sawtooth of every day.
+    """
     rng, (many, hours) = np.random.default_rng(seed), np.shape(days)
     time = np.arange(many * hours)
     level = np.ravel(np.asarray(days, float))

@@ -87,13 +87,17 @@ class Series:
 
 
 def read_manifest(run: Path | str) -> dict[str, Any]:
-    """The manifest of a run folder; FileNotFoundError without one, RecordingError for a damaged one."""
+    """The manifest of a run folder; FileNotFoundError says what a run folder is,
+    RecordingError what is wrong with this one."""
     return seal.read_manifest(Path(run))
 
 
 def parts(run: Path | str, kind: str) -> list[Path]:
-    """The Parquet parts of a kind (series, births, deaths, snapshots …), in order. Raises RecordingError
-    where there are fewer than the manifest says, ForeignFile where one belongs to another run."""
+    """The Parquet parts of one kind (series, births, deaths, snapshots) of a run folder, in order.
+
+    Raises RecordingError where there are fewer than the manifest says,
+    ForeignFile where one belongs to another run.
+    """
     there = (Path(run) / "manifest.json").is_file()
     return belonging.parts(Path(run), kind, seal.read_manifest(Path(run)) if there else {})
 

@@ -31,10 +31,14 @@ class VarianceShares:
 
 
 def components(table: np.ndarray) -> np.ndarray:
-    """Variances by training seed, world seed and rest, (3, …), of tables (…, training, world) by the method
-    of moments (Henderson's method I in the form of Gao and Owen 2017; without gaps that of the two-way
-    analysis of variance). Unbiased, so that a component near 0 may be negative; NaN for fewer than two rows
-    or columns."""
+    """Variances by training seed, world seed and rest of tables (…, training, world),
+    by the method of moments: (3, …).
+
+    Sums of squares within rows, within columns and in all are set equal to their expectations (Henderson's
+    method I in the form of Gao and Owen 2017); for a table without gaps these are the estimates of the
+    two-way analysis of variance. Unbiased, so that a component near 0 is sometimes negative. NaN where a
+    table has fewer than two rows or columns.
+    """
     y = np.asarray(table, float)
     here = ~np.isnan(y)
     n = here.sum((-2, -1))
@@ -55,9 +59,12 @@ def components(table: np.ndarray) -> np.ndarray:
 
 
 def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarray:
-    """Tables (n_boot, rows, columns) of the two-way bootstrap, rows and columns drawn independently (Owen
-    2007). None is exact for a crossed design (McCullagh 2000); this one slightly overestimates the
-    variance."""
+    """Tables of the two-way bootstrap: rows and columns drawn independently, with replacement, (n_boot,
+    rows, columns).
+
+    The pigeonhole bootstrap (Owen 2007). No bootstrap of a crossed design is exact (McCullagh 2000); this one
+    slightly overestimates the variance.
+    """
     y = np.asarray(table, float)
     rng = np.random.default_rng(seed)
     rows, columns = (rng.integers(0, size, (n_boot, size)) for size in y.shape)
@@ -67,9 +74,13 @@ def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarra
 def variance_shares(
     table: np.ndarray, *, n_boot: int = 999, level: float = 0.95, seed: int = 0
 ) -> VarianceShares:
-    """Shares of the variance with percentile intervals of the pigeonhole bootstrap, corrected for rows and
-    columns that are drawn twice. On simulated designs of 6 × 5 the intervals cover 96 to 100 %; they are
-    wide. ValueError for a table with fewer than 2 training seeds or world seeds."""
+    """Shares of the variance with percentile intervals of the pigeonhole bootstrap.
+
+    Rows and columns that are drawn twice take variance from the rest and give it to the seeds; the drawn
+    components are corrected for that. On simulated designs of 6 × 5 the intervals cover 96 to 100 %; they are
+    wide, for six seeds say little about a variance. ValueError for a table with fewer than 2 training seeds
+    or world seeds.
+    """
     y = np.asarray(table, float)
     if y.ndim != 2 or min(y.shape) < 2:
         raise ValueError(
@@ -93,7 +104,8 @@ def variance_shares(
 
 
 def _corrected(drawn: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """Components of drawn tables, with the means that those of the table itself have."""
+    """Components of tables drawn by the pigeonhole bootstrap,
+    with the means that those of the table itself have."""
     rest = drawn[2] * rows * columns / ((rows - 1) * (columns - 1))
     return np.stack(
         [
@@ -112,9 +124,12 @@ def _shares(variance: np.ndarray) -> np.ndarray:
 
 
 def spread_of_mean(table: np.ndarray) -> tuple[float, float]:
-    """Standard error of the mean over a table without gaps, and Satterthwaite's degrees of freedom. With the
-    mean squares A and B of seeds and E of the rest the variance is (A + B − E) / n, never less than A / n or
-    B / n here; in a table of one row or column only the other factor counts."""
+    """Standard error of the mean over a table without gaps, and its degrees of freedom.
+
+    With the mean squares A of training seeds, B of world seeds and E of the rest, the variance of the mean is
+    (A + B − E) / n, here never less than A / n or B / n; the degrees of freedom are Satterthwaite's for A +
+    B. In a table of one row or column only the other factor counts.
+    """
     y = np.asarray(table, float)
     rows, columns = y.shape
     mean, row, column = y.mean(), y.mean(1), y.mean(0)
@@ -128,7 +143,8 @@ def spread_of_mean(table: np.ndarray) -> tuple[float, float]:
 
 
 def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
-    """Mean with Student's t on `spread_of_mean`; covers 90 to 99 % on simulated designs of 6 × 5."""
+    """Mean over a table without gaps, with Student's t on `spread_of_mean`;
+    covers 90 to 99 % on simulated designs of 6 × 5."""
     from scipy.special import stdtrit
 
     y = np.asarray(table, float)
@@ -149,9 +165,13 @@ def mean_of_seeds(values: np.ndarray) -> Interval | None:
 
 
 def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
-    """Number of independent runs as informative about a share as this table of 0 and 1 (Korn and Graubard
-    1998), reduced by (z / t)² for few degrees of freedom; the number of training seeds where all cells
-    agree."""
+    """Number of independent runs as informative about a share as this table of 0 and 1 (Korn
+    and Graubard 1998).
+
+    The variance of the share is that over training seeds and world seeds as replicates; few degrees of
+    freedom reduce the number by (z / t)². If all cells agree there is no variance to estimate: then the
+    number of training seeds is returned.
+    """
     from scipy.special import ndtri, stdtrit
 
     y = np.asarray(table, float)
@@ -164,8 +184,11 @@ def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
 
 
 def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
-    """Share of a table of 0 and 1 with Wilson's interval on the effective runs: on simulated designs of 6 × 5
-    it covers 96 to 99 %, on all 30 runs, as if independent, as little as 66 %."""
+    """Share of a table of 0 and 1 with Wilson's interval on the effective number of runs.
+
+    On simulated designs of 6 × 5 it covers 96 to 99 %, whichever seed matters; Wilson's interval on all 30
+    runs, as if they were independent, as little as 66 %.
+    """
     y = np.asarray(table, float)
     n = effective_runs(y, level)
     return wilson(float(y.mean()) * n, n, level)
@@ -210,8 +233,12 @@ class Grid:
 
 
 def outcomes(grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None) -> dict[str, np.ndarray]:
-    """Tables of outcomes: persisted, log times to the first extinction (cut off at the end), periods, mean
-    log numbers in the living stretch. `cycles` holds the statistics of a run by its `id`."""
+    """Tables of outcomes: persisted, log of the time to the first extinction, period,
+    mean log numbers of each species.
+
+    `cycles` holds the statistics of a run by its `id`. Times are cut off at the end of the run. Numbers are
+    those after the first tenth of the run and before the first extinction.
+    """
     names = grid.runs[0][0].species
     tables = {
         "persisted": grid.table(lambda run: run.persisted),
@@ -238,7 +265,8 @@ def _mean_log(run: Series, species: str) -> float:
 def survival_band(
     grid: Grid, level: float = 0.95, n_boot: int = 499, seed: int = 0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Band of the Kaplan–Meier curve of first extinctions by the pigeonhole bootstrap: times, low, high."""
+    """Band of the Kaplan–Meier curve of first extinctions by the pigeonhole bootstrap: its times,
+    lower and upper ends."""
     lived, died = (
         grid.table(lambda run: lifetime(run)[0]),
         grid.table(lambda run: lifetime(run)[1]).astype(bool),
@@ -257,7 +285,8 @@ def survival_band(
 def crossed(
     grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None, *, n_boot: int = 999, seed: int = 0
 ) -> dict[str, Any]:
-    """Summary of a grid: the share that persisted, by training seed too, and variance shares."""
+    """Summary of a grid: the share that persisted, also by training seed,
+    and the variance shares of every outcome."""
     tables = outcomes(grid, cycles)
     kept = tables["persisted"]
     shares = {}
@@ -288,7 +317,8 @@ def crossed(
 
 @styled
 def persistence(grid: Grid, title: str = "") -> Figure:
-    """Share of runs in which all live (Kaplan–Meier): all runs thick with a band, each training seed thin."""
+    """Share of runs in which all species live (Kaplan–Meier): all runs thick, with a band;
+    each training seed thin."""
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
     lived, died = (
         grid.table(lambda run: lifetime(run)[0]),
@@ -325,7 +355,8 @@ def persistence(grid: Grid, title: str = "") -> Figure:
 
 @styled
 def lifetimes(grid: Grid, title: str = "") -> Figure:
-    """Time to the first extinction by training seed (rows) and world seed (columns)."""
+    """Time to the first extinction by training seed (rows) and world seed (columns);
+    cells without extinction are marked."""
     rows, columns = len(grid.training), len(grid.worlds)
     figure, ((ax,),) = panels(1, 1, 2.4 + 1.05 * columns, 1.5 + 0.52 * rows)
     lived = grid.table(lambda run: lifetime(run)[0])

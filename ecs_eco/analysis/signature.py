@@ -23,8 +23,10 @@ class Cycle:
 
 
 def logarithms(numbers: np.ndarray) -> np.ndarray:
-    """Return log10 of numbers without their trend, f64[n]; zeros count as half of the smallest number above.
-    Raises ValueError where all are 0, one is negative or no number, or there are fewer than FEWEST."""
+    """Return log10 of numbers without their trend: f64[n]. Zeros count as half of the smallest number above.
+
+    Raises ValueError where all are zero, any is negative or no number, or there are fewer than FEWEST.
+    """
     x = np.asarray(numbers, float)
     if x.ndim != 1 or len(x) < FEWEST:
         raise ValueError(f"a series of shape {x.shape}; at least {FEWEST} numbers in a row are needed")
@@ -37,8 +39,11 @@ def logarithms(numbers: np.ndarray) -> np.ndarray:
 
 
 def cycle(*series: np.ndarray) -> Cycle:
-    """Return the cycle that series f[n] of the same times share, of a period between 3 samples and two thirds
-    of the series: the Lomb-Scargle periodogram with a floating trend. Raises ValueError as `logarithms`."""
+    """Return the cycle that series f[n] of the same times share.
+
+    Waves have periods between 3 samples and two thirds of the series, and are fitted by least squares beside
+    a straight line: the Lomb-Scargle periodogram with a floating trend. Raises ValueError as `logarithms`.
+    """
     logs = [logarithms(x) for x in series]
     f, shares, waves = _waves(logs)
     at = shares.sum(0).argmax()
@@ -49,13 +54,15 @@ def cycle(*series: np.ndarray) -> Cycle:
 
 
 def spectrum(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies [1/sample] and the share of a series' variance that each wave explains."""
+    """Return frequencies [1/sample], and the share of the variance of a series f[n] that a wave of each
+    explains: what `cycle` takes the highest of."""
     f, shares, _ = _waves([logarithms(numbers)])
     return f, shares[0]
 
 
 def period_of(*series: np.ndarray) -> float:
-    """Return the period [samples] of the `cycle` of series of the same times; long ones are thinned first."""
+    """Return the period [samples] of the `cycle` of one series, or of several of the same times. Long series
+    are thinned first."""
     thinned = [thin(np.asarray(x, float)) for x in series]
     return float(thinned[0][1] * cycle(*(x for x, _ in thinned)).period)
 

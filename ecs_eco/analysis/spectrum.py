@@ -34,7 +34,8 @@ GRID = {"ar1": 100, "relaxation": 24}
 
 
 def thin(series: np.ndarray, samples: int = SAMPLES) -> tuple[np.ndarray, int]:
-    """Means over blocks of `factor` ticks, the fewest that leave at most `samples`; the start may be cut."""
+    """Means over blocks of `factor` ticks, the fewest that leave at most `samples`;
+    the rest at the start is dropped."""
     x = np.asarray(series, float)
     factor = max(1, -(-x.shape[-1] // samples))
     n = x.shape[-1] // factor
@@ -52,8 +53,11 @@ def smooth(series: np.ndarray, window: int) -> np.ndarray:
 
 
 def transform(numbers: np.ndarray, how: str = "log") -> np.ndarray:
-    """Population numbers on a scale with fluctuations of even size: "log" is log(n + 1), since births and
-    deaths multiply; "sqrt" evens out demographic noise; "none" leaves them."""
+    """Population numbers on a scale with fluctuations of even size.
+
+    "log" is log(n + 1): births and deaths multiply, and cycles span orders of magnitude; "sqrt" evens out the
+    demographic noise of a population that varies little; "none" leaves it.
+    """
     x = np.asarray(numbers, float)
     if how == "log":
         return np.log1p(x)
@@ -72,7 +76,8 @@ def detrend(x: np.ndarray) -> np.ndarray:
 
 
 def spectrum(x: np.ndarray) -> np.ndarray:
-    """Multitaper spectrum of the detrended last axis: two sine tapers (Riedel and Sidorenko 1995)."""
+    """Multitaper spectrum of the detrended series: two sine tapers (Riedel and Sidorenko 1995),
+    along the last axis."""
     n = x.shape[-1]
     x = detrend(x)
     total = np.zeros((*x.shape[:-1], n // 2 + 1))
@@ -84,10 +89,13 @@ def spectrum(x: np.ndarray) -> np.ndarray:
 
 
 class RedNoise:
-    """Red noise per tick, seen as block means over `factor` ticks, fitted by Whittle likelihood (Whittle
-    1953). Parameters are roots r ≥ s of relaxation and m ≤ r of the moving average, each per block (root **
-    (1 / factor) per tick). Aliasing is included: taking block means of AR(1) for AR(1) calls 37 % of them
-    periodic."""
+    """Red noise per tick, seen as block means over `factor` ticks,
+    fitted to spectra by Whittle likelihood (Whittle 1953).
+
+    Parameters are two roots r ≥ s of relaxation and a root m ≤ r of the moving average, each per block (root
+    ** (1 / factor) per tick). The shapes are those of the block means, aliasing included: block means of
+    AR(1) are not AR(1), and taking them for it calls 37 % of them periodic.
+    """
 
     def __init__(self, n: int, factor: int, null: str):
         if null not in GRID:
@@ -126,7 +134,8 @@ class RedNoise:
         return self.roots[best], spectra / (self._shape[best] * scale[np.arange(len(best)), best][:, None])
 
     def draw(self, roots: np.ndarray, waves: np.ndarray) -> np.ndarray:
-        """Series of n samples cut from circular ones four times as long, from transformed white noise."""
+        """Series of n samples cut from circular ones four times as long,
+        from the Fourier transform of white noise."""
         gain = np.sqrt(self.shape(roots[None], 4 * self.n)[0]).astype(np.float32)
         return np.fft.irfft(waves * gain, 4 * self.n)[:, : self.n]
 
@@ -161,7 +170,11 @@ class Peak:
     @property
     def recurs(self) -> bool:
         """Whether the period may be named: the series holds it three times, and swings no more slowly than
-        that. A boom and crash, a start that dies away, and bumps upon a long swing do not recur."""
+        that.
+
+        A boom and its crash, a start that rings and dies away, and the bumps upon a long swing do not recur,
+        however far they rise above red noise.
+        """
         return self.held >= RECURRENCES and self.slower <= 1
 
 
@@ -175,10 +188,13 @@ def spectral_peak(
     min_cycles: float = MIN_CYCLES,
     seed: int = 0,
 ) -> Peak | None:
-    """Strongest spectral peak of a population series and its p against red noise by parametric bootstrap;
-    None if the series is too short or constant. The statistic is the largest ratio of spectrum to fitted null
-    over all periods from 4 samples to 1/min_cycles of the series, which accounts for testing many
-    frequencies. The null is refitted to every bootstrap series, so that both have the bias of the fit."""
+    """Strongest spectral peak of a population series and its p against red noise by parametric bootstrap.
+
+    The statistic is the largest ratio of spectrum to fitted null over all periods from 4 samples to
+    1/min_cycles of the series, which accounts for testing many frequencies. The null is refitted to every
+    bootstrap series, so that both have the bias of the fit; correcting its roots for that bias did not change
+    error rates. None if the series is too short or constant.
+    """
     x, factor = thin(transform(series, how), samples)
     n = x.shape[-1]
     if n < SHORTEST or np.ptp(x) < 1e-12 or not np.isfinite(x).all():
@@ -213,8 +229,11 @@ def _centre(power: np.ndarray, best: int, low: int, high: int) -> float:
 
 
 def _recurrence(x: np.ndarray, period: float) -> dict[str, float]:
-    """`held` and `slower` of a peak at a period [samples]: `held` is n_periods times the participation ratio
-    (Σ|z|²)² / (n Σ|z|⁴) of the analytic signal z in the band, 1 for a steady wave, 1/2 for narrow noise."""
+    """`held` and `slower` of a peak at a period [samples of x].
+
+    `held` is n_periods times the participation ratio (Σ|z|²)² / (n Σ|z|⁴) of the analytic signal z in the
+    band: 1 for a steady wave, 1/2 for noise in a narrow band, less for what is large for a while only.
+    """
     energy = np.abs(waves(x, period)) ** 2
     steady = energy.sum() ** 2 / (len(x) * (energy**2).sum())
     slower, longer = 0.0, period * BAND**2

@@ -95,9 +95,12 @@ def several(
 
 @contextmanager
 def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
-    """Use matplotlib's defaults with our settings; restore the user's afterwards. A `matplotlibrc` in the
-    working folder, which may be downloaded, could have texts set by TeX. A character that the font lacks is
-    drawn as a box. Within `as_delivered({})` the defaults, which take a while to set, are not set again."""
+    """Use matplotlib's defaults with our settings; restore the user's afterwards.
+
+    A `matplotlibrc` in the working folder, which may have come with a downloaded world, could have all texts
+    set by TeX. A character that the font lacks, in a name or a title, is drawn as a box, without a warning.
+    Within `as_delivered({})` the defaults, which take a while to set, are not set again.
+    """
     global _bare
     import matplotlib
 
@@ -193,7 +196,8 @@ def svg_of(figure: Figure) -> str:
 
 
 def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> dict[str, str]:
-    """A colour for each species, as the viewer's page has it: the safe one nearest to the world's #rrggbb."""
+    """A colour for each species, that of the viewer's page: the one of the palette nearest to the world's
+    own, where it names one as #rrggbb."""
     own = safe(own_colors(chosen))
     return {s: own.get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
 

@@ -49,9 +49,11 @@ class SurvivalCurve:
 
 
 def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> SurvivalCurve:
-    """Kaplan–Meier curve with Greenwood's variance on the log(−log) scale (Kalbfleisch and Prentice 1980);
-    `died` is False where censored. Undefined intervals (survival 1 or 0) are [1, 1] and [0, last upper
-    limit]."""
+    """Kaplan–Meier curve with Greenwood's variance on the log(−log) scale (Kalbfleisch and Prentice 1980).
+
+    `died` is False where the observation ended first (censored). Where the interval is undefined (survival 1
+    or 0) it is [1, 1] before the first death, [0, last upper limit] after the last.
+    """
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     estimate = survival_function(t, d)
     time = np.unique(np.append(t[d], 0.0))
@@ -103,7 +105,10 @@ def _censored(durations: Numbers, died: Flags) -> CensoredData:
 
 
 def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
-    """Share with Wilson's score interval (Wilson 1927), [0, 1] where n is 0; n need not be whole."""
+    """Share with Wilson's score interval (Wilson 1927); [0, 1] where n is 0.
+
+    An effective n need not be whole.
+    """
     from scipy.special import ndtri
 
     if not 0 <= successes <= n:
@@ -122,7 +127,8 @@ def difference_of_shares(k1: int, n1: int, k2: int, n2: int, level: float = 0.95
 
 
 def difference_of_intervals(a: Interval, b: Interval) -> Interval:
-    """a − b of independent estimates: squares of distances to the ends add (Zou and Donner 2008)."""
+    """a − b of two independent estimates from their intervals:
+    squares of the distances to the ends add (Zou and Donner 2008)."""
     gap = a.value - b.value
     return Interval(
         gap,
@@ -141,10 +147,13 @@ def bootstrap_difference(
     level: float = 0.95,
     seed: int = 0,
 ) -> Interval:
-    """statistic(a) − statistic(b) with a bootstrap interval over seeds; `paired`: statistic of a − b, pair by
-    pair. The percentile interval, too narrow at few seeds, is expanded by √(n/(n−1)) and Student's t over
-    normal, with Welch's degrees of freedom (Hesterberg 2015); NaN for fewer than 2 members. `statistic` takes
-    `axis`."""
+    """statistic(a) − statistic(b) with a bootstrap interval over seeds; `paired`: statistic of a − b,
+    pair by pair.
+
+    A percentile interval is too narrow at few seeds; this one is expanded by √(n/(n−1)) and Student's t over
+    normal, with Welch's degrees of freedom (Hesterberg 2015). Its ends are NaN where a group has fewer than 2
+    members. `statistic` must take `axis`.
+    """
     from scipy.special import ndtri, stdtrit
 
     x, y = np.asarray(a, float), np.asarray(b, float)

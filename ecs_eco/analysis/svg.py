@@ -22,7 +22,8 @@ _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
-    """Return matplotlib's SVG as above; `name` sets its ids apart, `dark` has colours on dark ground."""
+    """Return the SVG that matplotlib wrote, as said above; `name` tells its ids from those of others, `dark`
+    holds for colours on a light ground those on a dark one."""
     root = ET.fromstring(legible(text))
     _plain_names(root)
     dim = any(part.get("id") == DIM for part in root.iter("g"))
@@ -110,7 +111,8 @@ def _attributes(part: ET.Element) -> None:
 
 
 def _short(path: str) -> str:
-    """A path with numbers of two decimals; a long one of straight lines with one decimal, point to point."""
+    """A path with numbers of two digits after the point; a long one of straight lines alone with numbers of
+    one digit, from point to point."""
     words = path.split()
     if len(words) < 60 or not {word for word in words if word.isalpha()} <= {"M", "L", "z"}:
         return " ".join(_NUMBER.sub(lambda found: f"{float(found[0]):.2f}", " ".join(words)).split())

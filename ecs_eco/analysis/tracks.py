@@ -50,7 +50,8 @@ class Tracks:
 
 
 def tracks_of(records: list[Record], light: np.ndarray, space: Volume, dt: float) -> Tracks:
-    """Return the tracks of ticks, each (placed before, distance and offset to the predator, placed after)."""
+    """Return the tracks of ticks, each (uids and places before, distance and offset to the predator,
+    uids and places after)."""
     uids = np.unique(
         np.concatenate([uid for before, _, _, after in records for uid in (before[0], after[0])])
     )
@@ -107,7 +108,8 @@ def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
 
 
 def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
-    """Return (tick, animal) i64[k, 2] where distances fall below `within` after `rest` ticks above."""
+    """Return (tick, animal) i64[k, 2] where a distance f64[ticks, animals] falls below `within`, after at
+    least `rest` ticks above it."""
     near = distance < within
     events = []
     for animal in range(near.shape[1]):
@@ -121,8 +123,11 @@ def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
 
 
 def event_average(series: np.ndarray, events: np.ndarray, before: int, after: int) -> np.ndarray:
-    """Return the mean of windows of a series f64[ticks, animals] around events (tick, animal) i64[k, 2]:
-    f64[before + 1 + after], leaving out NaN and what lies beyond the record."""
+    """Return the mean of windows of a series f64[ticks, animals] around events i64[k, 2] of (tick,
+    animal): f64[before + 1 + after].
+
+    Where an animal did not live (NaN), or the record ends, it is left out.
+    """
     windows = np.full((len(events), before + 1 + after), np.nan)
     for i, (tick, animal) in enumerate(events):
         first, last = max(tick - before, 0), min(tick + after + 1, len(series))
@@ -132,9 +137,12 @@ def event_average(series: np.ndarray, events: np.ndarray, before: int, after: in
 
 
 def v_test(cosines: np.ndarray) -> tuple[float, float]:
-    """Return (u, p) of the V-test that directions point one way (Zar 2010, section 27.1), from cosines with
-    it: u is V over sqrt(n/2), normal for random directions in a plane; in space it errs on the side of no
-    effect."""
+    """Return (u, p) of the V-test that directions point one way rather than any (Zar 2010, section 27.1),
+    from their cosines with it.
+
+    u is V = n r cos(mean − expected) over sqrt(n/2), which is normal for directions at random in a plane. In
+    space cosines have the variance 1/3 in place of 1/2, so there the test errs on the side of no effect.
+    """
     n = len(cosines)
     u = float(np.sum(cosines)) * sqrt(2 / n)
     return u, erfc(u / sqrt(2)) / 2

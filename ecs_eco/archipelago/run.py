@@ -125,11 +125,13 @@ class Archipelago:
         trust: bool = False,
         claim: Claim | None = None,
     ) -> dict[str, Any]:
-        """Let the islands live on until a tick (None: the planned end); return the manifest. `workers` on an
-        engine, "local" or "ray", or any executor whose workers see the folder, run islands between barriers;
-        a killed worker's part is done again, the same. `progress(done, total)` counts ticks of islands.
-        Ctrl-C raises Stopped; `run` goes on from the last barrier. Raises RecordingError where `until` lies
-        before that."""
+        """Let the islands live on until a tick (None: the planned end); return the manifest.
+
+        Islands are run between barriers by `workers` on an engine, "local" or "ray", or on any executor of
+        concurrent.futures whose workers see the folder under the same name. Whoever is killed, the work is
+        done again, with the same result. `progress(done, total)` counts ticks of islands. Ctrl-C raises
+        Stopped; `run` goes on from the last barrier. Raises RecordingError where `until` lies before that.
+        """
         called_with("progress", progress, "done", "total")
         until = self.manifest["ticks"] if until is None else until
         if until < self.tick:

@@ -167,9 +167,11 @@ def run_jobs(
     progress: Callable[[int, int], None],
     failed: Callable[[Key, BaseException], None],
 ) -> dict[Key, Result]:
-    """Do all jobs on an executor; return results of those that succeeded. `progress` gets the numbers of
-    successes and of jobs, `failed` a job and its error; a BrokenExecutor once, and then no other job is
-    begun."""
+    """Do all jobs on an executor; return the results of those that succeeded.
+
+    `progress` is called with the number of successes and of jobs, `failed` with a job and its exception; with
+    BrokenExecutor, once, if a worker was killed from outside: then no other job is begun.
+    """
     results: dict[Key, Result] = {}
     if not jobs:
         return results

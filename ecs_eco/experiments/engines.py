@@ -31,9 +31,11 @@ def check_engine(on: str, source: str = "--on") -> None:
 
 
 def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") -> Executor:
-    """Return an executor on an engine, to be used in a `with` statement; `workers` are 2 by default, on `ray`
-    all CPUs. Raises ConfigError: no such engine; Ray is missing or does not answer; `slurm` takes whole
-    sweeps only."""
+    """Return an executor on an engine, to be used in a `with` statement.
+
+    Without a number of `workers`, `local` has two, and `ray` all CPUs of its cluster. Raises ConfigError: no
+    such engine; Ray is not installed, or its cluster does not answer; `slurm`, which takes whole sweeps only.
+    """
     check_engine(on, source)
     if on == SLURM:
         allowed = (
@@ -52,8 +54,11 @@ def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") 
 
 @contextmanager
 def engine(on: str | Executor = LOCAL, workers: int | None = None) -> Iterator[Executor]:
-    """Lend an executor: one made and ended here, or the one given, which is left running. An exception
-    cancels calls that have not begun, and ends an executor made here with all it does."""
+    """Lend an executor: one made for it and ended with it, or the one given, which is left running.
+
+    Where an exception leaves the block, calls that have not begun are cancelled, and an executor made here
+    is ended with all it does.
+    """
     if isinstance(on, str):
         with executor(on, workers) as made:
             yield made
@@ -123,7 +128,10 @@ def terminate(pool: Executor) -> None:
 
 
 def prepare(pool: Executor, folder: Path, config: WorldConfig) -> None:
-    """On a cluster, see that each machine has the folder, else ConfigError, and compile kernels there."""
+    """Before many calls on a cluster: see that each machine has the folder, and compile the kernels there.
+
+    Raises ConfigError naming the machines that do not have it. Other executors need no preparation.
+    """
     pool = pool.of if isinstance(pool, Lent) else pool
     if hasattr(pool, "on_each_machine"):
         pool.on_each_machine(folder.absolute(), compile_kernels, config)

@@ -66,8 +66,10 @@ def plan_of(arms: Sequence[Arm], ticks: int, trains: bool, retrain: bool) -> dic
 
 
 def write_plan(folder: Path, plan: dict[str, Any]) -> None:
-    """Write the settings of the comparison in a folder, with the arms that were there before. Raises
-    ForeignFile where the folder holds another comparison, or one of the other mode."""
+    """Write the settings of the comparison in a folder, with the arms that were there before.
+
+    Raises ForeignFile where the folder holds another comparison, or one of the other mode.
+    """
     there = container.begin(folder, Planned, plan)
     if plan["arms"].keys() - there["arms"].keys():
         container.write(folder, Planned, there | {"arms": there["arms"] | plan["arms"]})

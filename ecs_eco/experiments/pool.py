@@ -42,8 +42,11 @@ def begin_worker() -> None:
 
 
 def end_with_parent() -> None:
-    """Have this process get SIGTERM when its parent ends, as it starts: a pool's workers hold both ends of
-    their pipe, and would go on with all that is queued."""
+    """Have this process get SIGTERM when its parent ends; to be called as a worker starts.
+
+    A pool's workers wait on a pipe of which they hold both ends: if their parent is killed,
+    they would go on with all that is queued.
+    """
     parent = multiprocessing.parent_process()
     if parent is None:
         return
@@ -70,7 +73,10 @@ def once_free(call: Callable[[], Result], patience: float, pause: float = 1.0) -
 @contextmanager
 def finishing() -> Iterator[None]:
     """Raise KeyboardInterrupt within when the worker is told to end, so that the work can save what it has.
-    Elsewhere nothing changes: Ctrl-C does so anyway, and Dask's calls, in another thread, hear no signals."""
+
+    Elsewhere nothing changes: Ctrl-C raises KeyboardInterrupt anyway, and a thread beside the main one, in
+    which Dask's workers have their calls, hears no signals.
+    """
     if multiprocessing.parent_process() is None or threading.current_thread() is not threading.main_thread():
         yield
         return

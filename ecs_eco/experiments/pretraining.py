@@ -126,7 +126,8 @@ def save(result: dict[str, Any], out: Path) -> None:
 
 
 def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return the average of states of a network: steadier than the last (Polyak & Juditsky 1992)."""
+    """Return the average of several states of one network: steadier than the last
+    of them (Polyak & Juditsky 1992)."""
     return {
         k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32)
         for k in states[0]

@@ -62,9 +62,12 @@ class Call(Future[Any]):
 
 
 class RayExecutor(Executor):
-    """Calls as tasks of a Ray cluster: that at `address` or RAY_ADDRESS, one that runs on this machine, or
-    one started here with `workers` CPUs; at most `workers` tasks at a time. Raises ConfigError where Ray is
-    missing or does not answer."""
+    """Calls as tasks of a Ray cluster: that at `address` or RAY_ADDRESS, one that runs on this machine,
+    or one that is started here for the time being, with `workers` CPUs.
+
+    At most `workers` tasks at a time, None: as many as the cluster has room for. Raises ConfigError where Ray
+    is missing or no cluster answers.
+    """
 
     def __init__(
         self, workers: int | None = None, address: str | None = None, retries: int = RETRIES
@@ -193,7 +196,8 @@ class RayExecutor(Executor):
 
 
 def settings() -> dict[str, str]:
-    """Return the variables of tasks: one thread, no modules of their folder, and what results depend on."""
+    """Return the variables that tasks run with: one thread each, no modules of the folder that they run in,
+    and what results depend on as it is set here."""
     here = {
         name: value
         for name, value in os.environ.items()

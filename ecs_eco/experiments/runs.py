@@ -23,9 +23,12 @@ def run_arm(
     every: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Run an arm with a seed into a folder, with a checkpoint `every` so many ticks; return its manifest. A
-    stopped run continues. Raises FolderInUse, ForeignFile for files of another run, and RecordingError or
-    CheckpointError for a damaged file."""
+    """Run an arm with a seed into a folder, with a checkpoint `every` so many ticks; return its manifest.
+
+    A stopped run continues from its checkpoint, or restarts if it has none; nothing is removed. Raises
+    FolderInUse, ForeignFile if the folder holds files of another run, and RecordingError or CheckpointError
+    that names a damaged file.
+    """
     from ecs_eco.runs.run import resume, run_to_folder
 
     if every is None and ticks > EVERY:
@@ -51,8 +54,10 @@ def run_arm(
 
 
 def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
-    """Return whether a run of so many ticks is in a folder. Raises ForeignFile for another arm, seed or mode,
-    RecordingError where its manifest is damaged."""
+    """Return whether a run of so many ticks is in a folder.
+
+    Raises ForeignFile for another arm, seed or mode, RecordingError where its manifest is damaged.
+    """
     try:
         manifest = read_manifest(folder)
     except FileNotFoundError:

@@ -18,10 +18,13 @@ WRITTEN = (FILE, "*.safetensors")
 def train_or_find(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> Path:
-    """Return the folder, with <species>.safetensors and training.json: whole, or not there at all. Several
-    processes may train the same at once. Without `verify` any training is accepted, since the folder's name
-    identifies it. Raises ForeignFile for another training, RecordingError for damaged or other files; only
-    what a killed training left is removed."""
+    """Return the folder, with <species>.safetensors and training.json: whole, or not there at all.
+
+    Several processes may train the same at once: the first result is kept, the others are identical. Without
+    `verify` any training in the folder is accepted, since the folder's name identifies it. Raises ForeignFile
+    if it holds another training, RecordingError if it is damaged or holds other files; only what a killed
+    training left is removed.
+    """
     from ecs_eco.experiments.pretraining import pretrain
 
     if is_trained(folder, config, seed, ticks, verify=verify):

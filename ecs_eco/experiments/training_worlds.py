@@ -29,7 +29,8 @@ class TrainingWorlds:
         self._begin()
 
     def run(self, ticks: int) -> None:
-        """Let `ticks` ticks pass in each world, at most `renew` and one, to learn, in each of its lives."""
+        """Let `ticks` ticks pass in each world, at most `renew` in each life of a world, and one tick to
+        learn from the last rollout."""
         while ticks > 0:
             part = ticks
             if self.plan.renew:
@@ -44,7 +45,8 @@ class TrainingWorlds:
             ticks, self.tick = ticks - part, self.tick + part
 
     def _pace(self) -> int:
-        """Ticks that one world runs before the next: at most a rollout, so that none delivers two."""
+        """Ticks that one world runs before the next: at most a rollout,
+        so that none delivers a second one meanwhile."""
         return (
             min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
             if len(self.worlds) > 1
@@ -61,7 +63,8 @@ class TrainingWorlds:
         return {name: n.brain for name, n in nerves.items() if n.brain is not None}
 
     def reports(self) -> dict[str, dict[str, float | None]]:
-        """Return the statistics of each species' last update, None for undefined ones; empty without any."""
+        """Return the statistics of each species' last update; empty if there was none,
+        None for undefined ones."""
         last_reports = {}
         for name, table in self.worlds[0].tables.items():
             if table.species.nerves is not None and table.species.nerves.learning:
@@ -73,7 +76,8 @@ class TrainingWorlds:
         return last_reports
 
     def curves(self, every: int) -> dict[str, dict[str, Any]]:
-        """Return statistics by species, averaged over worlds and over blocks of `every` ticks."""
+        """Return statistics of the animals of each species,
+        averaged over worlds and over blocks of `every` ticks."""
         whole = [*self.series, self._past()]
         out: dict[str, dict[str, Any]] = {}
         for i, name in enumerate(self.worlds[0].recorder.names):
@@ -90,7 +94,8 @@ class TrainingWorlds:
         return out
 
     def _past(self) -> dict[str, np.ndarray]:
-        """Return n, taken_in, deaths of all worlds, and mean happiness: f64[ticks, species] each."""
+        """Return n, taken_in, deaths of all worlds together, and their mean happiness: f64[ticks,
+        species] each."""
         parts = []
         for world in self.worlds:
             series, s = world.series().to_pydict(), len(world.recorder.names)
@@ -181,8 +186,13 @@ class TrainingWorlds:
 
 
 def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: Any) -> list[dict[str, Any]]:
-    """Return a value of every key for each world, a Latin hypercube (McKay, Beckman & Conover 1979); by equal
-    factors where both ends are positive, whole numbers where both are ints."""
+    """Return a value of every key for each world: one from each of `worlds` equal parts of the range,
+    in an order of its own.
+
+    That is a Latin hypercube (McKay, Beckman & Conover 1979).
+    Steps are equal factors where both ends are positive, equal differences otherwise;
+    whole numbers where both ends are ints.
+    """
     out: list[dict[str, Any]] = [{} for _ in range(worlds)]
     for j, (name, (low, high)) in enumerate(vary.items()):
         u = random.draw_many(

@@ -26,7 +26,8 @@ def objective(
     find: Callable[[Any], Any] = handed_over,
     fit: Fit | None = None,
 ) -> float:
-    """The weighted mean of a search's goals for a run in which all lived; `find` gives "module:name"."""
+    """The weighted mean of a search's goals for a run in which all lived; `find` gives "module:name", `fit`
+    is what the goal data compares with."""
     goals = [
         (of if of in OBJECTIVES or of in series.reporters else find(of), weight)
         for of, weight in search.goals
@@ -45,7 +46,8 @@ def objective(
 
 
 def likeness(series: Series, fit: Fit) -> float:
-    """1 / (1 + the mean difference of statistics from the measured ones [tenths]); 0 without them."""
+    """1 / (1 + the mean difference of statistics from the measured ones [tenths]); 0 where the run is too
+    short to have them."""
     own = fit.of(series)
     if own is None:
         return 0.0
@@ -55,7 +57,8 @@ def likeness(series: Series, fit: Fit) -> float:
 def score(
     of: str | Callable[[Series], float], series: Series, persist: Sequence[str], wanted: Mapping[str, float]
 ) -> float:
-    """One goal's score of a run; a user's function or reporter is clipped to ±1e6, and NaN counts as 0."""
+    """One goal's score of a run; that of a user's function or reporter is clipped to ±1e6, and NaN counts as
+    0."""
     if of == "persistence":
         return distance(series, persist)
     if of == "cycling":
@@ -121,8 +124,10 @@ class Job:
 
 
 def evaluate(job: Job) -> dict[str, Any]:
-    """Outcomes by stage, the last stage, its score, and seconds; "refused" if the values make no valid world,
-    "failed" if the user's own code raised an error."""
+    """Outcomes by stage, the last stage, its score, and seconds; "refused" if the values make no valid world.
+
+    "failed" is the error raised by the user's own code.
+    """
     begin, worked = time.perf_counter(), time.process_time()
     try:
         result = _evaluate(load(job.config, job.values), job)

@@ -41,8 +41,10 @@ class Fit:
 
 
 def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
-    """What the goal data compares runs of so many ticks with; None where it is no goal. Raises ConfigError
-    where the measurements cannot be used, or runs are shorter."""
+    """What the goal data of a world compares runs of so many ticks with; None where it is no goal.
+
+    Raises ConfigError where the measurements cannot be used, or runs are shorter.
+    """
     if config.data is None or not any(of == "data" for of, _ in config.search.goals):
         return None
     names = [*config.species, *config.reporters]
@@ -86,8 +88,9 @@ def length(outside: Outside) -> float | None:
 
 
 def sampled(series: Series, outside: Outside) -> np.ndarray | None:
-    """The last stretch of a run that is as long (where no unit of time is known, in periods) and sampled as
-    often as the measurements: f64[samples, columns]; None where there is none."""
+    """The last stretch of a run that is as long as the measurements, and sampled as often: f64[samples,
+    columns]; None where there is none. Where the length of their unit of time is not known, it is as long in
+    periods."""
     n = np.stack([numbers_of(series, name) for name in outside.columns], 1)
     n = n[int(SKIP * len(n)) :]
     if not (np.isfinite(n).all() and (n >= 0).all() and n.any(0).all()):

@@ -143,8 +143,10 @@ class Journal:
 
 
 def begin(folder: Path, settings: Entry) -> Journal:
-    """Return the journal of a search in a folder, new or begun with these settings. Raises ForeignFile for
-    the folder of another search, RecordingError for one of an older version."""
+    """Return the journal of a search in a folder, new or begun with these settings.
+
+    Raises ForeignFile for the folder of another search, RecordingError for one of an older version.
+    """
     if container.inside(folder, folder / NAME).is_file() and not container.has(folder, Planned):
         raise RecordingError(f"{folder / NAME}: {container.OLD}")
     container.inside(folder, folder / "policies")
@@ -156,8 +158,10 @@ def begin(folder: Path, settings: Entry) -> Journal:
 
 
 def read(path: Path) -> list[Entry]:
-    """All complete lines; an incomplete one at the end, left when a search was killed, is removed. Raises
-    ConfigError that names the first line that was changed."""
+    """All complete lines; an incomplete one at the end, left when a search was killed, is removed.
+
+    Raises ConfigError that names the first line that was changed.
+    """
     files.require_regular(path)
     data = path.read_bytes()
     whole = data.rfind(b"\n") + 1

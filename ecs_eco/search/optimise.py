@@ -102,7 +102,8 @@ SHUFFLES = 40
 
 @dataclass(frozen=True)
 class Importance:
-    """A number's share of all importance, and the share that it stays below by luck in 19 of 20 cases."""
+    """Share of all importance that one number has, and the share that it stays below by luck in 19
+    of 20 cases."""
 
     name: str
     share: float

@@ -80,7 +80,10 @@ class Plan:
 
 
 def plan_of(config: WorldConfig) -> Plan:
-    """The plan of a world's [search]. Raises ConfigError where nothing varies or a range is refused."""
+    """The plan of a world's [search].
+
+    Raises ConfigError where nothing varies or an end of a range is refused.
+    """
     search = config.search
     if not search.ranges:
         allowed = (
@@ -163,7 +166,8 @@ def crossed(trainings: int, worlds: int, offset: int) -> tuple[Cell, ...]:
 
 
 def stages(ticks: int, runs: int, n: int, first: float) -> tuple[Stage, ...]:
-    """Length and number of runs grow by equal factors, from one of `first` of the ticks to all."""
+    """Length and number of runs grow by equal factors, from one of `first` of the ticks to all
+    at full length."""
     if n == 1:
         return ((ticks, runs),)
     steps = [i / (n - 1) for i in range(n)]
@@ -187,7 +191,8 @@ class Budget:
         self._begun = time.monotonic()
 
     def begin(self, plan: Plan, journal: Journal, finalists: Callable[[], int]) -> None:
-        """Start the clock, with the time of earlier calls; `finalists` returns the number of finalists."""
+        """Start the clock, with the time of earlier calls from the journal;
+        `finalists` returns the number of finalists."""
         self._plan, self._journal, self._finalists = plan, journal, finalists
         self._before = max((float(e["at"]) for e in journal.entries), default=0.0)
         self._begun = time.monotonic()

@@ -201,8 +201,10 @@ class Search:
         self.running[self.pool.submit(evaluate, job)] = tag
 
     def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
-        """Results that arrive within a second. Raises BrokenExecutor (on Ray WorkerLost) for a killed
-        worker."""
+        """Results that arrive within a second: (tag, result).
+
+        Raises BrokenExecutor, or WorkerLost on Ray, if a worker was killed.
+        """
         done, _ = wait(self.running, 1.0, FIRST_COMPLETED)
         for future in done:
             yield self.running.pop(future), future.result()

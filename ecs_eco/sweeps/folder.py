@@ -160,7 +160,10 @@ def has_sweep(folder: Path) -> bool:
 
 
 def begin(folder: Path, design: Design) -> Sweep:
-    """Write the sweep of a design into a folder, or find it there. Raises ForeignFile for another plan's."""
+    """Write the sweep of a design into a folder, or find it there; return it.
+
+    Raises ForeignFile where the folder holds the sweep of another plan.
+    """
     if has_sweep(folder):
         check_plan(folder, design)
         return read_sweep(folder)
@@ -196,7 +199,8 @@ def _planned(design: Design) -> dict[str, Any]:
 
 
 def _keep_policies(folder: Path, design: Design) -> Path:
-    """Copy the policies that world and plan name; return the folder that stands for the world's own."""
+    """Copy the policies that the world and the plan name; return the folder, within the sweep's, that stands
+    for the world's own."""
     config = design.base
     files = [s.policy.file for s in config.species.values() if s.policy.file is not None]
     inside = [file for file in files if not os.path.isabs(file)]

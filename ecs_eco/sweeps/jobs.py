@@ -61,8 +61,10 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
 
 
 def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
-    """Train the policies of a sweep's training unless they are there; return their folder. One process at a
-    time trains the same; the others wait for it."""
+    """Train the policies of a sweep's training, unless they are there; return their folder.
+
+    One process at a time trains the same; the others wait for it.
+    """
     _allow(allowed)
     sweep = read_sweep(folder)
     sweep.may_continue()
@@ -119,7 +121,10 @@ class Done(Section):
 
 
 def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
-    """Return a job's done.json, None without one; ForeignFile of another job, RecordingError if damaged."""
+    """Return the done.json of a job, None where it is not done.
+
+    Raises ForeignFile for the file of another job, RecordingError for a damaged one.
+    """
     path = sweep.job_folder(number) / DONE
     if not path.exists():
         return None
@@ -183,7 +188,8 @@ def _allow(hashes: Collection[str]) -> None:
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
-    """Return a progress function that notes the tick in a file, and from the second call on since when."""
+    """Return a progress function that notes the tick in a file, now and then, and from the second call on
+    since when ticks pass; lost notes do no harm."""
     last = 0.0
     begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
 

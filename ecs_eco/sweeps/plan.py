@@ -97,8 +97,10 @@ class PlanFile:
 
 
 def read_plan(plan: str | Path | Mapping[str, Any]) -> PlanFile:
-    """Read a plan, a file or a dict, whose relative paths are those of the working folder. Raises ConfigError
-    for invalid TOML, unknown keys or values of a wrong type."""
+    """Read a plan, a file or a dict, whose relative paths are those of the working folder.
+
+    Raises ConfigError for a plan that is no valid TOML, or has unknown keys or values of a wrong type.
+    """
     if isinstance(plan, Mapping):
         document = Document(dict(plan), "plan", Path())
     else:

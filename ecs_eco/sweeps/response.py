@@ -36,7 +36,8 @@ class Answer:
 
 
 def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
-    """Return what a table of runs holds: persistence, numbers, periods, and what reporters measured."""
+    """Return what a table of runs holds: persistence, numbers, periods of what cycles, and what reporters
+    measured."""
     found = [Outcome("persisted", "share in which all persist", share=True)]
     found += [Outcome(f"{name}.mean", f"mean number of {name}", name) for name in species]
     found += [
@@ -78,8 +79,10 @@ def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
-    """Return the mean of an outcome over seeds with its 95 % interval, NaN where no run has a number;
-    training seeds, where there are some, and world seeds are replicates."""
+    """Return the mean of an outcome over seeds, NaN where no run has a number, with its 95 % interval.
+
+    Training seeds and world seeds are both replicates; of runs without training seeds only world seeds.
+    """
     table = _table(rows, outcome.column)
     if not np.isfinite(table).all():
         table = table[np.isfinite(table)][None]
@@ -130,7 +133,8 @@ def short(key: str) -> str:
 def responses(
     rows: Sequence[Row], keys: Sequence[str], outcomes: Sequence[Outcome], hue: Mapping[str, str]
 ) -> Figure:
-    """A panel for each outcome (rows) and key (columns): means with 95 % intervals, a line a treatment."""
+    """A panel for each outcome (rows) and key (columns): mean and 95 % interval at each value, runs as dots;
+    a line for each treatment."""
     figure, axes = panels(
         len(outcomes),
         len(keys),

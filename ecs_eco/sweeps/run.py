@@ -70,8 +70,10 @@ def do_jobs(
     *,
     progress: Callable[[Outcome], None] | None = None,
 ) -> Outcome:
-    """Do the jobs with these numbers, or all that are not done. On the project's own Pool a job whose worker
-    was killed is called again; other executors do so themselves."""
+    """Do the jobs with these numbers, or all that are not done; return what became of them.
+
+    On the project's own Pool a job whose worker was killed is called again; other executors do so themselves.
+    """
     numbers = unfinished(sweep) if numbers is None else numbers
     if numbers:
         prepare(executor, sweep.folder, sweep.base)
@@ -124,7 +126,8 @@ class _Jobs:
         return self.outcome
 
     def _submit(self) -> None:
-        """Submit what is ready: one more than a pool has workers, so that few are lost with a worker."""
+        """Submit what is ready: one more than a pool has workers, so that none waits for its next and few are
+        lost with a worker."""
         most = self.executor.workers + 1 if isinstance(self.executor, Pool) else len(self.ready)
         while self.ready and len(self.running) < max(1, most):
             task = self.ready.popleft()

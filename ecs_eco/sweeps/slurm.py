@@ -51,9 +51,12 @@ class Options:
 
 
 def submit(folder: str | Path, numbers: Sequence[int], options: Options = Options()) -> list[str]:
-    """Submit jobs of a sweep as arrays, one after the other where they are too many; return the arrays' ids.
-    A job is a task of one CPU, which writes a checkpoint and is queued again when its time ends or it is
-    preempted. Raises ConfigError where SLURM is not there or refuses."""
+    """Submit jobs of a sweep as arrays, one after the other where they are too many for one; return the
+    arrays' ids.
+
+    Each job is one task of one CPU. Before its time is over it writes a checkpoint and is queued again, as it
+    is when SLURM preempts it or its node fails. Raises ConfigError where SLURM is not there or refuses.
+    """
     sweep = read_sweep(folder)
     place = inside(sweep.folder, sweep.folder / FOLDER)
     place.mkdir(exist_ok=True)
@@ -73,7 +76,8 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
 def resume(
     folder: str | Path, numbers: Sequence[int], options: Options = Options()
 ) -> tuple[list[str], list[int]]:
-    """Submit the jobs that are not queued already; return the arrays' ids, and the numbers of the others."""
+    """Submit those of the jobs that are not queued or running already; return the arrays' ids,
+    and the numbers of the jobs that are."""
     waiting = queued(folder)
     ids = submit(folder, missing, options) if (missing := [n for n in numbers if n not in waiting]) else []
     return ids, [n for n in numbers if n in waiting]

@@ -34,7 +34,10 @@ class Collected:
 
 
 def collect(sweep: Sweep) -> Collected:
-    """Write runs.parquet, sweep.html and figures/ from all done jobs. Raises RecordingError without any."""
+    """Write runs.parquet, sweep.html and figures/ from all jobs that are done.
+
+    Raises RecordingError where none is.
+    """
     rows = rows_of(sweep)
     if not rows:
         raise RecordingError(f"{sweep.folder}: no job is done yet: ecs-eco sweep resume {sweep.folder}")
@@ -53,8 +56,11 @@ def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
 
 
 def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
-    """Return the row of a job that is done: what identifies it, its values, and what came of it [ticks];
-    "deer.final" is a number at the end, "deer.period" that of a cycle, "deer.died.starved" counts deaths."""
+    """Return the row of a job that is done: what identifies it, its values, and what came of it.
+
+    Times are in ticks; "deer.mean" and "deer.final" are numbers over the run and at its end, "deer.period" is
+    there where it cycles, "deer.died.starved" counts deaths.
+    """
     summary = done["summary"]
     row = {
         "job": done["number"],

@@ -44,7 +44,8 @@ def interventions(series: Series) -> str:
 
 
 def numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
-    """A row per species: numbers, births, deaths and length of life; `ages` as of `ages_at_death`."""
+    """A row per species: its numbers, births, deaths and how long it lived;
+    `ages` holds deaths and mean age at death."""
     if not len(series.ticks):
         return "<p>The run has no ticks.</p>"
     head = [
@@ -213,7 +214,10 @@ def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[
 
 
 def ledger_gap(series: Series) -> dict[str, tuple[float, float, int]]:
-    """Largest gap of each energy ledger, in or between ticks: absolute, share of the stock, and tick."""
+    """Largest gap of each species' energy ledger: absolute, as a share of the stock, and its tick.
+
+    The stock that a tick starts with must be the one that the tick before ended with.
+    """
     c = series.columns
     gap: np.ndarray = np.abs(imbalance(c))
     gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - c["stock_after"][:-1]))

@@ -82,7 +82,8 @@ def advise(
 
 
 def _at_end(key: str, value: Any, way: str) -> bool:
-    """Whether a value cannot go further: numbers below 1, chances above 1, growth by light that is 0."""
+    """Whether a value cannot go further that way: numbers below 1, chances above 1;
+    species without growth by light stay so."""
     if way == "higher":
         return (key.endswith(".chance") and value >= 1) or (key.endswith(".growth") and value == 0)
     return value == 0 or (key.endswith(".count") and value <= 1)

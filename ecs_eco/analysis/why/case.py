@@ -83,7 +83,8 @@ class Case:
         return tuple(eaten)
 
     def _gain(self, eater: str, line: Mapping[str, Any]) -> float:
-        """What one of a food gives: by the file or, of a share of what the eaten held, the mean of it."""
+        """What one of a food gives: by the file or, where that is a share of what the eaten held, as it was
+        on average, or else as the share of what the living held on average."""
         share, food = line.get("efficiency") or 0.0, line["eats"]
         if not share or food not in self.species:
             return max(0.0, line["gain"])

@@ -45,9 +45,13 @@ def offspring(case: Case, species: str) -> float:
 
 
 def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
-    """The food of a fallen species. `left`: the food while they starved as a share of its greatest number (of
-    prey: until the end of the fall); `feeds`: intake at that number over what they burnt, at the rate at
-    which they found and caught it; `scarce`: the share of their hunger that its fall explains."""
+    """The food supply of a fallen species: how much of each food was left when it starved, and whether the
+    full number would have fed it.
+
+    `left` is the food while they starved as a share of its greatest number (of prey: until the end of the
+    fall); `feeds` is the intake at that number over what they burnt, at the rate at which they found and
+    caught it; `scarce` the share of their hunger that its fall explains.
+    """
     s, span = fall.species, slice(0, fall.last + 1)
     n = case.series.of(s)[span]
     hungry = case.died(s, "starved")[fall.first : fall.last + 1]
@@ -82,10 +86,13 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
 
 
 def newborn(case: Case, fall: Fall) -> dict[str, float]:
-    """The fate of newborn until the end of a fall: `births`; `starved_young`, the share that starved before a
-    second meal; ticks that one `lasts` on its initial energy, and between meals at the food's greatest
-    number, `meal_every`. Of those that could not last until a meal: shares `of_births`, and `of_hunger` in
-    the fall."""
+    """The fate of newborn until the end of a fall.
+
+    `births`; `starved_young`, the share of them that starved before they could have had more than one meal;
+    how many ticks a newborn `lasts` on its initial energy, and the ticks between meals at the food's greatest
+    number, `meal_every`. Of newborn that could not last until a first meal: `of_births`, their share of the
+    births, and `of_hunger`, their share of those that starved in the fall.
+    """
     s, span = fall.species, slice(0, fall.last + 1)
     births, dead = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)
     given = float((case.of(s).get("reproduction") or {}).get("energy_given", 0.0))
@@ -195,7 +202,8 @@ def diagnose(case: Case) -> dict[str, Any]:
 
 
 def evidence(case: Case, fall: Fall) -> dict[str, Any]:
-    """Numbers behind a verdict: deaths by kind of cause in a fall, births, food and newborn."""
+    """Numbers behind a verdict: of one species, its deaths by kind of cause in its fall, its births,
+    its food and its newborn."""
     span = slice(fall.first, fall.last + 1)
     dead = {f"deaths_{kind}": int(case.died(fall.species, kind)[span].sum()) for kind in KINDS}
     food = {f["eats"]: {"left": f["left"], "feeds": f["feeds"]} for f in supply(case, fall)}
@@ -282,7 +290,8 @@ def _taken(
 
 
 def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str | None:
-    """A predator of the grazer that was gone before the plants, and not for lack of prey; else None."""
+    """A predator of the grazer that was gone, or nearly, before the plants, and not for lack of prey:
+    without it grazers thrived."""
     for p in case.eaters(grazer):
         own, n = fall_of.get(p), case.series.of(p)
         if own is None or own.first >= fall.first or n[min(fall.first, len(n) - 1)] > 0.3 * n.max():
@@ -293,7 +302,8 @@ def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str |
 
 
 def decline(case: Case, species: str, until: int) -> Fall:
-    """The fall of a survivor until a row: from half its greatest number to its least thereafter."""
+    """The fall, until a row of the series, of a species that survived:
+    from half its greatest number to its least thereafter."""
     n = case.series.of(species)[: until + 1]
     low = int(n.argmax()) + int(n[int(n.argmax()) :].argmin())
     high = np.flatnonzero(n[: low + 1] >= 0.5 * n.max())
@@ -352,7 +362,8 @@ def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
 
 
 def _safety(case: Case) -> float:
-    """How far all stayed from extinction: 1 if the least number of each was a tenth of its mean or more."""
+    """How far all species stayed from extinction: 1 if the least number of each was a tenth
+    of its mean or more."""
     n = case.series.n[:, case.series.present]
     if not n.size:
         return 0.0

@@ -22,7 +22,8 @@ MOST = 5  # species that have rows of their own
 
 @styled
 def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
-    """Numbers of all at the top; below, for each animal, shares of causes of death, and energy per head."""
+    """Numbers of all at the top; below, for each animal, shares of causes of death at the left
+    and energy per head at the right."""
     shown = _shown(case, findings)
     figure, _ = panels(1, 1, 11, 3.1 + 1.75 * len(shown))
     figure.clear()

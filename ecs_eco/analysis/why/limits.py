@@ -56,8 +56,12 @@ def greatest_rate(case: Case, species: str) -> float:
 
 
 def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
-    """The share of hunger due to poison, at most 1: the energy that it cost over the energy that was lacking,
-    at least three tenths of what was burnt, since some starve while others are full."""
+    """The share of hunger due to poison: the energy that poison cost over the energy that was lacking,
+    at most 1.
+
+    If the species as a whole lacked less, three tenths of what it burnt count as lacking:
+    some starve while others are full.
+    """
     span = slice(first, last)
     toll, burnt = float(case.toll(species)[span].sum()), float(case.flow(species, "burnt")[span].sum())
     lacking = burnt - float(case.flow(species, "taken_in")[span].sum())
@@ -65,8 +69,11 @@ def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
 
 
 def phases(case: Case, species: str) -> list[dict[str, Any]]:
-    """The phases in which a species grew, fell or held. `limit` is the largest loss and `share` its share of
-    all or, where `by` is "rise", the loss that has risen most, and its share of what rose."""
+    """The phases in which a species grew, fell or held, and what limited it in each.
+
+    `limit` is the largest loss and `share` its share of all or, where `by` is "rise", the loss that has risen
+    most since the phase before, and its share of all that rose.
+    """
     n = case.series.of(species)
     gone = np.flatnonzero(n > 0)
     if not len(gone):
@@ -105,7 +112,8 @@ def _limit(lost: dict[str, float], before: dict[str, float] | None) -> tuple[str
 
 
 def turns(n: np.ndarray, most: int = MOST) -> list[int]:
-    """Rows at which a species' trend turns, with its ends: at most `most`, those of the greatest swings."""
+    """Rows at which a species' trend turns, its ends included: at most `most` of them,
+    those of the greatest swings."""
     if len(n) < 4:
         return [0, len(n)]
     level = np.log(smooth(n.astype(float), max(1, len(n) // 50)) + 1)

@@ -234,7 +234,8 @@ MOST = 2000  # organisms of one snapshot from which distances are measured
 
 
 def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
-    """Behaviour of a species in rows first … last − 1, per head and tick; None where it was not recorded."""
+    """Behaviour of one species in the rows first … last − 1 of the series, per head and tick;
+    None where it was not recorded."""
     span = slice(first, last)
     heads = float(case.series.of(species)[span].sum())
     if not heads:
@@ -260,8 +261,12 @@ def effort(case: Case, species: str, burnt: float) -> float | None:
 
 
 def distance(case: Case, species: str, other: str, first: int, last: int) -> dict[str, float] | None:
-    """Mean distance [m] from a species to the nearest of another over the snapshots between two rows, and as
-    a multiple of chance (Clark & Evans 1954): above 1 they avoid each other. None if no snapshot has both."""
+    """Mean distance [m] from one of a species to the nearest of another,
+    and as a multiple of chance (Clark & Evans 1954).
+
+    Over the snapshots between two rows; 1 is the value at random places,
+    above 1 they avoid each other. None if no snapshot has both.
+    """
     a, b = case.snapshots.get(species), case.snapshots.get(other)
     size = case.config.get("space", {}).get("size")
     if a is None or b is None or not size:
@@ -284,7 +289,8 @@ def distance(case: Case, species: str, other: str, first: int, last: int) -> dic
 
 
 def chance(n: int, size: list[float]) -> float:
-    """Expected distance [m] to the nearest of n at random places of a plane or a volume."""
+    """Expected distance [m] to the nearest of n at random places: 1 / (2 √density) in a plane,
+    Γ(4/3) (3 / 4π density)^⅓ in a volume."""
     density = n / math.prod(size)
     return (
         0.5 / math.sqrt(density)
@@ -299,7 +305,8 @@ def _places(table: Mapping[str, np.ndarray], tick: int, dims: int) -> np.ndarray
 
 
 def _nearest(here: np.ndarray, there: np.ndarray, size: list[float], torus: bool) -> float:
-    """Mean distance to the nearest; a torus has no edges in the plane, a volume a floor and a surface."""
+    """Mean distance from `here` to the nearest of `there`; a torus has no edges in the plane,
+    a volume has a floor and a surface."""
     from scipy.spatial import cKDTree
 
     if not torus:
