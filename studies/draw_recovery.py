@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ecs_eco.analysis.palette import GREY, SAFE
-from ecs_eco.search.posterior_page import density
+from ecs_eco.search.posterior import density
 from ecs_eco.search.sampler import value_at
 from studies.common.figure import draw_result
 from studies.recovery import CHANCE, CONFIG, RATE, plan_of, posterior, split, within

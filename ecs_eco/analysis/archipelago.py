@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
 from ecs_eco.analysis.palette import AXIS, INK
 from ecs_eco.analysis.runs import Series, load_series, tables
@@ -95,8 +96,8 @@ def places(plan: Archipelago) -> np.ndarray:
 
 @styled
 def chart(islands: Islands) -> Figure:
-    """A map: discs are islands, their sectors species that wander; arrows are as wide as migrants were
-    many."""
+    """A map: an island is a disc whose sectors are its species that wander, an arrow is as wide as migrants
+    were many."""
     from matplotlib.patches import FancyArrowPatch, Wedge
 
     wander = [s for s in islands.species if s in islands.plan.emigration] or list(islands.species)
@@ -175,7 +176,7 @@ def numbers(islands: Islands) -> Figure:
     return figure
 
 
-def _codes(column: Any, words: Sequence[str]) -> np.ndarray:
+def _codes(column: pa.ChunkedArray, words: Sequence[str]) -> np.ndarray:
     """The numbers of words, i64[rows]."""
     known = {word: i for i, word in enumerate(words)}
     return np.array([known[word] for word in column.to_pylist()], np.int64)

@@ -172,6 +172,23 @@ _QUANTITIES = (
 )
 
 
+_HEADS = {
+    "alleles": {
+        "first": "frequency at first",
+        "last": "at last",
+        "s": "s per generation",
+        "generation": "generation [ticks]",
+    },
+    "genes": {
+        "first": "mean at first",
+        "last": "mean at last",
+        "sd_first": "sd at first",
+        "sd_last": "sd at last",
+        "haldanes": "change per generation [sd]",
+    },
+}
+
+
 def blocks(out: Path, genes: Sequence[Gene], result: Mapping[str, Any], reference: str) -> list[str]:
     """Figures, written below `out`, and tables of the genes, as HTML; empty without genes."""
     parts = []
@@ -185,53 +202,20 @@ def blocks(out: Path, genes: Sequence[Gene], result: Mapping[str, Any], referenc
                 labels = {g.label: "allele frequency" if g.value else g.trait or g.gene for g in chosen}
                 figure = genes_figures.arms({g.label: bands(g) for g in chosen}, labels, s, kind == "alleles")
                 file = out / "figures" / f"{kind}-{k}.svg"
-                rows = {g.label: result[s][g.label] for g in chosen}
-                tabled = _alleles(rows) if kind == "alleles" else _quantities(rows)
+                of, heads = {g.label: result[s][g.label] for g in chosen}, _HEADS[kind]
+                rows = [
+                    [gene, arm, a["n"], *(interval(a[w]) for w in heads)]
+                    for gene, g in of.items()
+                    for arm, a in g["arms"].items()
+                ]
+                tabled = table(["gene", "arm", "runs", *heads.values()], rows)
                 parts += [
                     drawn(figure, file, _FIGURE.format(words, s)),
                     note,
                     tabled,
-                    _against(rows, reference),
+                    _against(of, reference),
                 ]
     return ["<h2>Genes</h2>", *parts] if parts else []
-
-
-def _alleles(rows: Mapping[str, Any]) -> str:
-    head = ["gene", "arm", "runs", "frequency at first", "at last", "s per generation", "generation [ticks]"]
-    return table(
-        head,
-        [
-            [gene, arm, a["n"], *(interval(a[w]) for w in ("first", "last", "s", "generation"))]
-            for gene, g in rows.items()
-            for arm, a in g["arms"].items()
-        ],
-    )
-
-
-def _quantities(rows: Mapping[str, Any]) -> str:
-    head = [
-        "gene",
-        "arm",
-        "runs",
-        "mean at first",
-        "mean at last",
-        "sd at first",
-        "sd at last",
-        "change per generation [sd]",
-    ]
-    return table(
-        head,
-        [
-            [
-                gene,
-                arm,
-                a["n"],
-                *(interval(a[w]) for w in ("first", "last", "sd_first", "sd_last", "haldanes")),
-            ]
-            for gene, g in rows.items()
-            for arm, a in g["arms"].items()
-        ],
-    )
 
 
 def _against(rows: Mapping[str, Any], reference: str) -> str:

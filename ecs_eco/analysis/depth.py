@@ -8,7 +8,6 @@ import numpy as np
 
 from ecs_eco.analysis.rhythm import Cosinor, cosinor, p_of_days
 from ecs_eco.analysis.runs import Series, tables
-from ecs_eco.space.sun import Sun
 
 HOURS = 24  # parts of a day
 
@@ -57,6 +56,8 @@ def _part_of_day(series: Series, ticks: np.ndarray) -> np.ndarray:
 
 def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray:
     """Light at the surface at ticks (all of the run), f64[ticks]; without the effect of interventions."""
+    from ecs_eco.space.sun import Sun  # loads numba
+
     config = series.manifest["config"]
     sun, full = Sun(**config["sun"]), config.get("ambient", {}).get("light", 1.0)
     return np.array(

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis.chemotaxis import Leaving, leaving, noses
 from ecs_eco.analysis.depth import (
     HOURS,
     day_by_hour,
@@ -20,11 +19,22 @@ from ecs_eco.analysis.depth import (
     surface_light,
     swimmers,
 )
-from ecs_eco.analysis.escapes import AROUND, REST, WITHIN, Escape, escapes, hunts, recorded_tracks
+from ecs_eco.analysis.escapes import (
+    AROUND,
+    REST,
+    WITHIN,
+    Escape,
+    Leaving,
+    escapes,
+    hunts,
+    leaving,
+    noses,
+    recorded_tracks,
+)
 from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import AXIS, NIGHT, SUN
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled
+from ecs_eco.analysis.style import PALETTE, Axes, Figure, colors_of, panels, styled
 from ecs_eco.analysis.svg import DIM
 
 NOON = "#fff6d1"
@@ -138,7 +148,7 @@ def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure
     return figure
 
 
-def _night(ax: Any, run: Series) -> None:
+def _night(ax: Axes, run: Series) -> None:
     """Grey where the light at the surface is less than a hundredth of the day's most."""
     day = day_of(run)
     if not day:

@@ -1,4 +1,4 @@
-"""Escapes in a recorded run: what prey does around the approach of a predator."""
+"""Escapes in a recorded run: from predators that approach, and down the gradient of a smell."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis.depth import surface_light
+from ecs_eco.analysis.depth import is_night, surface_light
 from ecs_eco.analysis.runs import load_series, tables
 from ecs_eco.analysis.tracks import (
     Box,
@@ -65,24 +65,17 @@ def recorded_tracks(
 
 
 def _places(run: Path | str, name: str, first: int) -> dict[int, tuple[np.ndarray, np.ndarray]]:
-    """Uids in order and places of a species by tick, from its details."""
-    out: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-    for snapshot in tables(run, f"details-{name}", ["tick", "uid", "x", "y", "z"]):
-        tick, uid = snapshot["tick"].to_numpy(), snapshot["uid"].to_numpy()
-        place = np.stack([snapshot[c].to_numpy() for c in "xyz"], 1).astype(float)
-        order = np.lexsort((uid, tick))
-        order = order[tick[order] >= first]
-        cuts = np.flatnonzero(np.diff(tick[order])) + 1
-        for rows in np.split(order, cuts) if order.size else ():
-            t, before = int(tick[rows[0]]), out.get(int(tick[rows[0]]))  # a tick may end in the next part
-            both = (
-                (uid[rows], place[rows])
-                if before is None
-                else (np.append(before[0], uid[rows]), np.append(before[1], place[rows], 0))
-            )
-            by_uid = np.argsort(both[0])
-            out[t] = both[0][by_uid], both[1][by_uid]
-    return out
+    """Uids in order and places of a species by tick from `first` on, from its details."""
+    blocks = []
+    for rows in tables(run, f"details-{name}", ["tick", "uid", "x", "y", "z"]):
+        late = rows["tick"].to_numpy() >= first
+        blocks.append([rows[c].to_numpy()[late] for c in ("tick", "uid", "x", "y", "z")])
+    if not any(len(block[0]) for block in blocks):
+        return {}
+    tick, uid, *xyz = (np.concatenate(column) for column in zip(*blocks, strict=True))
+    order, place = np.lexsort((uid, tick)), np.stack(xyz, 1).astype(float)
+    by_tick = np.split(order, np.flatnonzero(np.diff(tick[order])) + 1)
+    return {int(tick[rows[0]]): (uid[rows], place[rows]) for rows in by_tick}
 
 
 def _to_nearest(
@@ -130,3 +123,78 @@ def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape 
     )
     gain = float(np.nanmax(after)) / before if before > 0 and np.isfinite(after).any() else float("nan")
     return Escape(len(events), speed, away, gain, int(fast[0]) if fast.size else None, u, p)
+
+
+@dataclass(frozen=True)
+class Leaving:
+    """How often moves lead down the gradient of a smell: (N down − N up)/N,
+    of all moves and of those at night."""
+
+    n: int
+    index: float
+    n_night: int
+    night: float
+
+
+def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """(species, channels without their directions) of noses that compare two sides, of species with details."""
+    kinds = {
+        k.removeprefix("details-")
+        for k, n in manifest.get("parts", {}).items()
+        if k.startswith("details-") and n
+    }
+    known = {
+        name: species.get("sensors", ())
+        for name, species in manifest["config"]["species"].items()
+        if name in kinds
+    }
+    return [
+        (name, s.get("name") or f"{s['field']}_gradient")
+        for name, all_ in known.items()
+        for s in all_
+        if s["kind"] == "gradient"
+    ]
+
+
+def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: int = 3000) -> Leaving | None:
+    """How often a species moves away from a smell, in the last `most` ticks of a run with details, where the
+    nose measures a gradient above `least` (of at most 1) at the beginning of the tick; None if nothing was
+    smelt."""
+    series = load_series(run)
+    names = [
+        "tick",
+        "uid",
+        "x",
+        "y",
+        "z",
+        "heading",
+        *(f"sensor: {nose}_{way}" for way in ("forward", "left", "up")),
+    ]
+    blocks = [[rows[name].to_numpy() for name in names] for rows in tables(run, f"details-{species}", names)]
+    if not blocks:
+        return None
+    tick, uid, *columns = (np.concatenate(column) for column in zip(*blocks, strict=True))
+    order = np.lexsort((tick, uid))
+    order = order[tick[order] > int(series.ticks[-1]) - most]
+    before, after = order[:-1], order[1:]
+    # places are those of the end of a tick
+    both = (uid[before] == uid[after]) & (tick[after] - tick[before] == 1)
+    before, after = before[both], after[both]
+    x, y, z, heading, forward, left, up = (np.asarray(c, float) for c in columns)
+    way = shortest(Box.of(series), np.stack([c[after] - c[before] for c in (x, y, z)], 1))
+    cos, sin = np.cos(heading[before]), np.sin(heading[before])
+    along = (
+        (way[:, 0] * cos + way[:, 1] * sin) * forward[after]
+        + (way[:, 1] * cos - way[:, 0] * sin) * left[after]
+        + way[:, 2] * up[after]
+    )
+    felt = (np.sqrt(forward**2 + left**2 + up**2)[after] > least) & (along != 0)
+    night = is_night(series, tick[after])
+    if not felt.any():
+        return None
+    down, dark = along < 0, felt & night
+    of = [
+        (int(moves.sum()), float(2 * down[moves].mean() - 1) if moves.any() else float("nan"))
+        for moves in (felt, dark)
+    ]
+    return Leaving(*of[0], *of[1])

@@ -1,8 +1,6 @@
-"""Figures of a run and of several: each function returns a matplotlib Figure, `save` writes it. No global
-state."""
+"""Figures of a run and of several, as matplotlib Figures without global state; `save` writes one."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +10,18 @@ from ecs_eco.analysis.palette import AXIS, BAND, INK, SOFT, TIME
 from ecs_eco.analysis.relief import Relief, draw_relief
 from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
-from ecs_eco.analysis.style import DASHES, PALETTE, Figure, colors, colors_of, panels, save, save_svg, styled
+from ecs_eco.analysis.style import (
+    DASHES,
+    PALETTE,
+    Axes,
+    Figure,
+    colors,
+    colors_of,
+    panels,
+    save,
+    save_svg,
+    styled,
+)
 from ecs_eco.analysis.survival import SurvivalCurve
 from ecs_eco.analysis.svg import DIM
 from ecs_eco.config.models.interventions import describe
@@ -73,7 +82,7 @@ def interventions(series: Series) -> list[tuple[int, str]]:
     ]
 
 
-def mark(ax: Any, done: Sequence[tuple[int, str]]) -> None:
+def mark(ax: Axes, done: Sequence[tuple[int, str]]) -> None:
     """Draw a vertical line at each intervention; the first of each kind is labelled, if there is room."""
     room = float(np.ptp(ax.get_xlim())) / 45  # the width of a line of text
     last, labelled = -np.inf, set[str]()

@@ -1,9 +1,11 @@
 """The sign of a reading's effect on a formula, as its text shows: +1, −1, 0 for none, None: it depends."""
 
 import ast
+import re
 from collections.abc import Collection, Iterable
 
 Sign = int | None
+FIELD = re.compile(r"\b([A-Za-z_]\w*)\.([A-Za-z_]\w*)")
 RISING = ("exp", "log", "sqrt", "tanh")
 
 
@@ -31,16 +33,8 @@ def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
 
 
 def _parsed(text: str) -> ast.AST:
-    return _Fields().visit(ast.parse(" ".join(text.split()), mode="eval")).body
-
-
-class _Fields(ast.NodeTransformer):
-    """Puts the name of its channel in the place of Component.field."""
-
-    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
-        if not isinstance(node.value, ast.Name):
-            return node
-        return ast.copy_location(ast.Name(f"{node.value.id}_{node.attr}"), node)
+    """The expression, with the name of its channel in the place of Component.field."""
+    return ast.parse(FIELD.sub(r"\1_\2", " ".join(text.split())), mode="eval").body
 
 
 def _names(tree: ast.AST) -> list[str]:

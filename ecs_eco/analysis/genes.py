@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.analysis.carriers import frequencies, gene_of, has_few_values
-from ecs_eco.analysis.gene_values import require_number, values_of
+from ecs_eco.analysis.carriers import frequencies, gene_of, has_few_values, require_number, values_of
 from ecs_eco.analysis.pedigree import Pedigree
 
 BINS = 40  # in which the values of a gene are counted over time, at most

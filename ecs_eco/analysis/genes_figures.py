@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -53,7 +53,7 @@ def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
 @styled
 def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: str = "") -> Figure:
     """Quantitative genes over time: shade is the share of the living, lines are the mean and one sd."""
-    from matplotlib.colors import LinearSegmentedColormap
+    from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 
     figure, axes = panels(len(genes), 1, 9, 2.3 * len(genes) + 0.7, sharex=True)
     shades = LinearSegmentedColormap.from_list("share", [GREY + "00", GREY])
@@ -61,7 +61,9 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: st
         half = np.diff(g.ticks)[0] / 2 if len(g.ticks) > 1 else 0.5
         sides, share = np.append(g.ticks - half, g.ticks[-1] + half), np.nan_to_num(g.share.T)
         top = max(float(share.max(initial=0.0)), 1e-9)
-        mesh = ax.pcolormesh(sides, g.edges, share, cmap=shades, norm=_root(top), rasterized=True)
+        mesh = ax.pcolormesh(
+            sides, g.edges, share, cmap=shades, norm=PowerNorm(0.5, vmin=0.0, vmax=top), rasterized=True
+        )
         ax.plot(g.ticks, g.mean, color=INK, lw=1.6, label="mean")
         for sign in (-1, 1):
             ax.plot(
@@ -85,13 +87,6 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: st
             figure.legend(*ax.get_legend_handles_labels(), loc="outside upper left", ncols=2)
     axes[-1, 0].set_xlabel("tick")
     return figure
-
-
-def _root(top: float) -> Any:
-    """Shades by the square root of shares, so that the rare are seen beside the common."""
-    from matplotlib.colors import PowerNorm
-
-    return PowerNorm(0.5, vmin=0.0, vmax=top)
 
 
 @styled

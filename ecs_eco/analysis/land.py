@@ -8,6 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis.style import Axes
+from ecs_eco.config.land.land import kept_land
+from ecs_eco.engine.errors import ConfigError
+
 Land = dict[str, list[dict[str, Any]]]
 ROAD, FENCE = "#d8ccb4", "#222222"
 USES = {"harvest": "#b2182b", "plant": "#1b7837"}  # colours of areas
@@ -57,9 +61,6 @@ def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run
 @lru_cache(maxsize=4)
 def _of_layers(run: Path) -> list[dict[str, Any]]:
     """Return the lines of the land in a run's folder; none where it cannot be read."""
-    from ecs_eco.config.land.land import kept_land
-    from ecs_eco.engine.errors import ConfigError
-
     try:
         return kept_land(run).lines
     except ConfigError:
@@ -76,7 +77,7 @@ def _where(shape: Mapping[str, Any]) -> tuple[Any, Any]:
     return shape.get("line"), shape.get("region")
 
 
-def draw_land(ax: Any, land: Land) -> list[Any]:
+def draw_land(ax: Axes, land: Land) -> list[Any]:
     """Draw what is on the ground below everything else on axes in metres; return what was drawn."""
     from matplotlib.collections import PolyCollection
     from matplotlib.patches import Circle, Polygon, Rectangle

@@ -166,11 +166,10 @@ def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
-    """Return how often a species learnt, from how many transitions, and the mean of each number over the
-    first and the last tenth of its updates."""
-    tenth = max(1, len(updates.ticks) // 10)
+    """Return updates, transitions, and means of each number over the first and last tenth of updates."""
 
     def ends(values: np.ndarray) -> tuple[float, float]:
+        tenth = max(1, len(values) // 10)
         first, last = (v[np.isfinite(v)] for v in (values[:tenth], values[-tenth:]))
         return (float(first.mean()) if first.size else np.nan, float(last.mean()) if last.size else np.nan)
 
@@ -179,11 +178,4 @@ def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = 
         "transitions": int(updates.columns["n_transitions"].sum()),
     }
     out |= {word: ends(updates.columns[word]) for word in SHOWN if word != "happiness"}
-    if happiness is not None:
-        values = happiness[1]
-        cut = max(1, len(values) // 10)
-        first, last = values[:cut], values[-cut:]
-        out["happiness"] = tuple(
-            float(np.nanmean(v)) if np.isfinite(v).any() else np.nan for v in (first, last)
-        )
-    return out
+    return out if happiness is None else out | {"happiness": ends(happiness[1])}

@@ -1,23 +1,97 @@
-"""The lineage of a run: all births and deaths, from a living world or from a folder."""
+"""The lineage of a run: all births and deaths, and phylogenies in standard formats (CSV and Newick)."""
 
-from __future__ import annotations
-
+import csv
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pyarrow as pa
 
-from ecs_eco.analysis import phylogeny
-from ecs_eco.analysis.carriers import Frequencies, frequencies
-from ecs_eco.analysis.gene_values import values_of
-from ecs_eco.analysis.genes import Course, Selection, course, generation_time, selection
+from ecs_eco.analysis import carriers, genes
+from ecs_eco.analysis.page import write_text
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree
 from ecs_eco.analysis.runs import read_manifest, tables
 from ecs_eco.engine.uids import island_of
 from ecs_eco.record.archipelago import ISLANDS, is_archipelago, read
+from ecs_eco.record.genomes import genes_of
+
+PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-")
+
+
+def write_csv(lineage: Pedigree, path: Path) -> Path:
+    """Write a row per organism in the order of uids, after the phylogeny standard of Lalejini et al. (2019).
+
+    id; ancestor_list "[1,2]", "[none]" for founders; origin_time and destruction_time [ticks], "inf" while
+    alive; taxon_label, the species; genome. "Data Standards for Artificial Life Software", Proceedings of
+    ALIFE 2019.
+    """
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["id", "ancestor_list", "origin_time", "destruction_time", "taxon_label", "genome"])
+    parents = zip(lineage.parent.tolist(), lineage.parent2.tolist(), strict=True)
+    ancestors = [f"[{','.join(str(p) for p in dict.fromkeys(pair) if p) or 'none'}]" for pair in parents]
+    ends = ["inf" if died < 0 else died for died in lineage.died.tolist()]
+    writer.writerows(
+        zip(
+            lineage.uid.tolist(),
+            ancestors,
+            lineage.born.tolist(),
+            ends,
+            lineage.species.tolist(),
+            lineage.genome.tolist(),
+            strict=True,
+        )
+    )
+    return write_text(path, out.getvalue())
+
+
+def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
+    """The tree along first parents: every organism is a node, named by its uid;
+    children follow in the order of uids.
+
+    A branch is as long as the time from the parent's birth to the child's [ticks]. Several founders hang on
+    one root without a name, which is as old as the first of them; nobody at all is the tree ";".
+    """
+    n = len(lineage)
+    if not n:
+        return ";"
+    label = [quoted(str(name)) for name in (lineage.uid.tolist() if names is None else names)]
+    born, mother = lineage.born.tolist(), lineage.mother.tolist()
+    roots = [i for i in range(n) if mother[i] < 0]
+    first = min(born[i] for i in roots)
+    order = np.argsort(lineage.mother, kind="stable")
+    # the children of i are order[begin[i] : begin[i + 1]]
+    begin = np.searchsorted(lineage.mother[order], np.arange(n + 1)).tolist()
+    order = order.tolist()
+    alone = len(roots) == 1
+    words: list[str] = [] if alone else ["("]
+    stack = roots[::-1]  # i opens a node, −1 − i closes it
+    while stack:
+        i = stack.pop()
+        if i >= 0 and begin[i] < begin[i + 1]:
+            if words and words[-1] != "(":
+                words.append(",")
+            words.append("(")
+            stack.append(-1 - i)
+            stack.extend(order[begin[i] : begin[i + 1]][::-1])
+            continue
+        if i >= 0 and words and words[-1] != "(":
+            words.append(",")
+        if i < 0:
+            i = -1 - i
+            words.append(")")
+        since = born[mother[i]] if mother[i] >= 0 else first
+        words.append(label[i] if alone and mother[i] < 0 else f"{label[i]}:{born[i] - since}")
+    return "".join([*words, ";" if alone else ");"])
+
+
+def quoted(name: str) -> str:
+    """A name as Newick takes it: in single quotes where it holds more than letters, digits, dots and hyphens."""
+    return name if name and PLAIN.issuperset(name) else "'" + name.replace("'", "''") + "'"
+
 
 __all__ = ["ALIVE", "Lineage"]
 BIRTHS = {"tick": int, "species": str, "uid": int, "parent": int, "parent2": int, "genome": str}
@@ -29,10 +103,8 @@ class Lineage(Pedigree):
     """The pedigree of a run: reading it, gene frequencies, and export to other formats."""
 
     @classmethod
-    def of(cls, world: Any) -> Lineage:
+    def of(cls, world: Any) -> Self:
         """The lineage of a world whose recorder keeps events: Recorder(world, keep_events=True)."""
-        from ecs_eco.record.genomes import genes_of
-
         recorder = world.recorder
         if recorder is None:
             raise RuntimeError(
@@ -45,14 +117,14 @@ class Lineage(Pedigree):
         )
         births["genome"] = births["genome"].astype(str).astype(object)
         deaths["cause"] = np.array(["", *world.causes])[deaths["cause"].astype(int)]
-        genomes = {name: genes for name in recorder.names if (genes := genes_of(world.tables[name]))}
+        genomes = {name: kept for name in recorder.names if (kept := genes_of(world.tables[name]))}
         for events, species in ((births, born), (deaths, deaths["species"])):
             for name, missing in recorder.fields.missing(species.astype(int)).items():
                 events[name] = np.where(missing, np.nan, events[name])
         return cls._joined(births, deaths, end=max(world.tick - 1, 0), dt=world.dt, genomes=genomes)
 
     @classmethod
-    def read(cls, folder: Path | str) -> Lineage:
+    def read(cls, folder: Path | str) -> Self:
         """The lineage of a run folder; FileNotFoundError where it holds no run, RecordingError for a damaged
         file. Founders that a folder of an older version does not list are added where they died or had
         offspring. An archipelago has all islands in one; on one island immigrants appear at their arrival,
@@ -73,7 +145,7 @@ class Lineage(Pedigree):
         )
 
     @classmethod
-    def _of_islands(cls, root: Path) -> Lineage:
+    def _of_islands(cls, root: Path) -> Self:
         """The lineage of all islands: who migrates was born on one of them and died on one."""
         folders = [root / ISLANDS / name for name in read(root)["islands"]]
         recorded = _recorded(folders[0])
@@ -88,7 +160,7 @@ class Lineage(Pedigree):
         )
 
     @classmethod
-    def _joined(cls, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], **more: Any) -> Lineage:
+    def _joined(cls, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], **more: Any) -> Self:
         uid = births["uid"].astype(np.uint64)
         # parents first: on one island in the order of uids, else of births
         one = not len(uid) or island_of(uid.min()) == island_of(uid.max())
@@ -111,50 +183,28 @@ class Lineage(Pedigree):
         more |= {name: births[name][order] for name in ("parent", "parent2", "species", "genome")}
         return cls(uid=uid, born=births["tick"][order].astype(np.int64), died=died, cause=cause, **more)
 
-    def frequencies(self, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
-        """The carriers of each value of a gene every `every` ticks; see `carriers.frequencies`."""
-        return frequencies(self, species, gene, every)
-
-    def values(self, gene: str, species: str | None = None) -> np.ndarray:
-        """What a gene, by name or trait, says of each organism, f64[organisms]; see
-        `gene_values.values_of`."""
-        return values_of(self, gene, species)
-
-    def course(self, species: str, gene: str, every: int) -> Course:
-        """Mean, spread and shares of a quantitative gene every `every` ticks; see `genes.course`."""
-        return course(self, species, gene, every)
-
-    def generation_time(self, species: str) -> float:
-        """Mean age of parents at the birth of their offspring [ticks]; see `ecs_eco.analysis.genes`."""
-        return generation_time(self, species)
-
-    def selection(
-        self, species: str, gene: str, value: str, since: int = 0, until: int | None = None
-    ) -> Selection:
-        """How strongly a value of a gene is selected, per tick and per generation; see `genes.selection`."""
-        return selection(self, species, gene, value, since, until)
+    frequencies = carriers.frequencies
+    values = carriers.values_of
+    course = genes.course
+    generation_time = genes.generation_time
+    selection = genes.selection
 
     def to_csv(self, path: Path | str) -> Path:
-        """Write a phylogeny in the ALife data standards format; see `ecs_eco.analysis.phylogeny.write_csv`."""
-        return phylogeny.write_csv(self, Path(path))
+        """Write a phylogeny in the ALife data standards format; see `write_csv`."""
+        return write_csv(self, Path(path))
 
     def to_newick(
         self, path: Path | str | None = None, *, living: bool = False, names: Sequence[str] | None = None
     ) -> str:
-        """The tree along first parents in Newick format, written to `path` where given;
-        see `phylogeny.newick`.
-
-        `living` leaves only the living and their ancestors along first parents: every tip lives;
-        `names` (uids where absent) has one for each organism.
-        """
+        """The tree along first parents in Newick format, written to `path` where given; see
+        `newick`. `living` leaves the living and their ancestors along first parents; `names` has
+        one for each organism (default: uids)."""
         if names is not None and len(names) != len(self):
             raise ValueError(f"lineage: {len(names)} names for {len(self)} organisms; one each is needed")
         chosen = self._forebears(self.died == ALIVE, fathers=False) if living else np.ones(len(self), bool)
-        text = phylogeny.newick(
-            self._chosen(chosen), names and [n for n, c in zip(names, chosen, strict=True) if c]
-        )
+        text = newick(self._chosen(chosen), names and [n for n, c in zip(names, chosen, strict=True) if c])
         if path is not None:
-            phylogeny.write_text(Path(path), text + "\n")
+            write_text(Path(path), text + "\n")
         return text
 
 

@@ -123,8 +123,7 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Sentences, the figure of stocks (below `place`) and sums of flows; nothing where nothing holds a
-    substance."""
+    """Sentences, the figure of stocks (below `place`) and sums of flows; nothing without substances."""
     ledger = read(run)
     if ledger is None:
         return []

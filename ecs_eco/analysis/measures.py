@@ -1,6 +1,6 @@
 """What reporters measured: its course in one run and in several, and how arms of an experiment differ in it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,10 +9,11 @@ from ecs_eco.analysis.figures import interventions, mark
 from ecs_eco.analysis.page import number, table
 from ecs_eco.analysis.palette import INK
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.seed_grid import Grid, mean_interval
+from ecs_eco.analysis.seed_grid import mean_interval
 from ecs_eco.analysis.style import Figure, colors_of, panels, styled
-from ecs_eco.analysis.survival import bootstrap_difference
+from ecs_eco.analysis.survival import Interval, bootstrap_difference
 
+Rows = Sequence[Sequence[Series]]  # the runs of an arm by training seed
 WORLD = "(world)"
 """Stands where a species would, for what is one number of the whole world."""
 
@@ -125,20 +126,14 @@ def _median(courses: np.ndarray) -> np.ndarray:
     return out
 
 
-def of_arms(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid]) -> dict[str, Any]:
-    """Reporter → species or WORLD → arm → "mean" over runs of the mean over a run, with its interval, and
-    the number of runs with one, "n".
-
-    Arms with several training seeds have both kinds of seeds as replicates.
-    """
-    kinds = measured(*(run for runs in arms.values() for run in runs))
+def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
+    """Reporter → species or WORLD → arm → "mean" over runs of the mean over a run, with its interval, and the
+    number of runs with one, "n". Both kinds of seeds are replicates."""
+    kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     out: dict[str, Any] = {}
     for name, named in kinds.items():
         for of in named:
-            each = {
-                arm: _means(grids[arm].runs if arm in grids else [runs], name, of)
-                for arm, runs in arms.items()
-            }
+            each = {arm: _means(rows, name, of) for arm, rows in arms.items()}
             out.setdefault(name, {})[of] = {
                 arm: {"mean": _interval(values), "n": int(np.isfinite(values).sum())}
                 for arm, values in each.items()
@@ -146,22 +141,18 @@ def of_arms(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid]) -> 
     return out
 
 
-def effects(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], seed: int) -> dict[str, Any]:
-    """Reporter → species or WORLD → arm → difference of the means over runs to the first arm.
-
-    Its interval is a bootstrap over runs; where an arm has several training seeds, that of the mean over the
-    cells of runs with the same seeds, and None where arms do not share them.
-    """
-    kinds = measured(*(run for runs in arms.values() for run in runs))
+def effects(arms: Mapping[str, Rows], grids: Collection[str], seed: int) -> dict[str, Any]:
+    """Reporter → species or WORLD → arm → difference of the means over runs to the first arm, with a
+    bootstrap over runs; of several training seeds, over the cells of the same seeds, None where arms do not
+    share them."""
+    kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     reference, *others = arms
 
     def difference(arm: str, name: str, of: str) -> Any:
         if arm in grids or reference in grids:
-            return _crossed(arms, grids, (arm, reference), name, of)
-        one, two = (
-            [x for run in arms[a] if np.isfinite(x := run_mean(run, name, of))] for a in (arm, reference)
-        )
-        return bootstrap_difference(one, two, seed=seed)
+            return _crossed(arms[arm], arms[reference], name, of)
+        one, two = (_means(arms[a], name, of) for a in (arm, reference))
+        return bootstrap_difference(one[np.isfinite(one)], two[np.isfinite(two)], seed=seed)
 
     return {
         name: {of: {arm: difference(arm, name, of) for arm in others} for of in named}
@@ -169,21 +160,16 @@ def effects(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], see
     }
 
 
-def _crossed(
-    arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], pair: tuple[str, str], name: str, of: str
-) -> Any:
-    worlds = [
-        list(grids[a].worlds) if a in grids else [int(run.manifest["seed"]) for run in arms[a]] for a in pair
-    ]
-    one, two = (_means(grids[a].runs if a in grids else [arms[a]], name, of) for a in pair)
-    if worlds[0] != worlds[1] or (len(one) != len(two) and 1 not in (len(one), len(two))):
+def _crossed(arm: Rows, reference: Rows, name: str, of: str) -> Interval | None:
+    seeds = [[int(run.manifest["seed"]) for run in rows[0]] for rows in (arm, reference)]
+    if seeds[0] != seeds[1] or (len(arm) != len(reference) and 1 not in (len(arm), len(reference))):
         return None
-    gap = one - two
+    gap = _means(arm, name, of) - _means(reference, name, of)
     return mean_interval(gap) if np.isfinite(gap).all() else None
 
 
-def _means(table_: Sequence[Sequence[Series]], name: str, of: str) -> np.ndarray:
-    return np.array([[run_mean(run, name, of) for run in row] for row in table_])
+def _means(rows: Rows, name: str, of: str) -> np.ndarray:
+    return np.array([[run_mean(run, name, of) for run in row] for row in rows])
 
 
 def _interval(values: np.ndarray) -> Any:

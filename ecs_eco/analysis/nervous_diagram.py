@@ -122,16 +122,6 @@ class Diagram:
     happiness: HappinessNode | None
     policy: PolicyNode
 
-    @property
-    def edges(self) -> list[tuple[str, str, Sign, str]]:
-        """(channel, action, sign, label) of every line of the reflex network."""
-        names = {a.row: a.name for a in self.actions}
-        return [
-            (self.channels[row], names[r.action], sign, r.label)
-            for r in self.reflexes
-            for row, sign in r.sources
-        ]
-
 
 def nervous_species(config: WorldConfig) -> list[str]:
     """The species that have sensors or actions."""

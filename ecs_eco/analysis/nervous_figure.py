@@ -1,8 +1,6 @@
 """Draws nervous systems: sensors at the left, actions at the right, networks between. nervous_diagram.py has
 the content, nervous_layout.py the layout, nervous_pen.py the strokes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -99,21 +97,6 @@ def _checked(values: Mapping[str, Any], d: Diagram) -> dict[str, np.ndarray]:
                 f"values[{name!r}] of {d.species} has {len(arrays[name])} numbers; allowed: {lengths[name]}"
             )
     return arrays
-
-
-def _figure(drawings: list[_Drawing]) -> Figure:
-    """Drawings below each other, each on axes of its own size."""
-    with as_delivered({"text.parse_math": False}):
-        wide, high = max(x.at.width for x in drawings), sum(x.at.height for x in drawings)
-        figure = empty(wide, high)
-        bottom = high
-        for drawing in drawings:
-            bottom -= drawing.at.height
-            ax = figure.add_axes((0, bottom / high, 1, drawing.at.height / high))
-            ax.set(xlim=(0, wide), ylim=(drawing.at.height, 0))
-            ax.axis("off")
-            drawing.draw(Pen(ax))
-    return figure
 
 
 class _Drawing:
@@ -335,6 +318,21 @@ class _Drawing:
                 self.pen.ax.plot([x, x + 0.28], [y, y], **look(sign))
                 self.pen.end(x + 0.38, y, sign)
             self.pen.text(x + 0.46, y, text)
+
+
+def _figure(drawings: list[_Drawing]) -> Figure:
+    """Drawings below each other, each on axes of its own size."""
+    with as_delivered({"text.parse_math": False}):
+        wide, high = max(x.at.width for x in drawings), sum(x.at.height for x in drawings)
+        figure = empty(wide, high)
+        bottom = high
+        for drawing in drawings:
+            bottom -= drawing.at.height
+            ax = figure.add_axes((0, bottom / high, 1, drawing.at.height / high))
+            ax.set(xlim=(0, wide), ylim=(drawing.at.height, 0))
+            ax.axis("off")
+            drawing.draw(Pen(ax))
+    return figure
 
 
 def _count(n: int, word: str, plural: str = "s") -> str:

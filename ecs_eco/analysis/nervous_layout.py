@@ -7,6 +7,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from scipy.optimize import isotonic_regression
 
 from ecs_eco.analysis.formula_signs import Sign
 from ecs_eco.analysis.nervous_diagram import ActionNode, Diagram, SensorNode
@@ -51,12 +52,9 @@ def spread(wanted: Sequence[float], heights: Sequence[float], low: float, high: 
     offsets = [0.0]
     for a, b in zip(heights, heights[1:], strict=False):
         offsets.append(offsets[-1] + (a + b) / 2 + BETWEEN)
-    pools: list[list[float]] = []
-    for at, offset in zip(wanted, offsets, strict=True):
-        pools.append([at - offset])
-        while len(pools) > 1 and np.mean(pools[-2]) > np.mean(pools[-1]):
-            pools[-2:] = [pools[-2] + pools[-1]]
-    middles = [float(np.mean(pool)) for pool in pools for _ in pool]
+    middles = isotonic_regression(
+        [at - offset for at, offset in zip(wanted, offsets, strict=True)]
+    ).x.tolist()
     least, most = low + heights[0] / 2, high - heights[-1] / 2 - offsets[-1]
     return [max(least, min(m, most)) + offset for m, offset in zip(middles, offsets, strict=True)]
 
@@ -213,8 +211,8 @@ class Layout:
         return rows, headings, y
 
     def _boxes(self) -> None:
-        """The middle and height of every box: networks evenly spread, reflexes as near to their actions as
-        can be."""
+        """The middle and the height of every box: networks evenly from top to bottom,
+        reflexes as near to their actions as can be."""
         free = (self.body - sum(h for _, h in self.stack)) / (len(self.stack) + 1)
         self.boxes: dict[str, tuple[float, float]] = {}
         y = self.top

@@ -1,9 +1,7 @@
-"""Colours of kinds: the same on the viewer's page, in pictures, reports, comparisons and explanations.
-
-Okabe and Ito's colours (2008), each moved as little as is needed for a contrast of 3:1 with the ground, and
-for a distance of 20 in CIELAB between all of them, to people with deuteranopia (Machado et al. 2009), too;
-`tests/analysis/test_palette.py` computes both. `ecs_eco/view/static/colours.js` is the same for the page.
-"""
+"""Colours of kinds, the same on the viewer's page (`ecs_eco/view/static/colours.js`), in pictures and
+reports: Okabe and Ito's (2008), each moved as little as is needed for a contrast of 3:1 with the ground, and
+for a distance of 20 in CIELAB, to people with deuteranopia (Machado et al. 2009), too;
+`tests/analysis/test_palette.py` computes both."""
 
 import math
 from collections.abc import Mapping
@@ -38,10 +36,9 @@ ON_CELL = "#fefefe", "#010101"
 def safe(
     colours: Mapping[str, str], things: Mapping[str, str] | None = None, dark: bool = False
 ) -> dict[str, str]:
-    """Return for each species, then for each other thing, the safe colour nearest to its hue; greys stay
-    grey."""
+    """Return for each species, then each other thing, the safe colour nearest to its hue; greys stay grey."""
     own = {**colours, **(things or {})}
-    out = {name: GREY for name, colour in own.items() if max(_rgb(colour)) - min(_rgb(colour)) < 24}
+    out = {name: GREY for name, colour in own.items() if max(rgb(colour)) - min(rgb(colour)) < 24}
     choice = [(on_dark if dark else on_light, hue) for on_light, on_dark, hue in SAFE]
     offers = list(choice)
     for group in (colours, things or {}):
@@ -50,7 +47,7 @@ def safe(
                 offers = [(_paler(colour, dark), hue) for colour, hue in choice]
             name, offer = min(
                 ((n, o) for n in remaining for o in offers),
-                key=lambda pair: _gap(_hue(own[pair[0]]), pair[1][1]),
+                key=lambda pair: abs((_hue(own[pair[0]]) - pair[1][1] + 180) % 360 - 180),
             )
             out[name] = offer[0]
             offers.remove(offer)
@@ -85,23 +82,20 @@ def _on_dark() -> dict[str, str]:
     )
 
 
-def _rgb(colour: str) -> list[int]:
+def rgb(colour: str) -> list[int]:
+    """The parts of #rrggbb, 0 to 255."""
     return [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
 
 
 def _paler(colour: str, dark: bool) -> str:
     """A colour for an eighth kind and those after it: between the first and the ink of the theme."""
-    parts = [math.floor(0.6 * part + (102 if dark else 0) + 0.5) for part in _rgb(colour)]
+    parts = [math.floor(0.6 * part + (102 if dark else 0) + 0.5) for part in rgb(colour)]
     return "#" + "".join(f"{part:02x}" for part in parts)
 
 
 def _hue(colour: str) -> float:
-    r, g, b = _rgb(colour)
+    r, g, b = rgb(colour)
     return math.degrees(math.atan2(math.sqrt(3) * (g - b), 2 * r - g - b))
-
-
-def _gap(a: float, b: float) -> float:
-    return abs((a - b + 180) % 360 - 180)
 
 
 TIME = (

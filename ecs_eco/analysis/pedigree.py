@@ -126,8 +126,8 @@ class Pedigree:
     # --- questions
 
     def ancestors(self, uid: int, generations: int | None = None) -> np.ndarray:
-        """The uids of parents, grandparents, … through both parents, ascending; at most so many
-        `generations`."""
+        """The uids of parents, grandparents, … through both parents, ascending;
+        at most so many generations back."""
         before: set[int] = set()
         front, left = {self.place(uid)}, len(self) if generations is None else generations
         while front and left > 0:
@@ -198,8 +198,8 @@ class Pedigree:
     def living_sums(
         self, ticks: np.ndarray, weights: np.ndarray | None = None, mask: np.ndarray | None = None
     ) -> np.ndarray:
-        """Sum of weights (1 each) over those of a mask that live at the end of each ascending tick:
-        [ticks]."""
+        """Sum of weights (1 each) over those of a mask that live at the end of each
+        of these ascending ticks: [ticks]."""
         mask = np.ones(len(self), bool) if mask is None else mask
         change = np.zeros(len(ticks) + 1, np.int64 if weights is None else float)
         for sign, when, selected in ((1, self.born, mask), (-1, self.died, mask & (self.died != ALIVE))):

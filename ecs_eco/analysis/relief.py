@@ -1,13 +1,13 @@
 """The ground as colours: hills shaded by the sun, water, rock, and the colours of land-cover classes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from ecs_eco.analysis.palette import rgb
+from ecs_eco.analysis.style import Axes
 from ecs_eco.config.land.raster import DAMAGED
 
 LAND, WATER, ROCK = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57)
@@ -31,14 +31,14 @@ class Relief(NamedTuple):
     grounds: Sequence[str] = ()
 
     @classmethod
-    def of(cls, terrain: Any) -> Relief:
+    def of(cls, terrain: Any) -> Self:
         """The ground of a living world."""
         land = terrain.land
         more = () if land is None else (land.kinds, land.colors, land.wet, land.grounds)
         return cls(terrain.height, terrain.ground, 1 / float(terrain.inverse[0]), terrain.space.torus, *more)
 
     @classmethod
-    def kept(cls, run: Path, config: Mapping[str, Any]) -> Relief | None:
+    def kept(cls, run: Path, config: Mapping[str, Any]) -> Self | None:
         """The ground in a run's folder; None where it is flat and open, or was not kept."""
         terrain, space = config.get("terrain"), config["space"]
         try:
@@ -87,7 +87,7 @@ class Relief(NamedTuple):
         for i, (code, ground) in enumerate(zip(self.colors, self.grounds, strict=True)):
             if code is not None and self.kinds is not None:
                 there = self.kinds == i + 1
-                colour[there] = 0.35 * np.array(LAND) + 0.65 * _rgb(code)
+                colour[there] = 0.35 * np.array(LAND) + 0.65 * np.array(rgb(code)) / 255
                 own |= there & (self.ground == GROUNDS.index(ground))
         colour[(self.ground == 2) & ~own] = ROCK
         colour = colour * (1 + 0.75 * self.shade()[..., None])
@@ -97,7 +97,7 @@ class Relief(NamedTuple):
         return np.clip(colour, 0, 1)
 
 
-def draw_relief(ax: Any, relief: Relief, size: Sequence[float]) -> Any:
+def draw_relief(ax: Axes, relief: Relief, size: Sequence[float]) -> Any:
     """Draw the ground below everything else on axes in metres; return what was drawn."""
     return ax.imshow(
         relief.colours(),
@@ -107,7 +107,3 @@ def draw_relief(ax: Any, relief: Relief, size: Sequence[float]) -> Any:
         interpolation="nearest",
         aspect=ax.get_aspect(),
     )
-
-
-def _rgb(code: str) -> np.ndarray:
-    return np.array([int(code[k : k + 2], 16) for k in (1, 3, 5)]) / 255

@@ -1,19 +1,12 @@
-"""Training seed × world seed: how much of an outcome depends on each,
-and how certain are statements about both?
-
-One outcome a cell of a table (training seeds, world seeds); NaN where there is none. The model is that of two
-crossed random effects, y = mean + training seed + world seed + rest. The rest holds the interaction of both
-and all else, which one run a cell cannot tell apart. A yes-or-no outcome (persisted) is taken as 0 and 1, on
-the linear scale: its shares are shares of the variance of 0 and 1, not of a hidden tendency behind them, and
-are smaller than those where the outcome is rare.
-"""
-
-from __future__ import annotations
+"""Training seed × world seed: how much of an outcome depends on each, and how certain are statements about
+both? One outcome a cell of a table (training seeds, world seeds), NaN where there is none; y = mean +
+training seed + world seed + rest, two crossed random effects, whose rest holds their interaction. A yes-or-no
+outcome is taken as 0 and 1: shares are of that variance, smaller where the outcome is rare."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -163,10 +156,7 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 
 def mean_of_seeds(values: np.ndarray) -> Interval | None:
-    """Mean and 95 % interval of a table of training seeds × world seeds; None where all is NaN.
-
-    With gaps, the means of training seeds are the replicates, or the world seeds of a single one.
-    """
+    """The same with gaps, over means of training seeds, or over world seeds of a single one; None of NaN."""
     if np.isfinite(values).all():
         return mean_interval(values)
     rows = values if len(values) > 1 else values.T
@@ -216,7 +206,7 @@ class Grid:
     runs: tuple[tuple[Series, ...], ...]
 
     @classmethod
-    def of(cls, runs: Sequence[Series], training: Sequence[int], worlds: Sequence[int]) -> Grid:
+    def of(cls, runs: Sequence[Series], training: Sequence[int], worlds: Sequence[int]) -> Self:
         """Arrange runs with these seeds in a grid; ValueError if a cell has none or two."""
         cells: dict[tuple[int, int], Series] = {}
         for run, a, b in zip(runs, training, worlds, strict=True):

@@ -1,8 +1,5 @@
-"""The cycle that short series share: its period, and the phase and swing of each.
-
-Two periods are enough to be measured, though not to be tested (`spectrum` tests). Compare with series as long
-and sampled as often, because what is measured depends on both.
-"""
+"""The cycle that short series share: its period, and the phase and swing of each. Two periods are enough to
+measure it, not to test it. Compare with series as long and sampled as often."""
 
 from dataclasses import dataclass
 

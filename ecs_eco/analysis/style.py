@@ -81,6 +81,18 @@ def panels(rows: int, columns: int, width: float, height: float, **more: Any) ->
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
 
 
+def several(
+    n: int, most: int, each: tuple[float, float], edge: tuple[float, float], **more: Any
+) -> tuple[Figure, np.ndarray]:
+    """A figure with n axes of a size [inches] within an edge, at most so many in a row; the rest is empty."""
+    columns = min(most, n)
+    rows = -(-n // columns)
+    figure, axes = panels(rows, columns, each[0] * columns + edge[0], each[1] * rows + edge[1], **more)
+    for ax in axes.flat[n:]:
+        ax.set_visible(False)
+    return figure, axes
+
+
 @contextmanager
 def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
     """Use matplotlib's defaults with our settings; restore the user's afterwards.
@@ -190,7 +202,7 @@ def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> d
     return {s: own.get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
 
 
-def own_colors(chosen: Any) -> dict[str, str]:
+def own_colors(chosen: object) -> dict[str, str]:
     """The valid colours in a manifest, which may hold anything there."""
     pairs = chosen.items() if isinstance(chosen, Mapping) else ()
     return {s: hue for s, hue in pairs if isinstance(hue, str) and HUE.fullmatch(hue)}

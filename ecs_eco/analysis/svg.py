@@ -22,8 +22,8 @@ _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
-    """Return matplotlib's SVG as above; `name` sets its ids apart, `dark` has the colours on a dark
-    ground."""
+    """Return the SVG that matplotlib wrote, as said above; `name` tells its ids from those of others, `dark`
+    holds for colours on a light ground those on a dark one."""
     root = ET.fromstring(legible(text))
     _plain_names(root)
     dim = any(part.get("id") == DIM for part in root.iter("g"))

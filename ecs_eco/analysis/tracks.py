@@ -1,12 +1,9 @@
-"""Tracks of animals around those that eat them: where they go, how fast, and what they do when one is
-near."""
-
-from __future__ import annotations
+"""Tracks of animals around those that eat them: where they go, how fast, and what they do then."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import erfc, sqrt
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -32,7 +29,7 @@ class Box(NamedTuple):
     torus: bool
 
     @classmethod
-    def of(cls, series: Series) -> Box:
+    def of(cls, series: Series) -> Self:
         """The space that the manifest describes, with a height of 0 where it is a plane."""
         space = series.manifest["config"]["space"]
         return cls([*space["size"], 0.0][:3], space["edges"] == "torus")
@@ -51,12 +48,6 @@ class Tracks:
     # the same with the level direction to the left of away; NaN where away is straight up or down
     aside: np.ndarray
     light: np.ndarray  # f64[ticks] at the surface, at the beginning of the tick
-
-    @property
-    def mean_depth(self) -> np.ndarray:
-        """Mean over the living: f64[ticks], NaN where none lives."""
-        there = ~np.isnan(self.depth)
-        return np.where(there, self.depth, 0).sum(1) / np.where(there.any(1), there.sum(1), np.nan)
 
 
 def tracks_of(records: list[Record], light: np.ndarray, space: Volume, dt: float) -> Tracks:
@@ -118,8 +109,8 @@ def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
 
 
 def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
-    """Return (tick, animal) i64[k, 2] where distances f64[ticks, animals] fall below `within` after `rest`
-    ticks."""
+    """Return (tick, animal) i64[k, 2] where a distance f64[ticks, animals] falls below `within`, after at
+    least `rest` ticks above it."""
     near = distance < within
     events = []
     for animal in range(near.shape[1]):

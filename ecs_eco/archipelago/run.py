@@ -7,16 +7,23 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Self
 
+from ecs_eco.analysis.report.archipelago import write_archipelago
 from ecs_eco.archipelago import island
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.models.archipelago import Archipelago as Plan
+from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, whole_number
 from ecs_eco.engine.errors import ConfigError, Problem, RecordingError
 from ecs_eco.experiments.engines import LOCAL, completed, engine, prepare
 from ecs_eco.experiments.pool import Pool
 from ecs_eco.record import container
 from ecs_eco.record.archipelago import ISLANDS, Manifest, digest_of, read, write
+from ecs_eco.record.checkpoint import name_of
 from ecs_eco.record.claim import Claim, claimed
-from ecs_eco.record.folder import check_content
+from ecs_eco.record.code import keep_copies, noted, sources
+from ecs_eco.record.folder import check_content, git_commit
 from ecs_eco.record.seal import read_manifest
+from ecs_eco.runs.begin import policies_as_json
 from ecs_eco.runs.run import Stopped
 
 Progress = Callable[[int, int], None]
@@ -25,10 +32,7 @@ MOST_LOSSES = 100  # of workers in one stretch, before the run gives up
 
 class Archipelago:
     """Islands in a folder: `islands` are their run folders by name, `tick` is where all of them are.
-
-    `Archipelago.from_config` makes the folder, `Archipelago(folder)` opens one. Nothing of the worlds is in
-    memory: `world(name)` restores one.
-    """
+    `from_config` makes the folder, `Archipelago(folder)` opens one; `world(name)` restores one world."""
 
     def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
@@ -44,7 +48,7 @@ class Archipelago:
         seed: int | None = None,
         ticks: int | None = None,
         out: str | Path | Claim = "archipelago",
-        policies: Any = "trained",
+        policies: str | dict[str, str] = "trained",
         learn: bool | Mapping[str, bool] | None = None,
         *,
         snapshot_every: int | None = None,
@@ -52,15 +56,8 @@ class Archipelago:
         command: str | None = None,
         trust: bool = False,
     ) -> Self:
-        """Make the folder of an archipelago, at tick 0; arguments as those of `run_to_folder`.
-
-        Raises ConfigError for a world without islands, FileExistsError where `out` is not empty.
-        """
-        from ecs_eco.config import WorldConfig, load
-        from ecs_eco.record.code import keep_copies, noted, sources
-        from ecs_eco.record.folder import git_commit
-        from ecs_eco.runs.begin import policies_as_json
-
+        """Make the folder of an archipelago, at tick 0; arguments as those of `run_to_folder`. Raises
+        ConfigError for a world without islands, FileExistsError where `out` is not empty."""
         config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
         if config.archipelago is None or config.archipelago.here is not None:
             raise ConfigError(
@@ -112,9 +109,6 @@ class Archipelago:
 
     def world(self, name: str, trust: bool = False) -> Any:
         """Return the world of one island as it is in its checkpoint of this tick."""
-        from ecs_eco.ecosystem import World
-        from ecs_eco.record.checkpoint import name_of
-
         return World.restore(
             self.islands[name] / "checkpoints" / name_of(self.tick), record=False, trust=trust
         )
@@ -168,10 +162,10 @@ class Archipelago:
                 self._report(pool)
         return self.manifest
 
-    def _stretch(self, pool: Any, until: int, threads: int, trust: bool, progress: Progress | None) -> None:
+    def _stretch(
+        self, pool: Executor, until: int, threads: int, trust: bool, progress: Progress | None
+    ) -> None:
         """Run all islands to the next barrier; note where they are then."""
-        from ecs_eco.config.models.archipelago import Archipelago as Plan
-
         every = Plan.model_validate(self.manifest["config"]["archipelago"]).every
         start = self.tick
         goal = min(until, (start // every + 1) * every)
@@ -190,16 +184,14 @@ class Archipelago:
         }
         self.manifest["digest"] = digest_of(self.manifest["islands"])
 
-    def _report(self, pool: Any) -> None:
-        from ecs_eco.analysis.report.archipelago import write_archipelago
-
+    def _report(self, pool: Executor) -> None:
         jobs = {name: (str(self.folder.absolute()), name) for name in self.islands}
         _all(pool, island.report, jobs, lambda done: None)
         write_archipelago(self.folder)
 
 
 def _all(
-    pool: Any, work: Callable[..., Any], jobs: Mapping[str, tuple[Any, ...]], note: Callable[[int], None]
+    pool: Executor, work: Callable[..., Any], jobs: Mapping[str, tuple[Any, ...]], note: Callable[[int], None]
 ) -> dict[str, Any]:
     """Do all jobs on an executor; those whose worker was killed again. Return the results by name."""
     done: dict[str, Any] = {}

@@ -1,17 +1,21 @@
 """Arms of a comparison: the world as it is, and under each treatment; which policies they run with."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Self
 
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.experiments.changes import NotApplicable
-from ecs_eco.experiments.treatments import Treatment, find, refusal, species_with_policy
+from ecs_eco.experiments.treatments import (
+    NotApplicable,
+    Policies,
+    Treatment,
+    find,
+    refusal,
+    species_with_policy,
+)
 
 # bytes; the names of files in these folders come on top, and file systems allow 255 for one name
 LONGEST_NAME = 100
@@ -24,7 +28,7 @@ class Arm:
 
     name: str
     config: WorldConfig
-    policies: Any = "trained"  # or a dict: species → policies
+    policies: Policies = "trained"  # or a dict: species → policies
     learn: bool | None = None  # None: as the world says
     controls: tuple[str, ...] = ()  # of ecs_eco.life.treatments
     treatment: Treatment | None = None  # None: the world as it is
@@ -43,7 +47,7 @@ class Arm:
             return self.learn
         return any(self.config.species[name].policy.learn for name in species_with_policy(self.config))
 
-    def with_policies(self, folder: Path) -> Arm:
+    def with_policies(self, folder: Path) -> Self:
         """Return the arm with the trained policies of a folder, where its treatment names no others."""
         if isinstance(self.policies, str):
             return replace(self, policies=str(folder)) if self.policies == "trained" else self

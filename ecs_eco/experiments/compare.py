@@ -5,6 +5,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
+from ecs_eco.analysis.compare import compare as differences
 from ecs_eco.engine.arguments import called_with
 from ecs_eco.experiments.arm import arms_of, check_training
 from ecs_eco.experiments.comparison import Comparison, Key, run_jobs
@@ -37,8 +38,6 @@ def compare(
     Raises ConfigError, ForeignFile where the folder holds another comparison, and what the first run that
     failed raised, once the others are done.
     """
-    from ecs_eco.analysis.compare import compare as differences
-
     called_with("progress", progress, "done", "total")
     arms = arms_of(world, list(changes), treatments)
     check_training(arms, training_seeds, retrain)

@@ -1,7 +1,4 @@
-"""A comparison: arms, each run with the same seeds; trained policies meet every world seed.
-
-It lists the jobs and which of them are done; the caller passes them to a pool.
-"""
+"""A comparison: arms, each run with the same seeds, its jobs and which are done; the caller has the pool."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor

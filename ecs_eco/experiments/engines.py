@@ -1,8 +1,6 @@
-"""Engines: where calls are carried out. Each is an executor as `concurrent.futures` defines it.
-
-`local` is processes of this machine, `ray` a Ray cluster. Any other executor may be handed in from Python:
-Dask's, mpi4py's, or one of the standard library; it must use processes, since a world belongs to one thread.
-"""
+"""Engines that carry out calls, each an executor of `concurrent.futures`: `local` is processes of this
+machine, `ray` a Ray cluster. Any other, Dask's or mpi4py's, must use processes, since a world belongs to one
+thread."""
 
 from __future__ import annotations
 
@@ -110,10 +108,11 @@ def completed(
     pool: Executor, fn: Callable[..., Result], jobs: Mapping[Key, Sequence[Any]]
 ) -> Iterator[tuple[Key, Future[Result]]]:
     """Call `fn` with the arguments of each job; yield keys with their futures as these are done."""
-    from ecs_eco.experiments.pool import Pool
+    from ecs_eco.experiments.pool import Pool, done_here
 
-    if isinstance(pool, Pool):
-        yield from pool.completed(fn, jobs)
+    if isinstance(pool, Pool) and min(pool.workers, len(jobs)) == 1:
+        for key, arguments in jobs.items():
+            yield key, done_here(fn, arguments, {})
         return
     keys = {pool.submit(fn, *arguments): key for key, arguments in jobs.items()}
     for future in as_completed(keys):

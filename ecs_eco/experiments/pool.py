@@ -1,25 +1,114 @@
 """The worker processes of comparisons, searches and studies."""
 
 import multiprocessing
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, TypeVar
 
-from ecs_eco.experiments.workers import begin_worker, one_thread_each
+from ecs_eco.engine.errors import FolderInUse
+from ecs_eco.engine.processes import SAFE
 
-Key = TypeVar("Key", bound=Hashable)
 Result = TypeVar("Result")
+PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+ENDED = 130  # exit code of a worker that was told to end
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """Processes that start within use one thread each, and import nothing from the folder that they run in."""
+    before = {name: os.environ.get(name) for name in (*PINS, SAFE)}
+    os.environ.update(dict.fromkeys(before, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def begin_worker() -> None:
+    """Leave Ctrl-C to the parent process, and end with it; to be called as a worker starts."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
+
+
+def end_with_parent() -> None:
+    """Have this process get SIGTERM when its parent ends; to be called as a worker starts.
+
+    A pool's workers wait on a pipe of which they hold both ends: if their parent is killed,
+    they would go on with all that is queued.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def wait() -> None:
+        parent.join()
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
+def once_free(call: Callable[[], Result], patience: float, pause: float = 1.0) -> Result:
+    """Call, again where another process has the folder; raise FolderInUse after so much `patience` [s]."""
+    until = time.monotonic() + patience
+    while True:
+        try:
+            return call()
+        except FolderInUse:
+            if time.monotonic() > until:
+                raise
+            time.sleep(pause)
+
+
+@contextmanager
+def finishing() -> Iterator[None]:
+    """Raise KeyboardInterrupt within when the worker is told to end, so that the work can save what it has.
+
+    Elsewhere nothing changes: Ctrl-C raises KeyboardInterrupt anyway, and a thread beside the main one, in
+    which Dask's workers have their calls, hears no signals.
+    """
+    if multiprocessing.parent_process() is None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    told = over = False
+
+    def interrupt(*_: object) -> None:
+        nonlocal told
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        if over:
+            os._exit(ENDED)
+        told = True
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        try:
+            yield
+        finally:
+            over = True
+    except KeyboardInterrupt:
+        os._exit(ENDED)
+    finally:
+        if told:  # and what was raised got lost on its way, as it does in a destructor
+            os._exit(ENDED)
+        signal.signal(signal.SIGTERM, before)
 
 
 class Pool(Executor):
-    """An executor: workers of one thread each that end with this process;
-    a single worker is this process itself.
-
-    Only this process receives Ctrl-C: leaving the `with` block by an exception ends all workers. If a worker
-    is killed from outside, all unfinished futures raise BrokenProcessPool.
-    """
+    """An executor: workers of one thread each that end with this process; a single worker is this process.
+    Only this process receives Ctrl-C: leaving `with` by an exception ends all workers. If a worker is killed
+    from outside, unfinished futures raise BrokenProcessPool."""
 
     def __init__(self, workers: int) -> None:
         if workers < 1:
@@ -30,7 +119,7 @@ class Pool(Executor):
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
         """Submit a call; with one worker it is done when this returns."""
         if self.workers == 1:
-            return _done_here(fn, args, kwargs)
+            return done_here(fn, args, kwargs)
         try:
             with one_thread_each():  # a process is started if none is idle; first a tracker of locks
                 if self._processes is None:
@@ -41,18 +130,6 @@ class Pool(Executor):
             broken: Future[Result] = Future()
             broken.set_exception(error)
             return broken
-
-    def completed(
-        self, fn: Callable[..., Result], jobs: Mapping[Key, Sequence[Any]]
-    ) -> Iterator[tuple[Key, Future[Result]]]:
-        """Call `fn` with the arguments of each job; yield keys with their futures as these are done."""
-        if min(self.workers, len(jobs)) == 1:
-            for key, arguments in jobs.items():
-                yield key, _done_here(fn, arguments, {})
-            return
-        keys = {self.submit(fn, *arguments): key for key, arguments in jobs.items()}
-        for future in as_completed(keys):
-            yield keys[future], future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers once they have finished what was submitted, or what they began."""
@@ -76,7 +153,7 @@ class Pool(Executor):
             self.terminate()
 
 
-def _done_here(fn: Callable[..., Result], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Future[Result]:
+def done_here(fn: Callable[..., Result], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Future[Result]:
     """Do the work in this process; Ctrl-C ends it like anything here."""
     future: Future[Result] = Future()
     try:

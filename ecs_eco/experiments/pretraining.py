@@ -1,27 +1,24 @@
-"""Pre-training: policies learn from random weights while respawn holds the numbers constant (the paper's
-protocol).
-
-The worlds that they learn in are in training_worlds.py.
-"""
-
-from __future__ import annotations
+"""Pre-training: policies learn from random weights while respawn holds numbers constant, and evaluation."""
 
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ecs_eco.config import WorldConfig, load
+from ecs_eco.analysis.compare import clean
+from ecs_eco.analysis.learning import acts_of, thinned, updates_of
+from ecs_eco.analysis.seed_grid import mean_interval
+from ecs_eco.config import WorldConfig, for_training, load
 from ecs_eco.config.loading import changed
+from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, seed_number, whole_number
 from ecs_eco.experiments.training_worlds import TrainingWorlds
-from ecs_eco.life.reconfigure import reconfigure
+from ecs_eco.learning.weights import hash_of
+from ecs_eco.learning.weights import save as save_weights
+from ecs_eco.record.seal import write_manifest
 from ecs_eco.worlds.policies import names_of
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
 
 
 def pretrain(
@@ -80,10 +77,7 @@ def pretrain(
 
 
 def over_time(training_worlds: TrainingWorlds) -> dict[str, Any]:
-    """Return what each update said, and how often actions were done, by species, as lists; None for what is
-    undefined."""
-    from ecs_eco.analysis.learning import acts_of, thinned, updates_of
-
+    """Return updates, and how often actions were done, by species, as lists; None for what is undefined."""
     updates, actions = training_worlds.history()
     learning = {
         s: {"tick": u.ticks.tolist(), **{word: _plain(v) for word, v in u.columns.items()}}
@@ -118,12 +112,7 @@ def value_at(data: Any, key: str) -> Any:
 
 
 def save(result: dict[str, Any], out: Path) -> None:
-    """Write the policies as safetensors with their seals, and everything else, with their hashes and a seal,
-    as training.json."""
-    from ecs_eco.learning.weights import hash_of
-    from ecs_eco.learning.weights import save as save_weights
-    from ecs_eco.record.seal import write_manifest
-
+    """Write policies as sealed safetensors, and all else, with their hashes, as a sealed training.json."""
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
         save_weights(out / f"{name}.safetensors", weights, result["names"][name])
@@ -142,3 +131,56 @@ def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
         k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32)
         for k in states[0]
     }
+
+
+SEEDS = 3
+TICKS = 300  # of each run, at most
+
+
+def against_random(
+    config: WorldConfig, policies: Path | str, seed: int, ticks: int = TICKS, seeds: int = SEEDS
+) -> dict[str, Any]:
+    """Run trained and random policies, neither learning, in `seeds` worlds of the training. Returns species →
+    measure → {"trained": [mean, low, high], "random": …, "difference": …} (95 %, Student's t over seeds,
+    which arms share)."""
+    found = {
+        arm: [_measured(config, chosen, seed + 1 + k, ticks) for k in range(seeds)]
+        for arm, chosen in (("trained", str(policies)), ("random", "random"))
+    }
+    out: dict[str, Any] = {}
+    for s, measures in found["trained"][0].items():
+        out[s] = {}
+        for word in measures:
+            trained, random = (np.array([[run[s][word] for run in runs]]) for runs in found.values())
+            both = {"trained": trained, "random": random, "difference": trained - random}
+            out[s][word] = {arm: clean(mean_interval(values)) for arm, values in both.items()}
+    return out
+
+
+def train_and_evaluate(
+    config: WorldConfig, seed: int, ticks: int, out: Path, progress: Callable[[int, int], None] | None = None
+) -> dict[str, Any]:
+    """Train policies into a folder; return what `pretrain` does, with "against_random"."""
+    config._code.pass_on()
+    result = pretrain(config, seed, ticks, out, progress)
+    result["against_random"] = against_random(config, out, seed, min(ticks, TICKS))
+    save(result, out)
+    return result
+
+
+def _measured(config: WorldConfig, policies: str, seed: int, ticks: int) -> dict[str, dict[str, float]]:
+    world = World.from_config(for_training(config), seed=seed, policies=policies, training=True, learn=False)
+    world.run(ticks)
+    names = world.recorder.names
+    table = world.series().select(["n", "taken_in", "deaths", "happiness_mean"])
+    series = {k: np.asarray(v, float).reshape(-1, len(names)) for k, v in table.to_pydict().items()}
+    out = {}
+    for i, name in enumerate(names):
+        if world.tables[name].species.nerves is not None and world.tables[name].species.nerves.policy:
+            lived = max(float(series["n"][:, i].sum()) * config.dt, 1e-12)
+            out[name] = {
+                "happiness": float(series["happiness_mean"][:, i].mean()),
+                "intake": float(series["taken_in"][:, i].sum()) / lived,
+                "deaths": float(series["deaths"][:, i].sum()) / lived,
+            }
+    return out

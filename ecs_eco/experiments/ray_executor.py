@@ -1,15 +1,11 @@
 """Ray as an executor: each call is a task of one CPU and one thread, called again where its worker was lost.
-
-A task that is called again goes on from the checkpoint in its folder, so folders must be where all machines
-see them. Nothing else is kept by the engine: it only has to call again.
-"""
+It goes on from the checkpoint in its folder, which all machines must see."""
 
 from __future__ import annotations
 
 import os
 import socket
 import sys
-import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future
@@ -20,9 +16,9 @@ from threading import RLock, Thread
 from types import TracebackType
 from typing import Any, TypeVar
 
-from ecs_eco.engine.errors import ConfigError, FolderInUse, Problem, listed
+from ecs_eco.engine.errors import ConfigError, Problem, listed
 from ecs_eco.engine.processes import SAFE
-from ecs_eco.experiments.workers import ENDED, PINS
+from ecs_eco.experiments.pool import ENDED, PINS, once_free
 
 RETRIES = 20  # calls of a task whose worker or machine is lost, besides the first
 PATIENCE = 150.0  # [s] to wait for a folder whose owner was lost: file servers keep its lock for a while
@@ -262,18 +258,12 @@ def _knock(address: str | None) -> None:
 
 def _call(fn: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
     """On a worker: carry out a call, once the folder that it writes is free."""
-    end = time.monotonic() + PATIENCE
-    while True:
-        try:
-            return fn(*args, **kwargs)
-        except FolderInUse:
-            if time.monotonic() > end:
-                raise
-            time.sleep(1.0)
-        except KeyboardInterrupt:
-            if _is_cancelled():
-                raise
-            os._exit(ENDED)  # this worker is told to end, not the call: it is called again elsewhere
+    try:
+        return once_free(lambda: fn(*args, **kwargs), PATIENCE)
+    except KeyboardInterrupt:
+        if _is_cancelled():
+            raise
+        os._exit(ENDED)  # this worker is told to end, not the call: it is called again elsewhere
 
 
 def _is_cancelled() -> bool:

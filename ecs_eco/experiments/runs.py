@@ -7,9 +7,10 @@ from typing import Any
 from ecs_eco.compiled import portable
 from ecs_eco.engine.errors import ForeignFile
 from ecs_eco.experiments.arm import Arm
-from ecs_eco.experiments.workers import finishing
+from ecs_eco.experiments.pool import finishing
 from ecs_eco.learning.weights import hash_of
 from ecs_eco.record.seal import read_manifest
+from ecs_eco.worlds.policies import weights_files
 
 EVERY = 2_000  # least ticks between the checkpoints of a run
 
@@ -66,10 +67,8 @@ def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
 
 
 def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> None:
-    """Raise ForeignFile where the run in a folder is not that of an arm with this seed, is a fork, or was
-    computed in the other mode."""
+    """Raise ForeignFile where the run in a folder is of another arm or seed, a fork, or of the other mode."""
     from ecs_eco.runs.begin import policies_as_json
-    from ecs_eco.worlds.policies import weights_files
 
     weights = {name: hash_of(file) for name, file in weights_files(arm.config, arm.policies).items()}
     wanted = {

@@ -2,12 +2,11 @@
 
 import os
 from pathlib import Path
-from typing import Any
 
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine.errors import ForeignFile, RecordingError
+from ecs_eco.experiments.pool import finishing
 from ecs_eco.experiments.treatments import species_with_policy
-from ecs_eco.experiments.workers import finishing
 from ecs_eco.learning.weights import hash_of
 from ecs_eco.record.container import remove
 from ecs_eco.record.seal import read_manifest
@@ -50,10 +49,7 @@ def train_or_find(
 def is_trained(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> bool:
-    """Return whether the policies of a training are in a folder.
-
-    Raises ForeignFile for those of another, RecordingError where it is damaged.
-    """
+    """Return whether a training is in a folder; ForeignFile for another, RecordingError if damaged."""
     path = folder / FILE
     if not verify or not path.is_file():
         return path.is_file()
@@ -61,7 +57,9 @@ def is_trained(
     training = read_manifest(folder, FILE)
     different = [key for key in wanted if training.get(key) != wanted[key]]
     if different:
-        there, here = (", ".join(_shown(values, different)) for values in (training, wanted))
+        there, here = (
+            ", ".join(f"{key} {values.get(key)}" for key in different) for values in (training, wanted)
+        )
         raise ForeignFile(f"{path}: belongs to another training: {there}, not {here}")
     hashes = training.get("weights")
     for name in species_with_policy(config):
@@ -71,10 +69,6 @@ def is_trained(
         if not isinstance(hashes, dict) or hashes.get(name) != hash_of(file):
             raise ForeignFile(f"{file}: is not the policy that this training left")
     return True
-
-
-def _shown(values: dict[str, Any], keys: list[str]) -> list[str]:
-    return [f"{key} {values.get(key)}" for key in keys]
 
 
 def _keep(part: Path, folder: Path) -> None:

@@ -6,18 +6,17 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.config import WorldConfig, for_training
+from ecs_eco.ecosystem import World
 from ecs_eco.engine import random
+from ecs_eco.learning.shared import SharedLearner
 
 COUNTS = ("n", "taken_in", "deaths", "happiness")
 
 
 class TrainingWorlds:
-    """`training.worlds` worlds, run side by side; they share the learners of the first.
-
-    Each has its own value of every key of `training.vary`. After `training.renew` ticks they restart with
-    other values; then a species of a world may act by an earlier policy (`training.pool`), which does not
-    learn.
-    """
+    """`training.worlds` worlds, run side by side, that share the learners of the first. Each has its own
+    values of `training.vary`; after `training.renew` ticks they restart with others, and a species may act by
+    an earlier policy (`training.pool`), which does not learn."""
 
     def __init__(self, config: WorldConfig, seed: int, threads: int = 1) -> None:
         self.config, self.plan, self.seed, self.threads = config, config.training, seed, threads
@@ -26,7 +25,7 @@ class TrainingWorlds:
         self.series: list[dict[str, np.ndarray]] = []  # of former worlds, per species name and count
         self.recorded: list[tuple[int, Any, Any]] = []  # of former worlds: first tick, updates, actions
         self.learners: dict[str, Any] = {}  # species → Learner, or SharedLearner
-        self.worlds: list[Any] = []
+        self.worlds: list[World] = []
         self._begin()
 
     def run(self, ticks: int) -> None:
@@ -145,8 +144,6 @@ class TrainingWorlds:
 
     def _begin(self) -> None:
         """Make the worlds of a stage, and give them the networks that learn."""
-        from ecs_eco.ecosystem import World
-
         k, first = self.plan.worlds, not self.worlds
         values = drawn(self.plan.vary, k, random.tick_key(self.seed, self.stage))
         self.worlds = []
@@ -167,8 +164,6 @@ class TrainingWorlds:
 
     def _share(self) -> None:
         """Make one learner for each species: that of the first world, shared if there are several."""
-        from ecs_eco.learning.shared import SharedLearner
-
         for name, table in self.worlds[0].tables.items():
             learner = table.species.nerves.learner if table.species.nerves is not None else None
             if learner is not None:

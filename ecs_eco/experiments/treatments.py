@@ -1,19 +1,127 @@
 """Treatments: what an arm of a comparison changes in a world. One table holds all named ones.
 
-A treatment may change values of the configuration (`changes.py`), the initial policies, whether they learn,
-or the species as a world is built (`ecs_eco.life.treatments`). On the command line they are `--control`.
+A treatment may change values of the configuration, by dotted key, the initial policies, whether they learn,
+or the species as a world is built (`ecs_eco.life.treatments`). `--control` names them.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.models.sensors import Gradient, Light, Smell
 from ecs_eco.engine.errors import ConfigError, Problem, nearest
-from ecs_eco.experiments import changes
-from ecs_eco.experiments.changes import NotApplicable
 
+LIGHT_WEIGHT = 0.3  # of light in the happiness of `energy-and-light`
+ANOSMIC = 1e30  # scale at which a nose reads 0
+
+
+class NotApplicable(ValueError):
+    """A treatment that does not apply to this world: `what` is missing, and what is `allowed`."""
+
+    def __init__(self, fault: str, allowed: str) -> None:
+        self.what, self.allowed = fault, allowed
+        super().__init__(f"{fault}; {allowed}")
+
+
+def constant_light(config: WorldConfig) -> dict[str, Any]:
+    """Light is the mean of the day at all times."""
+    return _sun(config, "constant")
+
+
+def inverted_light(config: WorldConfig) -> dict[str, Any]:
+    """The day is dark: the sun rises half a day later."""
+    return _sun(config, "inverted")
+
+
+def no_smell(config: WorldConfig) -> dict[str, Any]:
+    """Noses do not respond to smells, which stay in the world; networks keep their inputs."""
+    values = {
+        f"species.{name}.sensors.{i}.scale": ANOSMIC
+        for name, species in config.species.items()
+        for i, sensor in enumerate(species.sensors)
+        if isinstance(sensor, Smell | Gradient)
+    }
+    if not values:
+        raise NotApplicable("no species has a nose", 'a world with a sensor of kind "smell" or "gradient"')
+    return values
+
+
+def energy_only(config: WorldConfig) -> dict[str, Any]:
+    """Happiness that depends on light becomes that of energy alone."""
+    formulas = {name: _energy(config, name) for name in config.species if _depends_on_light(config, name)}
+    if not any(formulas.values()):
+        allowed = "energy-and-light, or a happiness.formula that names energy and light"
+        raise NotApplicable("nobody's happiness depends on light", allowed)
+    return {f"species.{name}.happiness.formula": energy for name, energy in formulas.items() if energy}
+
+
+def energy_and_light(config: WorldConfig) -> dict[str, Any]:
+    """Species that sense light dislike it: 0.3 times light is subtracted from a formula without light."""
+    values: dict[str, Any] = {}
+    for name, species in config.species.items():
+        light = _light(config, name)
+        has_formula = species.happiness is not None and bool(species.happiness.formula)
+        if light and has_formula and not _depends_on_light(config, name):
+            values[f"species.{name}.happiness.formula"] = (
+                f"{_formula(config, name)} - {LIGHT_WEIGHT} * {light}"
+            )
+    if not values:
+        raise NotApplicable("nobody senses light and has a happiness.formula without it", "energy-only")
+    return values
+
+
+def without(config: WorldConfig, species: str) -> dict[str, Any]:
+    """A species is absent, in life and in training."""
+    if species not in config.species:
+        raise NotApplicable(f"no species named {species}", ", ".join(config.species))
+    key = f"species.{species}.count"
+    out: dict[str, Any] = {key: 0}
+    if getattr(config.species[species].reproduction, "immigration", 0.0):
+        out[f"species.{species}.reproduction.immigration"] = 0.0
+    if key in config.training.vary:
+        raise NotApplicable(f"training.vary varies {key}", "a world that does not vary it")
+    return out | ({f'training.set."{key}"': 0} if key in config.training.set else {})
+
+
+def _sun(config: WorldConfig, kind: str) -> dict[str, Any]:
+    if config.sun is None:
+        raise NotApplicable("there is no sun", "a world with [sun]")
+    if config.sun.kind == kind:
+        raise NotApplicable(f"the sun is {kind} already", "a world with another sun.kind")
+    return {"sun.kind": kind}
+
+
+def _light(config: WorldConfig, name: str) -> str | None:
+    """The channel by which a species senses light."""
+    lights = (s for s in config.species[name].sensors if isinstance(s, Light))
+    return next((s.base() if s.name is None else s.name for s in lights), None)
+
+
+def _energy(config: WorldConfig, name: str) -> str | None:
+    """The channel by which a species senses its energy."""
+    own = (s for s in config.species[name].sensors if s.kind == "own")
+    return next((s.name for s in own if s.property == "energy"), None)
+
+
+def _formula(config: WorldConfig, name: str) -> str:
+    """The formula of a species' happiness, in brackets where it is more than a name."""
+    happiness = config.species[name].happiness
+    text = "" if happiness is None else str(happiness.formula)
+    return text if text.isidentifier() else f"({text})"
+
+
+def _depends_on_light(config: WorldConfig, name: str) -> bool:
+    """Whether the formula of a species' happiness names the channel by which it senses light."""
+    happiness, light = config.species[name].happiness, _light(config, name)
+    if not (light and happiness and happiness.formula):
+        return False
+    return bool(re.search(rf"\b{re.escape(light)}\b", happiness.formula))
+
+
+Policies: TypeAlias = str | dict[str, str]  # a word or folder for all species, or by species
 OPTION = "--control"  # where treatments are named, as errors say
 ABSENT = "no-"  # followed by the name of a species: without that species
 
@@ -42,13 +150,13 @@ def needs_genome(config: WorldConfig) -> None:
 
 @dataclass(frozen=True)
 class Treatment:
-    """What one arm of a comparison changes."""
+    """What one arm of a comparison"""
 
     name: str  # as --control takes it
     summary: str
     changes: Callable[[WorldConfig], dict[str, Any]] | None = None  # values by dotted key
     assignment: str = ""  # KEY=VALUE, if it changes nothing else
-    policies: Any = "trained"  # or a word for all species, or a dict: species → word
+    policies: Policies = "trained"  # or a word for all species, or a dict: species → word
     learn: bool | None = None  # whether policies learn in the run; None: as the world says
     at_build: bool = False  # whether it is one of `ecs_eco.life.treatments`
     needs_learning: bool = False  # whether a run in which nothing learns is the same with and without it
@@ -76,11 +184,11 @@ _TREATMENTS = (
     Treatment("neutral-drift", "genes are inherited and not expressed", at_build=True, check=needs_genome),
     Treatment("shuffled-genome", "genes come from any of the living", at_build=True, check=needs_genome),
     Treatment("no-mutation", "nothing mutates", at_build=True, check=needs_genome),
-    Treatment("constant-light", "light is the mean of the day", changes.constant_light),
-    Treatment("inverted-light", "the day is dark", changes.inverted_light),
-    Treatment("no-smell", "nobody smells anything", changes.no_smell),
-    Treatment("energy-only", "happiness is energy alone", changes.energy_only, needs_learning=True),
-    Treatment("energy-and-light", "light makes unhappy", changes.energy_and_light, needs_learning=True),
+    Treatment("constant-light", "light is the mean of the day", constant_light),
+    Treatment("inverted-light", "the day is dark", inverted_light),
+    Treatment("no-smell", "nobody smells anything", no_smell),
+    Treatment("energy-only", "happiness is energy alone", energy_only, needs_learning=True),
+    Treatment("energy-and-light", "light makes unhappy", energy_and_light, needs_learning=True),
 )
 TREATMENTS: dict[str, Treatment] = {treatment.name: treatment for treatment in _TREATMENTS}
 FOR_ONE_SPECIES = ("random-policy", "untrained-policy")  # as random-policy:deer
@@ -96,12 +204,14 @@ def find(name: str, config: WorldConfig) -> Treatment:
     kind, _, species = name.partition(":")
     one = TREATMENTS[kind] if kind in FOR_ONE_SPECIES else None
     if one is not None and species in species_with_policy(config):
-        return replace(one, name=name, summary=f"{species}: {one.summary}", policies={species: one.policies})
+        return replace(
+            one, name=name, summary=f"{species}: {one.summary}", policies={species: str(one.policies)}
+        )
     if name in TREATMENTS:
         return TREATMENTS[name]
     if name in names(config):
         absent = name.removeprefix(ABSENT)
-        return Treatment(name, f"there is no {absent}", partial(changes.without, species=absent))
+        return Treatment(name, f"there is no {absent}", partial(without, species=absent))
     if "=" in name:
         return Treatment(name, name, assignment=name)
     if one is not None:

@@ -1,23 +1,109 @@
-"""The evaluation of a candidate, in its own process: stage after stage, dropped once it is hopeless.
-
-Its outcomes depend on the candidate's values and seeds alone; the stage that it reaches,
-also on earlier candidates.
-"""
-
-from __future__ import annotations
+"""The evaluation of a candidate, in its own process: stage after stage, dropped once it is hopeless. Outcomes
+depend on its values and seeds alone; the stage that it reaches, also on earlier candidates."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis.cycles import cycle_statistics
+from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.models.search import OBJECTIVES, Search
+from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.experiments.trained import train_or_find
 from ecs_eco.search.fit import Fit
+
+
+def objective(
+    search: Search,
+    series: Series,
+    persist: Sequence[str],
+    find: Callable[[Any], Any] = handed_over,
+    fit: Fit | None = None,
+) -> float:
+    """The weighted mean of a search's goals for a run in which all lived; `find` gives "module:name", `fit`
+    is what the goal data compares with."""
+    goals = [
+        (of if of in OBJECTIVES or of in series.reporters else find(of), weight)
+        for of, weight in search.goals
+    ]
+    return float(
+        sum(
+            weight
+            * (
+                likeness(series, fit)
+                if of == "data" and fit is not None
+                else score(of, series, persist, search.wanted)
+            )
+            for of, weight in goals
+        )
+    )
+
+
+def likeness(series: Series, fit: Fit) -> float:
+    """1 / (1 + the mean difference of statistics from the measured ones [tenths]); 0 where the run is too
+    short to have them."""
+    own = fit.of(series)
+    if own is None:
+        return 0.0
+    return float(1 / (1 + 10 * np.sqrt(np.mean(fit.differences(own) ** 2))))
+
+
+def score(
+    of: str | Callable[[Series], float], series: Series, persist: Sequence[str], wanted: Mapping[str, float]
+) -> float:
+    """One goal's score of a run; that of a user's function or reporter is clipped to ±1e6, and NaN counts as
+    0."""
+    if of == "persistence":
+        return distance(series, persist)
+    if of == "cycling":
+        return cycling(series, persist)
+    if of == "population":
+        return population(series, {name: n for name, n in wanted.items() if name in series.species})
+    if isinstance(of, str) and of in series.reporters:
+        return _clipped(reported(series, of, wanted.get(of)))
+    return _clipped(float(handed_over(of)(series)))
+
+
+def _clipped(value: float) -> float:
+    return float(np.clip(value, -1e6, 1e6)) if np.isfinite(value) else 0.0
+
+
+def distance(series: Series, persist: Sequence[str]) -> float:
+    """Distance from extinction: ln(1 + least n) / ln(1 + mean n) of the species closest to it, in [0, 1]."""
+    distances = [np.log1p(n.min()) / np.log1p(n.mean()) for s in persist if (n := series.of(s)).any()]
+    return float(min(distances, default=0.0))
+
+
+def cycling(series: Series, persist: Sequence[str]) -> float:
+    """Mean over species of ln(p) / ln(.05), at most 1, of the spectral peak against AR(1) noise."""
+    statistics = cycle_statistics(series, n_boot=199)
+    p = [statistics.p_ar1.get(s) or 1.0 for s in persist]
+    return float(np.mean(np.minimum(1.0, np.log(p) / np.log(0.05))))
+
+
+def population(series: Series, wanted: Mapping[str, float]) -> float:
+    """Mean over species of n / wanted or wanted / n, whichever is less; n is the later half's mean number."""
+    half = len(series.ticks) // 2
+    n = np.array([series.of(s)[half:].mean() for s in wanted])
+    w = np.array(list(wanted.values()))
+    return float(np.mean(np.minimum(n / w, w / np.maximum(n, 1e-9))))
+
+
+def reported(series: Series, name: str, wanted: float | None) -> float:
+    """Mean of a reporter over the later half of a run, and over species; or, if one is wanted, how near it
+    is: the ratio of both, at most 1, and 0 where the mean is not above 0."""
+    values = series.columns[name][len(series.ticks) // 2 :]
+    mean = float(values[np.isfinite(values)].mean()) if np.isfinite(values).any() else float("nan")
+    if wanted is None:
+        return mean
+    return max(0.0, min(mean / wanted, wanted / mean if mean > 0 else 0.0))
+
 
 STEP = 25  # ticks between two checks for extinctions
 
@@ -53,30 +139,6 @@ def evaluate(job: Job) -> dict[str, Any]:
     return result | {"seconds": round(seconds, 3), "cpu": round(cpu, 3)}
 
 
-def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
-    lives: list[Life] = []
-    stages: list[dict[str, Any]] = []
-    for stage, (ticks, n) in enumerate(job.stages):
-        lives += [Life(config, job, cell) for cell in job.cells[len(lives) : n]]
-        runs = _stage(lives, ticks, job.hopeless)
-        score = sum(r["score"] for r in runs) / len(runs)
-        lost = sum(r["extinct"] is not None for r in runs)
-        stages.append({"ticks": ticks, "score": score, "lost": lost, "runs": runs})
-        if lost > job.hopeless * n or (stage < len(job.least) and score < job.least[stage]):
-            break
-    return {"stage": len(stages) - 1, "score": stages[-1]["score"], "stages": stages}
-
-
-def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str, Any]]:
-    """Outcomes of the runs, until so many are lost that the rest does not matter."""
-    runs: list[dict[str, Any]] = []
-    for life in lives:
-        runs.append(life.until(ticks))
-        if sum(r["extinct"] is not None for r in runs) > hopeless * len(lives):
-            break
-    return runs
-
-
 class Life:
     """One run of a candidate, which later stages continue."""
 
@@ -88,13 +150,8 @@ class Life:
         self.seconds = 0.0
 
     def until(self, ticks: int) -> dict[str, Any]:
-        """Run to a tick or the first extinction; return how long all lived, what died out, and the score.
-
-        In a run of full length a species without births in the later half counts as lost with its last birth.
-        """
-        from ecs_eco.analysis.runs import load_series
-        from ecs_eco.search.objectives import objective
-
+        """Run to a tick or the first extinction; return how long all lived, what died out, and the score. At
+        full length a species without births in the later half counts as lost with its last birth."""
         begin = time.perf_counter()
         try:
             if self.world is None:
@@ -136,8 +193,6 @@ class Life:
         self.most = self.config.search.crowd * max(1, sum(t.n for t in self.world.tables.values()))
 
     def _go(self, ticks: int) -> None:
-        from ecs_eco.analysis.runs import load_series
-
         self.world.run(ticks)
         gone = [s for s in self.persist if self.world.tables[s].n == 0]
         if gone:
@@ -151,8 +206,6 @@ class Life:
     def _last_birth(self, ticks: int) -> tuple[int, str] | None:
         """Return when the first species to stop breeding had its last birth, and its name; None where all
         that can breed have births in the later half: who only outlives the run does not persist."""
-        from ecs_eco.analysis.runs import load_series
-
         series = load_series(self.world.series())
         last = {}
         for name in self.persist:
@@ -161,6 +214,30 @@ class Life:
                 last[name] = int(series.ticks[born[-1]]) if born.size else 0
         first = min(last, key=lambda name: last[name], default=None)
         return None if first is None or last[first] > ticks / 2 else (last[first], f"{first}, without births")
+
+
+def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
+    lives: list[Life] = []
+    stages: list[dict[str, Any]] = []
+    for stage, (ticks, n) in enumerate(job.stages):
+        lives += [Life(config, job, cell) for cell in job.cells[len(lives) : n]]
+        runs = _stage(lives, ticks, job.hopeless)
+        score = sum(r["score"] for r in runs) / len(runs)
+        lost = sum(r["extinct"] is not None for r in runs)
+        stages.append({"ticks": ticks, "score": score, "lost": lost, "runs": runs})
+        if lost > job.hopeless * n or (stage < len(job.least) and score < job.least[stage]):
+            break
+    return {"stage": len(stages) - 1, "score": stages[-1]["score"], "stages": stages}
+
+
+def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str, Any]]:
+    """Outcomes of the runs, until so many are lost that the rest does not matter."""
+    runs: list[dict[str, Any]] = []
+    for life in lives:
+        runs.append(life.until(ticks))
+        if sum(r["extinct"] is not None for r in runs) > hopeless * len(lives):
+            break
+    return runs
 
 
 def persisting(config: WorldConfig) -> list[str]:

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.palette import AXIS, GREY, GRID, INK
-from ecs_eco.analysis.style import PALETTE, Figure, panels, styled
-from ecs_eco.search.importance import Importance
-from ecs_eco.search.optimise import merit
+from ecs_eco.analysis.style import PALETTE, Figure, panels, several, styled
+from ecs_eco.search.optimise import Importance, merit
 from ecs_eco.search.plan import Parameter
 
 STAGES = (GREY, PALETTE[5], PALETTE[2], INK)
@@ -24,10 +23,9 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
     merits = np.array([merit(e) for e in entries])
     for stage in range(last + 1):
         here = [e["stage"] == stage for e in entries]
+        tone = STAGES[round(stage / max(last, 1) * (len(STAGES) - 1))]
         word = "all runs" if stage == last else f"stopped at stage {stage + 1}"
-        ax.plot(
-            minutes[here], merits[here], "o", ms=5, color=_tone(stage, last), label=f"{word} ({sum(here)})"
-        )
+        ax.plot(minutes[here], merits[here], "o", ms=5, color=tone, label=f"{word} ({sum(here)})")
         ax.axhline(stage + 1, color=GRID, lw=1, zorder=0)
     order = minutes.argsort()
     ax.step(
@@ -49,10 +47,6 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
     )
     figure.legend(loc="outside upper left", ncols=4)
     return figure
-
-
-def _tone(stage: int, last: int) -> str:
-    return STAGES[round(stage / max(last, 1) * (len(STAGES) - 1))]
 
 
 @styled
@@ -88,9 +82,7 @@ def scatter(
     best: dict[str, float],
 ) -> Figure:
     """Candidates over each number; `worse` f64[candidates] is the share of the others that are worse."""
-    columns = min(4, len(parameters))
-    rows = -(-len(parameters) // columns)
-    figure, axes = panels(rows, columns, 2.9 * columns + 0.5, 2.3 * rows + 0.4, sharey=True)
+    figure, axes = several(len(parameters), 4, (2.9, 2.3), (0.5, 0.4), sharey=True)
     for ax, p in zip(axes.flat, parameters, strict=False):
         ax.scatter([e["values"][p.name] for e in entries], worse, s=18, color=PALETTE[2], alpha=0.6, lw=0)
         ax.axvline(start[p.name], color=START, lw=1.1, ls=":", label="as written")
@@ -98,8 +90,6 @@ def scatter(
         ax.set_ylim(0, 1)
         scaled(ax.xaxis, p)
         ax.set_xlabel(short(p.name), fontsize=8.5)
-    for ax in list(axes.flat)[len(parameters) :]:
-        ax.set_visible(False)
     for row in axes:
         row[0].set_ylabel("share that is worse")
     axes[0, 0].legend(loc="best", fontsize=8)

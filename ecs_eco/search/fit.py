@@ -1,5 +1,4 @@
-"""How like a run is to the measurements of its world's [data]: a few statistics of both, and how far they are
-apart."""
+"""How like a run is to the measurements of its world's [data], by a few statistics of both."""
 
 import hashlib
 from collections.abc import Mapping

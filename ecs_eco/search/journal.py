@@ -1,12 +1,5 @@
-"""The journal of a search: a line of JSON for each evaluation, written when it is done.
-
-An incomplete line at the end is ignored.
-
-Each line ends with its seal, a SHA-256 of itself and the seal before it, which reveals lines that were
-changed, removed or inserted.
-"""
-
-from __future__ import annotations
+"""The journal of a search: a line of JSON for each evaluation. Each ends with its seal, a SHA-256 of itself
+and the seal before it, which reveals changed, removed or inserted lines."""
 
 import hashlib
 import json
@@ -52,6 +45,28 @@ class Planned(Container):
         return {key: value for key, value in super().settings(content).items() if key != "search"} | own
 
 
+class OneRun(Section):
+    """One run of a candidate."""
+
+    training: int
+    world: int
+    lived: Tick
+    extinct: str | None
+    score: float
+    goal: float | None
+    seconds: float
+    statistics: dict[str, float] | None = None
+
+
+class Stage(Section):
+    """What became of a candidate in one stage."""
+
+    ticks: Tick
+    score: float
+    lost: int
+    runs: list[OneRun]
+
+
 class Evaluation(Section):
     """What is read of an entry of a journal."""
 
@@ -71,46 +86,9 @@ class Evaluation(Section):
     refused: str = ""
 
 
-class Stage(Section):
-    """What became of a candidate in one stage."""
-
-    ticks: Tick
-    score: float
-    lost: int
-    runs: list[OneRun]
-
-
-class OneRun(Section):
-    """One run of a candidate."""
-
-    training: int
-    world: int
-    lived: Tick
-    extinct: str | None
-    score: float
-    goal: float | None
-    seconds: float
-    statistics: dict[str, float] | None = None
-
-
 def has_search(folder: Path) -> bool:
     """Return whether a search was begun in a folder."""
     return (folder / NAME).is_file() or container.has(folder, Planned)
-
-
-def begin(folder: Path, settings: Entry) -> Journal:
-    """Return the journal of a search in a folder, new or begun with these settings.
-
-    Raises ForeignFile for the folder of another search, RecordingError for one of an older version.
-    """
-    if container.inside(folder, folder / NAME).is_file() and not container.has(folder, Planned):
-        raise RecordingError(f"{folder / NAME}: {container.OLD}")
-    container.inside(folder, folder / "policies")
-    plan = container.begin(folder, Planned, settings)
-    journal = Journal(folder, {"plan": plan["hash"]})
-    for number, entry in enumerate(journal.entries, 2):
-        seal.validate(Path(f"{journal.path}, line {number}"), entry, Evaluation)
-    return journal
 
 
 class Journal:
@@ -123,7 +101,11 @@ class Journal:
         if self.path.is_file():
             lines = read(self.path)
             if lines:
-                _same(lines[0], header, self.path)
+                if different := [key for key, value in header.items() if lines[0].get(key) != value]:
+                    raise ForeignFile(
+                        f"{self.path}: belongs to another search: its {', '.join(different)} is not that of the "
+                        "folder"
+                    )
                 self.entries, self._seal = lines[1:], lines[-1][WORD]
         if not self.entries:
             folder.mkdir(parents=True, exist_ok=True)
@@ -158,6 +140,21 @@ class Journal:
             raise RecordingError(
                 f"{self.path}: nothing more can be written: {error.strerror or error}; {kept}"
             ) from error
+
+
+def begin(folder: Path, settings: Entry) -> Journal:
+    """Return the journal of a search in a folder, new or begun with these settings.
+
+    Raises ForeignFile for the folder of another search, RecordingError for one of an older version.
+    """
+    if container.inside(folder, folder / NAME).is_file() and not container.has(folder, Planned):
+        raise RecordingError(f"{folder / NAME}: {container.OLD}")
+    container.inside(folder, folder / "policies")
+    plan = container.begin(folder, Planned, settings)
+    journal = Journal(folder, {"plan": plan["hash"]})
+    for number, entry in enumerate(journal.entries, 2):
+        seal.validate(Path(f"{journal.path}, line {number}"), entry, Evaluation)
+    return journal
 
 
 def read(path: Path) -> list[Entry]:
@@ -196,11 +193,3 @@ def _damaged(path: Path, number: int, fault: str) -> ConfigError:
 
 def _seal_of(text: str, before: str) -> str:
     return hashlib.sha256(f"{before}\n{text}".encode()).hexdigest()
-
-
-def _same(old: Entry, new: Entry, path: Path) -> None:
-    """Refuse to continue the journal of another search."""
-    if different := [key for key, value in new.items() if old.get(key) != value]:
-        raise ForeignFile(
-            f"{path}: belongs to another search: its {', '.join(different)} is not that of the folder"
-        )

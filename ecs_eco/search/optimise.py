@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import logging
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.stats import rankdata
 
 from ecs_eco.search.plan import Parameter
 
@@ -40,8 +44,7 @@ def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
 
 
 class Optimiser:
-    """Proposes numbers within the ranges, and learns from merits:
-    what it proposes follows from seed and history."""
+    """Proposes numbers within the ranges: what it proposes follows from seed and history."""
 
     def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
         import optuna
@@ -62,14 +65,6 @@ class Optimiser:
             trial = self.study.ask(self.space)
         self.waiting[candidate] = trial
         return {p.name: p.tidy(trial.params[p.name]) for p in self.parameters}
-
-    def ready(self, candidate: int) -> bool:
-        """Whether a candidate can be asked for: always, with what is known by then."""
-        return True
-
-    def finished(self, candidate: int) -> bool:
-        """Whether there is nothing more to find: it cannot tell."""
-        return False
 
     def tell(self, candidate: int, values: dict[str, float], worth: float) -> None:
         """Report the merit of a candidate, proposed or not."""
@@ -99,3 +94,60 @@ class Optimiser:
             if self.kind == "cmaes":
                 return samplers.CmaEsSampler(n_startup_trials=FIRST, seed=seed)
             return samplers.RandomSampler(seed=seed)
+
+
+BEST_SHARE, LEAST_BEST = 0.1, 5  # the best tenth, but at least five candidates
+SHUFFLES = 40
+
+
+@dataclass(frozen=True)
+class Importance:
+    """Share of all importance that one number has, and the share that it stays below by luck in 19
+    of 20 cases."""
+
+    name: str
+    share: float
+    by_chance: float
+
+
+def importances(
+    space: Mapping[str, BaseDistribution],
+    values: Sequence[Mapping[str, float]],
+    merits: Sequence[float],
+    seed: int = 0,
+) -> list[Importance]:
+    """The importance of each number of a space, from the candidates' values and merits (more is better)."""
+    y, rng = np.asarray(merits, float), np.random.default_rng(seed)
+    own = _divergences(space, values, y)
+    shuffled = np.array([_divergences(space, values, rng.permutation(y)) for _ in range(SHUFFLES)])
+    total = own.sum() or 1.0
+    limit = np.quantile(shuffled, 0.95, axis=0) / total
+    return [
+        Importance(name, *map(float, pair))
+        for name, pair in zip(space, zip(own / total, limit, strict=True), strict=True)
+    ]
+
+
+def _divergences(
+    space: Mapping[str, BaseDistribution], values: Sequence[Mapping[str, float]], merits: np.ndarray
+) -> np.ndarray:
+    import optuna
+
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    best = min(max(BEST_SHARE, LEAST_BEST / len(merits)), 0.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Optuna warns that it is experimental
+        study = optuna.create_study(direction="maximize")
+        study.add_trials(
+            [
+                optuna.trial.create_trial(params=dict(v), distributions=dict(space), value=m)
+                for v, m in zip(values, merits.tolist(), strict=True)
+            ]
+        )
+        shares = optuna.importance.PedAnovaImportanceEvaluator(target_quantile=best).evaluate(study)
+    return np.array([shares[name] for name in space])
+
+
+def ranks(merits: Sequence[float]) -> np.ndarray:
+    """The share of candidates that are worse, in (0, 1), whatever the scale of the objective."""
+    return (rankdata(merits) - 0.5) / len(merits)

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +16,11 @@ from ecs_eco.experiments.engines import LOCAL, engine, prepare, terminate, worke
 from ecs_eco.experiments.trained import forget_trained
 from ecs_eco.record.claim import Claim, ours
 from ecs_eco.record.container import inside
-from ecs_eco.search.budget import Budget
 from ecs_eco.search.evaluate import Job, evaluate
 from ecs_eco.search.journal import begin
 from ecs_eco.search.optimise import OPTIMISERS, Optimiser, merit
-from ecs_eco.search.outcome import BEST, Outcome
-from ecs_eco.search.plan import Plan, plan_of
-from ecs_eco.search.report import write_results
+from ecs_eco.search.plan import Budget, Plan, plan_of
+from ecs_eco.search.report import BEST, Outcome, WorldFile, write_results
 from ecs_eco.search.sampler import SAMPLERS, Sampler
 
 ENOUGH = 4  # candidates at a stage before it requires a score
@@ -28,7 +28,7 @@ Progress = Callable[["Search"], None]
 
 
 def search(
-    world: Any,
+    world: WorldFile,
     out: str | Path | Claim,
     overrides: Any = None,
     *,
@@ -53,9 +53,14 @@ def search(
     called_with("progress", progress, "the search")
     config = load(world, overrides, trust=trust)
     plan = plan_of(config)
-    _check_optimiser(optimiser)
+    if optimiser not in (known := (*OPTIMISERS, *SAMPLERS)):
+        near = nearest(optimiser, known)
+        raise ConfigError([Problem((), "no such optimiser", optimiser, listed(known), near, "--optimiser")])
     if optimiser in SAMPLERS:
-        _check_fit(plan, optimiser)
+        if plan.fit is None:
+            allowed = 'a world with [data], and [search] objective = "data"'
+            fault = "samples numbers that fit measurements, and the world names none"
+            raise ConfigError([Problem((), fault, optimiser, allowed, source="--optimiser")])
         plan = plan.sampling()
     with ours(out) as claim:
         folder = claim.path if executor == LOCAL else claim.path.absolute()
@@ -69,21 +74,6 @@ def search(
             if running is not None:
                 running.sweep()
         return write_results(running.outcome(), world, overrides, report)
-
-
-def _check_optimiser(name: str) -> None:
-    """Raise ConfigError where there is no such optimiser."""
-    if name not in (known := (*OPTIMISERS, *SAMPLERS)):
-        near = nearest(name, known)
-        raise ConfigError([Problem((), "no such optimiser", name, listed(known), near, "--optimiser")])
-
-
-def _check_fit(plan: Plan, name: str) -> None:
-    """Raise ConfigError where a world has nothing that a sampler could compare it with."""
-    if plan.fit is None:
-        allowed = 'a world with [data], and [search] objective = "data"'
-        fault = "samples numbers that fit measurements, and the world names none"
-        raise ConfigError([Problem((), fault, name, allowed, source="--optimiser")])
 
 
 class Search:
@@ -111,15 +101,14 @@ class Search:
         self.phase, self._progress = "searching", progress
 
     def _tell_known(self) -> None:
-        """Tell the optimiser what the journal holds. Raises ForeignFile where values are not those of the
-        plan."""
+        """Tell the optimiser what the journal holds. Raises ForeignFile for values of another plan."""
         for entry in self.journal.of("candidate"):
             if entry["values"].keys() != self.plan.start.keys():
                 raise ForeignFile(
                     f"{self.journal.path}: candidate {entry['candidate']}: values: have other "
                     "keys than the ranges"
                 )
-            self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
+            self._learn(entry)
         self.budget.begin(self.plan, self.journal, lambda: len(self._finalists()))
 
     # --- the three phases
@@ -135,14 +124,13 @@ class Search:
         self._confirmation()
 
     def _candidates(self) -> None:
-        numbers = self._numbers()
-        coming = next(numbers)
-        waiting = True
+        known = {e["candidate"] for e in self.journal.of("candidate")}
+        numbers = (number for number in count() if number not in known)  # 0 is the world as written
+        coming, waiting = next(numbers), True
         while waiting or self.running:
-            while waiting and self._free and self.optimiser.ready(coming):
-                waiting = self.budget.allows_another(len(self.running)) and not self.optimiser.finished(
-                    coming
-                )
+            while waiting and self._free and (self.sampler is None or self.sampler.ready(coming)):
+                waiting = self.budget.allows_another(len(self.running))
+                waiting = waiting and not (self.sampler is not None and self.sampler.finished(coming))
                 if waiting:
                     values = self.optimiser.ask(coming) if coming else self.plan.start
                     self._submit((coming, values), self._job(coming, values if coming else {}))
@@ -155,14 +143,9 @@ class Search:
                 self.running.clear()
                 return
 
-    def _numbers(self) -> Iterator[int]:
-        """Numbers of the candidates that are not in the journal, 0 (the world as written) first."""
-        known = {e["candidate"] for e in self.journal.of("candidate")}
-        number = 0
-        while True:
-            if number not in known:
-                yield number
-            number += 1
+    def _learn(self, entry: dict[str, Any]) -> None:
+        if isinstance(self.optimiser, Optimiser):  # what a sampler knows is in the journal
+            self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
 
     def _tell(self, number: int, values: dict[str, float], result: dict[str, Any]) -> None:
         if number == 0 and ("failed" in result or "refused" in result):
@@ -171,7 +154,7 @@ class Search:
         entry = self.journal.add(
             "candidate", candidate=number, values=values, **result, at=self.budget.elapsed
         )
-        self.optimiser.tell(number, values, merit(entry))
+        self._learn(entry)
         if number and entry not in self.ranked()[: max(BEST, self.plan.config.search.finalists)]:
             self._forget(number)
 
@@ -190,7 +173,7 @@ class Search:
 
     def _confirmation(self) -> None:
         known = {(e["candidate"], *e["cell"]) for e in self.journal.of("confirmation")}
-        best, start = self.best(), self._candidate(0)
+        best, start = self.best(), next(e for e in self.journal.of("candidate") if e["candidate"] == 0)
         jobs = {}
         for entry in [best, start] if best is not start else [best]:
             for cell in self.plan.confirmation:
@@ -245,12 +228,9 @@ class Search:
 
     def _whole(self, entry: Mapping[str, Any], cells: Iterable[tuple[int, int]], ticks: int) -> Job:
         """Do all these runs of a candidate at full length."""
-        number, cells = entry["candidate"], tuple(cells)
-        values = entry["values"] if number else {}
-        stages, policies = [(ticks, len(cells))], self.out / "policies"
-        return Job(
-            f"candidate-{number}", self.plan.config, values, cells, stages, [], 1.0, policies, self.plan.fit
-        )
+        cells = tuple(cells)
+        job = self._job(entry["candidate"], entry["values"] if entry["candidate"] else {})
+        return replace(job, cells=cells, stages=[(ticks, len(cells))], least=[], hopeless=1.0)
 
     def least(self, stage: int) -> float:
         """The score with which a candidate advances: a quantile of earlier candidates at that stage."""
@@ -288,9 +268,6 @@ class Search:
     def best(self) -> dict[str, Any]:
         """The best candidate so far."""
         return self.ranked()[0]
-
-    def _candidate(self, number: int) -> dict[str, Any]:
-        return next(e for e in self.journal.of("candidate") if e["candidate"] == number)
 
     # --- how far it is
 

@@ -1,14 +1,9 @@
-"""Approximate Bayesian computation: candidates from the ranges, and of them those whose runs are most like
-the measurements.
+"""Approximate Bayesian computation: of candidates from the ranges those whose runs are most like the
+measurements. abc keeps the nearest (Pritchard et al. 1999). abc-smc draws later generations around the
+nearest so far, and weighs them by how likely the ranges would give them (Beaumont et al. 2009, adaptive
+distances of Lenormand, Jabot & Deffuant 2013). Proposals follow from the seed and the journal alone."""
 
-abc keeps the nearest of candidates drawn from the ranges alone (Pritchard et al. 1999). abc-smc draws later
-generations around the nearest so far, and weighs them by how likely they would have been from the ranges
-(Beaumont et al. 2009, with the adaptive distances of Lenormand, Jabot & Deffuant 2013). What is proposed
-follows from the seed and the journal alone.
-"""
-
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,8 +17,7 @@ TRIED = 4000  # draws that tell how many fall outside of the ranges
 FEWEST = 3  # candidates that are like enough to draw around
 
 
-@dataclass(frozen=True)
-class Population:
+class Population(NamedTuple):
     """Candidates that were kept, the nearest first."""
 
     numbers: np.ndarray  # i64[kept], candidates
@@ -67,9 +61,6 @@ class Sampler:
                     place = near
                     break
         return {p.name: p.tidy(value_at(p, u)) for p, u in zip(self.plan.parameters, place, strict=True)}
-
-    def tell(self, candidate: int, values: dict[str, float], worth: float) -> None:
-        """What the sampler knows is in the journal."""
 
     def ready(self, number: int) -> bool:
         """Whether all that a proposal follows from is in the journal."""
@@ -125,7 +116,7 @@ class Sampler:
         entries = [e for e in self._entries() if e["candidate"] in numbers]
         before = None if generation == 0 else self._population(generation - 1)
         new = self._drawn(entries, before)
-        both = new if before is None else _together(before, new)
+        both = new if before is None else Population(*map(np.concatenate, zip(before, new, strict=True)))
         kept = _nearest(both, self.kept)
         if len(entries) == len(numbers):
             entered = np.isin(kept.numbers, new.numbers).sum() / len(numbers)
@@ -191,21 +182,7 @@ def weighted_quantiles(x: np.ndarray, weights: np.ndarray, q: list[float]) -> np
 
 def _nearest(of: Population, n: int) -> Population:
     order = np.lexsort((of.numbers, of.distances))[:n]
-    return Population(of.numbers[order], of.at[order], of.weights[order], of.distances[order])
-
-
-def _together(a: Population, b: Population) -> Population:
-    return Population(
-        *(
-            np.concatenate([x, y])
-            for x, y in (
-                (a.numbers, b.numbers),
-                (a.at, b.at),
-                (a.weights, b.weights),
-                (a.distances, b.distances),
-            )
-        )
-    )
+    return Population(*(column[order] for column in of))
 
 
 def _spread(of: Population) -> np.ndarray:

@@ -1,9 +1,6 @@
-"""The design of a sweep: its plan checked in full, and the list of its jobs and trainings.
+"""The design of a sweep: its plan checked in full, every world loaded once, and its jobs and trainings."""
 
-Every world that a job will run is loaded here once, so that a wrong value is refused before anything runs.
-"""
-
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import islice
 from pathlib import Path
@@ -18,12 +15,10 @@ from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
 from ecs_eco.engine.section import Section
 from ecs_eco.experiments.arm import Arm, arm_of
-from ecs_eco.experiments.changes import NotApplicable
-from ecs_eco.experiments.treatments import find, species_with_policy
+from ecs_eco.experiments.treatments import NotApplicable, find, species_with_policy
 from ecs_eco.learning.weights import hash_of
 from ecs_eco.record.manifest import Seed, Sha
-from ecs_eco.sweeps.plan import MOST_JOBS, PlanFile
-from ecs_eco.sweeps.points import Point, number_of_points, points_of, problems_of_ranges
+from ecs_eco.sweeps.plan import MOST_JOBS, PlanFile, Point, number_of_points, points_of, problems_of_ranges
 from ecs_eco.worlds.policies import POLICIES
 
 Place = tuple[str | int, ...]
@@ -103,9 +98,7 @@ class Design:
 
 def design_of(file: PlanFile, *, trust: bool = False) -> Design:
     """Return the design of a plan; `trust` allows the code that its world lists to run in this process.
-
-    Raises ConfigError with all problems found, each with its line.
-    """
+    Raises ConfigError with all problems found, each with its line."""
     plan = file.plan
     base = _base(file, trust)
     if (
@@ -122,7 +115,7 @@ def design_of(file: PlanFile, *, trust: bool = False) -> Design:
     arms: list[tuple[dict[str, Any], str, Arm]] = []
     problems = list(islice(_arms(file, base, arms), MOST))
     if problems:
-        raise file.document.refused(_once(problems))
+        raise file.document.refused(list({(p.key, p.what): p for p in problems}.values()))
     jobs, trainings = _jobs(file, base, arms)
     return Design(file, base, plan.ticks or base.ticks, tuple(jobs), tuple(trainings.values()))
 
@@ -167,13 +160,16 @@ def _as_plan(error: ConfigError, file: PlanFile, places: Mapping[Place, Place]) 
         if problem.source != file.document.source:
             problems.append(problem)
             continue
-        key = next(
-            (problem.key[:n] for n in range(len(problem.key), 0, -1) if problem.key[:n] in places), None
-        )
+        key = _known_part(problem.key, places)
         problems.append(
             problem.moved(key=(), source="") if key is None else problem.moved(key=places[key], source="")
         )
     return file.document.refused(problems)
+
+
+def _known_part(key: Place, known: Container[Place]) -> Place | None:
+    """Return the longest beginning of a key that is known."""
+    return next((key[:n] for n in range(len(key), 0, -1) if key[:n] in known), None)
 
 
 def _of_policies(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
@@ -224,8 +220,12 @@ def _arms(
         for treatment in ("", *file.plan.treatments):
             try:
                 arms.append((values, treatment, treated(config, treatment)))
-            except (ConfigError, NotApplicable) as error:
-                yield _of_treatment(error, treatment, file)
+            except NotApplicable as error:
+                at = ("treatments", file.plan.treatments.index(treatment))
+                yield Problem(at, error.what, treatment, error.allowed)
+            except ConfigError as error:
+                at = ("treatments", file.plan.treatments.index(treatment))
+                yield error.problems[0].moved(key=at, value=treatment, source="", line=None)
 
 
 def treated(config: WorldConfig, treatment: str) -> Arm:
@@ -239,10 +239,8 @@ def treated(config: WorldConfig, treatment: str) -> Arm:
 def _at_value(problem: Problem, point: Point) -> Problem:
     """The problem of a world at the value of a point that it comes from."""
     names = {key_of(name): name for name in point}
-    own = next(
-        (names[problem.key[:n]] for n in range(len(problem.key), 0, -1) if problem.key[:n] in names), None
-    )
-    if own is not None:
+    if (key := _known_part(problem.key, names)) is not None:
+        own = names[key]
         deeper = "" if key_of(own) == problem.key else f"{problem.path}: "
         return problem.moved(
             key=point[own].place, value=point[own].value, source="", line=None, what=deeper + problem.what
@@ -268,18 +266,6 @@ def _vain(file: PlanFile, point: Point) -> Problem | None:
                 "retrain = true with it",
             )
     return None
-
-
-def _of_treatment(error: ConfigError | NotApplicable, treatment: str, file: PlanFile) -> Problem:
-    place = ("treatments", file.plan.treatments.index(treatment))
-    if isinstance(error, NotApplicable):
-        return Problem(place, error.what, treatment, error.allowed)
-    return error.problems[0].moved(key=place, value=treatment, source="", line=None)
-
-
-def _once(problems: Iterable[Problem]) -> list[Problem]:
-    """Each problem of a place once, however many points have it."""
-    return list({(p.key, p.what): p for p in problems}.values())
 
 
 def _jobs(

@@ -1,7 +1,5 @@
-"""The folder of a sweep: sweep.json with its plan, its world and its jobs; a folder for each job.
-
-It holds all that a job needs, so that it may lie on a disk that many machines share, and be moved.
-"""
+"""The folder of a sweep: sweep.json with its plan, world and jobs, and a folder for each job. It holds all
+that a job needs, so it may be moved, or lie on a shared disk."""
 
 import os
 import shutil
@@ -17,8 +15,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import Document
 from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem
 from ecs_eco.experiments.arm import Arm
-from ecs_eco.experiments.changes import NotApplicable
-from ecs_eco.experiments.treatments import species_with_policy
+from ecs_eco.experiments.treatments import NotApplicable, species_with_policy
 from ecs_eco.record import container
 from ecs_eco.record.code import FOLDER as CODE
 from ecs_eco.record.code import check_code, keep_copies, noted, sources

@@ -5,8 +5,7 @@ import os
 import socket
 import time
 import traceback
-from collections.abc import Callable, Collection, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,6 +14,8 @@ from pydantic import ConfigDict
 from ecs_eco.engine.errors import FolderInUse, ForeignFile, RecordingError
 from ecs_eco.engine.files import write_json
 from ecs_eco.engine.section import Section
+from ecs_eco.engine.trust import allow
+from ecs_eco.experiments.pool import once_free
 from ecs_eco.experiments.runs import has_run, run_arm
 from ecs_eco.experiments.trained import is_trained, train_or_find
 from ecs_eco.record.claim import Claim, ours
@@ -30,13 +31,10 @@ UNFINISHED = 75  # exit code of a process that was told to stop and left a check
 
 
 def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> dict[str, Any]:
-    """Do a job of a sweep, whatever is done of it already; return the content of its done.json.
-
-    A job that is done is left as it is; one that was stopped or killed goes on from its last checkpoint, and
-    trains first what it needs and nobody has trained. `allowed` are the hashes of code that the caller
-    allows to run. Raises what a run raises, which failed.json then holds, and FolderInUse where another
-    process has the job.
-    """
+    """Do a job of a sweep, whatever is done of it already; return the content of its done.json. One that was
+    stopped goes on from its last checkpoint, and trains first what it needs. `allowed` are hashes of code
+    that may run. Raises what a run raises, which failed.json then holds, and FolderInUse where another
+    process has the job."""
     _allow(allowed)
     sweep = read_sweep(folder)
     sweep.may_continue()
@@ -44,14 +42,17 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
     job = sweep.jobs[number]
     if (done := read_done(sweep, number)) is not None:
         return done
-    with _claimed(place):
+    place.mkdir(parents=True, exist_ok=True)
+    with once_free(lambda: Claim(place), PATIENCE, PACE):
         if (done := read_done(sweep, number)) is not None:
             return done
         begin = time.time()
         try:
             done = _do(sweep, job, place) | {"began": begin}
         except Exception as error:
-            write_json(place / FAILED, _failure(error))
+            failure = {"error": type(error).__name__, "text": str(error), "at": time.time()}
+            failure |= {"host": socket.gethostname(), "trace": traceback.format_exc()[-4000:]}
+            write_json(place / FAILED, failure)
             raise
         write_manifest(place, done, DONE)
         for name in (FAILED, PROGRESS):
@@ -183,27 +184,7 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
 
 def _allow(hashes: Collection[str]) -> None:
     if hashes:
-        from ecs_eco.engine.trust import allow
-
         allow(hashes)
-
-
-@contextmanager
-def _claimed(place: Path) -> Iterator[Claim]:
-    """Claim the folder of a job; wait for a process that has it, as long as PATIENCE."""
-    place.mkdir(parents=True, exist_ok=True)
-    until = time.monotonic() + PATIENCE
-    while True:
-        try:
-            claim = Claim(place)
-        except FolderInUse:
-            if time.monotonic() >= until:
-                raise
-            time.sleep(PACE)
-            continue
-        with claim:
-            yield claim
-        return
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
@@ -236,13 +217,3 @@ def _tick_of(run: Path) -> int:
     from ecs_eco.record.checkpoint import SUFFIX, tick_of
 
     return max((tick_of(file) for file in (run / "checkpoints").glob(f"tick-*{SUFFIX}")), default=0)
-
-
-def _failure(error: Exception) -> dict[str, Any]:
-    return {
-        "error": type(error).__name__,
-        "text": str(error),
-        "at": time.time(),
-        "host": socket.gethostname(),
-        "trace": traceback.format_exc()[-4000:],
-    }

@@ -3,11 +3,14 @@
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis.palette import AXIS, INK, ON_CELL
 from ecs_eco.analysis.seed_grid import mean_interval, share_interval
+from ecs_eco.analysis.style import DASHES, PALETTE, Axes, Figure, panels, styled
 from ecs_eco.analysis.survival import Interval, wilson
 
 Row = Mapping[str, Any]
@@ -60,10 +63,9 @@ def values_of(rows: Iterable[Row], key: str) -> list[Any]:
 
 
 def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
-    """Return an outcome at each value of a key: first the mean of each pair of seeds over all else that
-    varies, then mean and interval over seeds."""
+    """Return an outcome at each value of a key: mean and interval over seeds of means over all else."""
     return [
-        Answer(value, interval(part, outcome), tuple(_numbers(part, outcome)))
+        Answer(value, interval(part, outcome), _numbers(part, outcome))
         for value in values_of(rows, key)
         if (part := [row for row in rows if row[key] == value])
     ]
@@ -71,16 +73,9 @@ def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
 
 def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
     """Return an outcome at each point, in the order of a key's values."""
-    parts: dict[int, list[Row]] = {}
-    for row in rows:
-        parts.setdefault(row["point"], []).append(row)
-    return sorted(
-        (
-            Answer(part[0][key], interval(part, outcome), tuple(_numbers(part, outcome)))
-            for part in parts.values()
-        ),
-        key=lambda answer: answer.value,
-    )
+    parts = group(rows, lambda row: row["point"]).values()
+    found = [Answer(part[0][key], interval(part, outcome), _numbers(part, outcome)) for part in parts]
+    return sorted(found, key=lambda answer: answer.value)
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
@@ -112,8 +107,8 @@ def _table(rows: Sequence[Row], column: str) -> np.ndarray:
     return np.array([[np.mean(cells[a, b]) if (a, b) in cells else np.nan for b in worlds] for a in training])
 
 
-def _numbers(rows: Sequence[Row], outcome: Outcome) -> list[float]:
-    return [float(row[outcome.column]) for row in rows if row[outcome.column] is not None]
+def _numbers(rows: Sequence[Row], outcome: Outcome) -> tuple[float, ...]:
+    return tuple(float(row[outcome.column]) for row in rows if row[outcome.column] is not None)
 
 
 def group(rows: Sequence[Row], of: Callable[[Row], Any]) -> dict[Any, list[Row]]:
@@ -122,3 +117,241 @@ def group(rows: Sequence[Row], of: Callable[[Row], Any]) -> dict[Any, list[Row]]
     for row in rows:
         parts.setdefault(of(row), []).append(row)
     return parts
+
+
+FEW = 12  # values of a key that have an answer each; with more, each point has one
+CELLS = 9 * 9  # of a heat map whose cells have room for a number
+LABELS = 48  # characters under a panel before they are turned
+
+
+def short(key: str) -> str:
+    """A key without what all keys of species begin with."""
+    return key.removeprefix("species.")
+
+
+@styled
+def responses(
+    rows: Sequence[Row], keys: Sequence[str], outcomes: Sequence[Outcome], hue: Mapping[str, str]
+) -> Figure:
+    """A panel for each outcome (rows) and key (columns): mean and 95 % interval at each value, runs as dots;
+    a line for each treatment."""
+    figure, axes = panels(
+        len(outcomes),
+        len(keys),
+        3.9 * len(keys) + 1.2,
+        2.15 * len(outcomes) + 0.8,
+        sharex="col",
+        sharey="row",
+    )
+    parts = group(rows, lambda row: row["treatment"])
+    for column, key in enumerate(keys):
+        values = values_of(rows, key)
+        for ax, outcome in zip(axes[:, column], outcomes, strict=True):
+            for i, (treatment, part) in enumerate(parts.items()):
+                color = hue.get(outcome.of, INK) if len(parts) == 1 else PALETTE[(2, 3, 0, 4, 1, 5, 6)[i % 7]]
+                _response(ax, part, key, values, outcome, color, i, len(parts), treatment)
+            if outcome.share:
+                ax.set_ylim(-0.06, 1.06)
+            elif column == 0 and all(row[outcome.column] is None or row[outcome.column] >= 0 for row in rows):
+                ax.set_ylim(0, None)
+        _values_axis(axes[-1, column], key, values)
+    for ax, outcome in zip(axes[:, 0], outcomes, strict=True):
+        ax.set_ylabel(outcome.label, wrap=True)
+    figure.align_ylabels()
+    if len(parts) > 1:
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper left", ncols=min(5, len(labels)))
+    return figure
+
+
+def _response(
+    ax: Axes,
+    rows: Sequence[Row],
+    key: str,
+    values: list[Any],
+    outcome: Outcome,
+    color: str,
+    number: int,
+    of: int,
+    label: str,
+) -> None:
+    """Draw the answers of one treatment, beside those of the others."""
+    each = len(values) <= FEW
+    found = [
+        a
+        for a in (answers(rows, key, outcome) if each else by_point(rows, key, outcome))
+        if np.isfinite(a.mean.value)
+    ]
+    x = _places(values, [answer.value for answer in found])
+    apart = np.diff(np.unique(_places(values, values)))
+    gap = float(apart.min()) if apart.size else 1.0  # the least distance between values
+    x = x + (number - (of - 1) / 2) * 0.06 * gap
+    middle, low, high = (
+        np.array([getattr(a.mean, end) for a in found], float) for end in ("value", "low", "high")
+    )
+    errors = np.nan_to_num(np.stack([middle - low, high - middle]))
+    if not outcome.share and each:
+        spread = np.concatenate(
+            [np.full(len(a.runs), place) for a, place in zip(found, x, strict=True)] or [np.zeros(0)]
+        )
+        ax.plot(
+            spread + 0.02 * gap,
+            [run for a in found for run in a.runs],
+            ".",
+            ms=4,
+            color=color,
+            alpha=0.35,
+            mew=0,
+            zorder=1,
+        )
+    joined = each and _are_numbers(values)
+    *_, bars = ax.errorbar(
+        x,
+        middle,
+        errors.clip(0),
+        color=color,
+        marker="o",
+        ms=5 if each else 3.5,
+        lw=1.6,
+        elinewidth=1.3 if each else 0.8,
+        capsize=2.5 if each else 0,
+        ls=DASHES[number % len(DASHES)] if joined else "none",
+        label=label,
+        zorder=3,
+    )
+    if not each:
+        bars[0].set_alpha(0.35)
+
+
+def _places(values: list[Any], wanted: Sequence[Any]) -> np.ndarray:
+    """Return where values stand on an axis: numbers at themselves, others one beside the other."""
+    if _are_numbers(values):
+        return np.array(wanted, float)
+    return np.array([values.index(value) for value in wanted], float)
+
+
+def _are_numbers(values: Sequence[Any]) -> bool:
+    return all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
+
+
+def _values_axis(ax: Axes, key: str, values: list[Any]) -> None:
+    """Label an axis with the values of a key."""
+    ax.set_xlabel(short(key))
+    if _are_numbers(values):
+        if len(values) <= 6:
+            ax.set_xticks(values)
+            ax.set_xticklabels([_written(v) for v in values])
+        ax.margins(x=0.08)
+    else:
+        names = [_written(v) for v in values]
+        turned = sum(map(len, names)) > LABELS
+        ax.set_xticks(range(len(values)))
+        ax.set_xticklabels(names, rotation=30 if turned else 0, ha="right" if turned else "center")
+        ax.margins(x=0.15)
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
+    return str(value)
+
+
+# --- two values ---------------------------------------------------------------------------------------------
+
+
+def pairs_of(rows: Sequence[Row], keys: Sequence[str], most: int = 6) -> list[tuple[str, str]]:
+    """Return the pairs of keys that both have numbers, or few values."""
+    useful = [key for key in keys if _are_numbers(values := values_of(rows, key)) or len(values) <= FEW]
+    return list(combinations(useful, 2))[:most]
+
+
+@styled
+def heat(rows: Sequence[Row], pair: tuple[str, str], outcomes: Sequence[Outcome]) -> Figure:
+    """Means of outcomes (panels) over two keys: cells of a grid, or a dot for each point of a hypercube."""
+    parts = group(rows, lambda row: row["treatment"])
+    wide = min(3, len(outcomes))
+    high = -(-len(outcomes) // wide)
+    figure, axes = panels(high * len(parts), wide, 3.75 * wide + 0.4, 3.1 * high * len(parts) + 0.3)
+    grid = all(len(values_of(rows, key)) <= FEW for key in pair)
+    limits = {o: _limits(rows, pair, o) for o in outcomes}
+    for i, (treatment, part) in enumerate(parts.items()):
+        for j, outcome in enumerate(outcomes):
+            ax = axes[i * high + j // wide, j % wide]
+            drawn = (_cells if grid else _dots)(ax, part, pair, outcome, limits[outcome])
+            figure.colorbar(drawn, ax=ax, pad=0.02)
+            ax.set(xlabel=short(pair[0]), ylabel=short(pair[1]))
+            ax.set_title(outcome.label if len(parts) == 1 else f"{treatment}: {outcome.label}", fontsize=9.5)
+            ax.grid(visible=False)
+        for ax in axes[i * high : (i + 1) * high].flat[len(outcomes) :]:
+            ax.set_visible(False)
+    return figure
+
+
+def _limits(rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome) -> tuple[float, float]:
+    """Return the ends of an outcome's colours, the same for all treatments."""
+    if outcome.share:
+        return 0.0, 1.0
+    cells = group(rows, lambda row: (row["treatment"], *(str(row[key]) for key in pair)))
+    means = [m for part in cells.values() if np.isfinite(m := interval(part, outcome).value)]
+    return (min(means), max(means)) if means else (0.0, 1.0)
+
+
+def _cells(
+    ax: Axes, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
+) -> Any:
+    """Draw the cells of a grid, with their numbers where there is room."""
+    across, up = (values_of(rows, key) for key in pair)
+    means = np.full((len(up), len(across)), np.nan)
+    for i, b in enumerate(up):
+        for j, a in enumerate(across):
+            here = [row for row in rows if row[pair[0]] == a and row[pair[1]] == b]
+            if here:
+                means[i, j] = interval(here, outcome).value
+    drawn = ax.imshow(means, origin="lower", aspect="auto", cmap="viridis", vmin=limits[0], vmax=limits[1])
+    ax.set_xticks(
+        range(len(across)),
+        [_written(v) for v in across],
+        rotation=30 if sum(len(_written(v)) for v in across) > 24 else 0,
+    )
+    ax.set_yticks(range(len(up)), [_written(v) for v in up])
+    if means.size <= CELLS:
+        middle = sum(limits) / 2
+        for (i, j), mean in np.ndenumerate(means):
+            if np.isfinite(mean):
+                ax.text(
+                    j,
+                    i,
+                    _cell(mean, outcome),
+                    ha="center",
+                    va="center",
+                    fontsize=8,
+                    color=ON_CELL[bool(mean >= middle)],
+                )
+    return drawn
+
+
+def _cell(mean: float, outcome: Outcome) -> str:
+    if outcome.share:
+        return f"{mean:.2f}".removeprefix("0") if mean < 1 else "1"
+    return f"{mean:,.0f}" if abs(mean) >= 100 else f"{mean:.3g}"
+
+
+def _dots(
+    ax: Axes, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
+) -> Any:
+    """Draw a dot for each point."""
+    found: list[tuple[Any, Any, Answer]] = []
+    for part in group(rows, lambda row: row["point"]).values():
+        first = part[0]
+        found.append((first[pair[0]], first[pair[1]], Answer(None, interval(part, outcome), ())))
+    return ax.scatter(
+        [a for a, _, _ in found],
+        [b for _, b, _ in found],
+        c=[answer.mean.value for *_, answer in found],
+        cmap="viridis",
+        s=46,
+        edgecolor=AXIS,
+        lw=0.5,
+        vmin=limits[0],
+        vmax=limits[1],
+    )

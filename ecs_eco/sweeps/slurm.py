@@ -1,7 +1,4 @@
-"""SLURM: the jobs of a sweep as job arrays, that checkpoint before they are stopped and are queued again.
-
-SLURM is spoken to by its commands: sbatch, squeue and scontrol.
-"""
+"""SLURM (sbatch, squeue, scontrol): the jobs of a sweep as arrays that checkpoint and are requeued."""
 
 import os
 import re
@@ -18,7 +15,7 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.engine.files import write
 from ecs_eco.engine.processes import python
 from ecs_eco.engine.section import Section
-from ecs_eco.experiments.workers import PINS
+from ecs_eco.experiments.pool import PINS
 from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Tick
 from ecs_eco.record.seal import read_sealed, write_manifest

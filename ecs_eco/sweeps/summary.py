@@ -9,7 +9,7 @@ from ecs_eco.analysis.compare import clean
 from ecs_eco.analysis.cycles import cycle_statistics
 from ecs_eco.analysis.extinction import lifetime
 from ecs_eco.analysis.measures import course, measured, run_mean
-from ecs_eco.analysis.runs import DIED, Series, load_series
+from ecs_eco.analysis.runs import DIED, load_series
 
 BOOTSTRAPS = 99  # for the p of a period: cycles of single runs are told at p ≤ .05
 
@@ -29,7 +29,7 @@ def summary_of(run: Path) -> dict[str, Any]:
             "extinct": series.extinct[i],
             "period": peak.period if peak is not None and name in cycling else np.nan,
             "period_p": peak.p if peak is not None else np.nan,
-            "deaths": _deaths(series, i),
+            "deaths": {c: n for c in series.causes if (n := series.columns[DIED + c][:, i].sum())},
         }
         if "births" in series.columns:
             species[name]["births"] = series.columns["births"][:, i].sum()
@@ -39,23 +39,13 @@ def summary_of(run: Path) -> dict[str, Any]:
                 "persisted": series.persisted,
                 "lived": lived,
                 "species": species,
-                "reporters": _reporters(series),
+                "reporters": {
+                    what: {
+                        of: {"mean": run_mean(series, what, of), "final": course(series, what, of)[-1]}
+                        for of in kinds
+                    }
+                    for what, kinds in measured(series).items()
+                },
             }
         )
     )
-
-
-def _deaths(series: Series, i: int) -> dict[str, float]:
-    """Return the deaths of a species by cause."""
-    counts = {cause: series.columns[DIED + cause][:, i].sum() for cause in series.causes}
-    return {cause: n for cause, n in counts.items() if n}
-
-
-def _reporters(series: Series) -> dict[str, dict[str, dict[str, float]]]:
-    """Return reporter → species, or the world → mean over the run, and the last number."""
-    return {
-        name: {
-            of: {"mean": run_mean(series, name, of), "final": course(series, name, of)[-1]} for of in kinds
-        }
-        for name, kinds in measured(series).items()
-    }

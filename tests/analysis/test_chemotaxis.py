@@ -6,7 +6,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from ecs_eco.analysis.chemotaxis import leaving, noses
+from ecs_eco.analysis.escapes import leaving, noses
 from ecs_eco.analysis.runs import load_series
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder

@@ -5,8 +5,7 @@ import csv
 import numpy as np
 import pytest
 
-from ecs_eco.analysis.lineage import ALIVE, Lineage
-from ecs_eco.analysis.phylogeny import quoted
+from ecs_eco.analysis.lineage import ALIVE, Lineage, quoted
 from tests.analysis.families import FAMILY, family, forest, parsed
 
 

@@ -14,10 +14,10 @@ from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.why import VERDICTS, Case, diagnose, explain, sentences, write_why
 from ecs_eco.analysis.why.advice import REMEDIES, advise
 from ecs_eco.analysis.why.case import in_force, look_up
-from ecs_eco.analysis.why.conduct import chance, distance, effort
+from ecs_eco.analysis.why.diagnose import Fall, newborn, offspring, supply
 from ecs_eco.analysis.why.figure import draw
-from ecs_eco.analysis.why.hunger import Fall, newborn, offspring, supply
 from ecs_eco.analysis.why.limits import losses, phases, turns
+from ecs_eco.analysis.why.page import chance, distance, effort
 from ecs_eco.config import load
 from ecs_eco.config.loading import changed
 from ecs_eco.config.shipped import shipped

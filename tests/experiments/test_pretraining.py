@@ -7,8 +7,7 @@ from ecs_eco import World
 from ecs_eco.analysis.report.training import write_training
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.experiments.evaluation import against_random
-from ecs_eco.experiments.pretraining import mean_weights, pretrain
+from ecs_eco.experiments.pretraining import against_random, mean_weights, pretrain
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
+from ecs_eco.experiments.pool import PINS
 from ecs_eco.experiments.ray_executor import Imported, _knock, settings
-from ecs_eco.experiments.workers import PINS
 
 ROOT = Path(__file__).parents[2]
 CALLS = """

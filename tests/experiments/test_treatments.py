@@ -11,10 +11,8 @@ from ecs_eco.cli import app
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.experiments.arm import arms_of, check_training
-from ecs_eco.experiments.changes import NotApplicable
 from ecs_eco.experiments.comparison import Comparison
-from ecs_eco.experiments.treatments import TREATMENTS, find
-from ecs_eco.life import treatments as at_build
+from ecs_eco.experiments.treatments import TREATMENTS, NotApplicable, find
 from ecs_eco.view.inspect import state_of
 
 SMALL = {

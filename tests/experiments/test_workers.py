@@ -12,14 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from ecs_eco.experiments.workers import ENDED, PINS, finishing, one_thread_each
+from ecs_eco.experiments.pool import ENDED, PINS, finishing, one_thread_each
 from ecs_eco.record import run_to_folder
 
 SCRIPT = """
 import os, sys, time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from ecs_eco.experiments.workers import end_with_parent
+from ecs_eco.experiments.pool import end_with_parent
 
 def work(path):
     with open(path, "w") as file:

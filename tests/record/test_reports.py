@@ -15,7 +15,7 @@ from ecs_eco.config import load
 from ecs_eco.config.models.reporters import is_reporter
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record import Recorder, resume, run_to_folder
-from ecs_eco.search.objectives import objective, score
+from ecs_eco.search.evaluate import objective, score
 
 PLANT = {"count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5, "basal": 0.01}}
 GARDEN = {

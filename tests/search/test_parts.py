@@ -15,10 +15,9 @@ from ecs_eco.config import load
 from ecs_eco.config.models.search import Search as Settings
 from ecs_eco.engine.errors import ConfigError, ForeignFile, RecordingError
 from ecs_eco.record import container
-from ecs_eco.search import objectives
-from ecs_eco.search.importance import importances, ranks
+from ecs_eco.search import evaluate
 from ecs_eco.search.journal import Journal, Planned, begin
-from ecs_eco.search.optimise import FIRST, Optimiser, merit, space_of
+from ecs_eco.search.optimise import FIRST, Optimiser, importances, merit, ranks, space_of
 from ecs_eco.search.plan import Parameter, crossed, plan_of, stages
 from ecs_eco.search.report import confirmation
 
@@ -92,23 +91,23 @@ def test_values_are_tidied_within_their_range() -> None:
 
 def test_the_distance_from_extinction_is_that_of_the_species_nearest_to_it() -> None:
     run = series(deer=[10, 10, 10], wolf=[8, 0, 1])  # means 10 and 3
-    assert objectives.distance(run, ["deer"]) == pytest.approx(1.0)
-    assert objectives.distance(run, ["deer", "wolf"]) == 0.0
-    assert objectives.distance(series(wolf=[8, 3, 1]), ["wolf"]) == pytest.approx(np.log(2) / np.log(5))
+    assert evaluate.distance(run, ["deer"]) == pytest.approx(1.0)
+    assert evaluate.distance(run, ["deer", "wolf"]) == 0.0
+    assert evaluate.distance(series(wolf=[8, 3, 1]), ["wolf"]) == pytest.approx(np.log(2) / np.log(5))
 
 
 def test_a_wanted_population_scores_the_ratio_of_the_later_half() -> None:
     run = series(deer=[999, 999, 40, 60], wolf=[9, 9, 10, 10])
-    assert objectives.population(run, {"deer": 100.0}) == pytest.approx(0.5)
-    assert objectives.population(run, {"deer": 100.0, "wolf": 4.0}) == pytest.approx((0.5 + 0.4) / 2)
+    assert evaluate.population(run, {"deer": 100.0}) == pytest.approx(0.5)
+    assert evaluate.population(run, {"deer": 100.0, "wolf": 4.0}) == pytest.approx((0.5 + 0.4) / 2)
 
 
 def test_cycling_tells_a_cycle_from_noise() -> None:
     rng = np.random.default_rng(1)
     t = np.arange(3000)
     cycle = 100 + 40 * np.sin(2 * np.pi * t / 150) + rng.normal(0, 5, 3000)
-    assert objectives.cycling(series(deer=list(cycle)), ["deer"]) == 1.0
-    assert objectives.cycling(series(deer=list(100 + rng.normal(0, 5, 3000))), ["deer"]) < 0.9
+    assert evaluate.cycling(series(deer=list(cycle)), ["deer"]) == 1.0
+    assert evaluate.cycling(series(deer=list(100 + rng.normal(0, 5, 3000))), ["deer"]) < 0.9
 
 
 def final_number(run: Series) -> float:
@@ -119,13 +118,11 @@ def test_goals_are_weighed_and_a_function_may_be_one() -> None:
     settings = Settings.model_validate(
         {"objective": [{"of": final_number, "weight": 3.0}, {"of": "population"}], "wanted": {"deer": 10.0}}
     )
-    assert objectives.objective(settings, series(deer=[5, 5]), ["deer"]) == pytest.approx(
-        0.75 * 5 + 0.25 * 0.5
-    )
+    assert evaluate.objective(settings, series(deer=[5, 5]), ["deer"]) == pytest.approx(0.75 * 5 + 0.25 * 0.5)
 
 
 def test_a_function_that_gives_no_number_scores_nothing() -> None:
-    assert objectives.score(lambda run: float("nan"), series(deer=[5]), ["deer"], {}) == 0.0
+    assert evaluate.score(lambda run: float("nan"), series(deer=[5]), ["deer"], {}) == 0.0
 
 
 def test_a_later_stage_is_worth_more_than_any_score() -> None:

@@ -15,9 +15,9 @@ from ecs_eco.config import load
 from ecs_eco.config.measurements import Outside
 from ecs_eco.engine.errors import ConfigError, ForeignFile
 from ecs_eco.search import search
+from ecs_eco.search.evaluate import likeness
 from ecs_eco.search.fit import Fit, sampled, statistics
 from ecs_eco.search.journal import Journal
-from ecs_eco.search.objectives import likeness
 from ecs_eco.search.plan import Plan, plan_of
 from ecs_eco.search.posterior import summary
 from ecs_eco.search.sampler import Sampler, weighted_quantiles

@@ -11,8 +11,7 @@ from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.sweeps.design import design_of
 from ecs_eco.sweeps.folder import begin
-from ecs_eco.sweeps.plan import read_plan
-from ecs_eco.sweeps.points import points_of
+from ecs_eco.sweeps.plan import points_of, read_plan
 from tests.sweeps.moss import PLAN, written
 
 SMALL = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 2}

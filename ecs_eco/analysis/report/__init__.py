@@ -1,8 +1,5 @@
-"""The report of a run folder: one HTML page that a biologist can read, and its figures.
-
-`write` puts it together from tables (`tables`), figures (`pictures`) and the part on depth and daylight
-(`depth`). A statistic that the report only shows belongs to `ecs_eco.analysis`.
-"""
+"""The report of a run folder: one HTML page that a biologist can read, and its figures. A statistic that the
+report only shows belongs to `ecs_eco.analysis`."""
 
 from ecs_eco.analysis.report.write import rerun, write_report
 

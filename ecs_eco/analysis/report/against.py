@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ecs_eco.analysis.against import KEPT, Both, Summary, compare, living, numbers_of
+from ecs_eco.analysis.against import KEPT, Both, compare, living, numbers_of
 from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import AXIS
 from ecs_eco.analysis.runs import Series
@@ -34,15 +34,15 @@ def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
             f"{name}{'' if outside.named[name] == name else f' ({outside.named[name]})'}",
             where,
             f"{s.samples:,}",
-            f"{number(s.period)} {unit}",
+            f"{number(s.period / per)} {unit}",
             number(s.cycles),
             number(100 * s.share) + " %",
             number(s.amplitude),
         ]
         for name in outside.columns
-        for where, s, unit in (
-            ("this run", _in_unit(both.run[name], outside), outside.unit if outside.ticks else "ticks"),
-            ("outside", both.outside[name], outside.unit),
+        for where, s, per, unit in (
+            ("this run", both.run[name], outside.ticks or 1, outside.unit if outside.ticks else "ticks"),
+            ("outside", both.outside[name], 1, outside.unit),
         )
     ]
     lags = [
@@ -69,11 +69,6 @@ def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
     ]
 
 
-def _in_unit(of: Summary, outside: Outside) -> Summary:
-    """The summary of a run in the outside series' unit of time, where that is known."""
-    return of if outside.ticks is None else of._replace(period=of.period / outside.ticks)
-
-
 @styled
 def figure(series: Series, outside: Outside, both: Both) -> Figure:
     """Numbers over time and spectra, the run at the left, the outside series at the right."""
@@ -87,7 +82,9 @@ def figure(series: Series, outside: Outside, both: Both) -> Figure:
         described = (both.run, both.outside)[k]
         period = described[first].period / (outside.step if k else 1.0)
         for name, x in held.items():
-            logs = _log_numbers(x)
+            logs = np.log10(
+                np.maximum(x, np.min(x[x > 0], initial=np.inf) / 2)
+            )  # 0 is half of the least above
             time = np.arange(len(x)) / period
             shown = time <= end if k == 0 else np.ones(len(x), bool)
             axes[0, k].plot(time[shown], (logs - np.nanmean(logs))[shown], color=hue[name], label=name)
@@ -101,9 +98,3 @@ def figure(series: Series, outside: Outside, both: Both) -> Figure:
     axes[1, 0].set_ylabel("share of the variance")
     axes[0, 0].legend(loc="upper left", ncols=3)
     return chart
-
-
-def _log_numbers(x: np.ndarray) -> np.ndarray:
-    """log10 of numbers; what is 0 counts as half of the least above it."""
-    out: np.ndarray = np.log10(np.maximum(x, np.min(x[x > 0], initial=np.inf) / 2))
-    return out

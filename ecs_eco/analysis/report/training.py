@@ -29,8 +29,7 @@ WORDS = {
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Diagnostics of learning and frequencies of actions, where recorded. Figures are written below
-    `place`."""
+    """Diagnostics of learning and frequencies of actions, where recorded, with figures below `place`."""
     updates, acts = learning.read(run, "learning"), learning.read(run, "actions")
     out = []
     if updates is not None and len(updates):
@@ -89,8 +88,7 @@ def done(acts: learning.Acts, species: str, file: Path) -> str:
 
 
 def write_training(result: Mapping[str, Any], out: Path, chosen: Mapping[str, str] | None = None) -> Path:
-    """Write training.html and figures of what `pretrain` returned, with its `against_random`, into a
-    folder."""
+    """Write training.html and figures of what `pretrain` returned, with any `against_random`."""
     hue = colors(list(result["curves"]), chosen)
     happiness = {
         s: (np.array(c["tick"], float), np.array(c["happiness"], float)) for s, c in result["curves"].items()

@@ -1,13 +1,11 @@
 """A recorded run as a case to be explained: diets, deaths by kind of cause, rates per head, ages, energies."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pyarrow as pa
@@ -47,7 +45,7 @@ class Case:
     snapshots: Mapping[str, Mapping[str, np.ndarray]] = field(default_factory=dict)
 
     @classmethod
-    def read(cls, run: Path | str) -> Case:
+    def read(cls, run: Path | str) -> Self:
         """Read a run folder; FileNotFoundError where it holds no run, RecordingError where a file is damaged."""
         folder, series = Path(run), load_series(run)
         config = in_force(series.manifest)
@@ -85,8 +83,8 @@ class Case:
         return tuple(eaten)
 
     def _gain(self, eater: str, line: Mapping[str, Any]) -> float:
-        """What one of a food gives: by the file or, where that is a share of what the eaten held, the mean of
-        it."""
+        """What one of a food gives: by the file or, where that is a share of what the eaten held, as it was
+        on average, or else as the share of what the living held on average."""
         share, food = line.get("efficiency") or 0.0, line["eats"]
         if not share or food not in self.species:
             return max(0.0, line["gain"])
@@ -110,48 +108,28 @@ class Case:
         return bool(self.of(species).get("diet") or self.of(species).get("locomotion"))
 
     @cached_property
-    def _kind(self) -> dict[tuple[str, str], str]:
-        removed = {
-            i.get("cause", "culled")
-            for _, i in self.series.manifest.get("intervened") or ()
-            if i.get("kind") == "cull"
-        }
-        kinds = {}
-        for s in self.species:
-            for cause in self.series.causes:
-                kind = "removed" if cause in removed else "surroundings"
-                kind = (
-                    "eaten"
-                    if cause.startswith("eaten by ")
-                    else "poisoned"
-                    if cause.startswith("poisoned by ")
-                    else kind
-                )
-                for limit in self.of(s).get("lethal") or ():
-                    if (
-                        limit["property"] == "energy"
-                        and cause == limit.get("low")
-                        and limit.get("min") is not None
-                    ):
-                        kind = "starved"
-                    elif (
-                        limit["property"] == "age"
-                        and cause == limit.get("high")
-                        and limit.get("max") is not None
-                    ):
-                        kind = "old"
-                kinds[s, cause] = kind
-        return kinds
+    def _removed(self) -> set[str]:
+        orders = [order for _, order in self.series.manifest.get("intervened") or ()]
+        return {order.get("cause", "culled") for order in orders if order.get("kind") == "cull"}
 
     def kind(self, species: str, cause: str) -> str:
         """One of KINDS."""
-        return self._kind[species, cause]
+        for limit in self.of(species).get("lethal") or ():
+            for name, end, bound, kind in (
+                ("energy", "low", "min", "starved"),
+                ("age", "high", "max", "old"),
+            ):
+                if limit["property"] == name and cause == limit.get(end) and limit.get(bound) is not None:
+                    return kind
+        if cause.startswith(("eaten by ", "poisoned by ")):
+            return cause.partition(" ")[0]
+        return "removed" if cause in self._removed else "surroundings"
 
     def died(self, species: str, kind: str) -> np.ndarray:
         """Deaths of a kind of cause in each tick, (ticks,)."""
         i = self.series.index(species)
         columns = [
-            self.series.columns[DIED + c][:, i] for c in self.series.causes if self._kind[species, c] == kind
+            self.series.columns[DIED + c][:, i] for c in self.series.causes if self.kind(species, c) == kind
         ]
         return np.sum(columns, axis=0) if columns else np.zeros(len(self.series.ticks))
 
@@ -222,7 +200,7 @@ def put(config: Any, key: str, value: Any) -> None:
             node = node[where]
 
 
-def look_up(config: Any, key: str) -> Any:
+def look_up(config: object, key: str) -> Any:
     """The value at a dotted key; None where there is none."""
     for name in key.split("."):
         if isinstance(config, list):

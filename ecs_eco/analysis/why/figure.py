@@ -8,7 +8,7 @@ import numpy as np
 from ecs_eco.analysis.figures import binned, interventions, mark
 from ecs_eco.analysis.palette import GREY, SOFT
 from ecs_eco.analysis.runs import DIED
-from ecs_eco.analysis.style import DASHES, PALETTE, Figure, colors_of, panels, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, Axes, Figure, colors_of, panels, styled
 from ecs_eco.analysis.why.case import Case
 
 HATCHES = ("", "////", "\\\\\\\\", "xx", "++", "||", "--", "//\\\\")
@@ -70,7 +70,7 @@ def _shown(case: Case, findings: Mapping[str, Any]) -> list[str]:
     )[:MOST]
 
 
-def _numbers(ax: Any, case: Case, findings: Mapping[str, Any]) -> None:
+def _numbers(ax: Axes, case: Case, findings: Mapping[str, Any]) -> None:
     from matplotlib.ticker import LogFormatter
 
     series, hue = case.series, colors_of(case.series)
@@ -95,7 +95,7 @@ def _numbers(ax: Any, case: Case, findings: Mapping[str, Any]) -> None:
     mark(ax, interventions(series))
 
 
-def _causes(ax: Any, case: Case, species: str, used: list[str]) -> None:
+def _causes(ax: Axes, case: Case, species: str, used: list[str]) -> None:
     counts = np.stack([case.series.of(species, DIED + c) for c in used], -1)
     middle, rate = binned(case.series, counts, 60)
     total = rate.sum(1, keepdims=True)
@@ -118,7 +118,7 @@ def _causes(ax: Any, case: Case, species: str, used: list[str]) -> None:
     ax.yaxis.set_major_formatter(lambda x, _: f"{x:.0%}")
 
 
-def _energy(ax: Any, case: Case, species: str) -> None:
+def _energy(ax: Axes, case: Case, species: str) -> None:
     n = case.series.of(species)
     middle, heads = binned(case.series, n[:, None], 60)
     flows = np.stack([case.flow(species, name) for name in ("taken_in", *(name for name, _, _ in OUT))], -1)

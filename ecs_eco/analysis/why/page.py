@@ -1,7 +1,9 @@
-"""Explain a run folder: why.json for machines, why.html and figures/why.svg for people."""
+"""Explain a run folder in short plain sentences: why.json for machines, why.html and a figure for people."""
 
 import json
+import math
 from collections import Counter
+from collections.abc import Iterator, Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -10,14 +12,309 @@ import numpy as np
 
 from ecs_eco.analysis import matter
 from ecs_eco.analysis.compare import clean
-from ecs_eco.analysis.page import drawn, page, table, verdict, write_text
+from ecs_eco.analysis.extinction import decline
+from ecs_eco.analysis.page import drawn, number, page, table, verdict, write_text
+from ecs_eco.analysis.runs import DIED
 from ecs_eco.analysis.why.advice import advise
 from ecs_eco.analysis.why.case import Case
-from ecs_eco.analysis.why.conduct import conduct
-from ecs_eco.analysis.why.diagnose import diagnose
+from ecs_eco.analysis.why.diagnose import VERDICTS, diagnose
 from ecs_eco.analysis.why.figure import draw
 from ecs_eco.analysis.why.limits import phases
-from ecs_eco.analysis.why.words import sentences
+from ecs_eco.config.models.interventions import describe
+
+Blocks = dict[str, list[str]]
+LIMITED = {
+    "food": "want of food",
+    "predators": "being eaten",
+    "poison": "poison in its food",
+    "age": "old age",
+    "room": "births that failed though it was fed (room, mates)",
+    "removal": "interventions",
+    "surroundings": "its surroundings",
+}
+
+
+def sentences(case: Case, findings: Mapping[str, Any]) -> Blocks:
+    """The text on a run: headings and their sentences, in order."""
+    blocks: Blocks = {
+        "What happened": [headline(case, findings), *happened(case, findings)],
+        "Why": list(chain(case, findings)),
+    }
+    blocks["Energy"] = [line for s in findings["energy"] if (line := energy(s, findings["energy"][s]))]
+    blocks["What limited whom"] = [
+        phase(case, s, p) for s, phases in findings["phases"].items() for p in phases
+    ]
+    blocks["What the animals did"] = [
+        line for s, both in findings["conduct"].items() for line in conducted(s, *both)
+    ]
+    blocks["What to turn"] = [turn(a) for a in findings["parameters"]]
+    return {head: lines for head, lines in blocks.items() if lines}
+
+
+def headline(case: Case, findings: Mapping[str, Any]) -> str:
+    """The verdict in one sentence."""
+    series, verdict = case.series, findings["verdict"]
+    if not len(series.ticks):
+        return "The run has no ticks."
+    if verdict == "healthy":
+        late = "" if series.persisted else " after the first tick"
+        text = f"Nothing died out{late} in {len(series.ticks):,} tick{'s' * (len(series.ticks) != 1)}."
+    elif verdict == "nobody":
+        text = "Nobody lived at the end of any tick."
+    else:
+        text = f"{verdict.capitalize()} ({findings['species']}): {VERDICTS[verdict]}."
+        sure = f" Confidence {findings['confidence']:.0%}"
+        other = findings["runner_up"]
+        text += sure + (f"; else {other['verdict']} ({other['confidence']:.0%})." if other else ".")
+    if not series.manifest.get("finished", True):
+        done, wanted = series.ticks[-1] + 1, series.manifest.get("ticks", 0)
+        text += f" The run was stopped at tick {done:,} of {wanted:,}."
+    return text
+
+
+def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
+    """Which species died out, came near, or did well, and which interventions there were."""
+    for f in findings["fell"]:
+        gone = "died out" if f["extinct"] else "had nearly died out"
+        yield (
+            f"{f['species']} {gone} at tick {f['tick']:,}; at tick {f['since']:,} there had been {f['from']:,}."
+        )
+        if f["deaths"]:
+            yield _died_of(case, f)
+    for s, low in findings["lowest"].items():
+        if not low["mean"]:
+            end = decline(case.series, s)
+            yield f"{s} died out in the first tick: {end.shares() if end else 'it was never there'}."
+        elif s not in {f["species"] for f in findings["fell"]}:
+            near = (
+                f"{s} came near: {low['n']:,} were left"
+                if low["near"]
+                else f"{s} never fell below {low['n']:,}"
+            )
+            yield f"{near} (tick {low['tick']:,}); {low['mean']:,.0f} on average, {low['end']:,} at the end."
+    done = findings["interventions"]
+    if done:
+        kinds = ", ".join(f"{k} ({v:,}×)" if v > 1 else k for k, v in done.items())
+        yield f"Somebody intervened: {kinds}."
+
+
+def _died_of(case: Case, f: Mapping[str, Any]) -> str:
+    """The recorded causes of death."""
+    span = slice(
+        int(np.searchsorted(case.series.ticks, f["since"])),
+        int(np.searchsorted(case.series.ticks, f["tick"])) + 1,
+    )
+    i = case.series.index(f["species"])
+    counts = {c: case.series.columns[DIED + c][span, i].sum() for c in case.series.causes}
+    total = sum(counts.values()) or 1
+    shares = [
+        f"{k / total:.0%} {c}" for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k / total >= 0.01
+    ]
+    refused = case.flow(f["species"], "refused")[span].sum()
+    more = f"; max_count left no room for {refused:,.0f} more" if refused else ""
+    return f"Of {f['deaths']:,} deaths since then: {', '.join(shares)}. {f['births']:,} were born{more}."
+
+
+def chain(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
+    """The links from each fall to its causes."""
+    for f in findings["fell"]:
+        for cause, share in f["causes"].items():
+            if share >= 0.15:
+                yield _link(f, cause, share)
+
+
+def _link(f: Mapping[str, Any], cause: str, share: float) -> str:
+    s, (kind, _, other) = f["species"], cause.partition(": ")
+    food = {x["eats"]: x for x in f["food"]}
+    young = f["newborn"]
+    part = f"{s} ({share:.0%} of its fall)"
+    if kind == "eaten":
+        return f"{part}: {other} ate {s} faster than they were born."
+    if kind == "scarce":
+        x = food[other]
+        left = f"While they starved, {x['left']:.0%} of the {x['full']:,.0f} {other} were left"
+        return (
+            f"{part}: hunger for lack of {other}. {left}; "
+            f"all of them would have fed {number(x['feeds'], 2)} times what {s} burn."
+        )
+    if kind == "amid plenty":
+        fed = max((x["feeds"] for x in food.values()), default=0.0)
+        rate = "at the rate at which they found and caught it"
+        worth = " and ".join(f"{number(x['gain'], 2)} from each {name}" for name, x in food.items())
+        return (
+            f"{part}: hunger though there was food. All of it would have fed {number(fed, 2)} times what "
+            f"{s} burn, {rate}{f', with {worth}' if worth else ''}."
+        )
+    if kind == "energy ran out":
+        budget = f["budget"]
+        return (
+            f"{part}: they took in {number(budget['taken_in'], 2)} per head and tick and burnt "
+            f"{number(budget['burnt'], 2)}. They eat nobody: they live on light, parents or reactions."
+        )
+    if kind == "newborns starve":
+        lasts = (
+            f"Their initial energy lasts {number(young['lasts'], 2)} ticks; "
+            f"a meal comes every {number(young['meal_every'], 2)}"
+        )
+        return f"{part}: newborn starved, {young['starved_young']:.0%} of {young['births']:,.0f}. {lasts}."
+    if kind == "poisoned":
+        return f"{part}: what they ate was deadly, or cost more energy than they could spare."
+    if kind == "unreplaced":
+        heirs = (
+            ""
+            if f["offspring"] is None
+            else f" A well-fed one has {number(f['offspring'], 2)} offspring in its life."
+        )
+        return (
+            f"{part}: the dead were not replaced; "
+            f"{f['births']:,} births against {f['deaths']:,} deaths.{heirs}"
+        )
+    return f"{part}: {LIMITED.get({'removed': 'removal'}.get(kind, kind), kind)}."
+
+
+def energy(species: str, flows: Mapping[str, float]) -> str:
+    """The energy budget of a species."""
+    total = sum(max(flows[k], 0.0) for k in ("burnt", "given", "lost"))
+    if total <= 0 or flows["taken_in"] == flows["burnt"] == 0:
+        return ""
+    words = {"burnt": "burnt", "given": "given to newborn", "lost": "lost with the dead"}
+    parts = ", ".join(f"{max(flows[k], 0) / total:.0%} {word}" for k, word in words.items())
+    return (
+        f"{species}: {number(flows['taken_in'])} taken in per head and tick, "
+        f"{number(flows['burnt'])} burnt. Outflows: {parts}."
+    )
+
+
+def phase(case: Case, species: str, p: Mapping[str, Any]) -> str:
+    """What limited a species in one phase."""
+    named = LIMITED | ({} if case.is_animal(species) else {"room": "want of room"})
+    limit = "nothing limited it"
+    if p["limit"]:
+        limit = (
+            f"mostly by {named[p['limit']]} ({p['share']:.0%} of what rose)"
+            if p["by"] == "rise"
+            else f"limited by {named[p['limit']]} ({p['share']:.0%})"
+        )
+    a, b = p["n"]
+    return f"{species}, ticks {p['from']:,} to {p['to']:,}: {p['trend']} from {a:,} to {b:,}, {limit}."
+
+
+def conducted(species: str, before: Mapping[str, Any], during: Mapping[str, Any]) -> Iterator[str]:
+    """Behaviour of a species, over the run or before and during its fall."""
+    if not before:
+        return
+    both = (before, during) if during else (before,)
+    parts = (
+        [f"{' then '.join(number(x['meals'] * 100, 2) for x in both)} meals in 100 ticks"]
+        if before["food"]
+        else []
+    )
+    if before.get("effort") is not None:
+        share = " then ".join(f"{x['effort']:.0%}" for x in both if x.get("effort") is not None)
+        parts.append(f"moving cost {share} of its costliest gait")
+    for word in ("enemies", "food"):
+        for other in before[word]:
+            far = [x[word].get(other) for x in both]
+            distances = [f"{number(d['mean'], 2)} m ({number(d['to_chance'], 2)} × chance)" for d in far if d]
+            if distances:
+                parts.append(f"{' then '.join(distances)} to the nearest {other}")
+    if parts:
+        yield f"{species}{' (before, then in its fall)' if during else ''}: {'; '.join(parts)}."
+
+
+def turn(a: Mapping[str, Any]) -> str:
+    """A value of the world file and the direction to change it."""
+    value = a["value"]
+    if isinstance(value, bool | int | float):
+        value = str(value).lower() if isinstance(value, bool) else number(value)
+    return f"{a['key']} = {value}: {a['turn']} ({a['effect']})."
+
+
+MOST = 2000  # organisms of one snapshot from which distances are measured
+
+
+def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
+    """Behaviour of one species in the rows first … last − 1 of the series, per head and tick;
+    None where it was not recorded."""
+    span = slice(first, last)
+    heads = float(case.series.of(species)[span].sum())
+    if not heads:
+        return {}
+    per = {name: float(case.flow(species, name)[span].sum() / heads) for name in ("taken_in", "burnt")}
+    return {
+        "meals": float(case.meals(species)[span].sum() / heads),
+        "intake": per["taken_in"],
+        "burnt": per["burnt"],
+        "effort": effort(case, species, per["burnt"]),
+        "enemies": {e: distance(case, species, e, first, last) for e in case.eaters(species)},
+        "food": {f.eats: distance(case, species, f.eats, first, last) for f in case.diet(species)},
+    }
+
+
+def effort(case: Case, species: str, burnt: float) -> float | None:
+    """The cost of locomotion, as a share of using the costliest gait all the time; None if moving is free."""
+    values, dt = case.of(species), case.series.dt
+    costs = ((values.get("locomotion") or {}).get("cost") or {}).values()
+    basal = (values.get("metabolism") or {}).get("basal", 0.0)
+    dearest = max(costs, default=0.0)
+    return float(np.clip((burnt / dt - basal) / dearest, 0, 1)) if dearest else None
+
+
+def distance(case: Case, species: str, other: str, first: int, last: int) -> dict[str, float] | None:
+    """Mean distance [m] from one of a species to the nearest of another,
+    and as a multiple of chance (Clark & Evans 1954).
+
+    Over the snapshots between two rows; 1 is the value at random places,
+    above 1 they avoid each other. None if no snapshot has both.
+    """
+    a, b = case.snapshots.get(species), case.snapshots.get(other)
+    size = case.config.get("space", {}).get("size")
+    if a is None or b is None or not size:
+        return None
+    ticks = case.series.ticks
+    low, high = ticks[first], ticks[min(last, len(ticks)) - 1]
+    common = [t for t in np.intersect1d(a["tick"], b["tick"]) if low <= t <= high]
+    means, ratios = [], []
+    for t in common[:: max(1, len(common) // 20)]:
+        here, there = (_places(table, t, len(size)) for table in (a, b))
+        nearest = _nearest(
+            here[:: max(1, len(here) // MOST)],
+            there,
+            size,
+            case.config["space"].get("edges", "torus") == "torus",
+        )
+        means.append(nearest)
+        ratios.append(nearest / chance(len(there), size))
+    return {"mean": float(np.mean(means)), "to_chance": float(np.mean(ratios))} if means else None
+
+
+def chance(n: int, size: list[float]) -> float:
+    """Expected distance [m] to the nearest of n at random places: 1 / (2 √density) in a plane,
+    Γ(4/3) (3 / 4π density)^⅓ in a volume."""
+    density = n / math.prod(size)
+    return (
+        0.5 / math.sqrt(density)
+        if len(size) == 2
+        else math.gamma(4 / 3) * (3 / (4 * math.pi * density)) ** (1 / 3)
+    )
+
+
+def _places(table: Mapping[str, np.ndarray], tick: int, dims: int) -> np.ndarray:
+    rows = table["tick"] == tick
+    return np.stack([table[axis][rows] for axis in "xyz"[:dims]], 1).astype(float)
+
+
+def _nearest(here: np.ndarray, there: np.ndarray, size: list[float], torus: bool) -> float:
+    """Mean distance from `here` to the nearest of `there`; a torus has no edges in the plane,
+    a volume has a floor and a surface."""
+    from scipy.spatial import cKDTree
+
+    if not torus:
+        return float(cKDTree(there).query(here)[0].mean())
+    box = [*size[:2], *(4 * s for s in size[2:])]  # the third axis does not wrap
+    tree = cKDTree(there % box, boxsize=box)
+    return float(tree.query(here % box)[0].mean())
+
 
 FLOWS = ("taken_in", "burnt", "given", "lost")
 NEAR = 0.05  # of a species' mean: at fewer it came near extinction
@@ -37,7 +334,10 @@ def explain(case: Case) -> dict[str, Any]:
     findings["phases"] = {
         s: phases(case, s) for s in case.species if case.series.present[case.series.index(s)]
     }
-    findings["energy"] = {s: _flows(case, s) for s in findings["phases"]}
+    heads = {s: max(float(case.series.of(s).sum()), 1.0) for s in findings["phases"]}
+    findings["energy"] = {
+        s: {name: float(case.flow(s, name).sum() / n) for name in FLOWS} for s, n in heads.items()
+    }
     findings["lowest"] = {s: _lowest(case, s) for s in findings["phases"]}
     findings["conduct"] = {
         s: (conduct(case, s, 0, max(ends[s][0], 1)), conduct(case, s, *ends[s]))
@@ -47,7 +347,7 @@ def explain(case: Case) -> dict[str, Any]:
         if case.is_animal(s)
     }
     findings["interventions"] = dict(
-        Counter(_what(done) for _, done in case.series.manifest.get("intervened") or ())
+        Counter(describe(done) for _, done in case.series.manifest.get("intervened") or ())
     )
     held = {
         species: max(listed, key=lambda p: p["to"] - p["from"])["limit"]
@@ -77,11 +377,11 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     ]
     if len(case.series.ticks):
         blocks.append(drawn(draw(case, findings), folder / "figures" / "why.svg", CAPTION))
+    rows = [[a["key"], a["value"], a["turn"], a["effect"]] for a in findings["parameters"]]
     for head, lines in sections.items():
-        blocks += [
-            f"<h2>{head}</h2>",
-            _turns(findings["parameters"]) if head == "What to turn" else _list(lines),
-        ]
+        items = "<ul>" + "".join(f"<li>{escape(x)}</li>" for x in lines) + "</ul>"
+        turned = table(["value of the world file", "now", "turn", "what it does"], rows)
+        blocks += [f"<h2>{head}</h2>", turned if head == "What to turn" else items]
     write_text(folder / "why.html", page(title, *blocks))
     return findings
 
@@ -90,11 +390,6 @@ CAPTION = (
     "Numbers on a log scale (a cross is the end of a species), causes of death as shares of all deaths at a "
     "time, and energy per head and tick: taken in above zero, burnt, given and lost below."
 )
-
-
-def _flows(case: Case, species: str) -> dict[str, float]:
-    heads = max(float(case.series.of(species).sum()), 1.0)
-    return {name: float(case.flow(species, name).sum() / heads) for name in FLOWS}
 
 
 def _lowest(case: Case, species: str) -> dict[str, Any]:
@@ -109,18 +404,3 @@ def _lowest(case: Case, species: str) -> dict[str, Any]:
         "end": int(n[-1]),
         "near": low < max(3, NEAR * mean),
     }
-
-
-def _what(done: dict[str, Any]) -> str:
-    from ecs_eco.config.models.interventions import describe
-
-    return describe(done)
-
-
-def _list(lines: list[str]) -> str:
-    return "<ul>" + "".join(f"<li>{escape(x)}</li>" for x in lines) + "</ul>"
-
-
-def _turns(advice: list[dict[str, Any]]) -> str:
-    rows = [[a["key"], a["value"], a["turn"], a["effect"]] for a in advice]
-    return table(["value of the world file", "now", "turn", "what it does"], rows)

@@ -238,7 +238,7 @@ def _lineage(folder: Path) -> Any:
 
 
 def _report(folder: Path) -> Any:
-    from ecs_eco.analysis.report.tables import ages_at_death, last_snapshot
+    from ecs_eco.analysis.report.write import ages_at_death, last_snapshot
 
     return [ages_at_death(folder), last_snapshot(folder, ("grass", "goat", "moss", "ram", "lynx"))]
 

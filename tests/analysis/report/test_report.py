@@ -13,7 +13,7 @@ import pytest
 
 from ecs_eco.analysis import figures
 from ecs_eco.analysis.report import rerun, write_report
-from ecs_eco.analysis.report.tables import ages_at_death, last_snapshot, ledger_gap
+from ecs_eco.analysis.report.write import ages_at_death, last_snapshot, ledger_gap
 from ecs_eco.analysis.runs import load_series
 
 chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "chains.py")))

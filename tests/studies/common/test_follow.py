@@ -34,7 +34,7 @@ def test_tracks_tell_depth_speed_and_the_way_from_the_predator(meadow):
     arrange(world, "wolf", x=19, y=5, z=4)  # 2 m behind the first, across the edge
     tracks = follow(world, 2, "deer", "wolf", within=5.0)
     assert tracks.depth.tolist() == [[6, 1], [6, 1]]
-    assert tracks.mean_depth.tolist() == [3.5, 3.5]
+    assert np.nanmean(tracks.depth, axis=1).tolist() == [3.5, 3.5]
     assert tracks.speed == pytest.approx(np.ones((2, 2)), abs=1e-5)
     assert tracks.distance[:, 0] == pytest.approx([2, 3])
     assert tracks.distance[0, 1] == np.inf
