@@ -12,7 +12,7 @@ from ecs_eco.cli.terminal import exits, numbers, progress, refuse, say, stopped
 from ecs_eco.cli.trust import allow
 from ecs_eco.config import load
 from ecs_eco.experiments.engines import LOCAL, check_engine, engine
-from ecs_eco.experiments.evaluation import train_and_evaluate
+from ecs_eco.experiments.pretraining import train_and_evaluate
 
 
 @exits

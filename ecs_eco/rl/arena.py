@@ -150,7 +150,7 @@ class Shown:
 
     def save(self, path: str | Path) -> Path:
         """Write a checkpoint at the end of the tick under way: in the next step."""
-        return self.arena.opened().save(path)
+        return Path(self.arena.opened().save(path))
 
 
 def _check(config: WorldConfig, species: str, render_mode: str | None) -> None:

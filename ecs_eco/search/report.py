@@ -19,10 +19,11 @@ from ecs_eco.config.loading import document_of
 from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.files import write_json
+from ecs_eco.engine.versions import versions
 from ecs_eco.experiments.trained import forget_trained
 from ecs_eco.record.code import keep_beside
 from ecs_eco.record.container import inside
-from ecs_eco.record.folder import git_commit, versions
+from ecs_eco.record.folder import git_commit
 from ecs_eco.search import figures
 from ecs_eco.search.journal import Journal
 from ecs_eco.search.optimise import Importance, importances, merit, ranks, space_of

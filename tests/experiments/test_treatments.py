@@ -13,6 +13,7 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.experiments.arm import arms_of, check_training
 from ecs_eco.experiments.comparison import Comparison
 from ecs_eco.experiments.treatments import TREATMENTS, NotApplicable, find
+from ecs_eco.life import treatments as at_build
 from ecs_eco.view.inspect import state_of
 
 SMALL = {
