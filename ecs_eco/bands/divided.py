@@ -158,8 +158,7 @@ class Divided(OneBand):
                 self.ghosts[table.name] = rows[:0]
 
     def migrate(self, tables: Sequence[Table]) -> None:
-        """Let those of some tables who are beyond the own edges go to the processes whose bands they are in;
-        there are no ghosts of these."""
+        """Send those beyond the own edges to the processes of their bands; the tables hold no ghosts."""
         parts, leaving = {}, []
         for table in tables:
             rows = table.rows()
@@ -227,8 +226,7 @@ class Divided(OneBand):
         return self.common_bands
 
     def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
-        """Within, `World.split` over the entries of an index, or over the rows of its cells, runs for those
-        that are no ghosts."""
+        """Within, `World.split` over the entries of an index, or the rows of its cells, runs for no ghosts."""
         if self.processes == 1 or index.n == self.edges.ny:  # it cannot be told which of them are meant
             return nullcontext()
         return self._own(index)
@@ -261,8 +259,7 @@ class Divided(OneBand):
         return int(self.wire.total(np.array([table.n - self.ghosts[table.name].size]))[0])
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] with those of all processes behind one another: in canonical order, if each
-        stands in this order."""
+        """Return arrays [n, …] with those of all processes appended, in canonical order if each has this order."""
         return self.wire.everyone(*arrays)
 
     def holds(self, y: np.ndarray) -> np.ndarray | None:

@@ -44,8 +44,7 @@ class Wire:
         return got
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] of all processes behind one another, in the order of ranks; n is the same for
-        all arrays of a process."""
+        """Return arrays [n, …] of all processes in the order of ranks; n is equal for all arrays of a process."""
         if self.size == 1:
             return arrays
         start, comm = time.perf_counter(), self.comm
@@ -128,8 +127,7 @@ def packed(groups: Iterable[tuple[Table, np.ndarray]], columns: Mapping[str, Col
 def settled(
     tables: Sequence[Table], data: np.ndarray, columns: Mapping[str, Columns]
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Bring what `packed` made to life in tables of the same kinds; return the rows i64[k] in each, and what
-    is left of the bytes."""
+    """Bring what `packed` made to life; return the rows i64[k] in each table, and what is left of the bytes."""
     taken = 8 * len(tables)
     counts, rows = data[:taken].view(np.int64), []
 

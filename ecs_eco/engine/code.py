@@ -204,8 +204,7 @@ class Code:
         return loaded
 
     def _is_home(self, module: str, home: str | None) -> bool:
-        """Whether a function or class with this `__module__` is the module's own: from its file,
-        or its package."""
+        """Whether a function or class with this `__module__` is the module's own: from its file, or its package."""
         own = self._module(module).__name__
         return (
             home is None

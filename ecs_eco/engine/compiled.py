@@ -111,8 +111,7 @@ class _Bitcode(Linked):
 
 @cache
 def _provide_runtime() -> None:
-    """Let machine code find the functions of numba's runtime, as `rtsys.initialize` does before it compiles
-    others."""
+    """Let machine code find the functions of numba's runtime, as `rtsys.initialize` does."""
     from numba.core.runtime import _nrt_python  # type: ignore[attr-defined]
 
     for name, address in _nrt_python.c_helpers.items():
@@ -120,8 +119,7 @@ def _provide_runtime() -> None:
 
 
 def _is_bare(environment: Environment) -> bool:
-    """Whether it is one of a function of numba's own that keeps no constants: nothing is read of it, and its
-    module need not be loaded."""
+    """Whether it is of a numba function without constants: nothing is read of it, so its module is not loaded."""
     return not environment.consts and environment.globals["__name__"].startswith("numba.")
 
 

@@ -76,8 +76,7 @@ class Context:
             dict.pop(self.registry.kinds, type(processor))
 
     def process(self) -> None:
-        """Let all processors act, as `esper.process` does, which finds no dead: they have a place of their
-        own in a tick."""
+        """Let all processors act, as `esper.process` does; the dead have a processor of their own."""
         for processor in self.registry.processors.copy():  # a plain list: this one's own loop makes a tick
             processor.process()
 

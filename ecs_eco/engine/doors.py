@@ -98,8 +98,7 @@ class Entities(dict[int, Any]):
             raise
 
     def __delitem__(self, number: int) -> None:
-        """What `esper.delete_entity(number, immediate=True)` does with it,
-        after it has taken it off all sets."""
+        """What `esper.delete_entity(number, immediate=True)` does, after it has taken it off all sets."""
         for kind in dict.keys(super().__getitem__(number)):
             self.registry.enlist(kind, number)
         self.registry.delete(number, immediate=True)
@@ -119,8 +118,7 @@ class Dead(set[int]):
         return self.registry.doomed(number)
 
     def __bool__(self) -> bool:
-        """What `esper.process` and `esper.clear_dead_entities` ask first:
-        whether there is something to clear."""
+        """What `esper.process` and `esper.clear_dead_entities` ask first: whether there is something to clear."""
         world = self.registry.world()
         if world is not None and world.ticking:
             self.registry.refuse(
@@ -133,8 +131,7 @@ class Dead(set[int]):
         return iter(())
 
     def clear(self) -> None:
-        """What `esper.clear_dead_entities` does with it at its end:
-        those with a cause of death leave their rows."""
+        """What `esper.clear_dead_entities` does at its end: those with a cause of death leave their rows."""
         world = self.registry.world()
         with whole(world, f"the deaths before tick {world.tick}"):
             world.flush_deaths()
@@ -159,8 +156,7 @@ class Processors(list[esper.Processor]):
     registry: Any
 
     def append(self, processor: esper.Processor) -> None:
-        """What `esper.add_processor` does with it: a system of the world, by its phase,
-        or by its priority where that is not 0."""
+        """What `esper.add_processor` does: add a system by its phase, or by its priority where that is not 0."""
         self.registry.world().add_system(processor, priority=processor.priority or None)
 
     def __iter__(self) -> Iterator[esper.Processor]:
@@ -177,8 +173,7 @@ class Kinds(dict[type, Any]):
     registry: Any
 
     def pop(self, kind: type, *default: Any) -> Any:
-        """What `esper.remove_processor` does with it: a plain processor goes,
-        a system of the world's schedule stays."""
+        """What `esper.remove_processor` does: a plain processor goes, a system of the world's schedule stays."""
         if kind in self:
             self.registry.world().remove_processor(self[kind])
         return super().pop(kind, *default)

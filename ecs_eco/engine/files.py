@@ -1,5 +1,4 @@
-"""Files that are whole or as they were before: written beside their place, synced, renamed,
-and the folder synced."""
+"""Files that are whole or as before: written beside their place, synced, renamed, and the folder synced."""
 
 from __future__ import annotations
 
@@ -84,8 +83,7 @@ def write_tensors(
 
 
 def require_regular(path: str | Path) -> None:
-    """Raise OSError for a path that is missing or not a regular file: a folder, a device or a pipe,
-    which would block."""
+    """Raise OSError for a path that is missing or no regular file: a folder, a device, or a pipe, which blocks."""
     mode = os.stat(path).st_mode
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "is a folder" if stat.S_ISDIR(mode) else "is no regular file", str(path))

@@ -1,5 +1,4 @@
-"""A change of the world is completed, or the world says that it was not: Ctrl-C waits for the end of the
-tick, an error leaves a mark."""
+"""Changes of a world are completed or marked: Ctrl-C waits for the end of the tick, an error leaves a mark."""
 
 import importlib
 import signal

@@ -75,8 +75,7 @@ def _call(
 def _lay_out(
     typing: Typing, of: types.Dispatcher, room: types.Array, arguments: types.Tuple | types.UniTuple
 ) -> tuple[Signature, Emit]:
-    """Put arguments into the room for them, and return the address of code that calls the kernel `of` with
-    what is there."""
+    """Put arguments into the room, and return the address of code that calls the kernel `of` with them."""
     call: Any = of.get_call_type(typing, (types.intp, types.intp, *arguments.types), {})
     kernel: Any = of.dispatcher
 

@@ -30,8 +30,7 @@ def mix(z):
 
 @njit
 def bits(key, identity, purpose):
-    """Return 64 random bits, the same for the same (key, identity, purpose), of which `draw` takes the
-    upper 24."""
+    """Return 64 random bits, the same for the same (key, identity, purpose); `draw` takes the upper 24."""
     return mix(mix(np.uint64(key) ^ np.uint64(identity)) + np.uint64(purpose) * np.uint64(0xD1342543DE82EF95))
 
 

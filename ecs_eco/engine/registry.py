@@ -1,5 +1,4 @@
-"""The entities of one world as esper knows them: made when somebody looks,
-brought up to date when somebody looks again."""
+"""The entities of one world as esper knows them: made and brought up to date when esper looks at them."""
 
 from __future__ import annotations
 
@@ -95,8 +94,7 @@ class Registry:
             world.sync()
 
     def sync(self, tables: Iterable[Table]) -> None:
-        """Bring esper's entities up to date: a number for each living organism; the rest is made when it is
-        looked at."""
+        """Give each living organism a number of esper's; the rest is made when it is looked at."""
         self.stale = False
         for table in tables:
             rows = np.flatnonzero(table.entity_uid != table.uid)
@@ -261,8 +259,7 @@ class Registry:
                 world.flush_births()
 
     def _table_for(self, kinds: list[Any], named: list[Any]) -> Table:
-        """Return the one table whose components are these, or that alone has them all;
-        TypeError names the tables."""
+        """Return the one table that has exactly these components, or has them all; TypeError names the tables."""
         world = self.world()
         fitting = [t for t in world.tables.values() if kinds and t.has(kinds)]
         alike = [t for t in fitting if len(t.columns) == len(kinds)]
@@ -286,8 +283,7 @@ class Registry:
         )
 
     def newborn(self, request: object) -> tuple[Handle, ...] | None:
-        """Return what an entity that waits for its birth has been given, as it is now;
-        None where no entity waits for this one."""
+        """Return what the entity of a birth request has been given so far; None where no entity waits for it."""
         entity = self.waiting.get(id(request))
         return (
             None if entity is None else tuple(thing for thing in entity.values() if isinstance(thing, Handle))
@@ -303,8 +299,7 @@ class Registry:
             self._changed()
 
     def delete(self, number: int, immediate: bool = False) -> None:
-        """Let an entity die: at the end of the phase `die`, or at once, between ticks;
-        KeyError where it does not live."""
+        """Let an entity die, at the end of `die` or at once between ticks; KeyError where it does not live."""
         world, entity = self.world(), self.entities[number]
         if entity.row == WAITING:
             births = world.tables[entity.table].births

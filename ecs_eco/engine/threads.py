@@ -31,8 +31,7 @@ def one_torch_thread() -> Iterator[None]:
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Within, numpy's and scipy's linear algebra works in the calling thread alone;
-    afterwards with as many as before."""
+    """Within, numpy's and scipy's linear algebra uses one thread; afterwards as many as before."""
     from threadpoolctl import threadpool_limits
 
     with _blas, threadpool_limits(1, "blas"):

@@ -1,5 +1,4 @@
-"""Code that the user has allowed to run: hashes of source texts, for this process,
-and remembered for this user."""
+"""Code that the user has allowed to run: hashes of source texts, in this process or remembered."""
 
 from __future__ import annotations
 
@@ -54,8 +53,7 @@ def remembered() -> dict[str, str]:
 
 
 def remember(texts: Mapping[str, str]) -> None:
-    """Allow texts, hash and path, in this process and from now on;
-    raises ConfigError where that cannot be written."""
+    """Allow texts, hash and path, from now on; raises ConfigError where that cannot be written."""
     allow(texts)
     since = time.strftime("%Y-%m-%d %H:%M:%S")
     known = {sha256: {"path": path, "since": since} for sha256, path in {**remembered(), **texts}.items()}

@@ -73,8 +73,7 @@ class Workers:
         return True
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: object, work: int | None = None) -> None:
-        """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
-        where `work` items are worth it."""
+        """Run `kernel(first, last, *arguments)` over 0…n, on all threads where `work` items are worth it."""
         if not self.parallel and self.own is None:
             kernel(0, n, *arguments)
             return

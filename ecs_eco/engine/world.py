@@ -143,8 +143,7 @@ class World:
         return system
 
     def remove_processor(self, processor: esper.Processor) -> None:
-        """Take a plain esper.Processor out of the schedule again; RuntimeError for a system,
-        which others count on."""
+        """Take a plain esper.Processor out of the schedule; RuntimeError for a system, which others count on."""
         if isinstance(processor, Scheduled) or processor not in self.systems:
             raise RuntimeError(
                 f"world {self.name!r}: {type(processor).__name__} is part of its schedule "
@@ -247,8 +246,7 @@ class World:
         self.run(1)
 
     def stop(self) -> None:
-        """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is then
-        true."""
+        """Make `run` return after this tick, or before the next if none is under way; `stopped` is then true."""
         self.stopping = True
 
     def run(self, ticks: int, progress: Callable[[int, int], Any] | None = None) -> Self:
@@ -320,8 +318,7 @@ class World:
         return self.context.registry.number(*self.locate(uid))
 
     def uid(self, entity: int) -> int:
-        """Return the uid of the organism that esper knows by a number; KeyError where there is none,
-        0 while it is not born yet."""
+        """Return the uid of an organism by esper's number; KeyError where there is none, 0 while it is not born."""
         return int(self.context.registry.entities[entity].uid)
 
     def _entities(self, table: Table, rows: np.ndarray) -> list[int]:
@@ -353,8 +350,7 @@ class World:
             table.version += 1
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: object, work: int | None = None) -> None:
-        """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
-        where `work` items are worth it."""
+        """Run `kernel(first, last, *arguments)` over 0…n, on all threads where `work` items are worth it."""
         self.workers.split(kernel, n, *arguments, work=work)
 
     def together(self, *work: Callable[[], Any]) -> None:

@@ -100,8 +100,7 @@ class Brain:
         return {name: np.array(weights, order="C") for name, weights in self.named().items()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take the weights of `state()`; raises ValueError that names what is missing,
-        unknown or of another shape."""
+        """Take the weights of `state()`; raises ValueError that names what is missing, unknown or misshapen."""
         mine = self.named()
         if wrong := sorted(set(state) ^ set(mine)):
             raise ValueError(

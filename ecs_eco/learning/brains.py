@@ -1,5 +1,4 @@
-"""Which brain and which learner belong to a species: the built-in network with its kernels,
-or any torch module."""
+"""Which brain and learner belong to a species: the built-in network with its kernels, or any torch module."""
 
 from __future__ import annotations
 
@@ -67,8 +66,7 @@ def individuals_of(
 
 
 def learner_of(brain: PolicyNetwork, ppo: PPO, seed: int, workers: int = 1) -> TorchLearner:
-    """Return what trains a brain: kernels where it is a plain network, autograd elsewhere;
-    one behaves as the other."""
+    """Return what trains a brain: kernels for a plain network, autograd otherwise, with the same behavior."""
     if isinstance(brain, Brain):
         from ecs_eco.learning.ppo import Learner
 

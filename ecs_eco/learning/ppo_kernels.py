@@ -1,5 +1,4 @@
-"""PPO's loss and Adam's step as kernels: what torch_ppo.py says in autograd,
-for networks whose slopes are known by hand."""
+"""PPO's loss and Adam's step as kernels, for plain networks: what torch_ppo.py does in autograd."""
 
 from __future__ import annotations
 
@@ -181,8 +180,7 @@ def _value_slopes(values, then, clip_value, weight, d_values, errors):
 
 @lone_fused_njit
 def _turn(logits, d_logits, low, high, taken, level, part, d_choice, bonus):
-    """Turn d_logits[low:high, n], which are exponentials of `_softmax`, into slopes: those of the choice,
-    and `bonus` per nat of entropy."""
+    """Turn exponentials d_logits[low:high, n] into slopes of the choice, and `bonus` per nat of entropy."""
     zero = np.float32(0)
     for k in range(low, high):
         number = np.float32(k - low)

@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Training:
-    """What a training leaves: the brain, each finished episode's return,
-    and the environment steps taken by its end."""
+    """What a training leaves: the brain, each finished episode's return, and the steps taken by its end."""
 
     brain: PolicyNetwork
     returns: list[float] = field(default_factory=list)
@@ -64,8 +63,7 @@ class Training:
         score[over] = 0
 
     def steps_to(self, threshold: float, episodes: int = 100) -> int | None:
-        """Return the environment steps at which the mean return of the last `episodes` first reached the
-        threshold."""
+        """Return the environment steps at which the mean of the last `episodes` first reached the threshold."""
         if len(self.returns) < episodes:
             return None
         sums = np.cumsum([0.0, *self.returns])

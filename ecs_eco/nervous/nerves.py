@@ -1,5 +1,4 @@
-"""The nervous system of a species: what its members sense, and the three networks over it (the paper's
-Definition 3)."""
+"""The nervous system of a species: its senses, and the three networks over them (the paper's Definition 3)."""
 
 from __future__ import annotations
 
@@ -282,8 +281,7 @@ class Nerves:
             self.learner.rollout.credit(self.rows, reward)
 
     def end(self, rows: np.ndarray, reward: np.ndarray) -> None:
-        """Reward f32[k] the last decisions of the dying rows i64[k];
-        who learns alone takes its experience along."""
+        """Reward f32[k] the last decisions of the dying rows i64[k]; individual experience goes with them."""
         if self.individuals is None and self.learner is not None:
             self.learner.rollout.end(rows, reward)
 
@@ -388,8 +386,7 @@ def _divided(
     n: int,
     forward: Callable[[slice], tuple[np.ndarray, np.ndarray]],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the logits and values of n organisms, of which each process asks for its part where a row's bits
-    depend on no other row."""
+    """Return logits and values of n organisms; each process computes its part if rows are independent."""
     if world.bands.size == 1 or not network.by_row:
         return forward(slice(None))
     logits, values = forward(slice(*world.bands.part(n)))

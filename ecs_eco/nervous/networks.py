@@ -1,5 +1,4 @@
-"""Reflex and happiness networks as the configuration of a species declares them;
-their weights may be each organism's own."""
+"""Reflex and happiness networks as a species declares them; organisms may have weights of their own."""
 
 from __future__ import annotations
 
@@ -58,8 +57,7 @@ class ReflexNetwork:
     def __call__(
         self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None
     ) -> np.ndarray:
-        """React to x f32[n, channels]; of `rows` i64[n] of a table where weights
-        or thresholds are individual."""
+        """React to x f32[n, channels]; of `rows` i64[n] of a table where weights or thresholds are individual."""
         return np.sign(self.total(x, table, rows)).astype(np.int8)
 
     def total(self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None) -> np.ndarray:
@@ -168,8 +166,7 @@ def _asked(
 
 
 def _readings(rows: list[tuple[int, ...]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the channels of several readings one after the other, and where each begins:
-    i64[…], i64[readings + 1]."""
+    """Return the channels of several readings, and where each reading begins: i64[…], i64[readings + 1]."""
     flat = [channel for reading in rows for channel in reading]
     return np.array(flat, np.int64), np.cumsum([0, *(len(reading) for reading in rows)]).astype(np.int64)
 

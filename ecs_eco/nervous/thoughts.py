@@ -1,5 +1,4 @@
-"""What nervous systems made of what they sensed in the last tick, for whoever looks on: recordings,
-viewers, drawings."""
+"""What nervous systems made of what they sensed in the last tick, for recordings, viewers and drawings."""
 
 from __future__ import annotations
 
@@ -15,8 +14,7 @@ if TYPE_CHECKING:
 
 
 class Thoughts(NamedTuple):
-    """What `Decide` leaves of a tick: who sensed, in the order of `nerves.rows`,
-    and what their networks said."""
+    """What `Decide` leaves of a tick: who sensed, in the order of `nerves.rows`, and what their networks said."""
 
     tick: int
     uid: np.ndarray  # u64[n]

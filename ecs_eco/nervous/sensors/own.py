@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 
 
 def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
-    """Return the column of a property, a substance or Component.field by name: f32[capacity], of the sex
-    u8[capacity], of a field as it is."""
+    """Return a property, substance or Component.field by name: f32[capacity]; sex is u8[capacity]."""
     if name == "energy":
         return table[Metabolism].energy
     if name in ("age", "fertility"):

@@ -25,8 +25,7 @@ NOTHING_SENSED = np.zeros(0, np.uint64), np.zeros((0, 0), np.float32)
 
 
 class Seekers:
-    """Those of a table that sense now, in canonical order: rows i64[n], the index,
-    cosine and sine of the headings f32[n]."""
+    """Those of a table that sense now, in canonical order: rows i64[n], index, and headings as f32[n]."""
 
     def __init__(self, world: SpatialWorld, table: Table) -> None:
         self.index = world.index(table)
@@ -62,8 +61,7 @@ def of_sensor(table: Table, seekers: Seekers, number: int, **shared: object) -> 
 
 
 def own_range(table: Table, seekers: Seekers, number: int, radius: float) -> tuple[float, np.ndarray]:
-    """Return how far the sensor reaches at most, and for each seeker f32[n] [m];
-    `radius` where that is not its own."""
+    """Return the sensor's largest reach, and each seeker's f32[n] [m]; `radius` where that is not its own."""
     if number not in table.species.own_ranges or not seekers.n:
         all_equal = np.empty(seekers.n, np.float32)
         all_equal.fill(radius)
