@@ -46,22 +46,8 @@ class Registry:
         )
         for part in parts:
             part.registry = self
-
-    @property
-    def state(self) -> tuple[Any, ...]:
-        """The state of a context, as `esper.switch_world` keeps it."""
-        return (
-            self.numbers,
-            self.components,
-            self.entities,
-            self.dead,
-            *self.caches,
-            self.processors,
-            self.kinds,
-            False,
-            {},
-            self.events,
-        )
+        # the state of a context, as `esper.switch_world` keeps it
+        self.state = self.numbers, *parts[:-1], False, {}, self.events
 
     @property
     def called(self) -> str:

@@ -31,7 +31,7 @@ class Workers:
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
-        self.team = _team(threads)
+        self.team = None if threads == 1 else Team(threads - 1)
         self.helpers: list[Helper] = [] if self.team is None else self.team.helpers
         self._taken = threading.Lock()  # held by the thread that divides work
         self.all_busy = False  # whether all threads are busy in `together`: its pieces are not split further
@@ -139,12 +139,6 @@ class Workers:
         """Let the other threads end: from now on this one does all work."""
         helpers, self.helpers, self.parallel = self.helpers, [], False
         _end(helpers)
-
-
-def _team(threads: int) -> Team | None:
-    if threads == 1:
-        return None
-    return Team(threads - 1)
 
 
 def _end_of(helper: Helper) -> list[BaseException]:
