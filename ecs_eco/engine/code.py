@@ -264,8 +264,7 @@ def read(
 
 
 def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Exception]]:
-    """Run the texts in their order; a later file may import an earlier one by its name. In the place of what
-    does not run is why."""
+    """Run the texts in order, each with its own error if it fails; later files may import earlier ones."""
     digest = hashlib.sha256(" ".join(f"{s.entry} {s.sha256}" for s in sources).encode()).hexdigest()[:16]
     earlier: dict[str, ModuleType | Exception] = {}
     for source in sources:

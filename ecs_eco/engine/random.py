@@ -36,8 +36,7 @@ def bits(key, identity, purpose):
 
 @njit
 def draw(key, identity, purpose):
-    """Return a float32 in [0, 1): uniform on multiples of 2**-24, the same for the same (key,
-    identity, purpose)."""
+    """Return a float32 in [0, 1), uniform on multiples of 2**-24, fixed by key, identity and purpose."""
     return np.float32(bits(key, identity, purpose) >> np.uint64(40)) * np.float32(5.9604645e-08)
 
 

@@ -78,8 +78,7 @@ class Limits(NamedTuple):
         )
 
     def refuse(self, label: str, values: np.ndarray) -> None:
-        """Raise ValueError if a value is outside; `label` says whose it is,
-        with {} for the row of the first one."""
+        """Raise ValueError if a value is outside; `label` says whose it is, with {} for the first one's row."""
         rows = np.flatnonzero(self.outside(values))
         if rows.size:
             bad = np.atleast_1d(values[rows[0]])
@@ -231,8 +230,7 @@ def newborn(
 
 
 def one_each(value: ArrayLike, n: int, where: str) -> np.ndarray:
-    """Return what a function of a user's own gave for n places as an array of n numbers, one for all
-    repeated; ValueError otherwise."""
+    """Return what a user's function gave for n places as an array of n numbers; ValueError otherwise."""
     array = np.asarray(value)
     if array.dtype.kind not in "fiub" or array.shape not in ((), (n,)):
         raise ValueError(

@@ -8,8 +8,7 @@ HALF_DAY = 0.5
 
 
 class Sun:
-    """Light at the surface as a share of that under a sun in the zenith; see
-    `ecs_eco.config.models.water.Sun` for the values."""
+    """Light at the surface as a share of that under a sun in the zenith; see `ecs_eco.config.models.water.Sun`."""
 
     def __init__(
         self,
@@ -45,8 +44,7 @@ class Sun:
 
 
 def sine_of_elevation(share: float, latitude: float, declination: float) -> float:
-    """Return the sine of the sun's elevation [rad, rad] at a share of the day since midnight (Iqbal 1983,
-    eq. 1.5.1)."""
+    """Return the sine of the sun's elevation at a share of the day since midnight (Iqbal 1983, eq. 1.5.1)."""
     hour_angle = 2 * math.pi * (share - HALF_DAY)
     return scalars.sin(latitude) * scalars.sin(declination) + scalars.cos(latitude) * scalars.cos(
         declination

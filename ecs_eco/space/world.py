@@ -112,8 +112,7 @@ class SpatialWorld(World):
     def admit_newborn(
         self, table: Table, values: dict[tuple[type, str], Any], label: str
     ) -> dict[tuple[type, str], Any]:
-        """Return the values of newborn with their places brought into the space;
-        ValueError for what is beyond its limits."""
+        """Return the values of newborn, their places brought into the space; ValueError beyond its limits."""
         return gate.newborn(self, table, values, label)
 
     # --- who is near whom -----------------------------------------------------------------------------------
@@ -203,8 +202,7 @@ class SpatialWorld(World):
         return [self.index(self.table(table) if isinstance(table, str) else table) for table in tables]
 
     def merged(self, names: tuple[str, ...], build: Callable[[], T], kind: str = "spheres") -> T:
-        """Return the bodies of several tables in one index of a kind, as things stand now:
-        those that `build()` returned, or does now."""
+        """Return the bodies of several tables in one index of a kind, from `build()` if they have changed."""
         with self.lock:  # several threads may want it at once
             version: tuple[int, ...] = ()
             for name in names:

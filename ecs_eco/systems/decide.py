@@ -144,8 +144,7 @@ def resolve(
     log_probability,
     decision,
 ):
-    """Draw the choices of organisms first … last − 1 where a network thinks, with their log-probabilities;
-    write what they decide."""
+    """Draw choices of organisms first … last − 1 from a network, with log-probabilities; write the decisions."""
     if thinks:
         chance, here = np.empty((last, choice.shape[1]), np.float32), slice(first, last)
         uniforms(first, last, key, uid, 0, chance)

@@ -153,8 +153,7 @@ class Intervene(System):
             )
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state that is nowhere else: species that do not reproduce, requests,
-        and ground made for fences."""
+        """Return the state that is kept nowhere else: barren species, requests, and ground made for fences."""
         tables = self.world.tables.values()
         # requests made within a tick wait for the next
         text = json.dumps([x.once(self.world.tick) for x in self.requests]).encode()
@@ -198,8 +197,7 @@ def flat_ground(space: Space) -> Terrain:
 def checked(
     world: SpatialWorld, order: dict[str, Any] | Intervention, requests: Sequence[dict[str, Any]]
 ) -> Any:
-    """Return an intervention for the next tick, from a dict or a model,
-    that is to follow the `requests` made already."""
+    """Return an intervention for the next tick, from a dict or a model; it follows the `requests` so far."""
     fields = (
         order if isinstance(order, dict) else {k: v for k, v in order.model_dump().items() if v is not None}
     )
