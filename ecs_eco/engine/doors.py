@@ -100,7 +100,8 @@ class Entities(dict[int, Any]):
     def __delitem__(self, number: int) -> None:
         """What `esper.delete_entity(number, immediate=True)` does, after it has taken it off all sets."""
         for kind in dict.keys(super().__getitem__(number)):
-            self.registry.enlist(kind, number)
+            if not is_column(kind):
+                self.registry.components.setdefault(kind, set()).add(number)
         self.registry.delete(number, immediate=True)
 
 

@@ -28,11 +28,7 @@ from ecs_eco.engine.spinning import number, rest
 from ecs_eco.engine.vectors import place
 
 if TYPE_CHECKING:
-    from numba.core.cpu import CPUContext
-    from numba.core.typing import Context as Typing
-    from numba.core.typing import Signature
-
-    from ecs_eco.engine.vectors import Emit
+    from ecs_eco.engine.vectors import CPUContext, Emit, Signature, Typing
 
 # Places in the record of a team, i64[RECORD]; those that are written by several are 64 bytes from each other
 JOB, NEXT, INSIDE = 0, 8, 16  # the number of the job; the next part to be done; how many helpers are inside

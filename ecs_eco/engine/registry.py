@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from ecs_eco.engine.doors import Cache, Components, Dead, Entities, Events, Kinds, Processors
-from ecs_eco.engine.entity import WAITING, Entity, is_column, name_of
+from ecs_eco.engine.entity import WAITING, Entity, name_of
 from ecs_eco.engine.errors import listed
 from ecs_eco.engine.garbage import uncollected
 from ecs_eco.engine.interruption import require_whole, whole
@@ -60,12 +60,6 @@ class Registry:
         raise RuntimeError(f"esper.{function}, {self.called}: {why}")
 
     # --- who is in it ---------------------------------------------------------------------------------------
-
-    def enlist(self, kind: type, number: int) -> None:
-        """Put an entity on the list of those that have a plain component."""
-        if is_column(kind):
-            return
-        self.components.setdefault(kind, set()).add(number)
 
     def strike(self, kind: type, number: int) -> None:
         """Take an entity off the list of those that have a plain component."""
