@@ -158,7 +158,8 @@ class Divided(OneBand):
                 self.ghosts[table.name] = rows[:0]
 
     def migrate(self, tables: Sequence[Table]) -> None:
-        """Send those beyond the own edges to the processes of their bands; the tables hold no ghosts."""
+        """Let those of some tables who are beyond the own edges go to the processes whose bands they are in;
+        there are no ghosts of these."""
         parts, leaving = {}, []
         for table in tables:
             rows = table.rows()
@@ -259,7 +260,8 @@ class Divided(OneBand):
         return int(self.wire.total(np.array([table.n - self.ghosts[table.name].size]))[0])
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] with those of all processes appended, in canonical order if each has this order."""
+        """Return arrays [n, …] with those of all processes behind one another: in canonical order, if each
+        stands in this order."""
         return self.wire.everyone(*arrays)
 
     def holds(self, y: np.ndarray) -> np.ndarray | None:

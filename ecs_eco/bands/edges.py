@@ -27,7 +27,8 @@ class Edges:
         self._near: dict[tuple[int, int], dict[int, np.ndarray]] = {}
 
     def even(self, weights: np.ndarray) -> np.ndarray:
-        """Return where bands begin that have about equal shares of the weights f64[ny]: i64[size + 1]."""
+        """Return where bands would have to begin that have about as much of the weights f64[ny] each:
+        i64[size + 1]."""
         sums = np.concatenate([[0.0], np.cumsum(weights)])
         aims = sums[-1] * np.arange(1, self.size) / self.size
         rows = [0]

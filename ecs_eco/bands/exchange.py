@@ -44,7 +44,8 @@ class Wire:
         return got
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] of all processes in the order of ranks; n is equal for all arrays of a process."""
+        """Return arrays [n, …] of all processes behind one another, in the order of ranks; n is the same for
+        all arrays of a process."""
         if self.size == 1:
             return arrays
         start, comm = time.perf_counter(), self.comm

@@ -73,7 +73,8 @@ class BandField:
 
 
 def halo_of(field: Field, dt: float, noses: float) -> int:
-    """Return how many rows of a field beyond a band noses read that are up to so far [m] from bodies."""
+    """Return how many rows of a field are read beyond those of a band, by noses up to so far [m] from the
+    middles of bodies."""
     return max(field._plan(dt)[0], 2 + math.ceil(noses * float(field.inverse[1])))
 
 

@@ -113,7 +113,8 @@ def _ways(tables: list[Table]) -> Iterator[tuple[Table, Any]]:
 
 
 def require_divisible(world: SpatialWorld, size: int) -> Widths:
-    """Return how far bands look; ConfigError that names everything in a world that cannot be divided so."""
+    """Return how far bands look; ConfigError that names all of a world whose state cannot be divided, or not
+    between so many processes."""
     problems = [
         Problem(key, f"the state of {what} cannot be divided between processes", allowed=INSTEAD)
         for key, what in (*_of_world(world), *_of_tables(world))

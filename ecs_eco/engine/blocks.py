@@ -53,7 +53,8 @@ class Blocked:
         return self
 
     def by_address(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return what a kernel takes for a column that has rows: the addresses of its blocks, and one of them."""
+        """Return what a kernel takes for a column that has rows: the addresses of its blocks, and one of
+        them."""
         return self.addresses, self.blocks[0]
 
     def copy(self) -> np.ndarray:
@@ -61,7 +62,8 @@ class Blocked:
         return self[np.arange(self.capacity)]
 
     def parts(self, rows: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-        """Yield (block, rows within it i64, their places in `rows` i64), block by block, in the order given."""
+        """Yield (number of the block, rows within it i64, their places in `rows` i64), block by block,
+        in the order given."""
         if not rows.size:
             return
         inside, places = np.empty((2, rows.size), np.int64)

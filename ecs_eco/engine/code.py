@@ -204,7 +204,8 @@ class Code:
         return loaded
 
     def _is_home(self, module: str, home: str | None) -> bool:
-        """Whether a function or class with this `__module__` is the module's own: from its file, or its package."""
+        """Whether a function or class with this `__module__` is the module's own: from its file,
+        or its package."""
         own = self._module(module).__name__
         return (
             home is None
@@ -264,7 +265,8 @@ def read(
 
 
 def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Exception]]:
-    """Run the texts in order, each with its own error if it fails; later files may import earlier ones."""
+    """Run the texts in their order; a later file may import an earlier one by its name. In the place of what
+    does not run is why."""
     digest = hashlib.sha256(" ".join(f"{s.entry} {s.sha256}" for s in sources).encode()).hexdigest()[:16]
     earlier: dict[str, ModuleType | Exception] = {}
     for source in sources:

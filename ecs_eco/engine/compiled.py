@@ -111,7 +111,8 @@ class _Bitcode(Linked):
 
 @cache
 def _provide_runtime() -> None:
-    """Let machine code find the functions of numba's runtime, as `rtsys.initialize` does."""
+    """Let machine code find the functions of numba's runtime, as `rtsys.initialize` does before it compiles
+    others."""
     from numba.core.runtime import _nrt_python  # type: ignore[attr-defined]
 
     for name, address in _nrt_python.c_helpers.items():

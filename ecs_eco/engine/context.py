@@ -76,7 +76,8 @@ class Context:
             dict.pop(self.registry.kinds, type(processor))
 
     def process(self) -> None:
-        """Let all processors act, as `esper.process` does; the dead have a processor of their own."""
+        """Let all processors act, as `esper.process` does, which finds no dead: they have a place of their
+        own in a tick."""
         for processor in self.registry.processors.copy():  # a plain list: this one's own loop makes a tick
             processor.process()
 

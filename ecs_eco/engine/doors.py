@@ -119,7 +119,8 @@ class Dead(set[int]):
         return self.registry.doomed(number)
 
     def __bool__(self) -> bool:
-        """What `esper.process` and `esper.clear_dead_entities` ask first: whether there is something to clear."""
+        """What `esper.process` and `esper.clear_dead_entities` ask first:
+        whether there is something to clear."""
         world = self.registry.world()
         if world is not None and world.ticking:
             self.registry.refuse(
@@ -132,7 +133,8 @@ class Dead(set[int]):
         return iter(())
 
     def clear(self) -> None:
-        """What `esper.clear_dead_entities` does at its end: those with a cause of death leave their rows."""
+        """What `esper.clear_dead_entities` does with it at its end:
+        those with a cause of death leave their rows."""
         world = self.registry.world()
         with whole(world, f"the deaths before tick {world.tick}"):
             world.flush_deaths()

@@ -121,7 +121,8 @@ def _short(value: object, width: int = 90) -> str:
 
 
 def _written(value: object, levels: int = 8) -> str:
-    """repr of the first entries of a value: Python writes no numbers of 5,000 digits, and no endless lists."""
+    """repr of the first entries of a value, whatever is in it: Python writes no numbers of 5,000 digits,
+    and no endless lists."""
     if isinstance(value, int) and value.bit_length() > 1000:
         return (
             f"{'-' if value < 0 else ''}a whole number of some {int(value.bit_length() * 0.30103) + 1} digits"
@@ -170,4 +171,5 @@ class ForeignFile(RecordingError):
 
 
 class UnfinishedTick(RuntimeError):
-    """A world that was stopped within a tick: you can look at it, but not run, save, copy or record it."""
+    """A world that was stopped within a tick: it may be looked at, and neither run, saved,
+    copied nor recorded."""

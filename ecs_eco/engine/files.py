@@ -83,7 +83,8 @@ def write_tensors(
 
 
 def require_regular(path: str | Path) -> None:
-    """Raise OSError for a path that is missing or no regular file: a folder, a device, or a pipe, which blocks."""
+    """Raise OSError for a path that is missing or not a regular file: a folder, a device or a pipe,
+    which would block."""
     mode = os.stat(path).st_mode
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "is a folder" if stat.S_ISDIR(mode) else "is no regular file", str(path))

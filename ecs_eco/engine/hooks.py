@@ -7,7 +7,8 @@ from typing import Any
 
 @contextmanager
 def listening(hooks: list[Callable[..., Any]], call: Callable[..., Any]) -> Iterator[None]:
-    """Append a function to a list of hooks within this context, and remove it afterwards."""
+    """Append a function to a list of hooks within this context; afterwards it is removed,
+    and the others stay."""
     hooks.append(call)
     try:
         yield

@@ -52,7 +52,8 @@ _PACKAGE = Path(__file__).parent.parent
 
 
 def _sources_hash() -> str:
-    """Return a hash of all sources with kernels: numba does not notice changes in other files."""
+    """Return a hash of all sources with kernels: numba does not notice a change in a function
+    that lives in another file."""
     digest = hashlib.sha256(
         f"{numba.__version__} {[getattr(config, name, None) for name in _SWITCHES]}"
         f"{portable.CPU if portable.on() else ''}".encode()
@@ -89,7 +90,8 @@ def why_not_private(folder: Path) -> str:
 
 
 def _why_not_safe(part: Path) -> str:
-    """Return why another user could replace entries of a folder; in a sticky one, only their owners can."""
+    """Return why another user could replace entries of a folder; in a sticky one, as /tmp,
+    only their owners can."""
     status = os.lstat(part)
     if status.st_uid not in (0, os.geteuid()):
         return f"{part} belongs to user {status.st_uid}, not to {os.geteuid()}"

@@ -10,6 +10,7 @@ SAFE = "PYTHONSAFEPATH"  # unless it is set, `python -c` and `python -m` look fo
 
 
 def python(code: str, *arguments: str) -> list[str]:
-    """Return the command of a safe process that runs `code`, with the arguments as sys.argv[1:]."""
+    """Return the command of a process that runs `code`, with the arguments as sys.argv[1:]; processes that it
+    starts in turn are as careful."""
     first = f"import os, sys; os.environ['{SAFE}'] = '1'; sys.path.append({str(PACKAGE.parent)!r})"
     return [sys.executable, "-P", "-c", f"{first}; {code}", *arguments]

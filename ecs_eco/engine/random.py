@@ -30,13 +30,15 @@ def mix(z):
 
 @njit
 def bits(key, identity, purpose):
-    """Return 64 random bits, the same for the same (key, identity, purpose); `draw` takes the upper 24."""
+    """Return 64 random bits, the same for the same (key, identity, purpose), of which `draw` takes the
+    upper 24."""
     return mix(mix(np.uint64(key) ^ np.uint64(identity)) + np.uint64(purpose) * np.uint64(0xD1342543DE82EF95))
 
 
 @njit
 def draw(key, identity, purpose):
-    """Return a float32 in [0, 1), uniform on multiples of 2**-24, fixed by key, identity and purpose."""
+    """Return a float32 in [0, 1): uniform on multiples of 2**-24, the same for the same (key,
+    identity, purpose)."""
     return np.float32(bits(key, identity, purpose) >> np.uint64(40)) * np.float32(5.9604645e-08)
 
 

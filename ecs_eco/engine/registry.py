@@ -74,7 +74,8 @@ class Registry:
             world.sync()
 
     def sync(self, tables: Iterable[Table]) -> None:
-        """Give each living organism a number of esper's; the rest is made when it is looked at."""
+        """Bring esper's entities up to date: a number for each living organism; the rest is made when it is
+        looked at."""
         self.stale = False
         for table in tables:
             rows = np.flatnonzero(table.entity_uid != table.uid)
@@ -239,7 +240,8 @@ class Registry:
                 world.flush_births()
 
     def _table_for(self, kinds: list[Any], named: list[Any]) -> Table:
-        """Return the one table that has exactly these components, or has them all; TypeError names the tables."""
+        """Return the one table whose components are these, or that alone has them all;
+        TypeError names the tables."""
         world = self.world()
         fitting = [t for t in world.tables.values() if kinds and t.has(kinds)]
         alike = [t for t in fitting if len(t.columns) == len(kinds)]
@@ -279,7 +281,8 @@ class Registry:
             self._changed()
 
     def delete(self, number: int, immediate: bool = False) -> None:
-        """Let an entity die, at the end of `die` or at once between ticks; KeyError where it does not live."""
+        """Let an entity die: at the end of the phase `die`, or at once, between ticks;
+        KeyError where it does not live."""
         world, entity = self.world(), self.entities[number]
         if entity.row == WAITING:
             births = world.tables[entity.table].births

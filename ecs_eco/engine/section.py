@@ -70,7 +70,8 @@ class Change:
 
 @dataclass(frozen=True)
 class Own:
-    """Whether a gene may code for a number: True (its system reads it by `own_value`), COLUMN, or why not."""
+    """Whether a gene may code for a number: True (its system reads it by `own_value`), COLUMN, or the reason
+    why not."""
 
     own: bool | str
 

@@ -12,7 +12,8 @@ from typing import Any
 
 
 def is_interactive() -> bool:
-    """Return whether `__main__` is interactive: IPython and Jupyter keep cells as `In`; others have no file."""
+    """Return whether `__main__` is a session: in IPython and Jupyter it has the cells, as `In`; elsewhere it
+    is no file."""
     main = sys.modules.get("__main__")
     return hasattr(main, "In") or getattr(main, "__file__", None) is None
 

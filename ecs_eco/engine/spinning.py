@@ -54,7 +54,8 @@ number, rest = _intrinsic(_number), _intrinsic(_rest)
 
 @njit
 def changes(counter, last, looks, rests):
-    """Return whether an i64[1] changes from `last` within so many looks; rest so many times after the change."""
+    """Return whether an array of one i64 holds another number than `last` before so many looks are over; so
+    many rests after the change."""
     for _ in range(looks):
         if number(counter, 0) != last:
             for _ in range(rests):

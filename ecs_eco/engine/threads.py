@@ -31,7 +31,8 @@ def one_torch_thread() -> Iterator[None]:
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Within, numpy's and scipy's linear algebra uses one thread; afterwards as many as before."""
+    """Within, numpy's and scipy's linear algebra works in the calling thread alone;
+    afterwards with as many as before."""
     from threadpoolctl import threadpool_limits
 
     with _blas, threadpool_limits(1, "blas"):
@@ -39,7 +40,8 @@ def one_blas_thread() -> Iterator[None]:
 
 
 def in_parallel(work: Callable[[int], None], workers: int) -> None:
-    """Call work(0) … work(workers - 1), each in its own thread with one torch thread; wait for all."""
+    """Call work(0) … work(workers - 1), each in its own thread with one torch thread;
+    return when all have ended."""
     if workers == 1:
         with one_torch_thread():
             work(0)

@@ -143,7 +143,8 @@ class World:
         return system
 
     def remove_processor(self, processor: esper.Processor) -> None:
-        """Take a plain esper.Processor out of the schedule; RuntimeError for a system, which others count on."""
+        """Take a plain esper.Processor out of the schedule again; RuntimeError for a system,
+        which others count on."""
         if isinstance(processor, Scheduled) or processor not in self.systems:
             raise RuntimeError(
                 f"world {self.name!r}: {type(processor).__name__} is part of its schedule "
@@ -318,7 +319,8 @@ class World:
         return self.context.registry.number(*self.locate(uid))
 
     def uid(self, entity: int) -> int:
-        """Return the uid of an organism by esper's number; KeyError where there is none, 0 while it is not born."""
+        """Return the uid of the organism that esper knows by a number; KeyError where there is none,
+        0 while it is not born yet."""
         return int(self.context.registry.entities[entity].uid)
 
     def _entities(self, table: Table, rows: np.ndarray) -> list[int]:

@@ -24,7 +24,8 @@ _ROOT_HALF = _i32(np.float32(np.sqrt(0.5)).view(np.int32))
 
 @fused_njit
 def tanh(x):
-    """Return tanh(x) of a vector to 4e-7, at most 1: a ratio of polynomials, fitted up to 7.9."""
+    """Return tanh(x) of a vector to 4e-7, never beyond 1: a ratio of polynomials,
+    fitted for least relative error up to 7.9."""
     low, high = spread(_f32(-7.9)), spread(_f32(7.9))
     x = where_less(x, low, low, where_less(high, x, high, x))
     s = x * x

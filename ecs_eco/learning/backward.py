@@ -110,7 +110,8 @@ def _pack(weights, plan, packed):
 
 @fused_njit
 def _unpack(sums, plan, gradient):
-    """Write sums, a head's as (out, in) and others as packed weights, into a gradient that lies as the weights."""
+    """Write sums, those of a head (out, in) and the others as packed weights lie, into a gradient that lies
+    as the weights."""
     for tower in plan:
         for level in range(len(tower)):
             layer = tower[level]

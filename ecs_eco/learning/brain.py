@@ -100,7 +100,8 @@ class Brain:
         return {name: np.array(weights, order="C") for name, weights in self.named().items()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take the weights of `state()`; raises ValueError that names what is missing, unknown or misshapen."""
+        """Take the weights of `state()`; raises ValueError that names what is missing,
+        unknown or of another shape."""
         mine = self.named()
         if wrong := sorted(set(state) ^ set(mine)):
             raise ValueError(

@@ -66,7 +66,8 @@ def individuals_of(
 
 
 def learner_of(brain: PolicyNetwork, ppo: PPO, seed: int, workers: int = 1) -> TorchLearner:
-    """Return what trains a brain: kernels for a plain network, autograd otherwise, with the same behavior."""
+    """Return what trains a brain: kernels where it is a plain network, autograd elsewhere;
+    one behaves as the other."""
     if isinstance(brain, Brain):
         from ecs_eco.learning.ppo import Learner
 

@@ -96,7 +96,8 @@ class Individuals:
         return weights
 
     def views(self, weights: np.ndarray) -> list[np.ndarray]:
-        """Return the parts of weights [..., size] in the order of `shapes`; the value is the last output."""
+        """Return the parts of weights [..., size] in the order of `shapes`;
+        the value is the last output of the last layer."""
         ends = np.cumsum([int(np.prod(shape)) for shape in self.shapes])
         parts = np.split(weights, ends[:-1], axis=-1)
         return [

@@ -140,7 +140,8 @@ def credit(rewards, rows, length, reward):
 
 @fused_njit
 def full_rollouts(length, rows, uid, born, tick, horizon, due):
-    """Write whose rollout ends: it is full, or the first of a life, which ends at an age drawn from the uid."""
+    """Write whose rollout is at an end: full, or the first of a life,
+    which ends at an age drawn from the uid."""
     for i in range(len(rows)):
         n = length[rows[i]]
         due[i] = n >= horizon or (n > 0 and np.uint64(tick - born[i]) == mix(uid[i]) % np.uint64(horizon))

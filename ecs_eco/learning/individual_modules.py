@@ -80,7 +80,8 @@ class IndividualModules(Individuals):
         self.ppo = ppo
 
     def draw(self, who: np.ndarray, key: int | np.uint64) -> np.ndarray:
-        """Return weights f32[k, size] that the constructor draws for newborn, fixed by the key and `who` u64[k]."""
+        """Return the weights f32[k, size] that the module's constructor draws for newborn: the same for the
+        same key and `who` u64[k]."""
         weights = np.empty((len(who), self.size), np.float32)
         with torch.random.fork_rng(devices=[]), one_torch_thread():
             for i, one in enumerate(np.asarray(who, np.uint64).tolist()):
@@ -92,7 +93,8 @@ class IndividualModules(Individuals):
         return weights
 
     def flat(self, brain: PolicyNetwork) -> np.ndarray:
-        """Return the weights of a shared brain in the order in which individuals keep theirs: f32[size]."""
+        """Return the weights of a shared brain of this network in the order in
+        which individuals keep theirs: f32[size]."""
         return np.concatenate([np.asarray(brain.named()[name], np.float32).ravel() for name in self.names])
 
     def module(self, weights: np.ndarray) -> torch.nn.Module:
@@ -264,7 +266,8 @@ class IndividualModules(Individuals):
         shift: torch.Tensor,
         scale: torch.Tensor,
     ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
-        """Return one animal's mean loss over the transitions `chosen` f32[horizon], and its terms."""
+        """Return the mean loss of one animal over the transitions that are `chosen` f32[horizon],
+        and its terms."""
         logits, values = self._replay(self._named(weights), observations, began)
         old = {"log_probability": log_probability, "value": value, "advantage": advantage}
         loss, terms = ppo_loss(
@@ -276,7 +279,8 @@ class IndividualModules(Individuals):
     def _replay(
         self, named: dict[str, torch.Tensor], observations: torch.Tensor, state: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return logits [horizon, k] and values [horizon] of an animal; gradients reach back `unroll` ticks."""
+        """Return logits [horizon, k] and values [horizon] of one animal;
+        gradients go back `unroll` ticks of its memory."""
         module = self.brain.module
         if not self.memory:
             return functional_call(module, named, (observations,))
@@ -315,7 +319,8 @@ class IndividualModules(Individuals):
         weights.copy_(torch.where(sound, moved, weights))
 
     def _try(self) -> None:
-        """Go animal by animal where torch cannot do several at once; raise ValueError where none can learn."""
+        """Go animal by animal where torch has no way for several at once; raise ValueError where such a
+        network cannot learn at all."""
         n, horizon = 2, 3
         flat = (horizon,)
         seen, chosen = (horizon, self.n_observations), (horizon, len(self.offsets) - 1)
@@ -360,7 +365,8 @@ class IndividualModules(Individuals):
 
 
 def one_by_one(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return what torch.func.vmap returns, with the items of the arguments taken one after the other."""
+    """Return what torch.func.vmap returns for a function, with the items
+    of its arguments taken one after the other."""
 
     def mapped(*arguments: torch.Tensor) -> Any:
         return _stacked([function(*(a[i] for a in arguments)) for i in range(len(arguments[0]))])
@@ -382,7 +388,8 @@ def _advantages(
     discount: np.ndarray,
     gae_lambda: float,
 ) -> np.ndarray:
-    """Return advantages f32[k, horizon] (Schulman et al. 2016, eq. 16), zero beyond each rollout's length."""
+    """Return the advantages f32[k, horizon] (Schulman et al. 2016, eq. 16),
+    zero beyond each rollout's length."""
     out, later, gain = np.zeros_like(value), np.array(bootstrap, np.float32), np.zeros(len(value), np.float32)
     for t in range(value.shape[1] - 1, -1, -1):
         there = t < lengths
@@ -394,7 +401,8 @@ def _advantages(
 
 
 def _normal(advantage: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return what to subtract from and multiply with each animal's advantages, for mean 0 and deviation 1."""
+    """Return what to take from each animal's advantages, and to multiply them with,
+    for mean 0 and deviation 1."""
     n = there.sum(axis=1)
     mean = (advantage.astype(float) * there).sum(axis=1) / n
     spread = np.sqrt((((advantage - mean[:, None]) * there) ** 2).sum(axis=1) / n)
@@ -418,7 +426,8 @@ def _explained(advantage: np.ndarray, value: np.ndarray, there: np.ndarray) -> n
 def _shares(
     there: np.ndarray, parts: int, seed: int, uid: np.ndarray, updates: np.ndarray, epoch: int
 ) -> list[np.ndarray]:
-    """Return masks bool[k, horizon] that share out each animal's transitions among an epoch's gradient steps."""
+    """Return masks bool[k, horizon] that share out each animal's transitions
+    at random among the gradient steps of an epoch."""
     if parts == 1:
         return [there]
     order = np.empty(there.shape)

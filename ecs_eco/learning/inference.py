@@ -54,7 +54,8 @@ def infer(first, last, observations, weights, widths, starts, logits, values):
 
 @fused_njit
 def _take(observations, n, start, size, below):
-    """Put what organisms from `start` on observe into a block: as vectors where observations lie in one piece."""
+    """Put what organisms from `start` on observe into a block: as vectors where each of the n observations
+    lies in one piece."""
     if size == BLOCK and observations.strides[1] == 4:
         step = observations.strides[0] // 4
         for k in range(n):

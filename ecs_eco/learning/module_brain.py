@@ -70,7 +70,8 @@ class ModuleBrain:
         }
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take the weights of `state()`; raises ValueError that names what is missing, unknown or misshapen."""
+        """Take the weights of `state()`; raises ValueError that names what is missing,
+        unknown or of another shape."""
         mine = self.module.state_dict()
         if wrong := sorted(set(state) ^ set(mine)):
             raise ValueError(
@@ -84,7 +85,8 @@ class ModuleBrain:
         self.module.load_state_dict({name: torch.from_numpy(np.array(state[name])) for name in mine})
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations]; memory begins empty."""
+        """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations];
+        one with a memory begins without any."""
         memory = np.zeros((len(observations), self.memory), np.float32)
         return self.recall(observations, memory, split)[:2]
 
@@ -112,7 +114,8 @@ class ModuleBrain:
         return logits, values, later
 
     def run(self, observations: np.ndarray, state: torch.Tensor | None = None) -> tuple[torch.Tensor, ...]:
-        """Call the module: logits, values and, with a memory, the next state, as tensors with gradients."""
+        """Call the module: logits, values and, with a memory, the state that follows,
+        as tensors that gradients flow through."""
         x = self.tensor(observations)
         out = self.module(x) if state is None else self.module(x, state)
         return out
@@ -123,7 +126,8 @@ class ModuleBrain:
 
     @contextmanager
     def reproducible(self) -> Iterator[None]:
-        """Within, torch uses deterministic algorithms only; raises RuntimeError where an operation has none."""
+        """Within, torch takes deterministic algorithms alone;
+        raises RuntimeError where an operation has none."""
         before, warns = (
             torch.are_deterministic_algorithms_enabled(),
             torch.is_deterministic_algorithms_warn_only_enabled(),
@@ -135,7 +139,8 @@ class ModuleBrain:
             torch.use_deterministic_algorithms(before, warn_only=warns)
 
     def _check(self) -> None:
-        """Raise ValueError unless the module is right and repeatable for 3 and 16 organisms, and can learn."""
+        """Raise ValueError unless the module gives what it should for 3 and for 16 organisms,
+        the same each time, and can learn."""
         wrong = {str(p.dtype) for p in self.module.parameters() if p.dtype != torch.float32}
         if wrong:
             raise ValueError(f"has parameters of type {', '.join(sorted(wrong))}; allowed: torch.float32")

@@ -27,7 +27,8 @@ class PolicyNetwork(Protocol):
     by_row: bool  # whether a row's bits depend on no other row: processes may share the rows
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return outputs f32[n, n_logits] and values f32[n] of f32[n, n_observations]; memory begins empty."""
+        """Return outputs f32[n, n_logits] and values f32[n] of f32[n, n_observations]; one with a memory
+        begins without any."""
 
     def recall(
         self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
@@ -41,4 +42,5 @@ class PolicyNetwork(Protocol):
         """Return a copy of the weights by name."""
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take the weights of `state()`; raises ValueError that names what is missing, unknown or misshapen."""
+        """Take the weights of `state()`; raises ValueError that names what is missing, unknown or of another
+        shape."""

@@ -51,7 +51,8 @@ class Learner(TorchLearner):
         self.steps = int(state["steps"])
 
     def _step(self, chosen: np.ndarray, rate: float, clip: float, shift: float, scale: float) -> np.ndarray:
-        """Take one step of Adam down the mean loss over transitions; return the terms and the gradient's norm."""
+        """Take one step of Adam down the mean loss over transitions;
+        return the terms and the gradient's norm."""
         brain, passes, ppo, rollout = self.brain, self._passes, self.ppo, self.rollout
         n_chunks = -(-len(chosen) // CHUNK)
         if n_chunks > len(self._gradient):

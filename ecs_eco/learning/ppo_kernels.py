@@ -180,7 +180,8 @@ def _value_slopes(values, then, clip_value, weight, d_values, errors):
 
 @lone_fused_njit
 def _turn(logits, d_logits, low, high, taken, level, part, d_choice, bonus):
-    """Turn exponentials d_logits[low:high, n] into slopes of the choice, and `bonus` per nat of entropy."""
+    """Turn d_logits[low:high, n], which are exponentials of `_softmax`, into slopes: those of the choice,
+    and `bonus` per nat of entropy."""
     zero = np.float32(0)
     for k in range(low, high):
         number = np.float32(k - low)

@@ -102,7 +102,8 @@ class Rollout:
         self.end(rows, rewards + np.float32(self.discount) * values)
 
     def leave(self, rows: np.ndarray) -> None:
-        """Forget rows that leave alive: what followed their last action counts as what was expected then."""
+        """Forget rows that go elsewhere alive: what followed their last action counts as what was expected
+        then."""
         self._cover(rows)
         last = self.last[rows]
         rest = (
@@ -113,7 +114,8 @@ class Rollout:
         self.end(rows, rest.astype(np.float32))
 
     def advantages(self, rows: np.ndarray, values: np.ndarray, gae_lambda: float) -> None:
-        """Fill in advantages (Schulman et al. 2016, eq. 16); rows alive now expect values f32[n] of what comes."""
+        """Fill in the advantages (Schulman et al. 2016, eq. 16);
+        rows now alive expect values f32[n] of what comes."""
         self._cover(rows)
         later = np.full(len(self.last), np.nan, np.float32)
         later[rows] = values
@@ -256,7 +258,8 @@ class Rollout:
 
 
 def _lives(row: np.ndarray, ended: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the records i64[n] by row, then time, and whether each continues the life before it, bool[n - 1]."""
+    """Return the records i64[n] ordered by row, then time, and whether each but the first goes on with the
+    life before it, bool[n - 1]."""
     order = np.argsort(row, kind="stable")
     return order, (row[order[1:]] == row[order[:-1]]) & ~ended[order[:-1]]
 

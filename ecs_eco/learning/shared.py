@@ -20,7 +20,8 @@ class SharedLearner:
         self.shares = [Share(self) for _ in range(worlds)]
 
     def meet(self) -> dict[str, float] | None:
-        """Learn if all members are ready; return what `Learner.update` does, None while others still collect."""
+        """Learn if all that take part are ready; return what `Learner.update` does,
+        None while others still collect."""
         taking = [share for share in self.shares if share.active]
         if any(share.ready is None for share in taking):
             return None

@@ -49,7 +49,8 @@ def product(room, x, step_row, step, rows, matrix, step_matrix, n, bias, out, st
 
 @fused_njit
 def column_sums(room, matrix, rows, wide, out):
-    """Write the sums (wide) of a matrix's columns (rows, wide), rows a multiple of ROWS: by fourth rows first."""
+    """Write the sums (wide) of the columns of a matrix (rows, wide), rows a multiple of ROWS: of every fourth
+    row first, then these."""
     for c in range(0, wide, LANES):
         at = matrix + c
         y0, y1, y2, y3 = (

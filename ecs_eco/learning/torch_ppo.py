@@ -96,7 +96,8 @@ class TorchLearner:
         return dict(zip((*TERMS, "gradient_norm"), terms.tolist(), strict=True)) | report
 
     def _optimiser(self) -> torch.optim.Optimizer:
-        """Return Adam (Kingma and Ba 2015) with decoupled weight decay (Loshchilov and Hutter 2019)."""
+        """Return Adam (Kingma and Ba 2015); weights decay apart from the gradient (Loshchilov
+        and Hutter 2019)."""
         ppo, parameters = self.ppo, self.brain.parameters()
         optimiser = torch.optim.AdamW(
             parameters, ppo.learning_rate, eps=ppo.adam_epsilon, weight_decay=ppo.weight_decay

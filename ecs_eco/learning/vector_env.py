@@ -63,7 +63,8 @@ class Training:
         score[over] = 0
 
     def steps_to(self, threshold: float, episodes: int = 100) -> int | None:
-        """Return the environment steps at which the mean of the last `episodes` first reached the threshold."""
+        """Return the environment steps at which the mean return of the last `episodes` first reached the
+        threshold."""
         if len(self.returns) < episodes:
             return None
         sums = np.cumsum([0.0, *self.returns])

@@ -31,7 +31,8 @@ def save(path: str | Path, weights: Weights, names: Names | None = None) -> Path
 
 
 def load(path: str | Path) -> dict[str, np.ndarray]:
-    """Return the weights in a file; raises OSError, or ValueError where they differ from the sealed ones."""
+    """Return the weights in a file; raises ValueError where they are not those that were sealed,
+    or no weights, OSError."""
     return read(Path(path).read_bytes())[0]
 
 
@@ -66,7 +67,8 @@ def _named(names: Mapping[str, Any]) -> Names:
 
 
 def seal_of(weights: Weights, text: str = "") -> str:
-    """Return the seal of weights: SHA-256 of names, types, shapes and bytes, then a text, as 64 hex digits."""
+    """Return the seal of weights: SHA-256 of names, types, shapes and bytes, then of a text, 64 hexadecimal
+    digits."""
     digest = hashlib.sha256()
     for name in sorted(weights):
         array = np.ascontiguousarray(weights[name])

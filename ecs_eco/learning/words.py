@@ -26,7 +26,8 @@ WORDS = {  # their word → ours
 
 
 def ours(given: Iterable[str]) -> dict[str, str]:
-    """Return our name of each other word for one; raises ValueError where two words for one are given."""
+    """Return our name of each of these that is another word for one; raises ValueError where both are given,
+    or two words for one."""
     names = list(given)
     known = {word: WORDS[word] for word in names if word in WORDS}
     for i, (word, name) in enumerate(known.items()):

@@ -12,7 +12,8 @@ HIGHEST = np.finfo(np.float32).max
 
 @njit
 def all_finite(logits, values):
-    """Return whether all numbers of two flat arrays are finite; without branches, as vector code."""
+    """Return whether all numbers of two flat arrays are finite; without branches, so that it becomes vector
+    code."""
     beyond = False
     for i in range(logits.size):
         beyond |= not abs(logits[i]) <= HIGHEST  # true for what is no number
@@ -55,7 +56,8 @@ def decide(first, last, choice, offsets, targets, has_policy, y, has_reflex, aut
 
 @njit
 def first_on(decision, row, start, n, neutral):
-    """Return which action of a group is done: the first that is on, in declared order, or the neutral one."""
+    """Return which action of a group is done: the first that is on, in declared order;
+    the neutral one where none is."""
     for a in range(n):
         if decision[row, start + a]:
             return a
@@ -64,7 +66,8 @@ def first_on(decision, row, start, n, neutral):
 
 @lone_njit
 def first_of(decision, first, size, start, n, neutral, way):
-    """Write `first_on` of the rows from `first` on to way i32[size], without branches."""
+    """Write `first_on` of the rows from `first` on to way i32[size]; without branches, for what organisms do
+    cannot be foreseen."""
     for i in range(size):
         way[i] = neutral
     for k in range(n):

@@ -21,7 +21,8 @@ Step = tuple[int, float]
 
 
 class Steps(NamedTuple):
-    """Steps in order: each puts a number on a stack, or replaces its upper two numbers by one."""
+    """Steps in the order in which they are taken: each puts a number on a pile, or takes two from it and puts
+    one back."""
 
     operation: np.ndarray  # i64[steps]
     operand: np.ndarray  # f32[steps]: a number, or which channel is read

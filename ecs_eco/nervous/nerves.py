@@ -281,7 +281,8 @@ class Nerves:
             self.learner.rollout.credit(self.rows, reward)
 
     def end(self, rows: np.ndarray, reward: np.ndarray) -> None:
-        """Reward f32[k] the last decisions of the dying rows i64[k]; individual experience goes with them."""
+        """Reward f32[k] the last decisions of the dying rows i64[k];
+        who learns alone takes its experience along."""
         if self.individuals is None and self.learner is not None:
             self.learner.rollout.end(rows, reward)
 
@@ -386,7 +387,8 @@ def _divided(
     n: int,
     forward: Callable[[slice], tuple[np.ndarray, np.ndarray]],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return logits and values of n organisms; each process computes its part if rows are independent."""
+    """Return the logits and values of n organisms, of which each process asks for its part where a row's bits
+    depend on no other row."""
     if world.bands.size == 1 or not network.by_row:
         return forward(slice(None))
     logits, values = forward(slice(*world.bands.part(n)))

@@ -166,7 +166,8 @@ def _asked(
 
 
 def _readings(rows: list[tuple[int, ...]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the channels of several readings, and where each reading begins: i64[…], i64[readings + 1]."""
+    """Return the channels of several readings one after the other, and where each begins:
+    i64[…], i64[readings + 1]."""
     flat = [channel for reading in rows for channel in reading]
     return np.array(flat, np.int64), np.cumsum([0, *(len(reading) for reading in rows)]).astype(np.int64)
 

@@ -24,7 +24,8 @@ def blind(table: Table, rows: np.ndarray, x: np.ndarray) -> None:
 
 
 def disable(table: Table, rows: np.ndarray) -> None:
-    """Cancel actions that organisms of rows i64[n] lack; continuous ones act as if nothing chose."""
+    """Let nobody of rows i64[n] do what it lacks the action for; of a continuous one it does as if nothing
+    chose."""
     places = _places(table.species.traits, "actions.")
     nerves = table.species.nerves
     for column, (group, action) in enumerate(nerves.actions if places else ()):

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 
 class Thoughts(NamedTuple):
-    """What `Decide` leaves of a tick: who sensed, in the order of `nerves.rows`, and what their networks said."""
+    """What `Decide` leaves of a tick: who sensed, in the order of `nerves.rows`,
+    and what their networks said."""
 
     tick: int
     uid: np.ndarray  # u64[n]

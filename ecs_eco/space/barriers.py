@@ -21,7 +21,8 @@ POINT = np.array([[0, 0, 0, 0, 0, 0, 0, 1, 0]], np.float32)  # the form of a bod
 
 
 def barriers(world: "SpatialWorld", but: str = "") -> Solids | None:
-    """Return the solid capsules and boxes that cannot move, of all tables `but` one; None where none is."""
+    """Return the solid capsules and boxes that cannot move, of all tables `but` one; None where there is
+    none."""
     names = [
         n
         for n, t in world.tables.items()

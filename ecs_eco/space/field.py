@@ -15,7 +15,8 @@ NOBODY = NOWHERE, NOWHERE, NOWHERE, np.float32(0)  # emits nothing
 
 
 class Field:
-    """Concentrations f32[nz, ny, nx] [amount/cell]; diffusion [m^2/s] and decay [1/s] as in Fick's second law."""
+    """Concentrations on a lattice, f32[nz, ny, nx] [amount/cell];
+    diffusion [m^2/s] and decay [1/s] as in Fick's second law."""
 
     def __init__(self, space: Space, cell: float, diffusion: float = 0.0, decay: float = 0.0) -> None:
         self.space = space

@@ -78,7 +78,8 @@ class Limits(NamedTuple):
         )
 
     def refuse(self, label: str, values: np.ndarray) -> None:
-        """Raise ValueError if a value is outside; `label` says whose it is, with {} for the first one's row."""
+        """Raise ValueError if a value is outside; `label` says whose it is,
+        with {} for the row of the first one."""
         rows = np.flatnonzero(self.outside(values))
         if rows.size:
             bad = np.atleast_1d(values[rows[0]])

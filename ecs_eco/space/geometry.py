@@ -74,7 +74,8 @@ def back_into(v: np.ndarray, length: float, torus: bool) -> np.ndarray:
 
 @njit
 def into(v, length, torus):
-    """Return a coordinate brought back into [0, length): around a torus, or to the wall; 0 for no number."""
+    """Return a coordinate brought back into [0, length): around a torus, or to the wall;
+    0 for what is no number."""
     zero = np.float32(0.0)
     if torus:
         v = v - length * np.float32(np.floor(v / length))
@@ -110,7 +111,8 @@ def cells_at(first, size, x, y, z, nx, ny, nz, ix, iy, iz, cell):
 
 @njit
 def floor_between(place, low, high):
-    """Return the floor of a place in units of cells, held between low and high; low for no number."""
+    """Return the floor of a place in units of cells, no less than low and no more than high;
+    low for what is no number."""
     least, most = np.float32(low), np.float32(high)
     place = place if place > least else least
     place = place if place < most else most
@@ -127,5 +129,6 @@ def half_cells(way, inverse, lengths):
 
 
 def cells_of(v: np.ndarray, inverse: float, n: int) -> np.ndarray:
-    """Return in which of n cells, `inverse` to the meter, coordinates f32[k] [m] lie: i64[k], as `cell_of`."""
+    """Return in which of n cells, `inverse` to the metre, coordinates f32[k] [m] lie: i64[k],
+    as `cell_of` does."""
     return np.nan_to_num(v * inverse, nan=0.0, posinf=n, neginf=0.0).clip(0, n - 1).astype(np.int64)

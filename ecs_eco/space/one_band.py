@@ -84,7 +84,8 @@ class OneBand:
         return table.n
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] with those of all processes appended, in canonical order if each has this order."""
+        """Return arrays [n, …] with those of all processes behind one another: in canonical order, if each
+        stands in this order."""
         return arrays
 
     def litters(self, litters: Any, where: object) -> Any:

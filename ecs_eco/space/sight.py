@@ -15,7 +15,8 @@ NO_HILLS = np.zeros((1, 1), np.float32)
 
 
 class Bodies:
-    """Spheres of several tables in one index: entry i of table `kind[i]` at (x, y, z)[i], of radius[i] [m]."""
+    """Spheres of several tables in one index: entry i of table `kind[i]` at (x, y, z)[i] [m],
+    of radius[i] [m]."""
 
     def __init__(self, space: Space, tables: Sequence[tuple[Index, np.ndarray]]) -> None:
         """Merge the indexes of `tables`, each with the radii of its rows f32[capacity]."""

@@ -13,7 +13,8 @@ from ecs_eco.space.terrain import hill_between
 
 @njit
 def meets(form, e, x, y, z, wx, wy, wz, lengths, torus):
-    """Return at what share of the way (wx, wy, wz) from (x, y, z) body e begins; infinite where it does not."""
+    """Return the share of the way (wx, wy, wz) from (x, y, z) at which body e begins; infinite where it does
+    not lie there."""
     images, best = 2 if torus else 1, np.inf
     dx, dy, dz = x - form[e, 0], y - form[e, 1], z - form[e, 2]
     for image in range(images * images):

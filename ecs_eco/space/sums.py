@@ -71,7 +71,8 @@ def add_near(
 
 @njit
 def _take(i0, m, ox, oy, px, py, pz, radius, lengths, torus, block):
-    """Put the places of m seekers from i0 on into a block: on a torus, where they are nearest to the body."""
+    """Put the places of m seekers from i0 on into a block: on a torus beyond its edge
+    where that is nearer to the body."""
     hx, hy = np.float32(0.5) * lengths[0], np.float32(0.5) * lengths[1]
     for lane in range(LANES):
         i = i0 + min(lane, m - 1)

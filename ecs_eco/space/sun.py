@@ -44,7 +44,8 @@ class Sun:
 
 
 def sine_of_elevation(share: float, latitude: float, declination: float) -> float:
-    """Return the sine of the sun's elevation at a share of the day since midnight (Iqbal 1983, eq. 1.5.1)."""
+    """Return the sine of the sun's elevation [rad, rad] at a share of the day since midnight (Iqbal 1983,
+    eq. 1.5.1)."""
     hour_angle = 2 * math.pi * (share - HALF_DAY)
     return scalars.sin(latitude) * scalars.sin(declination) + scalars.cos(latitude) * scalars.cos(
         declination

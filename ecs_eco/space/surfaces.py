@@ -63,7 +63,8 @@ def seek_surface(
     target,
     distance2,
 ):
-    """`nearest_surface` for entries first … last − 1: the deepest overlap, then the lower uid."""
+    """`nearest_surface` for entries first … last − 1; of those that overlap the deepest, of equals the one
+    with the lower uid."""
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     for i in range(first, last):
         x, y, z = np.float64(form[i, 0]), np.float64(form[i, 1]), np.float64(form[i, 2])

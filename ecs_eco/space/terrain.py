@@ -96,7 +96,8 @@ class Terrain:
         return np.where(free, x, centre_x), np.where(free, y, centre_y)
 
     def fence(self, corners: np.ndarray) -> None:
-        """Put up a fence along a line f64[k, 2] [m], on open ground, around a torus."""
+        """Put up a fence along a line f64[k, 2] [m], on open ground;
+        beyond the edge of a torus it goes on at the other side."""
         self.fences.append(np.asarray(corners, float))
         self.draw_fences()
 
@@ -158,7 +159,8 @@ class Terrain:
             self.pace[on], self.toll[on] = road.pace, road.cost
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return what a run can change: fences, roads, and ground that is kept nowhere else."""
+        """Return what a run can change: the ground, and the fences and roads on it;
+        nothing of ground that is kept elsewhere."""
         return self.fenced() if self.declared else {}
 
     def fenced(self) -> dict[str, np.ndarray]:
@@ -294,7 +296,8 @@ def closed_between(x, y, dx, dy, ground, inverse, lengths, torus):
 
 @njit
 def is_open(x, y, dx, dy, ground, inverse, lengths, torus):
-    """Return whether the whole way (dx, dy) is open ground, or begins on a fence; looks at every half cell."""
+    """Return whether the whole way (dx, dy) is on open ground, for one who may stand on a fence;
+    looks at every half cell."""
     on = ground_at(ground, inverse, x, y) == FENCE
     steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
     for s in range(1, steps + 1):

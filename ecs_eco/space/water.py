@@ -61,7 +61,8 @@ class Water:
         return out
 
     def temperature(self, surface: float, z: np.ndarray) -> np.ndarray:
-        """Return the temperature [K] at heights z f32[n] [m]: a tanh between those of surface and deep."""
+        """Return the temperature [K] at heights z f32[n] [m]:
+        a tanh from that of the surface to that of the deep."""
         if self.deep_temperature is None:
             return np.full(z.size, surface, np.float32)
         share = 0.5 * (1 + arrays.tanh((np.float32(self.height) - z - self.thermocline) / self.width))
@@ -93,7 +94,8 @@ def dim(surface, z, height, optical, inverse, out):
 
 @njit
 def drift(first, last, alive, current, height, sinking, dt, lengths, torus, volume, x, y, z):
-    """Carry the living with a current f32[k, 3] of (depth, u, v) and let them sink, within surface and bottom."""
+    """Carry the living with a current f32[k, 3] of (depth, u, v) and let them sink;
+    nobody leaves through surface or bottom."""
     for row in range(first, last):
         if not alive[row]:
             continue

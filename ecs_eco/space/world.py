@@ -84,7 +84,8 @@ class SpatialWorld(World):
         return grid(("table", "alive", "components"), rows, caption)
 
     def stop(self) -> None:
-        """Make `run` return, as `World.stop` does; processes that share a world stop at the same tick."""
+        """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is then
+        true."""
         self.stopping = self.bands.stops()
 
     def listed(self) -> list[str]:
@@ -112,7 +113,8 @@ class SpatialWorld(World):
     def admit_newborn(
         self, table: Table, values: dict[tuple[type, str], Any], label: str
     ) -> dict[tuple[type, str], Any]:
-        """Return the values of newborn, their places brought into the space; ValueError beyond its limits."""
+        """Return the values of newborn with their places brought into the space;
+        ValueError for what is beyond its limits."""
         return gate.newborn(self, table, values, label)
 
     # --- who is near whom -----------------------------------------------------------------------------------
@@ -202,7 +204,8 @@ class SpatialWorld(World):
         return [self.index(self.table(table) if isinstance(table, str) else table) for table in tables]
 
     def merged(self, names: tuple[str, ...], build: Callable[[], T], kind: str = "spheres") -> T:
-        """Return the bodies of several tables in one index of a kind, from `build()` if they have changed."""
+        """Return the bodies of several tables in one index of a kind, as things stand now:
+        those that `build()` returned, or does now."""
         with self.lock:  # several threads may want it at once
             version: tuple[int, ...] = ()
             for name in names:

@@ -44,7 +44,8 @@ class Age(System):
 
 @njit
 def grow_old(first, last, alive, born, tick, dt, age, head_start):
-    """Give rows first … last − 1 their age at the end of a tick [s]; `head_start` follows an age that was set."""
+    """Give the living of rows first … last − 1 their age at the end of a tick [s]; `head_start` follows an
+    age that was set."""
     for k in range(last - first):
         row = np.uint64(first + k)
         if alive[row]:

@@ -107,7 +107,8 @@ class Carry(System):
 
 
 def where(things: list[Table], uids: np.ndarray) -> np.ndarray:
-    """Return the number of the table in `things` and the row of each uid u64[k]: i64[k, 2]; −1 where none is."""
+    """Return the number of the table among `things` and the row of each uid u64[k]: i64[k, 2]; −1 where there
+    is none."""
     out = np.full((uids.size, 2), -1, np.int64)
     for number, thing in enumerate(things):
         rows = thing.by_uid()
@@ -119,7 +120,8 @@ def where(things: list[Table], uids: np.ndarray) -> np.ndarray:
 
 
 def does(table: Table, action: str, otherwise: bool) -> np.ndarray:
-    """Return who does an action of the group `carry`: bool[capacity]; `otherwise` where a species has none."""
+    """Return who does an action of the group `carry`: bool[capacity]; `otherwise` for all where a species has
+    none of them."""
     nerves: Any = table.species.nerves
     if nerves is None or "carry" not in nerves.groups:
         return table.alive & otherwise

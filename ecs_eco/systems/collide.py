@@ -200,7 +200,8 @@ def push_apart(
     share,
     push,
 ):
-    """Add to push[i] the displacement out of each body that overlaps i; concentric ones part by their uids."""
+    """Add to push[i] the displacement out of every body that overlaps i;
+    concentric ones part in a direction set by their uids."""
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         r = radius[rows[i]]

@@ -144,7 +144,8 @@ def resolve(
     log_probability,
     decision,
 ):
-    """Draw choices of organisms first … last − 1 from a network, with log-probabilities; write the decisions."""
+    """Draw the choices of organisms first … last − 1 where a network thinks, with their log-probabilities;
+    write what they decide."""
     if thinks:
         chance, here = np.empty((last, choice.shape[1]), np.float32), slice(first, last)
         uniforms(first, last, key, uid, 0, chance)

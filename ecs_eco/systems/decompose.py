@@ -61,7 +61,8 @@ class Decompose(System):
 
 @njit
 def give_back(rows, old, share, volume, molarity, residue, amount):
-    """Take a share of all substances from bodies, all from old ones; write `amount` f64[n, substances] [mol]."""
+    """Take a share of all substances from bodies, everything from the old ones; write it to `amount`
+    f64[n, substances] [mol]."""
     for i in range(rows.size):
         row = rows[i]
         for s in range(molarity.shape[1]):

@@ -465,7 +465,8 @@ def widest(reach, radius, alive, other, alive_other):
 
 @njit
 def top(bits, alive):
-    """Return the highest of the living, as vector code: the bits of radii, not negative, have the same order."""
+    """Return the highest of the living. Radii are not negative: their bits are ordered as they are, and this
+    becomes vector code."""
     most = np.int32(0)
     for k in range(bits.size):
         row = np.uint64(k)

@@ -84,7 +84,8 @@ def grow_up(
     energy,
     burnt,
 ):
-    """Let the living grow by `step`, rate × dt; `standard` [kg] is the adult mass that it holds for, 0: any."""
+    """Let the living grow for a tick, `step` is rate × dt; `standard` [kg] is the adult mass for which that
+    holds, 0: for any."""
     for row in range(first, last):
         if not alive[row] or mass[row] >= adult_mass[row]:
             continue

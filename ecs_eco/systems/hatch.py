@@ -66,7 +66,8 @@ class Hatch(System):
 
 @njit
 def develop(first, last, alive, temperature, usual, threshold, dt, developed):
-    """Let the living develop for a tick; at `usual` [K] time counts as it is, 0: at any temperature."""
+    """Let the living develop for a tick; `usual` [K] is the temperature at which time counts as it is, 0: at
+    any."""
     for row in range(first, last):
         if alive[row]:
             rate = 1.0

@@ -153,7 +153,8 @@ class Intervene(System):
             )
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state that is kept nowhere else: barren species, requests, and ground made for fences."""
+        """Return the state that is nowhere else: species that do not reproduce, requests,
+        and ground made for fences."""
         tables = self.world.tables.values()
         # requests made within a tick wait for the next
         text = json.dumps([x.once(self.world.tick) for x in self.requests]).encode()

@@ -273,7 +273,8 @@ def nearest_first(key: np.uint64, uid: np.ndarray, distance2: np.ndarray) -> np.
 
 
 def action(table: Table) -> tuple[int, np.ndarray]:
-    """Return the column of the action mate in the decision, and the decision; −1 where no such action is."""
+    """Return the column of the action mate in the decision, and the decision;
+    −1 where a species has no such action."""
     nerves = table.species.nerves
     column = (
         -1
@@ -284,7 +285,8 @@ def action(table: Table) -> tuple[int, np.ndarray]:
 
 
 def select_mate(table: Table) -> tuple[int, Any] | None:
-    """Return the rule's number (−1: the user's own function) and function; None without a toolbox."""
+    """Return the rule in the species' toolbox: its number (−1:
+    the user's own function) and its function; None without a toolbox."""
     operators = getattr(table.species.heredity, "operators", None)
     return None if operators is None else (operators.choice, operators.toolbox.select_mate)
 
@@ -314,7 +316,8 @@ def ready(
     consent,
     can,
 ):
-    """Write each row's roles, can u8[rows]; return the numbers of those that can choose and that can sire."""
+    """Write the roles of each row, can u8[rows]; return the numbers of those that can choose and
+    that can sire."""
     n_chooses, n_sires = 0, 0
     for row in range(can.size):
         i = row if own else 0
@@ -561,7 +564,8 @@ def propose(
 
 @njit
 def pair(order, partner, rows, taken, pairs):
-    """List the pairs that mate, as rows of chooser and chosen; `order` lists choosers by precedence."""
+    """List the pairs that mate, as rows of chooser and chosen; `order` lists the choosers,
+    in order of precedence."""
     n = 0
     for i in order:
         j = partner[i]

@@ -346,7 +346,8 @@ def lag(drag, dt):
 
 @njit
 def cost_between(v, speeds, costs):
-    """Return the cost of a speed, linear between ascending speeds f32[k], constant beyond them."""
+    """Return the cost of a speed, on straight lines between ascending speeds f32[k];
+    that of the slowest or fastest beyond them."""
     if v <= speeds[0]:
         return costs[0]
     for k in range(1, speeds.size):

@@ -66,7 +66,8 @@ class Perish(System):
         return known.limits
 
     def one_by_one(self, table: Table) -> None:
-        """Mark those of a species beyond a limit, where limits are individual or values are derived."""
+        """Mark those of one species beyond a limit, where these are individual or their values are made of
+        others."""
         codes = self.world.codes
         names = labels(table.species.lethal) if table.species.traits else []
         for i, limit in enumerate(table.species.lethal):

@@ -56,7 +56,8 @@ class Provide(System):
 
 @njit
 def divide(young, mothers, volume, molarity, residue, given):
-    """Bring mothers and young to equal concentrations; add gifts to `given` f64[substances] [mol]."""
+    """Bring mothers and their young to equal concentrations; add what mothers give to `given`
+    f64[substances] [mol]."""
     together = np.zeros(volume.size)  # [L] of a mother and her young
     for i in range(young.size):
         together[mothers[i]] += volume[young[i]]

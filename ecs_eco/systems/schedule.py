@@ -83,7 +83,8 @@ RESPAWNING = SCHEDULE | {"reproduce": (Provide, Renew, Respawn, Reproduce, Sprea
 
 
 def schedule(respawn: bool = False, tables: Iterable[Table] | None = None) -> list[System]:
-    """Return new systems in the order of a tick, without those that none of the given `tables` asks for."""
+    """Return new systems for a world, in the order of a tick; without those that none of its `tables` asks
+    for, where these are given."""
     phases, given = RESPAWNING if respawn else SCHEDULE, None if tables is None else list(tables)
     return [
         system()

@@ -31,7 +31,8 @@ class Sense(System):
 
     @cached_property
     def _shares(self) -> dict[str, tuple[tuple[Any, ...], Share, Share]]:
-        """By table: what its members sense, in how many processes; and what is read by each of them, or by all."""
+        """By table: what its members sense, in how many processes; and what is read by each of them, or by
+        all."""
         return {}
 
     def update(self, table: Table, world: SpatialWorld) -> None:

@@ -187,7 +187,8 @@ class Sites:
         self._single = False  # whether no two plants stand on one site
 
     def look(self, table: Table, inverse: np.ndarray) -> np.ndarray:
-        """Return the rows now; looked for again unless only births and deaths have happened since."""
+        """Return the rows as they are now; looked for anew unless nothing but births and deaths has happened
+        since."""
         p, (first, last), changed = table[Position], table.steady, [*NOBODY, *NOBODY]
         anew = not self._single or last != table.version or self._version < first
         if self._of.size != table.capacity:

@@ -440,7 +440,8 @@ def see(
     out,
     column,
 ):
-    """`seek` for the seekers in the rows of cells first … last − 1, then direction and nearness of the found."""
+    """`seek` for the seekers in the rows of cells first … last − 1, then direction and nearness of what was
+    found."""
     seek(
         first,
         last,

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 
 def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
-    """Return a property, substance or Component.field by name: f32[capacity]; sex is u8[capacity]."""
+    """Return the column of a property, a substance or Component.field by name: f32[capacity], of the sex
+    u8[capacity], of a field as it is."""
     if name == "energy":
         return table[Metabolism].energy
     if name in ("age", "fertility"):

@@ -19,7 +19,8 @@ AT_CENTRE = np.zeros((1, 2), np.float32)
 
 
 def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
-    """Smell a field at a place of the body: c/(c + scale), the occupancy of receptors half bound at `scale`."""
+    """Smell a field at a place of the body: c/(c + scale), the occupancy of receptors
+    that are half bound at `scale`."""
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
     shared = np.float32(scale)
     place = np.array([[forward, left]])
