@@ -134,14 +134,10 @@ class Bands(OneBand):
             return
         start = time.perf_counter()
         counts = np.diff(edges)
-        self.comm.Allgatherv(self._in_place, [array, counts, np.asarray(edges)[:-1], self._row(size)])
+        self.comm.Allgatherv(mpi().IN_PLACE, [array, counts, np.asarray(edges)[:-1], self._row(size)])
         self.traffic.calls += 1
         self.traffic.received += size * int(counts.sum() - counts[self.rank])
         self.traffic.seconds += time.perf_counter() - start
-
-    @property
-    def _in_place(self) -> Any:
-        return mpi().IN_PLACE
 
     def _row(self, size: int) -> Any:
         if size not in self._rows:

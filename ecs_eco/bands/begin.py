@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ecs_eco.bands.bands import LEAST, Bands, mpi
-from ecs_eco.bands.divided import divided
+from ecs_eco.bands.divided import Divided
 from ecs_eco.bands.widths import require_divisible
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state:
             "each: configuration, seed, policies, learn"
         )
     if state:
-        bands = divided(world, comm, widths)
+        bands = Divided(world, comm, widths)
     world.bands = bands
 
     def stop_together() -> None:

@@ -161,8 +161,7 @@ class Births:
         second: np.ndarray | None,
         sperm: np.ndarray | None,
     ) -> Values:
-        """Return the columns that newborn inherit: those of others, whose places y f32[n] [m] are elsewhere,
-        are zeros."""
+        """Return the columns that newborn inherit; rows whose places y f32[n] [m] are elsewhere are zeros."""
         held = self._parents(table, litters.uid[which], second)
         fathers = None
         if sperm is not None:

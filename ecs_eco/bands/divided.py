@@ -89,7 +89,6 @@ class Divided(OneBand):
         self.copied = 0  # ghosts
         self.moved = 0  # organisms that changed their process, and moves of edges, since the division
         self.shifts = 0
-        self.early: list[tuple[np.ndarray, ...]] = []  # events of before
         self.lessons: list[tuple[int, str, tuple[np.ndarray, ...]]] = []  # of individuals, not yet collected
         self.edges.move(self.edges.even(self._load()))
         self.fields = [
@@ -104,6 +103,7 @@ class Divided(OneBand):
         for table in self.tables:  # what others hold
             table.vacate(table.rows()[~self._is_mine(table, table.rows())])
         self._take_part(world)
+        self.early = share_recording(world, comm)  # events of before
 
     def _take_part(self, world: World) -> None:
         """Put what is told between the systems of a tick, and in the place of births and deaths."""
@@ -227,8 +227,7 @@ class Divided(OneBand):
         return self.common_bands
 
     def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
-        """Within, `World.split` over the entries of an index, or over the rows of its cells, runs for those
-        that are no ghosts."""
+        """Within, `World.split` over the entries of an index, or the rows of its cells, runs for no ghosts."""
         if self.processes == 1 or index.n == self.edges.ny:  # it cannot be told which of them are meant
             return nullcontext()
         return self._own(index)
@@ -324,10 +323,3 @@ class Divided(OneBand):
         """What this process has exchanged with the others."""
         one, other = self.wire.traffic, self.common_bands.traffic
         return Traffic(one.calls + other.calls, one.received + other.received, one.seconds + other.seconds)
-
-
-def divided(world: World, comm: Comm, widths: Widths) -> Divided:
-    """Let this process hold a part of a world alone, and record it as process 0 does."""
-    bands = Divided(world, comm, widths)
-    bands.early = share_recording(world, comm)
-    return bands

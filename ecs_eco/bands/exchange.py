@@ -128,8 +128,7 @@ def packed(groups: Iterable[tuple[Table, np.ndarray]], columns: Mapping[str, Col
 def settled(
     tables: Sequence[Table], data: np.ndarray, columns: Mapping[str, Columns]
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Bring what `packed` made to life in tables of the same kinds; return the rows i64[k] in each, and what
-    is left of the bytes."""
+    """Bring what `packed` made to life; return the rows i64[k] in each table, and what is left of the bytes."""
     taken = 8 * len(tables)
     counts, rows = data[:taken].view(np.int64), []
 

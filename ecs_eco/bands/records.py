@@ -21,8 +21,7 @@ Groups = dict[str, list[tuple[np.ndarray, ...]]]
 
 
 def share_recording(world: World, comm: Comm) -> list[tuple[np.ndarray, ...]]:
-    """Let all processes record as process 0 does, if it does; what there is so far is in its records: return
-    the events among it."""
+    """Let all processes record as process 0 does; return the events of its records so far."""
     if (recorder := world.recorder) is not None:
         recorder.flush()  # pages begin together
     how = comm.bcast(None if recorder is None else (recorder.block, recorder.snapshot_every, recorder.keeps))

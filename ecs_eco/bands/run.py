@@ -62,8 +62,7 @@ def together(
 
 
 def _built(build: Callable[[], World], comm: Comm) -> World:
-    """Return the world of a process that follows; where there is none, let process 0 speak first: most
-    of what is wrong here is wrong there."""
+    """Return the world of a process that follows; process 0 reports errors first, since most occur there too."""
     try:
         return build()
     except Exception as error:

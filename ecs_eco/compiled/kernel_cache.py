@@ -200,8 +200,7 @@ class KernelCache(NullCache):
         return str(self.folder.path)
 
     def load_overload(self, sig: Types, target_context: CPUContext) -> CompileResult | None:
-        """Return the compiled form for a signature; None if it is missing, damaged, or of a module that this
-        process does not have."""
+        """Return the compiled form for a signature; None if it is missing, damaged, or its module is not there."""
         if not self.folder.usable():
             return None
         path = self._path(sig, target_context.codegen())

@@ -53,6 +53,7 @@ EXACT = frozenset(
     }
 )
 """Names of the C library whose results are the same everywhere: they are exact, or correctly rounded."""
+_NUMPYS = {types.float64: np.float64, types.float32: np.float32}
 _kept: list[Any] = []  # machine code that names lead to
 
 
@@ -62,17 +63,11 @@ def install(folder: Folder) -> None:
         return
     for kind, suffix in ((types.float64, ""), (types.float32, "f")):
         for name, function in libm.ONE.items():
-            _link(name + suffix, function, _of_one(function, kind is types.float32), kind(kind), folder)
+            _link(name + suffix, function, _of_one(function, kind), kind(kind), folder)
         for name, function in libm.TWO.items():
-            _link(name + suffix, function, _of_two(function, kind is types.float32), kind(kind, kind), folder)
+            _link(name + suffix, function, _of_two(function, kind), kind(kind, kind), folder)
         place = types.CPointer(kind)
-        _link(
-            "sincos" + suffix,
-            libm.sin,
-            _sincos(kind is types.float32),
-            types.void(kind, place, place),
-            folder,
-        )
+        _link("sincos" + suffix, libm.sin, _sincos(kind), types.void(kind, place, place), folder)
 
 
 def _link(
@@ -88,35 +83,29 @@ def _link(
     _kept.append(compiled)
 
 
-def _of_one(function: CPUDispatcher, single: bool) -> Callable[..., Any]:
+def _of_one(function: CPUDispatcher, kind: types.Float) -> Callable[..., Any]:
+    to = _NUMPYS[kind]
+
     def call(x):
-        return function(np.float64(x))
+        return to(function(np.float64(x)))
 
-    def call_single(x):
-        return np.float32(function(np.float64(x)))
-
-    return call_single if single else call
+    return call
 
 
-def _of_two(function: CPUDispatcher, single: bool) -> Callable[..., Any]:
+def _of_two(function: CPUDispatcher, kind: types.Float) -> Callable[..., Any]:
+    to = _NUMPYS[kind]
+
     def call(x, y):
-        return function(np.float64(x), np.float64(y))
+        return to(function(np.float64(x), np.float64(y)))
 
-    def call_single(x, y):
-        return np.float32(function(np.float64(x), np.float64(y)))
-
-    return call_single if single else call
+    return call
 
 
-def _sincos(single: bool) -> Callable[..., Any]:
-    sin, cos = libm.sin, libm.cos
+def _sincos(kind: types.Float) -> Callable[..., Any]:
+    sin, cos, to = libm.sin, libm.cos, _NUMPYS[kind]
 
     def call(x, at_sin, at_cos):
-        carray(at_sin, 1)[0] = sin(np.float64(x))
-        carray(at_cos, 1)[0] = cos(np.float64(x))
+        carray(at_sin, 1)[0] = to(sin(np.float64(x)))
+        carray(at_cos, 1)[0] = to(cos(np.float64(x)))
 
-    def call_single(x, at_sin, at_cos):
-        carray(at_sin, 1)[0] = np.float32(sin(np.float64(x)))
-        carray(at_cos, 1)[0] = np.float32(cos(np.float64(x)))
-
-    return call_single if single else call
+    return call

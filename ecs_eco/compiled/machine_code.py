@@ -120,8 +120,7 @@ def _provide_runtime() -> None:
 
 
 def _is_bare(environment: Environment) -> bool:
-    """Whether it is one of a function of numba's own that keeps no constants: nothing is read of it, and its
-    module need not be loaded."""
+    """Whether it is of a numba function without constants: nothing is read of it, so its module is not loaded."""
     return not environment.consts and environment.globals["__name__"].startswith("numba.")
 
 

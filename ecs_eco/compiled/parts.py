@@ -28,11 +28,7 @@ from ecs_eco.compiled.spinning import number, rest
 from ecs_eco.compiled.vectors import place
 
 if TYPE_CHECKING:
-    from numba.core.cpu import CPUContext
-    from numba.core.typing import Context as Typing
-    from numba.core.typing import Signature
-
-    from ecs_eco.compiled.vectors import Emit
+    from ecs_eco.compiled.vectors import CPUContext, Emit, Signature, Typing
 
 # Places in the record of a team, i64[RECORD]; those that are written by several are 64 bytes from each other
 JOB, NEXT, INSIDE = 0, 8, 16  # the number of the job; the next part to be done; how many helpers are inside
@@ -75,8 +71,7 @@ def _call(
 def _lay_out(
     typing: Typing, of: types.Dispatcher, room: types.Array, arguments: types.Tuple | types.UniTuple
 ) -> tuple[Signature, Emit]:
-    """Put arguments into the room for them, and return the address of code that calls the kernel `of` with
-    what is there."""
+    """Put arguments into the room, and return the address of code that calls the kernel `of` with them."""
     call: Any = of.get_call_type(typing, (types.intp, types.intp, *arguments.types), {})
     kernel: Any = of.dispatcher
 

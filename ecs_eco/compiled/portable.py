@@ -14,7 +14,7 @@ import os
 import platform
 import sys
 from collections.abc import Mapping
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from typing import Any
 
 VARIABLE = "ECS_ECO_PORTABLE"
@@ -88,7 +88,7 @@ def variables() -> dict[str, str]:
 
     ECS_ECO_PORTABLE=1 alone does, where ecs_eco is imported before numpy: it sets the others.
     """
-    numpy = tuple(int(n) for n in _version("numpy").split(".")[:2])
+    numpy = tuple(int(n) for n in version("numpy").split(".")[:2])
     return {
         VARIABLE: "1",
         "NUMBA_CPU_NAME": CPU,
@@ -151,10 +151,3 @@ def _numpys_own() -> list[str]:
     except ImportError:  # numpy keeps these names to itself, and may change them
         return []
     return [name for name in __cpu_dispatch__ if __cpu_features__.get(name)]
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "99.0"

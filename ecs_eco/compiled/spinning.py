@@ -18,11 +18,7 @@ from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.vectors import place
 
 if TYPE_CHECKING:
-    from numba.core.cpu import CPUContext
-    from numba.core.typing import BaseContext as Typing
-    from numba.core.typing import Signature
-
-    from ecs_eco.compiled.vectors import Emit
+    from ecs_eco.compiled.vectors import CPUContext, Emit, Signature, Typing
 
 X86 = platform.machine().lower() in ("x86_64", "amd64", "i386", "i686")
 

@@ -23,11 +23,12 @@ from numba.extending import intrinsic, lower_builtin, models, register_model
 from ecs_eco.compiled import portable
 
 if TYPE_CHECKING:
-    from numba.core.cpu import CPUContext
+    from numba.core.cpu import CPUContext as CPUContext
     from numba.core.datamodel import DataModelManager
-    from numba.core.typing import BaseContext as Typing
-    from numba.core.typing import Signature
+    from numba.core.typing import Context
+    from numba.core.typing import Signature as Signature
 
+    Typing: TypeAlias = Context
     Emit: TypeAlias = Callable[[CPUContext, ir.IRBuilder, Signature, Sequence[ir.Value]], ir.Value]
 
 LANES = 16

@@ -31,7 +31,7 @@ class Workers:
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
-        self.team = _team(threads)
+        self.team = None if threads == 1 else Team(threads - 1)
         self.helpers: list[Helper] = [] if self.team is None else self.team.helpers
         self._taken = threading.Lock()  # held by the thread that divides work
         self.all_busy = False  # whether all threads are busy in `together`: its pieces are not split further
@@ -73,8 +73,7 @@ class Workers:
         return True
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: object, work: int | None = None) -> None:
-        """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
-        where `work` items are worth it."""
+        """Run `kernel(first, last, *arguments)` over 0…n, on all threads where `work` items are worth it."""
         if not self.parallel and self.own is None:
             kernel(0, n, *arguments)
             return
@@ -140,12 +139,6 @@ class Workers:
         """Let the other threads end: from now on this one does all work."""
         helpers, self.helpers, self.parallel = self.helpers, [], False
         _end(helpers)
-
-
-def _team(threads: int) -> Team | None:
-    if threads == 1:
-        return None
-    return Team(threads - 1)
 
 
 def _end_of(helper: Helper) -> list[BaseException]:

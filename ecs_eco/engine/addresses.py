@@ -21,10 +21,9 @@ from ecs_eco.engine.schema import Columns
 
 if TYPE_CHECKING:
     from llvmlite import ir
-    from numba.core.cpu import CPUContext
-    from numba.core.typing import BaseContext as Typing
-    from numba.core.typing import Signature
     from numpy.typing import DTypeLike
+
+    from ecs_eco.compiled.vectors import CPUContext, Emit, Signature, Typing
 
 
 def address_of(array: np.ndarray) -> int:
@@ -72,7 +71,7 @@ def column_at(
 
 def _as_pointer(
     typing: Typing, address: types.Type, kind: types.Array | types.DType
-) -> tuple[Signature, Callable[..., ir.Value]]:
+) -> tuple[Signature, Emit]:
     """Take an address as that of values of a type."""
 
     def make(

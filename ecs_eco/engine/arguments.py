@@ -1,5 +1,4 @@
-"""Arguments from Python, checked like the values of a file: errors give the name,
-the value and what is allowed."""
+"""Arguments from Python, checked like the values of a file: errors give name, value and what is allowed."""
 
 import inspect
 import math
@@ -74,8 +73,7 @@ def called_with(name: str, value: object, *arguments: str) -> None:
 
 
 def by_species(name: str, value: T, species: Iterable[str], kinds: tuple[type, ...], allowed: str) -> T:
-    """Return a value for all species, or a dict species → value, as it is;
-    raises ConfigError for another name or kind."""
+    """Return one value for all species, or a dict species → value; raises ConfigError for another name or kind."""
     known, problems = list(species), []
     pairs = value.items() if isinstance(value, Mapping) else [(None, value)]
     for name_of, item in pairs:

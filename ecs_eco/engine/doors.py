@@ -98,10 +98,10 @@ class Entities(dict[int, Any]):
             raise
 
     def __delitem__(self, number: int) -> None:
-        """What `esper.delete_entity(number, immediate=True)` does with it,
-        after it has taken it off all sets."""
+        """What `esper.delete_entity(number, immediate=True)` does, after it has taken it off all sets."""
         for kind in dict.keys(super().__getitem__(number)):
-            self.registry.enlist(kind, number)
+            if not is_column(kind):
+                self.registry.components.setdefault(kind, set()).add(number)
         self.registry.delete(number, immediate=True)
 
 
@@ -159,8 +159,7 @@ class Processors(list[esper.Processor]):
     registry: Any
 
     def append(self, processor: esper.Processor) -> None:
-        """What `esper.add_processor` does with it: a system of the world, by its phase,
-        or by its priority where that is not 0."""
+        """What `esper.add_processor` does: add a system by its phase, or by its priority where that is not 0."""
         self.registry.world().add_system(processor, priority=processor.priority or None)
 
     def __iter__(self) -> Iterator[esper.Processor]:
@@ -177,8 +176,7 @@ class Kinds(dict[type, Any]):
     registry: Any
 
     def pop(self, kind: type, *default: Any) -> Any:
-        """What `esper.remove_processor` does with it: a plain processor goes,
-        a system of the world's schedule stays."""
+        """What `esper.remove_processor` does: a plain processor goes, a system of the world's schedule stays."""
         if kind in self:
             self.registry.world().remove_processor(self[kind])
         return super().pop(kind, *default)

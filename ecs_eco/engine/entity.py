@@ -11,8 +11,7 @@ WAITING = -1  # the row of an entity that is not born yet
 
 
 class Entity(dict[type, Any]):
-    """The components of one entity by their types, whose handles they are: table, row, uid. A handle is made
-    when it is looked at."""
+    """The components of one entity by type: handles of its row, made when they are looked at."""
 
     __slots__ = ("number", "registry", "request", "row", "table", "uid")
 

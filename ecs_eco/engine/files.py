@@ -1,5 +1,4 @@
-"""Files that are whole or as they were before: written beside their place, synced, renamed,
-and the folder synced."""
+"""Files that are whole or as before: written beside their place, synced, renamed, and the folder synced."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Steps of the world itself between systems: deaths and births take effect, migrants come and go, and esper
-is kept up to date."""
+"""Steps of the world between systems: deaths, births and migration take effect, and esper is updated."""
 
 import weakref
 from collections.abc import Collection
@@ -136,8 +135,7 @@ def arrive(
     values: dict[tuple[type, str], np.ndarray],
     origin: np.ndarray,
 ) -> None:
-    """Give rows to migrants with these uids u64[k] and columns that come from islands `origin` i64[k]: no
-    birth."""
+    """Give rows to migrants with uids u64[k] and columns that come from islands `origin` i64[k]: no birth."""
     rows = table.settle(uid, born, values)
     for listen in tuple(world.on_arrival):
         listen(table, rows, origin)

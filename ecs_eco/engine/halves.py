@@ -1,5 +1,4 @@
-"""A tick in two halves: one who stands outside of the world sees it after the first, and acts before the
-second."""
+"""A tick in two halves: a program outside of the world sees it after the first, and acts before the second."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""A change of the world is completed, or the world says that it was not: Ctrl-C waits for the end of the
-tick, an error leaves a mark."""
+"""Changes of a world are completed or marked: Ctrl-C waits for the end of the tick, an error leaves a mark."""
 
 import importlib
 import signal
@@ -50,8 +49,7 @@ def stopped(world: LivingWorld, error: BaseException) -> None:
 
 
 def require_whole(world: LivingWorld, wanted: str, within: bool = False) -> None:
-    """Raise UnfinishedTick if a world is unfinished and cannot do what is `wanted`;
-    `within` allows it during a running tick."""
+    """Raise UnfinishedTick if an unfinished world cannot do what is `wanted`; `within` a running tick it may."""
     mark = world.underway
     if mark is None or (within and mark.running):
         return

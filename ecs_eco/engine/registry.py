@@ -1,5 +1,4 @@
-"""The entities of one world as esper knows them: made when somebody looks,
-brought up to date when somebody looks again."""
+"""The entities of one world as esper knows them: made and brought up to date when esper looks at them."""
 
 from __future__ import annotations
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from ecs_eco.compiled.garbage import uncollected
 from ecs_eco.engine.doors import Cache, Components, Dead, Entities, Events, Kinds, Processors
-from ecs_eco.engine.entity import WAITING, Entity, is_column, name_of
+from ecs_eco.engine.entity import WAITING, Entity, name_of
 from ecs_eco.engine.errors import listed
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.living import LivingWorld
@@ -47,22 +46,8 @@ class Registry:
         )
         for part in parts:
             part.registry = self
-
-    @property
-    def state(self) -> tuple[Any, ...]:
-        """The state of a context, as `esper.switch_world` keeps it."""
-        return (
-            self.numbers,
-            self.components,
-            self.entities,
-            self.dead,
-            *self.caches,
-            self.processors,
-            self.kinds,
-            False,
-            {},
-            self.events,
-        )
+        # the state of a context, as `esper.switch_world` keeps it
+        self.state = self.numbers, *parts[:-1], False, {}, self.events
 
     @property
     def called(self) -> str:
@@ -75,12 +60,6 @@ class Registry:
         raise RuntimeError(f"esper.{function}, {self.called}: {why}")
 
     # --- who is in it ---------------------------------------------------------------------------------------
-
-    def enlist(self, kind: type, number: int) -> None:
-        """Put an entity on the list of those that have a plain component."""
-        if is_column(kind):
-            return
-        self.components.setdefault(kind, set()).add(number)
 
     def strike(self, kind: type, number: int) -> None:
         """Take an entity off the list of those that have a plain component."""
@@ -286,8 +265,7 @@ class Registry:
         )
 
     def newborn(self, request: object) -> tuple[Handle, ...] | None:
-        """Return what an entity that waits for its birth has been given, as it is now;
-        None where no entity waits for this one."""
+        """Return what the entity of a birth request has been given so far; None where no entity waits for it."""
         entity = self.waiting.get(id(request))
         return (
             None if entity is None else tuple(thing for thing in entity.values() if isinstance(thing, Handle))

@@ -16,8 +16,7 @@ ROWS = "alive", "uid", "born", "cause", "killer"  # what a table knows of each r
 
 
 class Layout(NamedTuple):
-    """Where the arrays of a table are in memory, and the value that newborn have in each column unless they
-    are given another."""
+    """Where the arrays of a table are in memory, and the default value of newborn in each column."""
 
     arrays: Sequence[np.ndarray] = ()  # they keep the addresses alive
     rows: np.ndarray = np.empty(0, np.uint64)  # addresses of ROWS

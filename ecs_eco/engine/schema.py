@@ -13,8 +13,7 @@ C = TypeVar("C")
 
 
 class Type:
-    """A column's element: a dtype, the shape of one organism's value, its limits;
-    names in these get a number per table."""
+    """A column's element: dtype, shape of one organism's value, limits; names in these get a number per table."""
 
     __slots__ = ("blocked", "dtype", "limits", "shape")
 
@@ -119,8 +118,7 @@ class Columns:
         def __getattr__(self, name: str) -> Any: ...
 
     def __setattr__(self, name: str, value: ArrayLike) -> None:
-        """Replace a column; raises ValueError for one of another type, shape or layout,
-        or with fewer rows: kernels rely on them."""
+        """Replace a column; ValueError for another type, shape or layout, or fewer rows: kernels rely on them."""
         old = self.__dict__.get(name)
         if old is not None and value is not old:
             given = getattr(value, "dtype", type(value).__name__), getattr(value, "shape", ())

@@ -57,8 +57,7 @@ def _definition(text: str, name: str) -> str | None:
 
 
 def _compiled(thing: object) -> Any:
-    """Return what a function or class is made of, as numbers and texts that do not change from session to
-    session."""
+    """Return what a function or class is made of, as numbers and texts that are the same in each session."""
     if inspect.isclass(thing):
         return [
             [name, _compiled(value)]

@@ -140,8 +140,7 @@ class Table(dict[type, Any]):
         return self.keys() >= set(components)
 
     def add_component(self, component: type[Any], **defaults: ArrayLike) -> None:
-        """Give every entity of this table, living or to come, a component;
-        `defaults` replace the component's own."""
+        """Give every entity, living or to come, a component; `defaults` replace the component's own."""
         if not (isinstance(component, type) and issubclass(component, Handle) and component.fields):
             raise TypeError(
                 f"table {self.name!r}: {component!r} is not a component; declare it with @component"
@@ -394,8 +393,7 @@ def _following(table: Callable[[], Table | None]) -> Callable[[], None]:
 
 
 def _column(kind: Type, value: np.ndarray, capacity: int, living: np.ndarray) -> Any:
-    """Return a new column with this default in every row; a heavy one holds it in the rows
-    of the living only."""
+    """Return a new column with this default in every row; a heavy one holds it in the rows of the living only."""
     if not kind.blocked:
         return np.broadcast_to(value, (capacity, *value.shape)).copy()
     column = Blocked(value.shape, kind.dtype).grow(capacity)

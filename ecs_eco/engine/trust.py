@@ -1,16 +1,15 @@
-"""Code that the user has allowed to run: hashes of source texts, for this process,
-and remembered for this user."""
+"""Code that the user has allowed to run: hashes of source texts, in this process or remembered."""
 
 from __future__ import annotations
 
 import json
 import os
-import tempfile
 import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.files import write_json
 
 _here: set[str] = set()  # allowed in this process
 
@@ -54,8 +53,7 @@ def remembered() -> dict[str, str]:
 
 
 def remember(texts: Mapping[str, str]) -> None:
-    """Allow texts, hash and path, in this process and from now on;
-    raises ConfigError where that cannot be written."""
+    """Allow texts, hash and path, from now on; raises ConfigError where that cannot be written."""
     allow(texts)
     since = time.strftime("%Y-%m-%d %H:%M:%S")
     known = {sha256: {"path": path, "since": since} for sha256, path in {**remembered(), **texts}.items()}
@@ -63,16 +61,8 @@ def remember(texts: Mapping[str, str]) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         path.parent.chmod(0o700)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".trusted-")  # of mode 0600
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as out:
-                json.dump({"format": 1, "code": known}, out, indent=1)
-                out.flush()
-                os.fsync(out.fileno())
-            os.replace(temporary, path)
-        except BaseException:
-            os.unlink(temporary)
-            raise
+        write_json(path, {"format": 1, "code": known})
+        path.chmod(0o600)
     except OSError as error:
         fault = f"cannot be written: {error.strerror or error}"
         raise ConfigError(

@@ -23,6 +23,5 @@ def island_of(uid: Uid) -> Uid:
 
 
 def is_given(uid: Uid, next_uid: int) -> Any:
-    """Return which uids u64[n] may live where `next_uid` is the next: those given before, and those of other
-    islands: bool[n]."""
+    """Return which uids u64[n] were given before `next_uid`, or by other islands: bool[n]."""
     return (uid < next_uid) | (island_of(uid) != island_of(next_uid))

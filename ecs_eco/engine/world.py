@@ -247,8 +247,7 @@ class World:
         self.run(1)
 
     def stop(self) -> None:
-        """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is then
-        true."""
+        """Make `run` return after this tick, or before the next if none is under way; `stopped` is then true."""
         self.stopping = True
 
     def run(self, ticks: int, progress: Callable[[int, int], Any] | None = None) -> Self:
@@ -353,8 +352,7 @@ class World:
             table.version += 1
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: object, work: int | None = None) -> None:
-        """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
-        where `work` items are worth it."""
+        """Run `kernel(first, last, *arguments)` over 0…n, on all threads where `work` items are worth it."""
         self.workers.split(kernel, n, *arguments, work=work)
 
     def together(self, *work: Callable[[], Any]) -> None:

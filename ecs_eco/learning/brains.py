@@ -1,5 +1,4 @@
-"""Which brain and which learner belong to a species: the built-in network with its kernels,
-or any torch module."""
+"""Which brain and learner belong to a species: the built-in network with its kernels, or any torch module."""
 
 from __future__ import annotations
 

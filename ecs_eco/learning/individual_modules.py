@@ -107,8 +107,7 @@ class IndividualModules(Individuals):
     def forward(
         self, policy: Columns, rows: np.ndarray, x: np.ndarray, split: Split
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the logits f32[n, n_logits] and values f32[n] of what the animals of `rows` i64[n] observe,
-        f32[n, c], without memory."""
+        """Return logits f32[n, n_logits] and values f32[n] of the animals of `rows` i64[n], without memory."""
         return self.recall(policy, rows, x, np.zeros((len(rows), self.memory), np.float32))[:2]
 
     def recall(
@@ -199,8 +198,7 @@ class IndividualModules(Individuals):
         began: np.ndarray,
         numbers: np.ndarray,
     ) -> np.ndarray:
-        """Let animals learn, each from its own rollout, and write their weights and moments;
-        return f64[k, terms …]."""
+        """Let animals learn, each from its rollout, and write weights and moments; return f64[k, terms …]."""
         ppo, tensor = self.ppo, self.brain.tensor
         lengths = experience.length[rows].astype(np.int64)
         here = {

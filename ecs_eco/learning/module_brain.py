@@ -225,8 +225,7 @@ def made(network: Callable[..., Any], n_observations: int, groups: tuple[int, ..
 def as_brain(
     module: torch.nn.Module, n_observations: int, groups: tuple[int, ...], device: str = "cpu"
 ) -> PolicyNetwork:
-    """Return a module as the brain of a species: a `Brain` with its weights where it is a plain MLP on the
-    CPU, else a `ModuleBrain`."""
+    """Return a module as a brain: a `Brain` where it is a plain MLP on the CPU, else a `ModuleBrain`."""
     if device == "cpu" and (weights := plain(module, n_observations, sum(groups))) is not None:
         brain = Brain(n_observations, groups, weights.hidden, 0, weights.trunk)
         brain.load(weights.state)

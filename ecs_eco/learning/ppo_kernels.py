@@ -1,5 +1,4 @@
-"""PPO's loss and Adam's step as kernels: what torch_ppo.py says in autograd,
-for networks whose slopes are known by hand."""
+"""PPO's loss and Adam's step as kernels, for plain networks: what torch_ppo.py does in autograd."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Rollout: the transitions of a population that changes while they are collected,
-one flat log in order of time."""
+"""Rollout: the transitions of a changing population, one flat log in order of time."""
 
 from __future__ import annotations
 

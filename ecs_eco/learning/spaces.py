@@ -29,8 +29,7 @@ def as_vector(envs: Any) -> VectorEnv:
 
 
 def resets_in_same_step(envs: VectorEnv) -> bool:
-    """Return whether environments begin anew in the step in which they end; raises ValueError where they do
-    not begin anew by themselves."""
+    """Return whether environments reset in the step in which they end; ValueError where they do not reset."""
     mode = getattr(envs.metadata.get("autoreset_mode"), "name", None)
     if mode not in ("NEXT_STEP", "SAME_STEP"):
         raise ValueError(f"metadata['autoreset_mode'] of {envs} is {mode}: allowed is NEXT_STEP or SAME_STEP")
@@ -75,8 +74,7 @@ class Observations:
 
 @dataclass(frozen=True)
 class Actions:
-    """The actions of an environment as a brain decides them: choices counted from `first` [G],
-    or numbers between `low` and `high` [K]."""
+    """Actions as a brain decides them: choices counted from `first` [G], or numbers from `low` to `high` [K]."""
 
     groups: tuple[int, ...]
     shape: tuple[int, ...]

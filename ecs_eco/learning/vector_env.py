@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Training:
-    """What a training leaves: the brain, each finished episode's return,
-    and the environment steps taken by its end."""
+    """What a training leaves: the brain, each finished episode's return, and the steps taken by its end."""
 
     brain: PolicyNetwork
     returns: list[float] = field(default_factory=list)

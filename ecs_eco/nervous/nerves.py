@@ -1,5 +1,4 @@
-"""The nervous system of a species: what its members sense, and the three networks over it (the paper's
-Definition 3)."""
+"""The nervous system of a species: its senses, and the three networks over them (the paper's Definition 3)."""
 
 from __future__ import annotations
 

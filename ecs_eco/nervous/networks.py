@@ -1,5 +1,4 @@
-"""Reflex and happiness networks as the configuration of a species declares them;
-their weights may be each organism's own."""
+"""Reflex and happiness networks as a species declares them; organisms may have weights of their own."""
 
 from __future__ import annotations
 
@@ -58,8 +57,7 @@ class ReflexNetwork:
     def __call__(
         self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None
     ) -> np.ndarray:
-        """React to x f32[n, channels]; of `rows` i64[n] of a table where weights
-        or thresholds are individual."""
+        """React to x f32[n, channels]; of `rows` i64[n] of a table where weights or thresholds are individual."""
         return np.sign(self.total(x, table, rows)).astype(np.int8)
 
     def total(self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None) -> np.ndarray:

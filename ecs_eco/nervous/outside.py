@@ -1,5 +1,4 @@
-"""Policies that are no network: a function, or a program beside the world. What they choose is checked here,
-before a kernel reads it."""
+"""Policies that are functions or outside programs; their choices are checked before kernels read them."""
 
 from __future__ import annotations
 

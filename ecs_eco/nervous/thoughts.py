@@ -1,5 +1,4 @@
-"""What nervous systems made of what they sensed in the last tick, for whoever looks on: recordings,
-viewers, drawings."""
+"""What nervous systems made of what they sensed in the last tick, for recordings, viewers and drawings."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Where water collects on a relief: hollows that it fills before it runs over, and how much land drains
-where."""
+"""Where water collects on a relief: hollows that it fills, and how much land drains where."""
 
 from __future__ import annotations
 

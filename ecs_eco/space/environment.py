@@ -1,5 +1,4 @@
-"""The surroundings of the organisms: light, temperature and pressure, the sun, the water,
-and functions of place."""
+"""Surroundings of organisms: light, temperature, pressure, sun, water, and functions of place."""
 
 from __future__ import annotations
 

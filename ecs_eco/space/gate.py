@@ -231,8 +231,7 @@ def newborn(
 
 
 def one_each(value: ArrayLike, n: int, where: str) -> np.ndarray:
-    """Return what a function of a user's own gave for n places as an array of n numbers, one for all
-    repeated; ValueError otherwise."""
+    """Return what a user's function gave for n places as an array of n numbers; ValueError otherwise."""
     array = np.asarray(value)
     if array.dtype.kind not in "fiub" or array.shape not in ((), (n,)):
         raise ValueError(

@@ -14,8 +14,7 @@ CORNERS = 64  # of the border of a circle
 
 
 class Region:
-    """A circle [x, y, radius] or a rectangle [x0, y0, x1, y1] on the ground [m];
-    a circle wraps around a torus."""
+    """A circle [x, y, radius], around a torus, or a rectangle [x0, y0, x1, y1] on the ground [m]."""
 
     def __init__(self, space: Space | None, numbers: Sequence[float]) -> None:
         self.space: Any = space  # None where only the border is asked for

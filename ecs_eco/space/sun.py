@@ -8,8 +8,7 @@ HALF_DAY = 0.5
 
 
 class Sun:
-    """Light at the surface as a share of that under a sun in the zenith; see
-    `ecs_eco.config.models.water.Sun` for the values."""
+    """Light at the surface as a share of that under a sun in the zenith; see `ecs_eco.config.models.water.Sun`."""
 
     def __init__(
         self,

@@ -285,8 +285,7 @@ def in_ticks(chance: Number, dt: float) -> Any:
 
 
 def defences(world: SpatialWorld, prey: Table) -> tuple[np.ndarray, np.ndarray]:
-    """Return the share of bites that fail and the poison of each row, or arrays of one for all; empty if it
-    has no defence."""
+    """Return each row's share of bites that fail, and poison, or arrays of one for all; empty if undefended."""
     toughness, poison = of_body(prey)
     if world.terrain is not None:
         toughness = sheltered(world.terrain, prey, toughness)
@@ -294,8 +293,7 @@ def defences(world: SpatialWorld, prey: Table) -> tuple[np.ndarray, np.ndarray]:
 
 
 def of_body(prey: Table) -> tuple[np.ndarray, np.ndarray]:
-    """Return toughness and poison of each row, f32[capacity], or arrays of one for all;
-    empty if it has no defence."""
+    """Return each row's toughness and poison, f32[capacity], or arrays of one for all; empty if undefended."""
     defence = getattr(prey.species.config, "defence", None)
     if Defence in prey:
         return prey[Defence].toughness, prey[Defence].poison
@@ -305,8 +303,7 @@ def of_body(prey: Table) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sheltered(terrain: Terrain, prey: Table, toughness: np.ndarray) -> np.ndarray:
-    """Return the share of the bites that fail, f32[high], on prey that moves where the land shelters it; as
-    it is where it does not."""
+    """Return the share of bites that fail, f32[high], with the shelter that the land gives prey that moves."""
     high = prey.high
     if terrain.land is None or terrain.land.shelter is None or Velocity not in prey:
         return toughness

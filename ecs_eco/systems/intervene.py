@@ -198,8 +198,7 @@ def flat_ground(space: Space) -> Terrain:
 def checked(
     world: SpatialWorld, order: dict[str, Any] | Intervention, requests: Sequence[dict[str, Any]]
 ) -> Any:
-    """Return an intervention for the next tick, from a dict or a model,
-    that is to follow the `requests` made already."""
+    """Return an intervention for the next tick, from a dict or a model; it follows the `requests` so far."""
     fields = (
         order if isinstance(order, dict) else {k: v for k, v in order.model_dump().items() if v is not None}
     )

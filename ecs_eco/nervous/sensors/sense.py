@@ -43,8 +43,7 @@ def of_sensor(table: Table, seekers: Seekers, number: int, **shared: object) -> 
 
 
 def own_range(table: Table, seekers: Seekers, number: int, radius: float) -> tuple[float, np.ndarray]:
-    """Return how far the sensor reaches at most, and for each seeker f32[n] [m];
-    `radius` where that is not its own."""
+    """Return the sensor's largest reach, and each seeker's f32[n] [m]; `radius` where that is not its own."""
     if number not in table.species.own_ranges or not seekers.n:
         all_equal = np.empty(seekers.n, np.float32)
         all_equal.fill(radius)
