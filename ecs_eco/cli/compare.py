@@ -167,7 +167,10 @@ def _do(
     word: str,
     unit: str,
 ) -> int:
-    """Do jobs with a progress bar, print why some failed; return how many succeeded. Ctrl-C ends the command."""
+    """Do the jobs with a progress bar, and print why some failed; return how many succeeded.
+
+    Ctrl-C ends the command.
+    """
 
     def failed(key: Key, error: BaseException) -> None:
         if isinstance(error, BrokenExecutor):

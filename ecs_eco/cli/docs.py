@@ -91,7 +91,8 @@ def _folder(name: str, base: str = "") -> list[tuple[str, str]]:
 
 
 def _classes(path: Path, label: str = "", base: str = "") -> list[tuple[str, str]]:
-    """(name, first line) of the public classes of a file or of a base, named by their choice of `label`."""
+    """(name, first line) of the public classes of a file, or of those of a base;
+    named by their one choice of `label` if given."""
     rows = []
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         of_base = not base or (isinstance(node, ast.ClassDef) and base in map(ast.unparse, node.bases))

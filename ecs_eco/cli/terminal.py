@@ -31,12 +31,20 @@ FAILED, REFUSED, INTERRUPTED = 1, 2, 130  # exit codes
 
 
 def printable(text: str) -> str:
-    """A text that is safe for terminals: control characters, and marks that turn writing around, as \\u001b."""
+    """A text from a world, a file or an error, safe for terminals: control characters as \\u001b,
+    newlines and tabs as they are.
+
+    These are C0, DEL and C1, line and paragraph separators,
+    and the marks that change the direction of writing.
+    """
     return _CONTROL.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def say(text: str) -> None:
-    """Print a line on stdout, with names that are not UTF-8 escaped, as on stderr."""
+    """Print a line on stdout; all output passes here, or through `printable`.
+
+    Names that are not UTF-8 are escaped, as on stderr.
+    """
     typer.echo(printable(text))
 
 
@@ -119,7 +127,8 @@ def path_of(text: str | Path) -> Path:
 
 
 class Progress:
-    """Call it with done and total, which it keeps; from the first call on all that a command needs is loaded."""
+    """The progress of a command: call it with done and total, which it keeps. From the first call on, all
+    that the command needs is there."""
 
     def __init__(self, show: Callable[[int, int], None] | None = None) -> None:
         self.done = self.total = 0

@@ -74,7 +74,8 @@ def _as_groups(space: spaces.Dict, flat: np.ndarray) -> np.ndarray:
 
 
 def matrix(space: spaces.Space[Any], actions: Any, n: int) -> np.ndarray:
-    """Return n actions of such a space, or of the flattened one, stacked: an array [n, groups]."""
+    """Return n actions of such a space, stacked as Gymnasium stacks them, or of the flattened one, as an
+    array [n, groups]."""
     if isinstance(space, spaces.Dict) and not isinstance(actions, Mapping):
         return _as_groups(space, np.asarray(actions, np.float64).reshape(n, len(space.spaces)))
     if isinstance(space, spaces.Dict):

@@ -53,7 +53,8 @@ def launched() -> Iterator[Any]:
 
 
 class Served:
-    """A command that shows a world: its `process`, and the addresses that it prints, each for one page."""
+    """A command that shows a world: its `process`, and the addresses that it prints,
+    each of which admits one page."""
 
     def __init__(self, words: tuple[str, ...]) -> None:
         command, environment = [*COMMAND, *words, "--no-browser"], os.environ | {"OMP_NUM_THREADS": "1"}
@@ -62,7 +63,8 @@ class Served:
         )
 
     def address(self) -> str:
-        """Return the next address that is printed: another one as soon as the last was used."""
+        """Return the next address that is printed: the first at the start,
+        another as soon as the last was used."""
         assert self.process.stdout is not None
         lines = []
         for line in self.process.stdout:

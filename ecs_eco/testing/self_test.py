@@ -30,7 +30,8 @@ class Case(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """Digests at the end of one run, of one with two threads, and of one continued from a checkpoint."""
+    """Digests of a case at the end of one run, of one with two threads,
+    and of one continued from a checkpoint."""
 
     case: Case
     digest: str
@@ -92,6 +93,7 @@ def released() -> dict[str, dict[str, str]]:
 
 
 def differing(outcomes: Iterable[Outcome], target: Target) -> list[str] | None:
-    """Return the cases whose digests differ from the release; None for a target that was not tested."""
+    """Return the names of the cases whose digests differ from the release;
+    None for a target that was not tested."""
     known = released().get(target.key)
     return None if known is None else [o.case.name for o in outcomes if o.digest != known.get(o.case.name)]

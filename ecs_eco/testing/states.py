@@ -51,7 +51,8 @@ def difference(one: State, other: State) -> str:
 
 
 def shuffle(world: World, seed: int = 0) -> Any:
-    """Permute the rows of the living at random, which must not change any result; return the world."""
+    """Permute the rows of the living in every table at random, which must not change any result;
+    return the world."""
     generator = np.random.Generator(np.random.Philox(seed))
     for table in world.tables.values():
         table.reorder(generator.permutation(table.rows()))
@@ -78,7 +79,8 @@ def arrange(world: World, name: str, **fields: Any) -> Any:
 
 
 def act(world: World, kind: type[System]) -> None:
-    """Let the world's system of one kind act once; births and deaths wait for `world.flush()`."""
+    """Let the world's system of one kind act once, outside of any tick;
+    births and deaths wait for `world.flush()`."""
     systems = [s for s in world.systems if type(s) is kind]
     if not systems:
         raise UnknownName(

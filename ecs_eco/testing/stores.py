@@ -11,7 +11,8 @@ from ecs_eco.space.world import SpatialWorld
 
 
 class Stores:
-    """Keeps a ledger for each type of objects that hold energy, from now on, summed over ticks."""
+    """Keeps a ledger for each type of objects that hold energy, from now on: the columns of a recording's,
+    summed over ticks."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = world

@@ -55,7 +55,8 @@ def _built(config: Any, threads: int) -> Any:
 
 
 def note(world: World, lives: list[tuple]) -> None:
-    """Append births and deaths to `lives`: (tick, table, uid, parent) and (tick, table, uid, cause, killer)."""
+    """Append every birth and death to `lives`: (tick, table, uid, parent) and (tick, table, uid,
+    cause, killer)."""
 
     def born(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         lives.extend(

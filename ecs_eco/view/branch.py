@@ -37,7 +37,8 @@ class Start(NamedTuple):
 
 
 def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Message:
-    """Return {"toml", "command"} for a branch of a recorded run, with `code` or without, from a tick on."""
+    """Return {"toml", "command"} for a branch of a recorded run, with `code` of its own or without, from the
+    start of a tick."""
     done = [] if change is None else [dated(change, tick)]
     words = ["ecs-eco", *portable.option().split(), "resume", folder, "--from-tick", str(tick)]
     words += ["--trust"] if code else []
@@ -227,7 +228,8 @@ def _made(world: World, config: WorldConfig, meta: dict[str, Any], arrays: dict[
 
 
 def as_done_to(live: Live, world: World) -> None:
-    """Request of a world what was done by hand to the living one, which has passed its next tick."""
+    """Request of a world what was done by hand to the living one in the tick that comes next, and does not
+    wait already; the living one has passed that tick."""
     done = live.world.intervened
     begin = bisect_left(done, world.tick, key=itemgetter(0))
     if begin == len(done) or done[begin][0] != world.tick:
@@ -237,7 +239,8 @@ def as_done_to(live: Live, world: World) -> None:
 
 
 def by_hand(world: World, first: int, end: int) -> list[Message]:
-    """Return the interventions in ticks from `first` to before `end` that the world file does not plan."""
+    """Return the interventions that were carried out in ticks from `first` to before `end` and that its world
+    file does not plan, as in a world file."""
     plan = () if world.config is None else world.config.interventions
     out: list[Message] = []
     for tick in dict.fromkeys(tick for tick, _ in world.intervened if first <= tick < end):

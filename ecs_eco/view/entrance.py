@@ -63,7 +63,8 @@ class Entrance:
         self._announce(address)
 
     def _came(self, code: str, good: bool) -> None:
-        """Announce another address if the last one is no longer valid, because one of ours was used."""
+        """Announce another address if the last one is no longer valid,
+        and somebody used it or an earlier one."""
         if not self.server.credentials.is_good(self._code) and (
             good or self.server.credentials.was_good(code)
         ):

@@ -64,7 +64,8 @@ class Families:
         return np.where(self._uid[row] == uid, self._root[row], uid) if self._uid.size else uid
 
     def values(self, name: str, uid: np.ndarray) -> np.ndarray:
-        """Return u8[n] for the colour "family": each of the largest families keeps a value, all others have 0."""
+        """Return the value of each of a species for the colour "family", u8[n]: the largest families have
+        one each, and keep it; 0 for all others."""
         founders, family, size = np.unique(self.roots(uid), return_inverse=True, return_counts=True)
         there = set(founders.tolist())
         slots = {root: slot for root, slot in self._slots.get(name, {}).items() if root in there}
@@ -80,7 +81,8 @@ class Families:
         return out
 
     def clades(self, colour: object, names: Sequence[str | None], uid: np.ndarray) -> list[int | None]:
-        """Return the value of each u64[n] of these species for a colour by descent, None for any other colour."""
+        """Return the value of each u64[n] of these species for a colour by descent, None for any other one;
+        "family" has the values that the species has been given last."""
         of = asked(colour)
         if of is not None:
             return list(self.kin(of, uid).tolist())

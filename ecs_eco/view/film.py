@@ -52,7 +52,10 @@ def write(
     fps: float,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
-    """Write a film of these ticks, painted as u8[height, width, 3], or leave the file; FilmError, OSError."""
+    """Write a film of these ticks, painted as u8[height, width, 3], completely, or leave the file before.
+
+    Raises FilmError, OSError.
+    """
     program = encoder(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     with files.writing(path) as beside:

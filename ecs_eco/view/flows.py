@@ -31,7 +31,8 @@ class Flows:
         return np.hstack([intake.flows[:, PLACES], intake.total])
 
     def mark(self) -> Mark | None:
-        """Return all sums, f64[species, flows and foods], and those of the last `rates`; None if unrecorded."""
+        """Return all sums so far, f64[species, flows and foods], and those of the last call of `rates`; None
+        without a recorder."""
         return None if self.world.recorder is None else (self._counted() - self._beyond, self._before)
 
     def go_back(self, mark: Mark | None) -> None:

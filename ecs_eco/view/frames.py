@@ -84,7 +84,8 @@ class Encoder:
 
 @njit
 def pack(alive, x, y, z, heading, value, uid, share, words, at):
-    """Write the living to `words` from `at` on; return the new end, and the upper halves of all uids, or-ed."""
+    """Write the living to `words` from `at` on, three words each; return the new end, and the upper halves of
+    all uids, combined by or."""
     top, turn = np.float32(65535.0), np.float32(256.0 / (2.0 * math.pi))
     half = np.float32(0.5)
     upper = np.uint64(0)

@@ -78,7 +78,8 @@ def pedigree(uid: int, lives: PedigreeLog | None) -> dict[str, Any]:
 
 
 def body(world: World, table: Table, row: int) -> dict[str, Any]:
-    """Return place, age, sex, energy (None for those it lacks) and a trace of one tick of a living organism."""
+    """Return place, age, sex and energy of a living organism, None for those it lacks,
+    also as a trace of one tick."""
     out: dict[str, Any] = dict.fromkeys(("place", "heading", "age", "sex", "energy", "energy_max"))
     if Position in table:
         p = table[Position]
@@ -110,7 +111,8 @@ def genome(table: Table, row: int) -> dict[str, Any] | None:
 
 
 def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
-    """Return a genome u8[loci] as text, with place and value of each gene; weights are counted, not listed."""
+    """Return a genome u8[loci] as text, with the place and the value of each gene;
+    a network's weights are counted, not listed."""
     if layout.longest is not None:
         return _with_copies(layout, loci)
     decoded, length = layout.decode(loci[None]), layout.length
@@ -197,7 +199,8 @@ def _listed(value: np.ndarray | float) -> float | list[float | None] | None:
 
 
 def nerves(table: Table, row: int) -> dict[str, Any] | None:
-    """Return readings, decision and happiness of a living organism in the last tick; None if it had none."""
+    """Return the readings, probabilities, decision and happiness of a living organism in the last tick;
+    None if it had none."""
     rows, at = thinkers(table, table.uid[row : row + 1])
     if not rows.size:
         return None
@@ -213,7 +216,8 @@ def nerves(table: Table, row: int) -> dict[str, Any] | None:
 def described(
     channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any, continuous: Any = ()
 ) -> dict[str, Any]:
-    """Return the nervous system of the first of `mind`; actions of the groups `continuous` are numbers."""
+    """Return one organism's nervous system (the first of `mind`) as the viewer shows it; actions of the
+    groups `continuous` are numbers."""
     rows = zip(actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True)
     return {
         "sensors": [{"name": name, "value": number(v)} for name, v in zip(channels, mind.x[0], strict=True)],

@@ -14,7 +14,8 @@ EVENT = ("uid", "species", "x", "y", "z", "energy")
 
 
 class Organisms(NamedTuple):
-    """The living of one species at a tick, by uid; `exact` marks states recorded at this very tick."""
+    """The living of one species at a tick, in the order of uids;
+    `exact` marks states recorded at this very tick."""
 
     uid: np.ndarray  # u64[n]
     x: np.ndarray  # f32[n] [m], as y and z
@@ -124,7 +125,8 @@ def chapter(
     size: Sequence[float],
     torus: bool,
 ) -> Chapter:
-    """Return the chapter of a tick of a run recorded from first to last, with a snapshot `every` n ticks."""
+    """Return the chapter of a tick of a run that was recorded from first to last,
+    with a snapshot `every` so many ticks."""
     a = max(first, tick // every * every)
     b = min((tick // every + 1) * every, last + 1)
     state = ("uid", "species", *STATE)

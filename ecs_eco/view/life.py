@@ -160,7 +160,8 @@ class Lives:
         return _full(row, trace, "")
 
     def _last(self, life: Life, uid: int, died: int) -> dict[str, Any]:
-        """Return the last known state of a dead one: of its last tick, or of the last snapshot that it was in."""
+        """Return the last state of a dead one: of its last tick where there are details, else of the last
+        snapshot that it was in."""
         for tick in (died, died - 1):  # what dies between ticks has none of the next one
             if tick >= life.born and (detail := self._detail(life, uid, tick)) is not None:
                 note = f"As it was in its last tick, {tick:,}. {detail['note']}".rstrip()

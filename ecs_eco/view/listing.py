@@ -26,7 +26,8 @@ Columns = dict[str, np.ndarray]
 
 
 def table(of: Callable[[str], Columns], species: Sequence[str], request: Message) -> Message:
-    """Return the message "table": rows of a species that fit `where`, sorted; ValueError for unknown names."""
+    """Return the message "table": rows of a species that fit `where`, in the order of a column; raises
+    ValueError for what is not known."""
     name = one_of("species", request.get("species"), species)
     columns = of(name)
     sort = one_of("sort", request.get("sort", "uid"), list(columns))
@@ -53,7 +54,8 @@ def table(of: Callable[[str], Columns], species: Sequence[str], request: Message
 
 
 def scatter(of: Callable[[str], Columns], species: Sequence[str], request: Message) -> Message:
-    """Return the message "scatter": two values of at most `POINTS` organisms of each species, spread over uids."""
+    """Return the message "scatter": two values of each species that has both, of at most `POINTS` organisms
+    at equal distances in the order of uids."""
     points: dict[str, Any] = {}
     names: dict[str, None] = {}
     for name in species:

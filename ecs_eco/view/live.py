@@ -159,7 +159,8 @@ class Live:
         return {name: int(self.world.tables[name].n) for name in self.names}
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frame of this tick: value 0 for unknown, 1 to 255 from low to high of `scales`."""
+        """Return the frame of this tick: value 0 for organisms without one,
+        1 to 255 from the low to the high of `scales`."""
         light, elevation = sky(self.world)
         self._encoder.begin(number, self.tick, light, elevation)
         for name in self.names:
@@ -214,7 +215,8 @@ class Live:
         return value
 
     def column(self, table: Table, colour: str) -> tuple[Any, float | None, float | None]:
-        """Return the column behind a colour, or None, and its low and high where they are known beforehand."""
+        """Return the values behind a colour: a column or None,
+        and their range as far as it is known beforehand."""
         if colour == "energy" and Metabolism in table:
             species = table.species.config
             return (
@@ -243,7 +245,8 @@ class Live:
     def _range(
         self, name: str, colour: str, low: float | None, high: float | None, least: float, most: float
     ) -> tuple[float, float]:
-        """Return the range of a colour: wide enough for all now, and narrower only slowly."""
+        """Return the range of a colour: wide enough for all now, and only slowly narrower,
+        so that colours do not jump."""
         if not least <= most:
             return self.ranges.get((colour, name), (0.0, 1.0))
         before = self.ranges.get((colour, name), (least, most))
@@ -297,7 +300,8 @@ class Live:
         }
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
-        """Add a point to an organism's trace and return it; the last few organisms keep theirs."""
+        """Add a point to an organism's trace and return the trace;
+        those of the last few organisms selected are kept."""
         points = self._traces.pop(uid, None)
         points = self._traces[uid] = deque(maxlen=TRACED) if points is None else points
         while len(self._traces) > FOLLOWED:

@@ -115,7 +115,8 @@ class Painter:
         return path
 
     def _lay_out(self, hello: dict[str, Any]) -> None:
-        """Make the axes: the world, and a strip for each species at its right, or below a wide world."""
+        """Make the axes: the world at the left and a strip for each species at the right,
+        or below where the world is wide."""
         wide, high = self.size[0] / self.unit / 100, self.size[1] / self.unit / 100  # inches
         beside = self.extent[0] / self.extent[1] < 1.6
         room = (
@@ -368,7 +369,8 @@ class Painter:
 
 
 def rims(kinds: Sequence[dict[str, Any]], hues: dict[str, str]) -> dict[str, dict[str, Any]]:
-    """Return the edge of each kind: every second one that moves is edged in black, for those who see no hues."""
+    """Return how each kind is edged: every second one that moves in black,
+    so that not hue alone tells kinds apart."""
     styles: dict[str, dict[str, Any]] = {}
     movers = [kind["name"] for kind in kinds if kind["moves"]]
     for kind in kinds:

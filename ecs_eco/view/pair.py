@@ -192,7 +192,8 @@ class Pair:
             self._come_up()
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frames of both, one behind the other; of the first alone while the second is not there."""
+        """Return the frames of both, one behind the other; of the first alone while the second has no state
+        of this tick."""
         frame = self.first.frame(number, colour)
         if self.second is None or not self.second.there:
             return frame

@@ -87,7 +87,8 @@ class Parts:
             yield self.read(group, names)
 
     def find(self, uid: int, names: Sequence[str], first: int = 0) -> dict[str, Any] | None:
-        """Return the row of an organism as a dict: the first at or after a tick; None where there is none."""
+        """Return the row of an organism as a dict: the first one at or after a tick;
+        None where there is none."""
         for group in self.groups:
             if (
                 group.rows

@@ -223,7 +223,8 @@ class PedigreeLog:
 
 @njit
 def row_of(uid, uids, n, since, at):
-    """Return the row of a uid among `n` lives, −1 where unknown; from `since`, at row `at`, there are no gaps."""
+    """Return the row of a uid among `n` lives, −1 where it is unknown; those from `since` on, which begin at
+    row `at`, have no gaps."""
     if uid >= np.uint64(since):
         row = np.int64(uid) - since + at
     else:

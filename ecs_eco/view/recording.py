@@ -110,7 +110,8 @@ class Recording:
         return {name: columns[:, :3] for name, columns in self._lying.items()}
 
     def poses(self, name: str) -> np.ndarray:
-        """Return heading [rad], length, width and height [m] of the permanent objects of a type: f32[n, 4]."""
+        """Return heading [rad], length, width and height [m] of the permanent objects of a type: f32[n, 4];
+        sizes are 0 where they are spheres."""
         return self._lying[name][:, 3:]
 
     @cached_property
@@ -166,7 +167,8 @@ class Recording:
         return sorted(young)[-most:]
 
     def generation(self, uid: int, most: int = 5000) -> int | None:
-        """Return how many ancestors an organism has in its longest line; None where they are too many."""
+        """Return how many ancestors an organism has in its longest line, founders 0;
+        None where there are too many to follow."""
         known: dict[int, int] = {}
         waiting = [uid]
         while waiting:

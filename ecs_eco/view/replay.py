@@ -223,7 +223,8 @@ class Replay:
         return sky(scene)
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frame of this tick: value 0 for unknown, 1 to 255 from low to high of `scales`."""
+        """Return the frame of this tick: value 0 where it is unknown,
+        1 to 255 from the low to the high of `scales`."""
         self._encoder.begin(number, self._tick, *self.sky(self._tick))
         for name in self.recording.species:
             organisms = self.organisms(name)
@@ -288,7 +289,8 @@ class Replay:
         return out
 
     def column(self, name: str, organisms: Organisms, colour: str) -> tuple[Any, float | None, float | None]:
-        """Return f32[n] behind a colour, or None, and its low and high where they are known beforehand."""
+        """Return the values behind a colour: f32[n] or None,
+        and their range as far as it is known beforehand."""
         species = self.recording.manifest["config"]["species"][name]
         if colour == "energy":
             return organisms.energy, 0.0, float(species["metabolism"]["energy_max"])

@@ -53,7 +53,8 @@ class Stretch:
         self.states = joined.get("snapshots", {})
 
     def at(self, tick: int, species: int) -> Columns:
-        """Return the state of all of a species (its number) at a tick: the columns of snapshots."""
+        """Return the state of all of a species (by its number) at a tick: uid, x, y, z, heading,
+        energy, happiness."""
         chosen = (self.states["tick"] == tick) & (self.states["species"] == species)
         return {name: column[chosen] for name, column in self.states.items()}
 
@@ -175,7 +176,8 @@ class Rerun:
             self._thread.join(patience)
 
     def _is_over(self) -> bool:
-        """Whether the result is no longer needed: at exit Python waits for this thread."""
+        """Whether the result is no longer needed: at exit Python waits for this thread,
+        and nothing else can stop it."""
         return self._halted or not threading.main_thread().is_alive()
 
     def _work(self, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:

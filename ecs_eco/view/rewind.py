@@ -73,7 +73,8 @@ class Ring:
             self._cost = min(spent, self._cost) if self._cost else spent
 
     def back(self, tick: int) -> int:
-        """Bring the world to an earlier tick; return it, or the first possible one. ValueError where it cannot."""
+        """Bring the world to an earlier tick, as it was; return that tick, the first possible one for those
+        before. Raises ValueError where it cannot."""
         if self.why or not self.points:
             raise ValueError(f"seek: {self.why or 'there is no checkpoint yet'}")
         if tick > self.world.tick:

@@ -57,7 +57,8 @@ def _targets(sensor: Mapping[str, Any]) -> list[str]:
 
 
 def reach_of(world: World, table: Table, row: int) -> dict[str, float]:
-    """Return how far sensors of one organism reach now [m], by their number, where it is not as declared."""
+    """Return how far the sensors of one organism reach now [m], by the number of the sensor, where that is
+    its own or depends on the light."""
     config, out = table.species.config, {}
     for number, sensor in enumerate(() if config is None else config.sensors):
         if sensor.kind not in SEEING:
@@ -82,7 +83,8 @@ GROWTH = "growth of the land"
 
 
 def names_of(world: World) -> list[str]:
-    """Return what can be laid over the scene: fields, light in water, and the growth that real land allows."""
+    """Return the names of what can be laid over the scene: fields, light where it varies in the water, and
+    the growth that real land allows."""
     land = getattr(world.terrain, "land", None)
     more = ["light"] if world.space.volume and "light" in world.environment else []
     return [*more, *world.fields, *([GROWTH] if getattr(land, "growth", None) is not None else [])]
@@ -165,7 +167,8 @@ CELLS = 65_536  # of the ground that is sent; larger grounds are sent coarser
 
 
 def kinds_of(world: World) -> tuple[list[str], list[str]]:
-    """Return the names of the species and of the object types that have places, landmarks aside."""
+    """Return the names of the species and of the object types that have places;
+    landmarks of the ground are not among them."""
     placed = [name for name, table in world.tables.items() if Position in table]
     species = [name for name in world.listed() if name in placed]
     declared = placed if world.config is None else world.config.objects
@@ -260,7 +263,8 @@ def size_in(body: dict[str, Any]) -> dict[str, Any]:
 def sized(
     kinds: list[dict[str, Any]], poses: Callable[[str], np.ndarray], first: int
 ) -> list[dict[str, Any]]:
-    """Return object types with the sizes [m] of single capsules and boxes, by uid from `first` on."""
+    """Return object types with the sizes [m] of single capsules and boxes, by uid, which begin at `first`;
+    `poses` gives heading and size f32[n, 4] of the objects of a type."""
     out = []
     for kind in kinds:
         size = poses(kind["name"])[:, 1:].round(4).tolist()
@@ -335,7 +339,8 @@ def land_of(world: World) -> Land:
 
 
 def drawn(land: Land) -> dict[str, Any]:
-    """Return the land as pages draw it: fences, roads and areas by their corners [m]."""
+    """Return the land as pages draw it: the corners [m] of fences, the middle lines and widths of roads, kind
+    and border of areas."""
 
     def corners(shape: dict[str, Any]) -> list[list[float]]:
         line = shape["line"] if "line" in shape else Region(None, shape["region"]).border()
@@ -350,7 +355,8 @@ def drawn(land: Land) -> dict[str, Any]:
 
 
 def day(world: World) -> dict[str, float] | None:
-    """Return the length of a day [s] and the share since midnight at tick 0; None without days."""
+    """Return the length of a day [s] and the time of the day at tick 0, a share since midnight;
+    None where there are no days."""
     sun = _moving(world)
     return (
         None if sun is None else {"length": float(sun.day), "start": (float(sun.start) + _shift(sun)) % 1.0}

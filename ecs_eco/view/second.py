@@ -170,7 +170,8 @@ class Second:
         return self.labelled(message, second=True) if message["kind"] in ("organism", "tree") else message
 
     def labelled(self, message: Message, second: bool) -> Message:
-        """Return a message about an organism with its world, and whether both have it, born before they parted."""
+        """Return a message about an organism with the name of its world, whether that is the second one, and
+        whether both have the organism, as it was born before they parted."""
         both = {"both": self.shares(message["uid"])} if self.forked else {}
         return message | {"world": self.told["names"][second], "second": second} | both
 
@@ -265,7 +266,8 @@ def fork(first: Source, tick: int | None, change: Message | None, start: Start |
 
 
 def forks(first: Source) -> bool:
-    """Whether what pages show can be forked: not a world made by hand, nor a run that cannot be built here."""
+    """Whether what pages show can be forked: not a world that was made by hand, nor a recorded one that
+    cannot be built here."""
     if isinstance(first, Live):
         return first.world.config is not None
     return isinstance(first, Replay) and first.recording.scene is not None

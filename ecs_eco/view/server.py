@@ -160,7 +160,8 @@ class Server:
         return self
 
     def address(self, minutes: float = MINUTES) -> str:
-        """Return an address that admits one page within these minutes; its code is in the fragment."""
+        """Return an address that admits one page within these minutes: its code is in the fragment,
+        which browsers do not send."""
         return f"http://{HOST}:{self.port}/#code={self.credentials.code(minutes)}"
 
     def show(self, player: Inbox) -> None:
@@ -203,7 +204,8 @@ class Server:
         return Starlette(routes=[Route("/", page), entrance, WebSocketRoute("/ws", self._speak), files])
 
     async def _enter(self, request: Request) -> Response:
-        """Exchange a page's code for the credential, or confirm the one that it has; else 403."""
+        """Exchange a page's code for the credential, or confirm the credential that it has;
+        403 for an invalid one."""
         kind, _, word = request.headers.get("authorization", "").partition(" ")
         handed = None
         if kind == "Code":

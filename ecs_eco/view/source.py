@@ -13,7 +13,8 @@ class Known(Protocol):
     """A world of which single organisms are known."""
 
     def organism(self, uid: int) -> Message:
-        """Return all that is known of one organism now: {"kind": "organism", …}; KeyError if it never was."""
+        """Return all that is known of one organism now: {"kind": "organism", …};
+        KeyError if it never existed."""
 
 
 class Source(Protocol):
@@ -45,7 +46,8 @@ class Source(Protocol):
         """Return further messages that a new page needs after hello, such as `marks`."""
 
     def news(self) -> list[Message]:
-        """Return messages for all pages since the last call, such as `marks`; cheap if there are none."""
+        """Return messages for all pages since the last call, such as `marks` of a new intervention;
+        cheap if there are none."""
 
     def passed(self) -> None:
         """Take note of a tick that has passed; called before every tick, and cheap."""
@@ -64,19 +66,23 @@ class Source(Protocol):
         """Return the map of one of `fields` of hello: {"kind": "field", …}."""
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
-        """Return the values that 1 and 255 stand for in the last frame of this colour, by species."""
+        """Return the values that 1 and 255 stand for in the last frame of this colour,
+        for each species that has it."""
 
     def sample(self) -> None:
         """Add a point to the series, if they are not known beforehand; the player decides how often."""
 
     def series(self, after: int) -> Message | None:
-        """Return {"kind": "series", …}: the points of later ticks than `after` (−1: all); None without any."""
+        """Return the points of later ticks than `after` (−1: all): {"kind": "series", …};
+        None where there are none."""
 
     def organism(self, uid: int) -> Message:
-        """Return all that is known of one organism now: {"kind": "organism", …}; KeyError if it never was."""
+        """Return all that is known of one organism now: {"kind": "organism", …};
+        KeyError if it never existed."""
 
     def handle(self, request: Message) -> list[Message]:
-        """Carry out `act`, `params`, `seek`, `fill`, `why` or `tree`; return the answers to the page."""
+        """Carry out `act`, `params`, `seek`, `fill`, `why`, `tree` and return the answers to the page that
+        asked; refusals are `said`."""
 
 
 def text(message: Message) -> str:

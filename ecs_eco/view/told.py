@@ -32,7 +32,8 @@ class Told:
 
     @cached_property
     def _sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Numbers, births so far i64[ticks, s] and deaths so far i64[ticks, s, causes]; None if too many."""
+        """Numbers and births i64[ticks, s] and deaths i64[ticks, s, causes], births and deaths since the
+        first tick; None where they are too many."""
         r, causes = self._recording, self.causes
         ticks, s = r.last + 1 - r.first, len(r.species)
         if ticks * s * (len(causes) + 2) > LONGEST:
@@ -60,7 +61,8 @@ class Told:
         return story.entries
 
     def rates(self, ticks: np.ndarray) -> dict[str, Any]:
-        """Return births, deaths and deaths by cause a tick, between these ticks, by species; {} of a long run."""
+        """Return births, deaths and deaths by cause a tick, between these ticks, by species; {} of a run
+        that is too long."""
         if self._sums is None or ticks.size < 2:
             return {}
         _, births, deaths = self._sums

@@ -61,7 +61,8 @@ def served(source: Source, *how: Any, **more: Any) -> Player:
 
 
 def _begun(player: Player) -> Player | None:
-    """Return the player of what pages want to begin (the same one where that fails); None if nothing."""
+    """Return the player of what pages want to begin, the same one where that cannot be; None where they want
+    nothing."""
     picker = getattr(player.source, "picker", None)
     if picker is None or picker.wanted is None:
         return None
@@ -112,7 +113,10 @@ FRAMES = ("http://localhost:*", "http://127.0.0.1:*")  # who may hold the page: 
 
 
 class Panel:
-    """A page in an output cell. The world stands still until somebody presses play, and while a cell runs."""
+    """A page in an output cell. The world stands still until somebody presses play, and while a cell runs.
+
+    `close()` ends it; a second `world.view()` of the same world ends the first.
+    """
 
     def __init__(
         self, world: World, ticks: int | None, *, speed: float | None, playing: bool, height: int, port: int
