@@ -12,6 +12,7 @@ from typing import Any, NoReturn, Self
 
 from ecs_eco import debug
 from ecs_eco._lazy import lazy
+from ecs_eco.config.loading import WorldSource
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.table import Table
@@ -26,7 +27,7 @@ from ecs_eco.record.reports import add_reporter, said_by
 from ecs_eco.space.world import SpatialWorld
 from ecs_eco.systems.intervene import Intervene
 from ecs_eco.worlds.build import build
-from ecs_eco.worlds.policies import policy
+from ecs_eco.worlds.policies import Learn, Policies, policy
 
 _above = lazy(__name__, {"view": "ecs_eco.view.watch"})  # rooms above, for methods that lead there
 
@@ -57,12 +58,12 @@ class World(SpatialWorld):
     @classmethod
     def from_config(
         cls,
-        config: Any,
+        config: WorldSource,
         *,
         seed: int | None = None,
-        policies: Any = "trained",
+        policies: Policies = "trained",
         threads: int = 1,
-        learn: bool | Mapping[str, bool] | None = None,
+        learn: Learn = None,
         training: bool = False,
         record: bool = True,
         populate: bool = True,
@@ -117,7 +118,7 @@ class World(SpatialWorld):
         self._undivided("intervene")
         system.ask(what)
 
-    def reconfigure(self, config: Any, learners: Iterable[str] = ()) -> None:
+    def reconfigure(self, config: WorldSource, learners: Iterable[str] = ()) -> None:
         """Give this living world another configuration; see `ecs_eco.life.reconfigure`."""
         self._undivided("reconfigure")
         reconfigure(self, config, learners)
@@ -195,10 +196,10 @@ class World(SpatialWorld):
     @classmethod
     def restore(
         cls,
-        path: Any,
+        path: str | Path,
         *,
         threads: int = 1,
-        config: Any = None,
+        config: WorldSource | None = None,
         systems: Sequence[Any] = (),
         prepare: Callable[[Any], None] | None = None,
         record: bool = True,
@@ -216,7 +217,7 @@ class World(SpatialWorld):
             trust=trust,
         )
 
-    def load(self, path: Any, *, trust: bool = False) -> None:
+    def load(self, path: str | Path, *, trust: bool = False) -> None:
         """Bring this world, built by hand in the same way, to the state that a checkpoint holds."""
         checkpoint.load(self, path, trust=trust)
 
@@ -256,7 +257,7 @@ class World(SpatialWorld):
             "use world.copy() or world.fork(seed=…)"
         )
 
-    def __deepcopy__(self, memo: Any) -> NoReturn:
+    def __deepcopy__(self, memo: object) -> NoReturn:
         raise TypeError(
             f"world {self.name!r}: copy.deepcopy cannot copy what esper holds; "
             "use world.copy() or world.fork(seed=…)"

@@ -12,6 +12,7 @@ from ecs_eco.cli.terminal import complain, exits, progress, say, whole
 from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import kernel_cache
 from ecs_eco.config import load
+from ecs_eco.config.loading import WorldSource
 from ecs_eco.config.shipped import shipped
 from ecs_eco.ecosystem import World
 from ecs_eco.worlds import first_start
@@ -88,7 +89,7 @@ def clear(
     say(f"{removed} kernels removed below {folder.parent}")
 
 
-def _try(config: object) -> None:
+def _try(config: WorldSource) -> None:
     """Let a world live for some ticks, which compiles what it calls then."""
     with two_processes("others"):
         World.from_config(config, record=False).run(3)

@@ -4,7 +4,7 @@ import copy
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
 from pydantic import ValidationError
 
@@ -29,9 +29,12 @@ from ecs_eco.engine.errors import MOST, ConfigError, Problem
 
 NO_PLAN: dict[str, Any] = {"set": {}, "vary": {}, "ramp": []}  # of training
 
+WorldSource: TypeAlias = str | Path | Mapping[str, Any] | WorldConfig | Document
+"""A world: the name of a shipped one, a TOML file, its content, or a configuration that was loaded."""
+
 
 def load(
-    world: str | Path | Mapping[str, Any] | WorldConfig | Document,
+    world: WorldSource,
     overrides: Overrides = None,
     systems: Iterable[Any] = (),
     *,

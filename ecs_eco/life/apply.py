@@ -22,6 +22,7 @@ from ecs_eco.components import (
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.checks.reporters import formula_of, is_formula
 from ecs_eco.config.derived import all_genes
+from ecs_eco.config.features.chemistry import Emission
 from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
 from ecs_eco.engine import random
@@ -35,7 +36,11 @@ from ecs_eco.space.water import Water
 from ecs_eco.space.year import Year
 
 if TYPE_CHECKING:
+    from ecs_eco.config.models.energy import Locomotion
+    from ecs_eco.config.models.species import Species as SpeciesConfig
+    from ecs_eco.config.models.surroundings import ObjectType
     from ecs_eco.engine.table import Table
+    from ecs_eco.nervous.nerves import Nerves
     from ecs_eco.space.world import SpatialWorld
 
 SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
@@ -114,7 +119,7 @@ def climate(world: SpatialWorld, config: WorldConfig) -> None:
     world.environment.set_climate(sun, water, year)
 
 
-def matter(table: Table, kind: Any, substances: list[str]) -> None:
+def matter(table: Table, kind: ObjectType | SpeciesConfig, substances: list[str]) -> None:
     """Set mass, size, shape, physical and chemical properties of newborn, and how bodies exchange heat."""
     table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
     if kind.body.shape != "sphere":
@@ -124,7 +129,7 @@ def matter(table: Table, kind: Any, substances: list[str]) -> None:
     for part in ("opaque", "solid", "sinking", "compressible"):
         setattr(alike, part, getattr(kind.body, part))
     alike.emits = {name: rate for name, rate in kind.emits.items() if isinstance(rate, int | float)}
-    alike.emissions = {name: way for name, way in kind.emits.items() if name not in alike.emits}
+    alike.emissions = {name: way for name, way in kind.emits.items() if isinstance(way, Emission)}
     if alike.radius is None:
         alike.radius = kind.body.radius
     if kind.properties:
@@ -135,7 +140,7 @@ def matter(table: Table, kind: Any, substances: list[str]) -> None:
         table.add_component(Chemistry, molarity=[kind.substances.get(s, 0.0) for s in substances])
 
 
-def apply_object(table: Table, kind: Any, substances: list[str]) -> None:
+def apply_object(table: Table, kind: ObjectType, substances: list[str]) -> None:
     """Set what objects of a type are made of, and the energy that they hold."""
     matter(table, kind, substances)
     if kind.motion is not None:
@@ -146,7 +151,7 @@ def apply_object(table: Table, kind: Any, substances: list[str]) -> None:
 
 
 def apply_species(
-    world: SpatialWorld, table: Table, species: Any, changed: Collection[str] | None = None
+    world: SpatialWorld, table: Table, species: SpeciesConfig, changed: Collection[str] | None = None
 ) -> None:
     """Set the initial values of newborn of a species, and what systems read of the species.
 
@@ -176,7 +181,7 @@ def apply_species(
             nerves.reflex = None
 
 
-def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:
+def gaits(way: Locomotion, nerves: Nerves) -> tuple[Any, ...]:
     """Return layout i64[4, 3] and speeds, costs, turns, climbs and pitches of the actions
     that move a body, and its drag; of a continuous speed all gaits, from slow to fast."""
     layout = np.tile(np.array([0, 0, -1], np.int64), (4, 1))
@@ -202,7 +207,7 @@ def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:
     return layout, *(np.array(a or [0.0], np.float32) for a in arrays), np.float32(way.drag)
 
 
-def networks(nerves: Any, species: Any, find: Callable[[Any], Any] = handed_over) -> None:
+def networks(nerves: Nerves, species: SpeciesConfig, find: Callable[[Any], Any] = handed_over) -> None:
     """Give nerves the reflex and the happiness network that the species declares, if any;
     `find` as `WorldConfig.function`."""
     inherited = {gene.trait.partition(".")[0] for gene in all_genes(species) if gene.trait}

@@ -13,6 +13,8 @@ from ecs_eco.life import sizes
 from ecs_eco.space.geometry import cells_of
 
 if TYPE_CHECKING:
+    from ecs_eco.config.models.species import Species as SpeciesConfig
+    from ecs_eco.config.models.surroundings import ObjectType
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -28,7 +30,7 @@ def future(world: SpatialWorld, table: Table, n: int) -> np.ndarray:
 def newcomers(
     table: Table,
     world: SpatialWorld,
-    kind: Any,
+    kind: ObjectType | SpeciesConfig | None,
     identity: np.ndarray,
     within: Any = None,
     place: Sequence[float] | None = None,
@@ -51,10 +53,11 @@ def newcomers(
         u = random.draw_many(world.key, identity[:count], random.SEX + (2 << 8) + ((table.place + 1) << 20))
         values[Biology, "age"] = (np.float32(span[0]) + np.float32(span[1] - span[0]) * u).astype(np.float32)
     if spread := energy_spread(table, kind):
+        budget = kind.metabolism  # type: ignore[union-attr]  # objects have no spread
         u = random.draw_many(world.key, identity[:count], random.BIRTH + ((table.place + 1) << 20))
         values[Metabolism, "energy"] = (
-            (np.float32(kind.metabolism.energy) * (np.float32(1 - spread) + np.float32(2 * spread) * u))
-            .clip(0, kind.metabolism.energy_max)
+            (np.float32(budget.energy) * (np.float32(1 - spread) + np.float32(2 * spread) * u))
+            .clip(0, budget.energy_max)
             .astype(np.float32)
         )
     if (heredity := table.species.heredity) is not None:
@@ -63,7 +66,7 @@ def newcomers(
     return values | sizes.of_adults(table, values, count)
 
 
-def energy_spread(table: Table, kind: Any) -> float:
+def energy_spread(table: Table, kind: ObjectType | SpeciesConfig | None) -> float:
     """Return by what share of `metabolism.energy` that of founders is larger or smaller, at most."""
     way = getattr(kind, "metabolism", None)  # objects that hold energy have none
     if Metabolism not in table or way is None:

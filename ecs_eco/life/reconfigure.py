@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ecs_eco.components import Experience, Policy
 from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.loading import WorldSource
 from ecs_eco.config.mutable_keys import refused
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.interruption import require_whole, whole
@@ -15,11 +16,13 @@ from ecs_eco.life.causes import register_eaters, register_limits
 from ecs_eco.life.parameters import kept_elsewhere, set_parameters
 
 if TYPE_CHECKING:
+    from ecs_eco.config.models.species import Species as SpeciesConfig
     from ecs_eco.engine.table import Table
+    from ecs_eco.nervous.nerves import Nerves
     from ecs_eco.space.world import SpatialWorld
 
 
-def reconfigure(world: SpatialWorld, config: Any, learners: Iterable[str] = ()) -> None:
+def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str] = ()) -> None:
     """Give a living world another configuration: from now on it behaves as if built with it.
 
     Organisms keep the state that they were born with (energy, mass, sex, fertility, properties, substances);
@@ -72,7 +75,7 @@ def reseed(world: SpatialWorld, seed: int) -> None:
                 learning.seed = learner_seed(seed, number)
 
 
-def _learners(world: SpatialWorld, table: Table, old: Any, new: Any) -> None:
+def _learners(world: SpatialWorld, table: Table, old: SpeciesConfig, new: SpeciesConfig) -> None:
     """Let those that learn do so with new settings, and those that shall begin or stop."""
     nerves = table.species.nerves
     if nerves is None:
@@ -83,7 +86,7 @@ def _learners(world: SpatialWorld, table: Table, old: Any, new: Any) -> None:
         learning(world, table)
 
 
-def _settings(nerves: Any, species: Any) -> None:
+def _settings(nerves: Nerves, species: SpeciesConfig) -> None:
     """Change the hyperparameters of learners."""
     from ecs_eco.learning import PPO
 

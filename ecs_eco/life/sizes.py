@@ -11,6 +11,7 @@ from ecs_eco.components import Body, Stature, Traits
 from ecs_eco.genomes.own_values import own_value
 
 if TYPE_CHECKING:
+    from ecs_eco.config.models.species import Species as SpeciesConfig
     from ecs_eco.engine.table import Table
 
 Values = dict[tuple[type, str], np.ndarray]
@@ -31,7 +32,7 @@ def of_adults(table: Table, values: Values, n: int) -> Values:
     return _bodies(table, values, n, 1.0)
 
 
-def masses_differ(species: Any) -> bool:
+def masses_differ(species: SpeciesConfig) -> bool:
     """Return whether the members of a species, a section of the world file, may have different masses: they
     grow, a gene codes for the mass, or one for the radius of a body with a density."""
     coded = {gene.trait for gene in species.genome.genes} if species.genome is not None else set()

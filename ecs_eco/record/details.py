@@ -13,6 +13,7 @@ from ecs_eco.nervous.thoughts import numbers_of, thinkers, weighed
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+    from ecs_eco.nervous.nerves import Nerves
     from ecs_eco.space.world import SpatialWorld
 
 KIND = "details-"  # followed by the name of a species: its folder in the run's
@@ -37,7 +38,7 @@ def how_many(record: str | None, source: str = "--record") -> int | None:
     )
 
 
-def columns_of(nerves: Any) -> list[str]:
+def columns_of(nerves: Nerves) -> list[str]:
     """Return the names of the columns that a species' details have, in their order.
 
     Of a continuous action the reflex is what it added, chosen what the policy drew and decision what was
@@ -60,7 +61,7 @@ def columns_of(nerves: Any) -> list[str]:
     ]
 
 
-def has_probability(nerves: Any) -> np.ndarray:
+def has_probability(nerves: Nerves) -> np.ndarray:
     """Return which actions the policy can choose: bool[actions]."""
     out = np.zeros(len(nerves.actions), np.bool_)
     if nerves.policy:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.analysis.against import KEPT
+from ecs_eco.config import WorldConfig
 from ecs_eco.config.measurements import measured
 from ecs_eco.ecosystem import World
 from ecs_eco.engine import files
@@ -24,6 +25,7 @@ from ecs_eco.record.genomes import genes_of
 from ecs_eco.record.land import keep_land
 from ecs_eco.record.recorder import Recorder
 from ecs_eco.record.seal import write_manifest
+from ecs_eco.worlds.policies import Policies
 
 POLICIES = "policies"  # the folder of the policies that a run starts from
 
@@ -158,7 +160,7 @@ def config_of(
     return recorded(path, manifest, data, trust)
 
 
-def policies_as_json(policies: Any) -> Any:
+def policies_as_json(policies: Policies) -> Any:
     """Return what policies start from as JSON holds it: a word or a folder, or these by species."""
     return (
         {name: str(source) for name, source in policies.items()}
@@ -190,14 +192,11 @@ def _check_policy(file: Path, wanted: str) -> None:
         )
 
 
-def _keep_data(config: Any, folder: Path) -> None:
+def _keep_data(config: WorldConfig, folder: Path) -> None:
     """Copy the file that [data] names into the folder of a run, where its report finds it.
 
     There is none where the world has none, or is one of a record whose file is not at hand. Raises
     ConfigError where the file of a world file cannot be used.
     """
-    if getattr(config, "data", None) is None:
-        return
-
-    if measured(config, config._source) is not None:
+    if config.data is not None and measured(config, config._source) is not None:
         files.write(folder / KEPT, config.file(config.data.file).read_bytes())

@@ -12,7 +12,8 @@ from typing import Any
 
 from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.config.loading import changed
+from ecs_eco.config.loading import WorldSource, changed
+from ecs_eco.config.overrides import Overrides
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, whole_number
 from ecs_eco.engine.errors import CheckpointError, RecordingError
@@ -35,7 +36,7 @@ from ecs_eco.runs.begin import (
 )
 from ecs_eco.runs.requests import RequestLog, forget, repeat_requests
 from ecs_eco.runs.signals import stopping
-from ecs_eco.worlds.policies import weights_files
+from ecs_eco.worlds.policies import Learn, Policies, weights_files
 
 Progress = Callable[[int, int], None]
 KEEP = 3  # checkpoints
@@ -50,11 +51,11 @@ class Stopped(KeyboardInterrupt):
 
 
 def run_to_folder(
-    config: Any,
+    config: WorldSource,
     seed: int | None = None,
     ticks: int | None = None,
     out: str | Path | Claim = "run",
-    policies: Any = "trained",
+    policies: Policies = "trained",
     learn: bool | None = None,
     progress: Progress | None = None,
     *,
@@ -167,7 +168,7 @@ def fork(
     path: str | Path,
     out: str | Path | Claim,
     from_tick: int | None = None,
-    changes: Any = (),
+    changes: Overrides = (),
     until: int | None = None,
     progress: Progress | None = None,
     *,
@@ -199,7 +200,7 @@ def fork(
             raise RecordingError(
                 f"{path}: the fork begins at tick {world.tick}; --until {until} lies before that"
             )
-        listed = dict(changes) if isinstance(changes, dict) else list(changes)
+        listed = dict(changes) if isinstance(changes, dict) else list(changes or ())
         manifest |= {
             "config": world.config.resolved(),
             "config_hash": world.config.config_hash,
@@ -281,7 +282,14 @@ def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
     belonging.check_checkpoint(path, meta, manifest)
 
 
-def built(config: Any, seed: Any, policies: Any, threads: int, learn: Any, controls: Sequence[str]) -> Any:
+def built(
+    config: WorldSource,
+    seed: int | None,
+    policies: Policies,
+    threads: int,
+    learn: Learn,
+    controls: Sequence[str],
+) -> Any:
     """Return the world of a run, built without a recorder."""
 
     return World.from_config(
@@ -289,7 +297,9 @@ def built(config: Any, seed: Any, policies: Any, threads: int, learn: Any, contr
     )
 
 
-def manifest_of(world: Any, ticks: int, policies: Any, learn: Any, controls: Sequence[str]) -> dict[str, Any]:
+def manifest_of(
+    world: World, ticks: int, policies: Policies, learn: Learn, controls: Sequence[str]
+) -> dict[str, Any]:
     """Return what a manifest says of a run of a world that was built so."""
     config = world.config
     return {
@@ -312,7 +322,7 @@ def manifest_of(world: Any, ticks: int, policies: Any, learn: Any, controls: Seq
     }
 
 
-def snapshots(config: Any, ticks: int) -> int:
+def snapshots(config: WorldConfig, ticks: int) -> int:
     """Return the ticks between snapshots, about 100 in a run; under a sun they fall on all hours of the day."""
     every, sun = max(1, ticks // 100), config.sun
     day = round(sun.day / config.dt) if sun is not None else 0

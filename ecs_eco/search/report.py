@@ -16,6 +16,7 @@ from ecs_eco.analysis.survival import kaplan_meier, wilson
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.edit import as_toml, edited
 from ecs_eco.config.loading import document_of
+from ecs_eco.config.overrides import Overrides
 from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.files import write_json
@@ -192,7 +193,7 @@ def _important(search: Outcome, result: dict[str, Any], folder: Path) -> list[st
     return blocks
 
 
-def write_results(search: Outcome, world: WorldFile, overrides: Any, report: bool) -> dict[str, Any]:
+def write_results(search: Outcome, world: WorldFile, overrides: Overrides, report: bool) -> dict[str, Any]:
     """Write best-1.toml …, search.json, and with `report` the page; return the content of search.json."""
     result = summary(search)
     for rank, entry in enumerate(search.ranked[:BEST], 1):
@@ -315,7 +316,7 @@ Key = tuple[str | int, ...]
 def write_world(
     plan: Plan,
     world: WorldFile,
-    overrides: Any,
+    overrides: Overrides,
     values: Mapping[str, float],
     trained: Path,
     file: Path,
@@ -343,7 +344,7 @@ def write_world(
 def _text(
     config: WorldConfig,
     world: WorldFile,
-    overrides: Any,
+    overrides: Overrides,
     values: Mapping[str, float],
     files: Mapping[str, str],
 ) -> str | None:

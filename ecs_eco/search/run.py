@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.config import load
+from ecs_eco.config.overrides import Overrides
 from ecs_eco.engine.arguments import called_with
 from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem, listed, nearest
 from ecs_eco.experiments.engines import LOCAL, engine, prepare, terminate, workers_of
@@ -30,7 +31,7 @@ Progress = Callable[["Search"], None]
 def search(
     world: WorldFile,
     out: str | Path | Claim,
-    overrides: Any = None,
+    overrides: Overrides = None,
     *,
     budget: float | None = None,
     trials: int | None = None,

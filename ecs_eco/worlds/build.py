@@ -27,8 +27,10 @@ from ecs_eco.components import (
 )
 from ecs_eco.config import WorldConfig, for_training, load
 from ecs_eco.config.features.feature import features_of, of_each
+from ecs_eco.config.loading import WorldSource
 from ecs_eco.config.memory import require_memory
 from ecs_eco.config.models.land import RealLand
+from ecs_eco.config.models.surroundings import ObjectType
 from ecs_eco.config.names import own_features
 from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem
@@ -45,29 +47,34 @@ from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.schedule import schedule
 from ecs_eco.worlds.policies import (
+    Learn,
+    Policies,
     fresh_brain,
     fresh_individuals,
     load_weights,
     outside_of,
     require_policies,
+    source_of,
     sources_in_words,
     take_weights,
     weights_file,
 )
 
 if TYPE_CHECKING:
+    from ecs_eco.config.models.species import Species as SpeciesConfig
+    from ecs_eco.config.models.surroundings import Terrain as TerrainConfig
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
 
 def build(
     cls: Any,
-    config: Any,
+    config: WorldSource,
     *,
     seed: int | None = None,
-    policies: Any = "trained",
+    policies: Policies = "trained",
     threads: int = 1,
-    learn: Any = None,
+    learn: Learn = None,
     training: bool = False,
     populate: bool = True,
     systems: Sequence[Any] = (),
@@ -187,7 +194,7 @@ def _own_systems(world: SpatialWorld, config: WorldConfig) -> list[Any]:
     return world.own_systems
 
 
-def _landmarks(world: SpatialWorld, terrain: Any) -> None:
+def _landmarks(world: SpatialWorld, terrain: TerrainConfig) -> None:
     """Make an inanimate object of every mountain, rock and lake: a table for each kind,
     named after it if the name is free.
 
@@ -214,7 +221,7 @@ def _landmarks(world: SpatialWorld, terrain: Any) -> None:
         )
 
 
-def _object_table(world: SpatialWorld, name: str, kind: Any) -> None:
+def _object_table(world: SpatialWorld, name: str, kind: ObjectType) -> None:
     table = world.add_table(
         name,
         Position,
@@ -236,7 +243,7 @@ def _remains(world: SpatialWorld, table: Table, remains: str | None) -> None:
         into.species.radius = max(into.species.radius, table.species.radius)
 
 
-def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
+def _species_table(world: SpatialWorld, name: str, species: SpeciesConfig) -> None:
     actions = species.action_list()
     table = world.add_table(
         name,
@@ -273,7 +280,13 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
 
 
 def _networks(
-    world: SpatialWorld, table: Table, species: Any, policies: Any, learn: Any, number: int, training: bool
+    world: SpatialWorld,
+    table: Table,
+    species: SpeciesConfig,
+    policies: Policies,
+    learn: Learn,
+    number: int,
+    training: bool,
 ) -> np.ndarray | None:
     """Build the policy networks of one species; return the weights that all founders share, if any."""
     nerves = table.species.nerves
@@ -283,8 +296,8 @@ def _networks(
     if not species.policy.thinks:
         nerves.outside = outside_of(world, table.name, species.policy)
         return None
-    source = policies.get(table.name) or "trained" if isinstance(policies, dict) else policies
-    if isinstance(source, str) and source == "random":
+    source = source_of(policies, table.name)
+    if source == "random":
         return None
     seed = learner_seed(world.seed, number)
     # pre-training trains one policy for the whole species
@@ -339,16 +352,17 @@ def _motor(table: Table, continuous: int) -> None:
 def _populate(world: SpatialWorld, config: WorldConfig, populate: bool) -> None:
     """Request the first organisms and objects; or nothing, not even landmarks."""
     if populate:
-        for name, kind in [*config.objects.items(), *config.species.items()]:
+        kinds: dict[str, ObjectType | SpeciesConfig] = {**config.objects, **config.species}
+        for name, kind in kinds.items():
             _request(world, world.tables[name], kind)
     else:
         for table in world.tables.values():
             table.births.clear()
 
 
-def _request(world: SpatialWorld, table: Table, kind: Any) -> None:
+def _request(world: SpatialWorld, table: Table, kind: ObjectType | SpeciesConfig) -> None:
     """Request the first of one kind: at the places given, the rest at random."""
-    if table.species.is_object:
+    if isinstance(kind, ObjectType):
         for values in placed(kind, world.space):
             table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
     if kind.count:

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -19,15 +19,23 @@ from ecs_eco.engine.section import function_name
 from ecs_eco.engine.versions import versions
 
 if TYPE_CHECKING:
+    import torch
+
+    from ecs_eco.config.models.nerves import Policy as PolicyConfig
     from ecs_eco.learning.policy_network import PolicyNetwork
+    from ecs_eco.learning.settings import PPO
     from ecs_eco.space.world import SpatialWorld
 
 MOST_BYTES_OF_WEIGHTS = 100_000_000  # more than the largest network allowed needs
 POLICIES = ("trained", "random", "untrained")
+Policies: TypeAlias = "str | Path | Mapping[str, str | Path | torch.nn.Module]"
+"""Where policies come from: one of POLICIES, a folder, or by species one of these or a module."""
+Learn: TypeAlias = bool | Mapping[str, bool] | None
+"""Which species learn: all, none, or by species; None: as the world file says."""
 Shape = tuple[int, tuple[int, ...], tuple[int, ...]]  # channels, options of each group, hidden layers
 
 
-def fresh_brain(config: WorldConfig, name: str, policy: Any, shape: Shape, seed: int) -> Any:
+def fresh_brain(config: WorldConfig, name: str, policy: PolicyConfig, shape: Shape, seed: int) -> Any:
     """Return a fresh network of a species, or say what is wrong with the module that it names."""
     from ecs_eco.learning.brains import brain_of
 
@@ -35,7 +43,9 @@ def fresh_brain(config: WorldConfig, name: str, policy: Any, shape: Shape, seed:
         return brain_of(config.function(policy.network), *shape, seed=seed, device=policy.device)
 
 
-def fresh_individuals(config: WorldConfig, name: str, policy: Any, shape: Shape, ppo: Any, seed: int) -> Any:
+def fresh_individuals(
+    config: WorldConfig, name: str, policy: PolicyConfig, shape: Shape, ppo: PPO, seed: int
+) -> Any:
     """Return the networks of individuals, or say what is wrong with the module that their species names."""
     from ecs_eco.learning.brains import individuals_of
 
@@ -46,7 +56,7 @@ def fresh_individuals(config: WorldConfig, name: str, policy: Any, shape: Shape,
 
 
 @contextmanager
-def _refusals_of(name: str, policy: Any, shape: Shape) -> Iterator[None]:
+def _refusals_of(name: str, policy: PolicyConfig, shape: Shape) -> Iterator[None]:
     """Within, what cannot be a species' network is refused with its place in the world file."""
     try:
         yield
@@ -66,7 +76,7 @@ def _refusals_of(name: str, policy: Any, shape: Shape) -> Iterator[None]:
         ) from None
 
 
-def outside_of(world: SpatialWorld, name: str, policy: Any) -> Any:
+def outside_of(world: SpatialWorld, name: str, policy: PolicyConfig) -> Any:
     """Return who decides for a species that has no network: a function, or nobody yet."""
     from ecs_eco.nervous.external import expect
     from ecs_eco.nervous.outside import Function, Nobody
@@ -77,7 +87,7 @@ def outside_of(world: SpatialWorld, name: str, policy: Any) -> Any:
     return Nobody()
 
 
-def take_weights(brain: PolicyNetwork, module: Any, name: str) -> None:
+def take_weights(brain: PolicyNetwork, module: torch.nn.Module, name: str) -> None:
     """Give a brain the weights of a module that was handed over."""
     from ecs_eco.learning.module_brain import as_brain
 
@@ -160,7 +170,7 @@ def _in_order(names: Mapping[str, Any], word: str, first: Sequence[str] = ()) ->
     return list(names[word])
 
 
-def require_policies(config: WorldConfig, policies: Any) -> None:
+def require_policies(config: WorldConfig, policies: Policies) -> None:
     """Raise ConfigError unless these are sources of policies: texts, folders,
     or a dict of these and of torch modules."""
     # a module is made of it: where nobody has loaded torch, nobody hands one over
@@ -175,34 +185,36 @@ def require_policies(config: WorldConfig, policies: Any) -> None:
     )
 
 
-def sources_in_words(config: WorldConfig, policies: Any) -> dict[str, str]:
+def sources_in_words(config: WorldConfig, policies: Policies) -> dict[str, str]:
     """Return where the policy of each species comes from, as a checkpoint holds it; a module has no words."""
-    sources = {
-        name: policies.get(name, "trained") if isinstance(policies, dict) else policies
-        for name in config.species
-    }
+    sources = {name: source_of(policies, name) for name in config.species}
     return {
         name: str(source) if isinstance(source, str | Path) else "untrained"
         for name, source in sources.items()
     }
 
 
-def weights_files(config: WorldConfig, policies: Any) -> dict[str, Path]:
+def source_of(policies: Policies, name: str) -> str | Path | torch.nn.Module:
+    """Return where the policy of one species comes from."""
+    return policies.get(name) or "trained" if isinstance(policies, Mapping) else policies
+
+
+def weights_files(config: WorldConfig, policies: Policies) -> dict[str, Path]:
     """Return the files that a world's policies start from, by species; `policies` as in `build`.
 
     Raises ConfigError for a missing one.
     """
     files = {}
     for name, species in config.species.items():
-        source = policies.get(name, "trained") if isinstance(policies, dict) else policies
-        none = not species.policy.thinks or not isinstance(source, str | Path)
-        path = None if none else weights_file(config, name, source)
-        if path is not None:
-            files[name] = path
+        source = source_of(policies, name)
+        if species.policy.thinks and isinstance(source, str | Path):
+            path = weights_file(config, name, source)
+            if path is not None:
+                files[name] = path
     return files
 
 
-def weights_file(config: WorldConfig, name: str, source: Any) -> Path | None:
+def weights_file(config: WorldConfig, name: str, source: str | Path) -> Path | None:
     """Return the file that the policy of a species starts from, None for a fresh network; raises ConfigError."""
     if source == "trained":
         file = config.species[name].policy.file
