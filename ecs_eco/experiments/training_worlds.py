@@ -8,7 +8,6 @@ import numpy as np
 from ecs_eco.config import WorldConfig, for_training
 from ecs_eco.ecosystem import World
 from ecs_eco.engine import random
-from ecs_eco.learning.shared import SharedLearner
 
 COUNTS = ("n", "taken_in", "deaths", "happiness")
 
@@ -164,6 +163,8 @@ class TrainingWorlds:
 
     def _share(self) -> None:
         """Make one learner for each species: that of the first world, shared if there are several."""
+        from ecs_eco.learning.shared import SharedLearner  # loads torch
+
         for name, table in self.worlds[0].tables.items():
             learner = table.species.nerves.learner if table.species.nerves is not None else None
             if learner is not None:

@@ -27,6 +27,8 @@ from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
 from ecs_eco.engine import random
 from ecs_eco.engine.code import handed_over
+from ecs_eco.learning.brains import learner_of
+from ecs_eco.learning.settings import PPO
 from ecs_eco.life.heredity import apply_heredity
 from ecs_eco.life.sizes import masses_differ
 from ecs_eco.life.species import Species
@@ -227,9 +229,6 @@ def networks(nerves: Nerves, species: SpeciesConfig, find: Callable[[Any], Any] 
 
 def begin_learning(world: SpatialWorld, table: Table) -> None:
     """Give a species with one policy for all a learner, which begins without experience."""
-    from ecs_eco.learning import PPO
-    from ecs_eco.learning.brains import learner_of
-
     nerves, species = table.species.nerves, world.config.species[table.name]
     assert nerves is not None
     number = sorted(world.config.species).index(table.name)

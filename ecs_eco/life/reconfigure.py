@@ -11,6 +11,7 @@ from ecs_eco.config.loading import WorldSource
 from ecs_eco.config.mutable_keys import refused
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.interruption import require_whole, whole
+from ecs_eco.learning.settings import PPO
 from ecs_eco.life.apply import apply, begin_learning, cell, learner_seed
 from ecs_eco.life.causes import register_eaters, register_limits
 from ecs_eco.life.parameters import kept_elsewhere, set_parameters
@@ -88,8 +89,6 @@ def _learners(world: SpatialWorld, table: Table, old: SpeciesConfig, new: Specie
 
 def _settings(nerves: Nerves, species: SpeciesConfig) -> None:
     """Change the hyperparameters of learners."""
-    from ecs_eco.learning import PPO
-
     ppo = PPO(**species.ppo)
     if nerves.learner is not None:
         nerves.learner.ppo = ppo

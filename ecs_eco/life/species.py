@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from ecs_eco.config.features.feature import Feature
+from ecs_eco.config.models.species import Species as SpeciesConfig
+from ecs_eco.config.models.surroundings import ObjectType
 from ecs_eco.engine.section import Section
 
 if TYPE_CHECKING:
@@ -13,7 +16,6 @@ if TYPE_CHECKING:
     from ecs_eco.config.features.chemistry import Emission
     from ecs_eco.config.features.feeding import Diet
     from ecs_eco.config.models.reproduction import AnyReproduction
-    from ecs_eco.config.models.species import Species as SpeciesConfig
     from ecs_eco.engine.table import Table
     from ecs_eco.genomes.heredity import Heredity
     from ecs_eco.nervous.nerves import Nerves
@@ -112,8 +114,4 @@ class Species:
 
 def sections() -> tuple[type[Section], ...]:
     """Return the models of species, of object types, and of features."""
-    from ecs_eco.config.features.feature import Feature  # not at the top: they load slowly
-    from ecs_eco.config.models.species import Species as SpeciesConfig
-    from ecs_eco.config.models.surroundings import ObjectType
-
     return SpeciesConfig, ObjectType, *Feature.__subclasses__()

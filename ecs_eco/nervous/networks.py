@@ -17,7 +17,6 @@ from ecs_eco.nervous.formula_steps import steps_of
 if TYPE_CHECKING:
     from ecs_eco.config.models.nerves import Happiness, Reflex
     from ecs_eco.engine.table import Table
-    from ecs_eco.nervous.nerves import Nerves
 
 Network = Callable[..., np.ndarray]
 """network(x f32[n, channels]) -> f32[n] (happiness) or [n, actions] (reflex); each may be a plain function.
@@ -36,7 +35,7 @@ class ReflexNetwork:
     def __init__(
         self,
         config: Reflex,
-        nerves: Nerves,
+        nerves: Any,
         action_rows: dict[str, int],
         individual: bool = False,
         find: Callable[[Any], Any] = handed_over,
@@ -89,7 +88,7 @@ class HappinessNetwork:
     def __init__(
         self,
         config: Happiness,
-        nerves: Nerves,
+        nerves: Any,
         individual: bool = False,
         find: Callable[[Any], Any] = handed_over,
     ) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from ecs_eco.components import Motor, Nervous
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
-    from ecs_eco.nervous.nerves import Nerves
 
 
 class Thoughts(NamedTuple):
@@ -85,7 +84,7 @@ def numbers_of(table: Table, rows: np.ndarray, at: np.ndarray) -> tuple[np.ndarr
 
 
 def with_numbers(
-    nerves: Nerves, matrices: tuple[np.ndarray, ...], numbers: tuple[np.ndarray, ...]
+    nerves: Any, matrices: tuple[np.ndarray, ...], numbers: tuple[np.ndarray, ...]
 ) -> tuple[np.ndarray, ...]:
     """Return matrices [k, actions] as f32, with numbers f32[k, continuous groups] in the columns of
     continuous actions."""
@@ -95,7 +94,7 @@ def with_numbers(
     return out
 
 
-def weighed(nerves: Nerves, logits: np.ndarray | None, choice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def weighed(nerves: Any, logits: np.ndarray | None, choice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the probabilities p f32[k, actions] and the choices z u8[k, actions] of logits [k,
     options] and choices [k, groups]."""
     k, n = len(choice), len(nerves.actions)

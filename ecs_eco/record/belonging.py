@@ -58,7 +58,7 @@ def identity(manifest: Mapping[str, Any]) -> str:
     ).hexdigest()
 
 
-def described(run: str, world: Any, seed: Any) -> str:
+def described(run: str, world: object, seed: int | str | None) -> str:
     """Describe a run in words."""
     return f"{world}, seed {seed}, id {run[:12]}"
 

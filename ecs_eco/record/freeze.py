@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.compiled import portable
+from ecs_eco.config import WorldConfig
+from ecs_eco.config.extension import model_for
+from ecs_eco.config.loading import load as load_world
+from ecs_eco.config.models.species import Species
 from ecs_eco.config.names import names_in
 from ecs_eco.engine.code import NONE, Code, CodeError
-from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.engine.errors import CheckpointError, ConfigError
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.section import Use, function_name
 from ecs_eco.engine.versions import versions
@@ -110,11 +114,6 @@ def thaw(
 
     Raises CodeError where it needs code that nobody allowed to run here.
     """
-    from ecs_eco.config import WorldConfig, load
-    from ecs_eco.config.extension import model_for
-    from ecs_eco.config.models.species import Species
-    from ecs_eco.engine.errors import ConfigError
-
     if meta["config"] is None:
         raise CheckpointError(
             f"{where}: holds a world that was made by hand; make it again, then world.load(path)"
@@ -143,7 +142,9 @@ def thaw(
                 loaded = loaded.model_copy(update={"code": []})
         else:
             loaded = (
-                config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
+                config
+                if isinstance(config, WorldConfig) and not systems
+                else load_world(config, systems=systems)
             )
             if loaded.resolved() != meta["config"]:
                 raise CheckpointError(f"{where}: was saved with another configuration than the one handed in")

@@ -11,12 +11,13 @@ import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
 
 from ecs_eco.engine.errors import RecordingError
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
+from ecs_eco.engine.files import write_json
+from ecs_eco.record.manifest import Run
 
 KEY = "ecs-eco.seal"
 BLANK = "0" * 64
@@ -60,8 +61,6 @@ def _digest(part: memoryview, at: int) -> str:
 
 def write_manifest(folder: Path, manifest: Mapping[str, Any], name: str = "manifest.json") -> None:
     """Write the manifest of a run with its seal, completely, or leave the one before."""
-    from ecs_eco.engine.files import write_json
-
     content = {key: value for key, value in manifest.items() if key != WORD}
     write_json(folder / name, content | {WORD: _of(content)})
 
@@ -88,8 +87,6 @@ def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
     if WORD in manifest and manifest[WORD] != _of(content):
         raise RecordingError(f"{file}: is damaged, or was changed: its seal does not fit")
     if name == "manifest.json":
-        from ecs_eco.record.manifest import Run
-
         validate(file, content, Run)
     return manifest
 
@@ -106,8 +103,6 @@ def read_sealed(folder: Path, name: str, model: type[BaseModel]) -> dict[str, An
 
 def validate(file: Path, content: Mapping[str, Any], model: type[BaseModel]) -> None:
     """Raise RecordingError that names the file and the first key that is not as its model says."""
-    from pydantic import ValidationError
-
     try:
         model.model_validate_json(json.dumps(content))
     except ValidationError as error:

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter
+
 from ecs_eco.compiled import portable
 from ecs_eco.config.models.interventions import AnyIntervention, coming
 from ecs_eco.ecosystem import World
@@ -34,8 +36,6 @@ def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
 def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the interventions of the world file that are due after what was recorded,
     each from its next tick on."""
-    from pydantic import TypeAdapter
-
     planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
     return [
         intervention.model_dump(mode="json", exclude_none=True)

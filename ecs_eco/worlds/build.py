@@ -34,6 +34,7 @@ from ecs_eco.config.models.surroundings import ObjectType
 from ecs_eco.config.names import own_features
 from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.learning.settings import PPO
 from ecs_eco.life.apply import apply, apply_object, begin_learning, cell, learner_seed, matter
 from ecs_eco.life.containing import add_matter, contain, keep_books
 from ecs_eco.life.founders import newcomers
@@ -325,8 +326,6 @@ def _networks(
             ]
         )
     if alone:
-        from ecs_eco.learning import PPO
-
         nerves.individuals = fresh_individuals(
             world.config, table.name, species.policy, shape, PPO(**species.ppo), seed
         )

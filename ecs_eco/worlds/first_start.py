@@ -18,7 +18,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from ecs_eco.compiled import jit, signatures
 from ecs_eco.compiled.garbage import uncollected
+from ecs_eco.compiled.kernel import Kernel
 from ecs_eco.config.shipped import shipped
 from ecs_eco.engine.processes import python
 
@@ -71,9 +73,6 @@ def compile_listed(
 
     Where several processes do so, each begins with a `share` of its own, 0 … `of` - 1.
     """
-    from ecs_eco.compiled import jit, signatures
-    from ecs_eco.compiled.kernel import Kernel
-
     jit.FOLDER.shared = True
     lines = list(dict.fromkeys(line for world in worlds for line in listed(world)))
     first = len(lines) * share // of
@@ -109,9 +108,7 @@ def known_to_list(world: str) -> str:
 
 def _mark(world: str) -> Path:
     """The file that says that what is listed of a world was compiled."""
-    from ecs_eco.compiled.jit import FOLDER
-
-    return FOLDER.path / f"{world}{MARK}"
+    return jit.FOLDER.path / f"{world}{MARK}"
 
 
 def _start(arguments: Sequence[str]) -> subprocess.Popen[bytes]:
@@ -127,8 +124,6 @@ def _start(arguments: Sequence[str]) -> subprocess.Popen[bytes]:
 def two_processes(world: str) -> Iterator[Compiled]:
     """Within, a second process compiles too, where this is the first start of a world and there is a second
     core; says afterwards how many kernels were compiled."""
-    from ecs_eco.compiled import jit
-
     path, helper, collecting = jit.FOLDER.path, None, gc.isenabled()
     out, there, own = Compiled(), len(list(path.glob("*.nbc"))), jit.FOLDER.compiled
     try:

@@ -11,12 +11,17 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from ecs_eco.components import Policy
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.reading import read_bytes
 from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.engine.section import function_name
 from ecs_eco.engine.versions import versions
+from ecs_eco.learning import weights
+from ecs_eco.learning.brains import brain_of, individuals_of
+from ecs_eco.nervous.external import expect
+from ecs_eco.nervous.outside import Function, Nobody
 
 if TYPE_CHECKING:
     import torch
@@ -37,8 +42,6 @@ Shape = tuple[int, tuple[int, ...], tuple[int, ...]]  # channels, options of eac
 
 def fresh_brain(config: WorldConfig, name: str, policy: PolicyConfig, shape: Shape, seed: int) -> Any:
     """Return a fresh network of a species, or say what is wrong with the module that it names."""
-    from ecs_eco.learning.brains import brain_of
-
     with _refusals_of(name, policy, shape):
         return brain_of(config.function(policy.network), *shape, seed=seed, device=policy.device)
 
@@ -47,8 +50,6 @@ def fresh_individuals(
     config: WorldConfig, name: str, policy: PolicyConfig, shape: Shape, ppo: PPO, seed: int
 ) -> Any:
     """Return the networks of individuals, or say what is wrong with the module that their species names."""
-    from ecs_eco.learning.brains import individuals_of
-
     with _refusals_of(name, policy, shape):
         return individuals_of(
             config.function(policy.network), *shape, ppo=ppo, seed=seed, device=policy.device
@@ -78,9 +79,6 @@ def _refusals_of(name: str, policy: PolicyConfig, shape: Shape) -> Iterator[None
 
 def outside_of(world: SpatialWorld, name: str, policy: PolicyConfig) -> Any:
     """Return who decides for a species that has no network: a function, or nobody yet."""
-    from ecs_eco.nervous.external import expect
-    from ecs_eco.nervous.outside import Function, Nobody
-
     if policy.kind == "function":
         return Function(world.config.function(policy.function), policy.function)
     expect(world)
@@ -108,8 +106,6 @@ def load_weights(brain: PolicyNetwork, path: Path, config: WorldConfig, name: st
 
     Of a file without names only the shapes are checked.
     """
-    from ecs_eco.learning import weights
-
     try:
         arrays, names = weights.read(read_bytes(path, MOST_BYTES_OF_WEIGHTS))
         if names is not None:
@@ -136,8 +132,6 @@ def names_of(config: WorldConfig, name: str) -> dict[str, Any]:
 def name_weights(path: str | Path, config: WorldConfig, name: str) -> Path:
     """Write the names of a species into a file of weights, whose weights stay as they are: for a file that
     has none, or whose species was renamed since. Raises ValueError, OSError."""
-    from ecs_eco.learning import weights
-
     return weights.save(path, weights.load(path), names_of(config, name))
 
 
@@ -249,7 +243,6 @@ def policy(world: SpatialWorld, species: str, uid: int | None = None) -> Any:
 
     Raises UnknownName, and ConfigError where there is no network, or several and no `uid`.
     """
-    from ecs_eco.components import Policy
     from ecs_eco.learning.module_brain import as_module
 
     table = world.table(species)
