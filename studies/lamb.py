@@ -290,15 +290,19 @@ def _row(arm: tuple[str, str], values: Any) -> list[Any]:
 
 
 def identity() -> dict[str, str]:
-    """A hash of the world and of its systems: a study of another world is another study."""
+    """A hash of the world and of its systems, whichever modules these import from and however they are written:
+    a study of another world is another study."""
+    import ast
     import hashlib
 
     from ecs_eco.config import load
     from ecs_eco.worlds.lamb import systems
 
+    tree = ast.parse(Path(systems.__file__).read_bytes())
+    tree.body = [part for part in tree.body if isinstance(part, ast.FunctionDef | ast.ClassDef | ast.Assign)]
     return {
         "world": load("lamb").config_hash[:16],
-        "systems": hashlib.sha256(Path(systems.__file__).read_bytes()).hexdigest()[:16],
+        "systems": hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:16],
     }
 
 

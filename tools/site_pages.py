@@ -96,7 +96,6 @@ ANALYSIS = (
     "cycles",
     "extinction",
     "lineage",
-    "phylogeny",
     "pedigree",
     "survival",
     "spectrum",

@@ -11,8 +11,10 @@ import pyarrow.compute as pc
 from ecs_eco.analysis.palette import CLEAR, GREY
 from ecs_eco.analysis.pedigree import Pedigree
 from ecs_eco.analysis.style import DASHES, PALETTE, Figure, panels, styled
+from ecs_eco.config.formula import compile_formula
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.genomes.promoters import copies_in
+from ecs_eco.genomes.traits import Kind, Trait
 
 FEW = 8  # the most values of a gene that a figure can show
 
@@ -250,7 +252,9 @@ def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.nd
     kept, mask = lineage.genomes[name], lineage.species == name
     require_number(record, name)
     out = np.full(len(lineage), np.nan)
-    if mask.any():
+    if mask.any() and "formula" in record:
+        out[mask] = _of_formula(lineage, record, name)[mask]
+    elif mask.any():
         read = _of_variable if kept.get("longest") else _of_fixed
         out[mask] = read(lineage.genome[mask], record, kept, name)
     return out
@@ -264,7 +268,7 @@ def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple
     having = {
         name: record
         for name, kept in lineage.genomes.items()
-        for record in kept["genes"]
+        for record in (*kept["genes"], *kept.get("derived", []))
         if gene in (record["name"], record["trait"])
     }
     if len(having) > 1:
@@ -285,11 +289,30 @@ def require_number(gene: dict[str, Any], species: str) -> None:
             f"gene {gene['name']!r} of {species!r} codes for {gene['weights']:,} weights; "
             "allowed are genes of one number"
         )
-    if "values" not in gene and "range" not in gene:
+    if not {"values", "range", "formula"} & gene.keys():
         raise ValueError(
             f"gene {gene['name']!r} of {species!r}: this record does not say what its codons "
             "mean; run the world again with this version, or count codons with frequencies()"
         )
+
+
+def _of_formula(lineage: Pedigree, record: dict[str, Any], species: str) -> np.ndarray:
+    kept = lineage.genomes[species]
+    formulas = {one["name"]: one["formula"] for one in kept["derived"]}
+    formula = compile_formula(record["formula"], [*(gene["name"] for gene in kept["genes"]), *formulas])
+    out = formula(
+        {
+            name: _of_formula(lineage, {"formula": formulas[name]}, species)
+            if name in formulas
+            else values_of(lineage, name, species)
+            for name in formula.names
+        }
+    )
+    if "low" not in record:  # what another formula reads
+        return out
+    kind: Kind = "whole" if record.get("whole") else "number"
+    default, low, high = (float(record[word]) for word in ("default", "low", "high"))
+    return Trait(record["trait"], "", "", None, default, low, high, kind, "", "").nearest(out)
 
 
 def _of_fixed(genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any], species: str) -> np.ndarray:

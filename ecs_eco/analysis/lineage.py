@@ -25,12 +25,13 @@ def write_csv(lineage: Pedigree, path: Path) -> Path:
     """Write a row per organism in the order of uids, after the phylogeny standard of Lalejini et al. (2019).
 
     id; ancestor_list "[1,2]", "[none]" for founders; origin_time and destruction_time [ticks], "inf" while
-    alive; taxon_label, the species; genome. "Data Standards for Artificial Life Software", Proceedings of
-    ALIFE 2019.
+    alive; taxon_label, the species; genome; recorded fields, empty where there is none. "Data Standards for
+    Artificial Life Software", Proceedings of ALIFE 2019.
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["id", "ancestor_list", "origin_time", "destruction_time", "taxon_label", "genome"])
+    head = ["id", "ancestor_list", "origin_time", "destruction_time", "taxon_label", "genome"]
+    writer.writerow([*head, *lineage.recorded])
     parents = zip(lineage.parent.tolist(), lineage.parent2.tolist(), strict=True)
     ancestors = [f"[{','.join(str(p) for p in dict.fromkeys(pair) if p) or 'none'}]" for pair in parents]
     ends = ["inf" if died < 0 else died for died in lineage.died.tolist()]
@@ -42,6 +43,7 @@ def write_csv(lineage: Pedigree, path: Path) -> Path:
             ends,
             lineage.species.tolist(),
             lineage.genome.tolist(),
+            *(["" if np.isnan(x) else x for x in values] for values in lineage.recorded.values()),
             strict=True,
         )
     )

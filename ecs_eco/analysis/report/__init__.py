@@ -1,5 +1,7 @@
-"""The report of a run folder: one HTML page that a biologist can read, and its figures. A statistic that the
-report only shows belongs to `ecs_eco.analysis`."""
+"""The report of a run folder: one HTML page that a biologist can read, and its figures.
+
+A statistic that the report only shows belongs to `ecs_eco.analysis`.
+"""
 
 from ecs_eco.analysis.report.write import rerun, write_report
 

@@ -1,1 +1,4 @@
-"""Checks across sections, each problem at its key; limits of a single key belong to `ecs_eco.config.models`."""
+"""Checks across sections of a world file, each problem at its key.
+
+Limits of a single key belong to its model in `ecs_eco.config.models`.
+"""

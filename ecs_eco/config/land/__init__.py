@@ -1,1 +1,4 @@
-"""Real land, as it is read and as a world covers it; what it does to a world: `ecs_eco.life.land`."""
+"""Real land: rasters and vector layers as they are read, and the part of them that a world covers.
+
+What they do to a world belongs to `ecs_eco.life.land`.
+"""
