@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
+from operator import attrgetter
 from typing import Any
 
 import esper
@@ -66,7 +67,7 @@ class Context:
         """Put a processor among the others, behind those of the same priority."""
         processor.priority = priority
         list.append(self.registry.processors, processor)
-        self.registry.processors.sort(key=lambda one: one.priority, reverse=True)
+        self.registry.processors.sort(key=attrgetter("priority"), reverse=True)
         dict.__setitem__(self.registry.kinds, type(processor), processor)
 
     def drop(self, processor: esper.Processor) -> None:

@@ -117,7 +117,8 @@ class Nearest(Sensor, own=True):
         return self.target if self.kin is None else f"{self.target}_{self.kin}"
 
     def channels(self, dims: int) -> tuple[str, ...]:
-        return tuple(f"{self.name or self.base()}_{way}" for way in _ways(dims))
+        name = self.name or self.base()
+        return tuple([f"{name}_{way}" for way in _ways(dims)])
 
 
 class Rays(Sensor):
@@ -236,7 +237,8 @@ class Gradient(Sensor, own=True):
     called = "{0.field}_gradient"
 
     def channels(self, dims: int) -> tuple[str, ...]:
-        return tuple(f"{self.name or self.base()}_{way}" for way in _ways(dims)[:-1])
+        name = self.name or self.base()
+        return tuple([f"{name}_{way}" for way in _ways(dims)[:-1]])
 
 
 class Approach(Sensor):

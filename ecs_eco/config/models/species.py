@@ -160,15 +160,20 @@ class Species(
 
     def channels(self, dims: int) -> tuple[str, ...]:
         """Names of the sensory inputs in their order, in a space of `dims` axes."""
-        return tuple(c for sensor in self.sensors for c in sensor.channels(dims))
+        return tuple([channel for sensor in self.sensors for channel in sensor.channels(dims)])
 
     def readings(self, dims: int) -> dict[str, tuple[int, ...]]:
         """Names that formulas, weights and reflexes may use, and the channels that each averages."""
-        names: dict[str, tuple[int, ...]] = {}
-        for row, sensor in enumerate(s for s in self.sensors for _ in s.channels(dims)):
-            if isinstance(sensor, Smell):
-                names[sensor.field] = (*names.get(sensor.field, ()), row)
-        return names | {channel: (row,) for row, channel in enumerate(self.channels(dims))}
+        fields: dict[str, tuple[int, ...]] = {}
+        channels: dict[str, tuple[int, ...]] = {}
+        row = 0
+        for sensor in self.sensors:
+            for channel in sensor.channels(dims):
+                if isinstance(sensor, Smell):
+                    fields[sensor.field] = (*fields.get(sensor.field, ()), row)
+                channels[channel] = (row,)
+                row += 1
+        return fields | channels
 
     def groups(self) -> dict[str, list[str]]:
         """The names of the actions of each group; a continuous one is a single action, named as its group."""
@@ -201,7 +206,7 @@ class Species(
 
     def action_list(self) -> tuple[tuple[str, str], ...]:
         """(group, action) of every action in the order of the decision vector."""
-        return tuple((group, action) for group, actions in self.groups().items() for action in actions)
+        return tuple([(group, action) for group, actions in self.groups().items() for action in actions])
 
     def action_rows(self) -> dict[str, int]:
         """Row in the decision vector by group.action, and by the plain name if only one group has it."""
