@@ -170,7 +170,7 @@ class World:
         """Return the code of a cause of death, making it known where it is new."""
         return self.codes[name]
 
-    def spawn(self, name: str, *components: Handle, n: int = 1, parent: int = 0) -> None:
+    def spawn(self, name: str, *components: object, n: int = 1, parent: int = 0) -> None:
         """Ask for `n` newborn of a kind, with these components' values (the table's defaults for the others).
 
         They come to life at the end of the phase `reproduce`, or at `flush`. A place beyond the edge of a
@@ -185,7 +185,7 @@ class World:
         table.request(np.full(n, parent, np.uint64), values)
 
     def _values(
-        self, table: Table, components: Iterable[Handle], n: int = 1
+        self, table: Table, components: Iterable[Any], n: int = 1
     ) -> dict[tuple[type, str], np.ndarray]:
         """Return what `n` newborn with these components are born with, as it may come to life."""
         values = {}

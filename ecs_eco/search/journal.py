@@ -1,6 +1,8 @@
 """The journal of a search: a line of JSON for each evaluation. Each ends with its seal, a SHA-256 of itself
 and the seal before it, which reveals changed, removed or inserted lines."""
 
+from __future__ import annotations
+
 import hashlib
 import json
 import os

@@ -189,7 +189,7 @@ def test_of_two_threads_that_divide_work_one_does_its_own_alone(divided):
 @pytest.mark.slow
 def test_a_process_ends_while_they_are_awake():
     code = (
-        "import numpy as np; from ecs_eco.engine import workers; workers.PARALLEL_FROM = 1; "
+        "import numpy as np; from ecs_eco.compiled import workers; workers.PARALLEL_FROM = 1; "
         "these = workers.Workers(4); these.split(lambda a, b: None, 100)"
     )
     for _ in range(3):
