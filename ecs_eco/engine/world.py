@@ -23,7 +23,7 @@ from ecs_eco.engine.living import Underway
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.phases import PHASES, Scheduled
 from ecs_eco.engine.running import live
-from ecs_eco.engine.schema import C, Handle
+from ecs_eco.engine.schema import C
 from ecs_eco.engine.table import Table
 
 

@@ -47,6 +47,25 @@ class Planned(Container):
         return {key: value for key, value in super().settings(content).items() if key != "search"} | own
 
 
+class Evaluation(Section):
+    """What is read of an entry of a journal."""
+
+    model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
+
+    kind: Literal["candidate", "final", "confirmation"]
+    candidate: Annotated[int, Field(ge=0)]
+    values: dict[str, float] = {}
+    cell: Annotated[list[int], Field(min_length=2, max_length=2)] | None = None
+    stage: Annotated[int, Field(ge=0)]
+    score: float
+    stages: list[Stage]
+    seconds: float
+    cpu: float
+    at: float
+    failed: str = ""
+    refused: str = ""
+
+
 class OneRun(Section):
     """One run of a candidate."""
 
@@ -67,25 +86,6 @@ class Stage(Section):
     score: float
     lost: int
     runs: list[OneRun]
-
-
-class Evaluation(Section):
-    """What is read of an entry of a journal."""
-
-    model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
-
-    kind: Literal["candidate", "final", "confirmation"]
-    candidate: Annotated[int, Field(ge=0)]
-    values: dict[str, float] = {}
-    cell: Annotated[list[int], Field(min_length=2, max_length=2)] | None = None
-    stage: Annotated[int, Field(ge=0)]
-    score: float
-    stages: list[Stage]
-    seconds: float
-    cpu: float
-    at: float
-    failed: str = ""
-    refused: str = ""
 
 
 def has_search(folder: Path) -> bool:
