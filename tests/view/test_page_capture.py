@@ -46,6 +46,16 @@ def test_a_video_is_saved_at_the_second_click(page):
     assert button.get_attribute("aria-pressed") == "false"
 
 
+def test_a_video_stopped_at_once_still_has_a_picture(page):
+    button = page.get_by_role("button", name="Video", exact=True)
+    if not button.count():
+        pytest.skip("this browser films no webm")
+    _, data = saved(page, lambda: button.evaluate("it => { it.click(); it.click(); it.click(); }"))
+    assert data[:4] == b"\x1aE\xdf\xa3"
+    assert len(data) > 500
+    assert button.get_attribute("aria-pressed") == "false"
+
+
 @pytest.mark.parametrize("title", ["Phase plane", "Distribution", "Organisms"])
 def test_figures_are_saved_as_drawings(page, title):
     pause(page)

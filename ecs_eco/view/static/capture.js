@@ -26,20 +26,31 @@ export function capture(stage, hello) {
     paint(stage, sheet);
     sheet.toBlob((blob) => blob && save(`${name()}.png`, blob));
   } });
+  /** @type {Blob[]} */
+  let parts = [];
+  let ending = false;
+  const finish = () => {
+    if (parts.length) return film?.stop();
+    paint(stage, sheet); // nothing is encoded yet: a recorder that stops now leaves an empty file
+    requestAnimationFrame(finish);
+  };
   const moving = h("button", { type: "button", "aria-pressed": "false", text: "Video", title: "Film the scene; a second click saves it", onclick: () => {
-    if (film) return film.stop();
+    if (film) {
+      if (!ending) finish();
+      ending = true;
+      return;
+    }
     stage.renderer.render(stage.scene, stage.eye.camera);
     paint(stage, sheet);
     film = new MediaRecorder(sheet.captureStream(RATE), { mimeType: KIND });
-    /** @type {Blob[]} */
-    const parts = [];
-    film.ondataavailable = ({ data }) => parts.push(data);
+    [parts, ending] = [[], false];
+    film.ondataavailable = ({ data }) => data.size && parts.push(data);
     film.onstop = () => {
       film = null;
       moving.setAttribute("aria-pressed", "false");
       save(`${name()}.webm`, new Blob(parts, { type: KIND }));
     };
-    film.start(1000);
+    film.start(200);
     moving.setAttribute("aria-pressed", "true");
   } });
   const films = typeof MediaRecorder !== "undefined" && MediaRecorder.isTypeSupported(KIND);
