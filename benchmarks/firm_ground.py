@@ -35,7 +35,7 @@ def bare(world: World, ticks: int) -> None:
     world.touch()
     world.context.show()
     for _ in range(ticks):
-        world.context.process()
+        world.pass_tick()
         world.tick += 1
 
 

@@ -334,7 +334,7 @@ def _leaves_the_environment_as_it_was():
 
 @pytest.fixture(autouse=True)
 def _leaves_esper_as_it_was():
-    from ecs_eco.engine import turns
+    from ecs_eco.esper_bridge import turns
 
     # a viewer's second world lives in a thread of its own, and esper is in it whenever a tick passes
     with turns.turn:

@@ -21,7 +21,7 @@ from pydantic_core import PydanticUndefined
 
 from ecs_eco.config.formula import ALLOWED
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.section import Function, Section
+from ecs_eco.inputs.section import Function, Section
 from ecs_eco.learning import PPO
 
 PAGE = Path(__file__).parents[1] / "docs" / "reference" / "worlds.md"

@@ -10,7 +10,7 @@ from ecs_eco.config.derived import all_genes
 from ecs_eco.config.models.species import OWN, Species
 from ecs_eco.config.models.surroundings import BODY, PROPERTIES
 from ecs_eco.engine.errors import ConfigError, Problem, nearest
-from ecs_eco.engine.section import function_name
+from ecs_eco.inputs.section import function_name
 
 KINDS = {
     "own": "interoception",

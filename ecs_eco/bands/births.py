@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Genome, Policy, Position
+from ecs_eco.engine.turnover import Turnover
 from ecs_eco.life.births import Litters, rows_of
 from ecs_eco.life.places import Around
 from ecs_eco.space.geometry import cells_of
@@ -38,11 +39,12 @@ class _Columns:
         vars(self).update(columns)
 
 
-class Births:
+class Births(Turnover):
     """What the processes tell each other of births and deaths, and the sites of plants, which all know."""
 
     def __init__(self, bands: Any) -> None:
-        self.bands, self.world = bands, bands.world
+        super().__init__(bands.world)
+        self.bands = bands
         self.sites: dict[str, np.ndarray] = {}
         self.cleared: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}  # sites and uids of the dead
         for table in bands.tables:  # all hold everything yet
@@ -79,25 +81,29 @@ class Births:
 
     # --- deaths and births take effect ----------------------------------------------------------------------
 
+    def heard(self) -> bool:
+        """Return True: deaths clear the sites of plants."""
+        return True
+
     def bury(self, table: Table, rows: np.ndarray, ordered: bool = False) -> None:
         """Free the rows of some that have a cause of death; of ghosts nobody is told."""
-        world, ghosts = self.world, self.bands.ghosts[table.name]
+        ghosts = self.bands.ghosts[table.name]
         own = rows[self.bands.living(table)[rows]] if ghosts.size else rows
         self.bands.ghosts[table.name] = ghosts[table.cause[ghosts] == 0]
         if not ordered:
             own = own[table.uid[own].argsort()]
         if own.size:
-            for listen in tuple(world.on_death):
-                listen(table, own)
+            self.tell_deaths(table, own)
             if table.name in self.sites:
                 self.cleared[table.name].append(
                     (self._site(table, *self._xy(table, own)), table.uid[own].astype(np.int64))
                 )
         table.vacate(rows)
 
-    def bear(self) -> None:
+    def bear(self) -> list[tuple[Table, np.ndarray]]:
         """Give uids to all newborn, as one process does, and life to those whose place is in the own band."""
         world, bands = self.world, self.bands
+        born = []
         bands.forget()
         for table in world.tables.values():
             requests, table.births = table.births, []
@@ -113,6 +119,8 @@ class Births:
                 mates = np.zeros(here.size, np.uint64) if second is None else second[here]
                 for listen in tuple(world.on_birth):
                     listen(table, rows, parents[here], mates)
+                born.append((table, rows))
+        return born
 
     def _here(self, table: Table, values: Values, n: int) -> np.ndarray:
         y = values.get((Position, "y"))

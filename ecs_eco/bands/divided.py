@@ -21,7 +21,7 @@ from ecs_eco.bands.rollout import BandRollout
 from ecs_eco.bands.talk import Talk
 from ecs_eco.bands.widths import Widths, least_height
 from ecs_eco.components import Body, Position, Traits, Velocity
-from ecs_eco.engine.context import LAST, priority_of
+from ecs_eco.engine.phases import LAST, priority_of
 from ecs_eco.space.one_band import OneBand
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ class Divided(OneBand):
 
     def _take_part(self, world: World) -> None:
         """Put what is told between the systems of a tick, and in the place of births and deaths."""
-        world.tells_deaths, put = True, world.context.put
+        put = world.schedule.put
         put(Step(self.look_around), priority_of("environment", 0))
         for system in world.systems:
             if type(system).__name__ == "Diffuse":
@@ -115,8 +115,7 @@ class Divided(OneBand):
         put(Step(self.close_rollouts), priority_of("decide", LAST))
         put(Step(partial(self.forget, self.movers)), priority_of("move", 0))
         put(Step(self.meet), priority_of("move", LAST))
-        world.bury = self.births.bury  # type: ignore[method-assign]
-        world.flush_births = self.births.bear  # type: ignore[method-assign]
+        world.turnover = self.births
 
     # --- ghosts ---------------------------------------------------------------------------------------------
 

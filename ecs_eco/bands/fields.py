@@ -23,7 +23,7 @@ class BandField:
 
     def __init__(self, field: Field, edges: Edges, rank: int, halo: int) -> None:
         self.field, self.edges, self.rank, self.halo = field, edges, rank, halo
-        field.pass_time = self.pass_time  # type: ignore[method-assign]
+        field.band = self
         self._of: tuple[Any, np.ndarray] = (None, np.zeros(0, np.int64))  # whose each row is, by edges
         self._traded: dict[tuple[int, int], np.ndarray] = {}
 

@@ -16,9 +16,9 @@ from ecs_eco.cli.folders import results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, refuse, say, shown
 from ecs_eco.cli.trust import allow
 from ecs_eco.config.shipped import named
-from ecs_eco.engine import trust
-from ecs_eco.engine.code import read
 from ecs_eco.experiments.engines import SLURM, check_engine, engine
+from ecs_eco.inputs import trust
+from ecs_eco.inputs.code import read
 from ecs_eco.record.claim import Claim
 from ecs_eco.record.code import FOLDER
 from ecs_eco.sweeps.design import design_of

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from ecs_eco.cli.terminal import complain
 from ecs_eco.config.loading import code_listed, document_of
-from ecs_eco.engine import trust
-from ecs_eco.engine.code import Code, read
+from ecs_eco.inputs import trust
+from ecs_eco.inputs.code import Code, read
 from ecs_eco.record.code import FOLDER
 from ecs_eco.record.seal import read_manifest
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ecs_eco.config.formula import Formula, FormulaError, compile_formula
     from ecs_eco.config.loading import for_training, load
     from ecs_eco.config.models.world import WorldConfig
-    from ecs_eco.engine.section import (
+    from ecs_eco.inputs.section import (
         ANEW,
         FREE,
         Count,
@@ -33,7 +33,7 @@ _HOME = {
     "ecs_eco.config.formula": ("Formula", "FormulaError", "compile_formula"),
     "ecs_eco.config.loading": ("for_training", "load"),
     "ecs_eco.config.models.world": ("WorldConfig",),
-    "ecs_eco.engine.section": (
+    "ecs_eco.inputs.section": (
         "ANEW",
         "Count",
         "FREE",

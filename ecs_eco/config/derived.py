@@ -10,10 +10,10 @@ import numpy as np
 
 from ecs_eco.config.formula import Formula, FormulaError, compile_formula
 from ecs_eco.engine.errors import Problem, listed, nearest
-from ecs_eco.engine.section import LARGEST
 from ecs_eco.genomes.models import Gene, GenomeSection
 from ecs_eco.genomes.problems import is_weights
 from ecs_eco.genomes.traits import Trait
+from ecs_eco.inputs.section import LARGEST
 
 if TYPE_CHECKING:
     from ecs_eco.config.models.species import Species

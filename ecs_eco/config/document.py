@@ -15,8 +15,8 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.reading import read_toml, too_deep
 from ecs_eco.config.rules import Key
 from ecs_eco.config.shipped import named, shipped
-from ecs_eco.engine.code import Code
 from ecs_eco.engine.errors import MISSING, ConfigError, Problem, how_many, listed, nearest
+from ecs_eco.inputs.code import Code
 
 
 @dataclass

@@ -11,9 +11,9 @@ from ecs_eco.config.features.feature import Feature, assembled
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.names import own_features
-from ecs_eco.engine.code import Code
 from ecs_eco.engine.errors import Problem
-from ecs_eco.engine.section import Name
+from ecs_eco.inputs.code import Code
+from ecs_eco.inputs.section import Name
 
 Features = tuple[type[Feature], ...]
 

@@ -16,7 +16,7 @@ from ecs_eco.config.numbers import labels
 from ecs_eco.config.ranges import Key, key_of, name_of, real_key
 from ecs_eco.config.traits import label_of
 from ecs_eco.engine.errors import Problem, listed, nearest
-from ecs_eco.engine.section import LARGEST, Use, function_name
+from ecs_eco.inputs.section import LARGEST, Use, function_name
 
 NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
 ENDS = (("low", "ge"), ("low", "gt"), ("high", "le"), ("high", "lt"))  # words of pydantic

@@ -24,8 +24,8 @@ from ecs_eco.config.overrides import Overrides, apply_overrides, fix_ranges
 from ecs_eco.config.ranges import check_search, key_of, real_key, take_ranges
 from ecs_eco.config.reading import too_deep
 from ecs_eco.config.rules import Key, written_at
-from ecs_eco.engine.code import Code, read
 from ecs_eco.engine.errors import MOST, ConfigError, Problem
+from ecs_eco.inputs.code import Code, read
 
 NO_PLAN: dict[str, Any] = {"set": {}, "vary": {}, "ramp": []}  # of training
 

@@ -11,7 +11,7 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.config.traits import traits_of
 from ecs_eco.engine.errors import MISSING, Problem
-from ecs_eco.engine.section import ANEW, FREE, SHAPE, Change, Section, Use, function_name
+from ecs_eco.inputs.section import ANEW, FREE, SHAPE, Change, Section, Use, function_name
 
 
 def changes(old: object, new: object, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]:

@@ -8,8 +8,8 @@ from pydantic import BaseModel
 
 from ecs_eco.config.features.feature import Feature, features_of
 from ecs_eco.config.rules import Key
-from ecs_eco.engine.code import SHIPPED, public_module
-from ecs_eco.engine.section import NamesCode, Use, function_name
+from ecs_eco.inputs.code import SHIPPED, public_module
+from ecs_eco.inputs.section import NamesCode, Use, function_name
 
 
 def names_in(section: object, key: Key = ()) -> Iterator[tuple[Key, Any]]:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from ecs_eco.engine.section import LARGEST, Own, Section
+from ecs_eco.inputs.section import LARGEST, Own, Section
 
 Key = tuple[str, ...]
 PLACE = "*"  # in a pattern: a name that the file chooses, or a place in a list

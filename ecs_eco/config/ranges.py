@@ -9,7 +9,7 @@ from ecs_eco.config.models.search import OBJECTIVES, Range
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import Problem, listed, nearest
-from ecs_eco.engine.section import NAMED, Use, function_name
+from ecs_eco.inputs.section import NAMED, Use, function_name
 
 PARTS = ("value", "search", "scale")
 

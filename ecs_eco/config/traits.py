@@ -10,9 +10,9 @@ from ecs_eco.config.models.nerves import Connection
 from ecs_eco.config.models.species import Species, ppo_defaults
 from ecs_eco.config.models.surroundings import PROPERTIES
 from ecs_eco.config.numbers import PLACE, Number, numbers_of, values_in
-from ecs_eco.engine.section import COLUMN, LARGEST, SMALLEST
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.genomes.traits import Kind, Trait
+from ecs_eco.inputs.section import COLUMN, LARGEST, SMALLEST
 from ecs_eco.learning.settings import PPO
 
 TINY = 1e-6  # the least value of traits that must be above 0

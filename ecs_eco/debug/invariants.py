@@ -94,10 +94,8 @@ class Invariants:
         the doors keep others from changing them."""
         registry = self.world.context.registry
         for table in self.world.tables.values():
-            for row in np.flatnonzero(table.alive & (table.entity_uid == table.uid)).tolist():
-                number, owner = int(table.entity[row]), owner_of(table.uid, row)
-                if (entity := registry.held(number)) is None:
-                    continue
+            for row, number, entity in registry.met(table):
+                owner = owner_of(table.uid, row)
                 for component, handle in dict.items(entity):
                     if component in table.columns and (
                         handle._row != row or getattr(handle._columns, "_table", None) is not table

@@ -14,6 +14,7 @@ from ecs_eco.debug.columns import budget
 from ecs_eco.debug.comparison import Before
 from ecs_eco.debug.errors import StaleHandle
 from ecs_eco.debug.invariants import Invariants
+from ecs_eco.engine.phases import priority_of
 from ecs_eco.engine.schema import Columns
 from ecs_eco.engine.table import Table
 from ecs_eco.space.world import SpatialWorld
@@ -34,34 +35,21 @@ class Debug:
         self.world = weakref.proxy(world)
         self.before: Before | None = None  # the world before the running system
         self.drift: dict[str, float] = {}  # change of a species' energy between ticks, which no ledger has
-        kind, proxy = type(world), self.world
-        for name, title in (
-            ("flush_deaths", "the deaths of the phase die"),
-            ("flush_births", "the births of the phase reproduce"),
-        ):
-            flush = getattr(kind, name)
-            setattr(
-                world,
-                name,
-                lambda flush=flush, title=title: self.watch(title, lambda: flush(proxy), flush=True),
-            )
-        world.context.add(Opening(world), "environment", 0)
+        world.schedule.put(Opening(world), priority_of("environment", 0))
 
     def guard(self, table: Table, component: type[Any], row: int) -> Guard:
         """Return the guarded columns of a component for the handle of one row."""
         return Guard(table, component, row, int(table.uid[row]))
 
-    def follow(self, system: esper.Processor) -> None:
-        """Check after each time that this system acts."""
-        act, name = system.process, type(system).__name__
-
-        def process(*args: object, **kwargs: object) -> None:
-            self.watch(name, lambda: act(*args, **kwargs), system)
-
-        system.process = process  # type: ignore[method-assign]
+    def act(self, processor: esper.Processor) -> None:
+        """Let a processor act; check what a system did."""
+        if processor in self.world.systems:
+            self.watch(type(processor).__name__, processor.process, processor)
+        else:
+            processor.process()
 
     def watch(
-        self, name: str, act: Callable[[], None], system: esper.Processor | None = None, flush: bool = False
+        self, name: str, act: Callable[[], object], system: esper.Processor | None = None, flush: bool = False
     ) -> None:
         """Run a system, or a flush, and check what it did; a flush within a system splits
         that system's check in two."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ecs_eco.engine import turns
-from ecs_eco.engine.context import priority_of
 from ecs_eco.engine.interruption import Patience, require_whole, stopped
 from ecs_eco.engine.living import Underway
+from ecs_eco.engine.phases import priority_of
 
 if TYPE_CHECKING:
     from ecs_eco.engine.world import World
@@ -61,10 +60,8 @@ class Halves:
             if first:
                 world.underway, world.ticking = Underway("tick"), True
             try:
-                with world.context.inside():
-                    for processor in tuple(list.__iter__(world.context.registry.processors)):
-                        if (processor.priority > self.border) == first:
-                            processor.process()
+                with world.entered():
+                    world.act([p for p in world.schedule if (p.priority > self.border) == first])
             except BaseException as error:
                 stopped(world, error)
                 self.begun = world.ticking = False
@@ -74,5 +71,3 @@ class Halves:
                 world.tick += 1
                 world.ticking, world.underway = False, None
             patience.over()
-        if turns.turn.waiting:
-            turns.turn.leave()

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Any
 
-import esper
+from esper import Processor
 
 from ecs_eco.engine.errors import UnfinishedTick
 from ecs_eco.engine.living import LivingWorld, Underway
@@ -69,7 +69,7 @@ def _where(error: BaseException) -> str:
     """Return the name of the system that was running when an error arose, "" if none was."""
     for frame, _ in traceback.walk_tb(error.__traceback__):
         owner = frame.f_locals.get("self")
-        if isinstance(owner, esper.Processor):
+        if isinstance(owner, Processor):
             return getattr(owner, "label", type(owner).__name__)
     return ""
 

@@ -1,8 +1,9 @@
-"""The phases of a tick, and what is put into them."""
+"""The phases of a tick, what is put into them, and the order in which it acts."""
 
+from operator import attrgetter
 from typing import Any, ClassVar
 
-import esper
+from esper import Processor
 
 PHASES = (
     "environment",
@@ -21,9 +22,10 @@ PHASES = (
 
 Deaths take effect at the end of `die`, births at the end of `reproduce`.
 """
+LAST = 999_999  # the place in a phase after all systems
 
 
-class Scheduled(esper.Processor):
+class Scheduled(Processor):
     """What acts once a tick, in its phase, and prepares for a world when it is added to one."""
 
     phase = "interact"
@@ -31,3 +33,18 @@ class Scheduled(esper.Processor):
 
     def start(self, world: Any) -> None:
         """Prepare for a world; called once, when the system is added."""
+
+
+class Schedule(list[Processor]):
+    """The processors of a tick in the order in which they act."""
+
+    def put(self, processor: Processor, priority: int) -> None:
+        """Put a processor among the others, behind those of the same priority."""
+        processor.priority = priority
+        self.append(processor)
+        self.sort(key=attrgetter("priority"), reverse=True)
+
+
+def priority_of(phase: str, place: int) -> int:
+    """Return the priority of a place in a phase, as esper counts: from 0 down, a million for each phase."""
+    return -(PHASES.index(phase) * (LAST + 1) + place)

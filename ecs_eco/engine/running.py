@@ -4,18 +4,12 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import esper
-
-from ecs_eco.engine import turns
-from ecs_eco.engine.context import switch_back
 from ecs_eco.engine.interruption import Patience, stopped
 from ecs_eco.engine.living import LivingWorld, Underway
 
 
-def live(
-    world: LivingWorld, ticks: int, progress: Callable[[int, int], Any] | None, outside: str, mark: Underway
-) -> None:
-    """Let ticks of a world pass as `World.run` says, and let esper show the context `outside` again."""
+def live(world: LivingWorld, ticks: int, progress: Callable[[int, int], Any] | None, mark: Underway) -> None:
+    """Let ticks of a world pass as `World.run` says."""
     with Patience(world) as patience:
         try:
             if world.tick == 0:
@@ -26,7 +20,10 @@ def live(
                     call()
                 if world.stopping:
                     break
-                _pass(world, mark)
+                world.underway, world.ticking = mark, True  # the mark stands until the tick is complete
+                world.pass_tick()
+                world.tick += 1
+                world.ticking, world.underway = False, None
                 patience.over()
                 if progress is not None and (done == ticks or time.monotonic() - shown > 0.1):
                     shown = time.monotonic()
@@ -39,23 +36,3 @@ def live(
         finally:
             mark.running = world.ticking = False
             world.stopped, world.stopping = world.stopping, False
-            with turns.turn:
-                switch_back(outside)
-
-
-def _pass(world: LivingWorld, mark: Underway) -> None:
-    """Let one tick pass; the mark stands until it is complete."""
-    world.underway, world.ticking = mark, True
-    with turns.turn:
-        outside = esper.current_world if world.apart else ""
-        world.context.show()
-        if world.workers.helpers:
-            world.workers.tick(world.context.process, lambda: sum(t.n for t in world.tables.values()))
-        else:
-            world.context.process()
-        world.tick += 1
-        if world.apart:
-            esper.switch_world(outside)
-    world.ticking, world.underway = False, None
-    if turns.turn.waiting:
-        turns.turn.leave()

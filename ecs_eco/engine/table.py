@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ecs_eco._html import of_entities
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.errors import UnknownName, unknown_name
-from ecs_eco.engine.html import of_entities
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.rows import FEW, ROWS, Layout, list_dying, occupy, vacate
 from ecs_eco.engine.schema import Columns, Handle, Type
@@ -21,6 +21,18 @@ MOST_BATCHES = 64  # of newborn and dead that are noted
 ALIVE = bytes(1 << 20)  # the causes of death of so many who live, to compare with
 NOBODY = np.empty(0, np.int64)
 NO_LAYOUT = Layout()
+
+
+class Onlooker(Protocol):
+    """Somebody outside who keeps what stands in the rows of tables."""
+
+    stale: bool  # set when somebody is born, dies or moves to another row
+
+    def renew(self, table: Table) -> None:
+        """Look at handles anew: rows or columns of a table are others."""
+
+    def empty(self, table: Table) -> None:
+        """Forget all that is kept of a table."""
 
 
 class Table(dict[type, Any]):
@@ -39,6 +51,7 @@ class Table(dict[type, Any]):
         "_laid_out",
         "_layout",
         "alive",
+        "along",
         "births",
         "born",
         "capacity",
@@ -47,8 +60,6 @@ class Table(dict[type, Any]):
         "defaults",
         "derived",
         "dims",
-        "entity",
-        "entity_uid",
         "followed",
         "gone",
         "high",
@@ -57,10 +68,9 @@ class Table(dict[type, Any]):
         "n",
         "name",
         "newborn",
+        "onlooker",
         "own",
         "place",
-        "registry",
-        "renewed",
         "species",
         "steady",
         "uid",
@@ -95,10 +105,8 @@ class Table(dict[type, Any]):
         self.born = np.zeros(capacity, np.int64)
         self.cause = np.zeros(capacity, np.uint8)
         self.killer = np.zeros(capacity, np.uint64)
-        self.entity = np.zeros(capacity, np.int64)  # esper's number, local to the process
-        self.entity_uid = np.zeros(capacity, np.uint64)  # uid that this number belongs to
-        self.renewed = False  # whether rows or columns are others than those of esper's handles
-        self.registry: Any = None  # esper's entities, which are stale when rows change their owners
+        self.along: dict[str, np.ndarray] = {}  # arrays of others by row, which grow and are reordered too
+        self.onlooker: Onlooker | None = None
         self.columns: Noted[type[Any], Columns] = Noted()
         self.derived: Noted[type[Any], Columns] = Noted()
         self.columns.follow = self.derived.follow = _following(weakref.ref(self))
@@ -164,10 +172,9 @@ class Table(dict[type, Any]):
         self.renew_handles()
 
     def renew_handles(self) -> None:
-        """Let esper's handles be looked at anew: rows or columns are others."""
-        self.renewed = True
-        if self.registry is not None:
-            self.registry.stale = True
+        """Let handles that others keep be looked at anew: rows or columns are others."""
+        if self.onlooker is not None:
+            self.onlooker.renew(self)
 
     def set_defaults(self, component: type[Any], **defaults: ArrayLike) -> None:
         """Set what a newborn of this table has in these fields."""
@@ -198,8 +205,10 @@ class Table(dict[type, Any]):
         if n <= self.capacity:
             return
         new = max(n, 2 * self.capacity)
-        for name in (*ROWS, "entity", "entity_uid"):
+        for name in ROWS:
             setattr(self, name, _grown(getattr(self, name), new))
+        for name, array in self.along.items():
+            self.along[name] = _grown(array, new)
         for columns in self.columns.values():
             for field, array in list(vars(columns).items()):
                 setattr(columns, field, array.grow(new) if isinstance(array, Blocked) else _grown(array, new))
@@ -266,8 +275,8 @@ class Table(dict[type, Any]):
         )
         self.n += k
         self._goes_on(self.newborn, rows)
-        if self.registry is not None:
-            self.registry.stale = True
+        if self.onlooker is not None:
+            self.onlooker.stale = True
         for component, field in layout.others if whole else ():
             layout.fields[component, field][rows] = self.defaults[component][field]
         for key, array in values.items():
@@ -308,14 +317,14 @@ class Table(dict[type, Any]):
         self._goes_on(self.gone, rows)
         self.high = vacate(rows, self.capacity, self.layout().rows, self.high)
         self.n -= rows.size
-        if self.registry is not None:
-            self.registry.stale = True
+        if self.onlooker is not None:
+            self.onlooker.stale = True
 
     def note_freed(self, n: int, high: int) -> None:
         """Know that a kernel has freed `n` rows, and that this row and all after it are free now."""
         self.high, self.n, self.version = high, self.n - n, self.version + 1
-        if self.registry is not None:
-            self.registry.stale = True
+        if self.onlooker is not None:
+            self.onlooker.stale = True
 
     def _goes_on(self, which: list[tuple[int, np.ndarray, np.ndarray]], rows: np.ndarray) -> None:
         """Count a version that differs from the last by births or deaths of these rows alone."""
@@ -349,8 +358,10 @@ class Table(dict[type, Any]):
             )
         rest = np.setdiff1d(np.arange(self.capacity), rows)
         order = np.concatenate([rows, rest])
-        for name in (*ROWS, "entity", "entity_uid"):
+        for name in ROWS:
             setattr(self, name, getattr(self, name)[order])
+        for name, array in self.along.items():
+            self.along[name] = array[order]
         for columns in self.columns.values():
             for field, array in list(vars(columns).items()):
                 if isinstance(array, Blocked):
@@ -377,7 +388,7 @@ class Table(dict[type, Any]):
     @property
     def nbytes(self) -> int:
         """Bytes of all columns."""
-        own = sum(getattr(self, a).nbytes for a in (*ROWS, "entity", "entity_uid"))
+        own = sum(array.nbytes for array in (*(getattr(self, a) for a in ROWS), *self.along.values()))
         return own + sum(a.nbytes for c in self.columns.values() for a in vars(c).values())
 
 

@@ -1,37 +1,35 @@
-"""A World: tables of organisms, a clock, and systems in phases. It knows no space and no biology."""
+"""A World: tables of organisms, a clock, and systems in phases. It knows neither space nor biology nor esper."""
 
 from __future__ import annotations
 
 import threading
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any, Self
 
-import esper
 import numpy as np
+from esper import Processor
 
 from ecs_eco.compiled.workers import Workers
-from ecs_eco.engine import random, turns
+from ecs_eco.engine import random
 from ecs_eco.engine.arguments import called_with, positive, seed_number, whole_number
 from ecs_eco.engine.codes import Codes
-from ecs_eco.engine.context import LAST, Context, priority_of, switch_back
 from ecs_eco.engine.errors import UnknownName, unknown_name
-from ecs_eco.engine.flushes import Births, Deaths, Touched, Unheard, bear, bury
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.living import Underway
 from ecs_eco.engine.noted import Noted
-from ecs_eco.engine.phases import PHASES, Scheduled
+from ecs_eco.engine.phases import LAST, PHASES, Schedule, Scheduled, priority_of
 from ecs_eco.engine.running import live
 from ecs_eco.engine.schema import C
 from ecs_eco.engine.table import Table
+from ecs_eco.engine.turnover import Births, Deaths, Touched, Turnover
 
 
 class World:
     """Entities in tables, and the systems that act on them.
 
-    `dt` [s] is the length of a tick, `seed` all chance. `threads` changes the speed and no result. Worlds do
-    not mix: each has its own esper context, which `with world:` enters.
+    `dt` [s] is the length of a tick, `seed` all chance. `threads` changes the speed and no result.
 
     Hooks are lists of functions: `before_tick` (no arguments, before each tick of `run`), `on_death` (table,
     rows), before the rows are freed, and `on_birth` (table, rows, uids of first and of second parents, 0 for
@@ -60,21 +58,14 @@ class World:
         # an action that has begun and is not complete, or never will be
         self.underway: Underway | None = None
         self.debug: Any = None  # the checks of the debug mode
-        self.owner: threading.Thread
-        self.apart = False  # whether it runs in a thread beside another world
-        turns.enter(self)
-        self.context, self.workers = Context(self), Workers(self.threads)
-        self.tells_deaths = False  # whether deaths are told one by one, also where no hook hears of them
-        if type(self).split is World.split:
-            self.split = self.workers.split  # type: ignore[method-assign]  # without a call in between
-        self._unheard = Unheard()
-        if type(self).together is World.together:
-            self.together = partial(self.workers.together, self.tables.values())  # type: ignore[method-assign]
+        self.owner = threading.current_thread()  # it alone touches the world
+        self.workers = Workers(self.threads)
+        self.schedule = Schedule()
+        self.turnover = Turnover(self)  # how births and deaths take effect
         self._places = 0  # in the phases, that systems have taken
-        self._outer: list[str] = []
-        self.context.add(Deaths(self), "die", LAST)
-        self.context.add(Births(self), "reproduce", LAST)
-        weakref.finalize(self, _forget, self.context, self.workers, self._outer, threading.get_ident())
+        self.schedule.put(Deaths(self), priority_of("die", LAST))
+        self.schedule.put(Births(self), priority_of("reproduce", LAST))
+        weakref.finalize(self, self.workers.end)
 
     def __repr__(self) -> str:
         return (
@@ -103,12 +94,9 @@ class World:
         table = self.tables[name] = Table(
             name, components, capacity=capacity, dims=dims, place=len(self.tables)
         )
-        table.registry = self.context.registry
         return table
 
-    def add_system(
-        self, system: esper.Processor, phase: str | None = None, priority: int | None = None
-    ) -> Any:
+    def add_system(self, system: Processor, phase: str | None = None, priority: int | None = None) -> Any:
         """Add a system at the end of its phase; a plain esper.Processor goes
         to `interact` unless `phase` says otherwise.
 
@@ -116,7 +104,7 @@ class World:
         a million for each phase.
         """
         phase = phase or getattr(system, "phase", "interact")
-        if not isinstance(system, esper.Processor):
+        if not isinstance(system, Processor):
             raise TypeError(
                 f"system {system!r} is no ecs_eco.System or esper.Processor; "
                 "hand in an instance, as in Move()"
@@ -133,16 +121,14 @@ class World:
         self.systems.append(system)  # type: ignore[arg-type]
         self._places += 1
         place = priority_of(phase, self._places) if priority is None else priority
-        self.context.put(system, place)
-        if self.debug is not None:
-            self.debug.follow(system)
+        self.schedule.put(system, place)
         if isinstance(system, Scheduled):
             system.start(self)
         else:  # it may move what it sees through esper
-            self.context.put(Touched(self, system), place)
+            self.schedule.put(Touched(self, system), place)
         return system
 
-    def remove_processor(self, processor: esper.Processor) -> None:
+    def remove_processor(self, processor: Processor) -> None:
         """Take a plain esper.Processor out of the schedule again; RuntimeError for a system,
         which others count on."""
         if isinstance(processor, Scheduled) or processor not in self.systems:
@@ -151,12 +137,8 @@ class World:
                 "and stays; "
                 "build a world without it, or let a system of your own take its place"
             )
-        for one in [
-            p
-            for p in list.__iter__(self.context.registry.processors)
-            if p is processor or getattr(p, "after", None) is processor
-        ]:
-            self.context.drop(one)
+        for one in [p for p in self.schedule if p is processor or getattr(p, "after", None) is processor]:
+            self.schedule.remove(one)
         self.systems.remove(processor)
 
     def table(self, name: str) -> Table:
@@ -264,11 +246,29 @@ class World:
         require_whole(self, "run")
         self.admit(refuse=self.debug is None)
         self.touch()
-        with turns.turn:
-            self.context.require()
-            outside, mark = esper.current_world, Underway("tick")
-        live(self, ticks, progress, outside, mark)
+        live(self, ticks, progress, Underway("tick"))
         return self
+
+    def act(self, processors: Iterable[Processor]) -> None:
+        """Let processors act, one after the other; in the debug mode what each of them did is checked."""
+        if self.debug is None:
+            for processor in processors:
+                processor.process()
+        else:
+            for processor in processors:
+                self.debug.act(processor)
+
+    def pass_tick(self) -> None:
+        """Let all processors act, in the way of dividing work among threads that took less time lately."""
+        processors = tuple(self.schedule)
+        if self.workers.helpers:
+            self.workers.tick(lambda: self.act(processors), lambda: sum(t.n for t in self.tables.values()))
+        else:
+            self.act(processors)
+
+    def entered(self) -> AbstractContextManager[None]:
+        """Return what a part of a tick takes place within; a world that others can look into says more."""
+        return nullcontext()
 
     def _mine(self) -> None:
         if threading.get_ident() != self.owner.ident:
@@ -285,14 +285,17 @@ class World:
 
     def flush_deaths(self) -> None:
         """Free the rows of all that have a cause of death; hooks see them first, in the order of uids."""
-        heard = self.on_death or self.tells_deaths or "death" in self.context.registry.events
-        if not heard and self._unheard.bury(self.tables.values()):
-            return
-        for table in self.tables.values():
-            if (rows := table.dying()).size:
-                self.bury(table, rows, ordered=True)
+        if self.debug is None:
+            self.turnover.bury_dying()
+        else:
+            self.debug.watch(Deaths.label, self.turnover.bury_dying, flush=True)
 
-    bury, flush_births = bury, bear
+    def flush_births(self) -> None:
+        """Bring the newborn that were asked for to life, table by table, in the order of their requests."""
+        if self.debug is None:
+            self.turnover.bear()
+        else:
+            self.debug.watch(Births.label, self.turnover.bear, flush=True)
 
     def admit(self, refuse: bool = True) -> None:
         """Check what was written between ticks, before kernels read it; a world with a space does this."""
@@ -302,47 +305,6 @@ class World:
     ) -> dict[tuple[type, str], Any]:
         """Return the values of newborn as they may come to life."""
         return values
-
-    # --- esper ----------------------------------------------------------------------------------------------
-
-    def sync(self) -> None:
-        """Bring esper's entities up to date: esper then has one for each living organism,
-        with a handle per component.
-
-        Done whenever something of esper looks at this world after births and deaths, so nobody need call it:
-        births and deaths that nobody looks at cost no handles.
-        """
-        self.context.registry.sync(self.tables.values())
-
-    def entity(self, uid: int) -> int:
-        """Return esper's number of a living entity: local to this process, never saved."""
-        return self.context.registry.number(*self.locate(uid))
-
-    def uid(self, entity: int) -> int:
-        """Return the uid of the organism that esper knows by a number; KeyError where there is none,
-        0 while it is not born yet."""
-        return int(self.context.registry.entities[entity].uid)
-
-    def _entities(self, table: Table, rows: np.ndarray) -> list[int]:
-        return [self.context.registry.number(table, row) for row in rows.tolist()]
-
-    def __enter__(self) -> Self:
-        self._mine()
-        turns.turn.__enter__()
-        self._outer.append(esper.current_world)
-        try:
-            self.context.show()
-            self.context.registry.stale = True  # whatever was done to columns by hand
-        except BaseException:
-            self.__exit__()
-            raise
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        try:
-            switch_back(self._outer.pop())
-        finally:
-            turns.turn.__exit__()
 
     # --- for systems ----------------------------------------------------------------------------------------
 
@@ -358,9 +320,3 @@ class World:
     def together(self, *work: Callable[[], Any]) -> None:
         """Do independent pieces of work, on all threads where it pays; no two may write to the same array."""
         self.workers.together(self.tables.values(), *work)
-
-
-def _forget(context: Context, workers: Workers, within: list[str], thread: int) -> None:
-    workers.end()
-    context.end()
-    turns.turn.give_back(len(within), thread)  # the world was freed within its `with` block

@@ -6,8 +6,8 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from ecs_eco.engine.section import Section
 from ecs_eco.experiments.arm import Arm
+from ecs_eco.inputs.section import Section
 from ecs_eco.record import container
 from ecs_eco.record.container import Container
 from ecs_eco.record.manifest import Filename, Sha, Tick

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.random import mix_int
 from ecs_eco.genomes import kernels
 from ecs_eco.genomes.layout import Layout
@@ -19,6 +18,7 @@ from ecs_eco.genomes.operators import (
     taken_apart,
     toolbox_of,
 )
+from ecs_eco.inputs.code import handed_over
 
 if TYPE_CHECKING:
     from deap.base import Toolbox

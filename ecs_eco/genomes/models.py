@@ -5,7 +5,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
-from ecs_eco.engine.section import (
+from ecs_eco.genomes.alphabet import Alphabet
+from ecs_eco.inputs.section import (
     FREE,
     LETTERS,
     OF_CODE,
@@ -20,7 +21,6 @@ from ecs_eco.engine.section import (
     quantity,
     table,
 )
-from ecs_eco.genomes.alphabet import Alphabet
 
 Dominance = Literal["first", "mean", "greater"]
 Doubled = Literal["first", "mean", "sum", "greatest"]

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
-from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.errors import UnknownName, listed, nearest, unknown_name
 from ecs_eco.genomes.choices import RULES
 from ecs_eco.genomes.layout import Layout
 from ecs_eco.genomes.models import Gene, GenomeSection
 from ecs_eco.genomes.unequal import SLIP, UnequalCrossover
+from ecs_eco.inputs.code import handed_over
 
 if TYPE_CHECKING:
     from deap.base import Toolbox

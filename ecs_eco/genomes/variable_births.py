@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.engine.code import handed_over
 from ecs_eco.genomes import variable_kernels
 from ecs_eco.genomes.batch import MUTATE, Births, Operators, named, seed_of, way_of
 from ecs_eco.genomes.layout import Layout
@@ -14,6 +13,7 @@ from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.operators import kept_random, strings_of, toolbox_of
 from ecs_eco.genomes.unequal import UnequalCrossover
 from ecs_eco.genomes.variable_layout import VariableLayout
+from ecs_eco.inputs.code import handed_over
 
 if TYPE_CHECKING:
     from deap.base import Toolbox

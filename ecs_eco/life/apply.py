@@ -26,7 +26,7 @@ from ecs_eco.config.features.chemistry import Emission
 from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
 from ecs_eco.engine import random
-from ecs_eco.engine.code import handed_over
+from ecs_eco.inputs.code import handed_over
 from ecs_eco.learning.brains import learner_of
 from ecs_eco.learning.settings import PPO
 from ecs_eco.life.heredity import apply_heredity

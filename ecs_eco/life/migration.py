@@ -14,7 +14,7 @@ import numpy as np
 from ecs_eco.components import Load, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.errors import CheckpointError
-from ecs_eco.engine.flushes import arrive, depart
+from ecs_eco.engine.turnover import arrive, depart
 from ecs_eco.life.founders import scatter
 
 if TYPE_CHECKING:
@@ -138,10 +138,9 @@ def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type,
 
 
 def _refuse_plain(world: SpatialWorld, table: Table, rows: np.ndarray) -> None:
-    for row in rows[table.entity[rows] != 0].tolist():
-        for thing in world.context.registry.plain(table, row):
-            raise RuntimeError(
-                f"organism {table.uid[row]} of {table.name!r} has a plain "
-                f"{type(thing).__name__}, which cannot go to another island; declare it "
-                "with @component, and name it in `components`"
-            )
+    for uid, thing in world.context.registry.plain(table, rows):
+        raise RuntimeError(
+            f"organism {uid} of {table.name!r} has a plain "
+            f"{type(thing).__name__}, which cannot go to another island; declare it "
+            "with @component, and name it in `components`"
+        )

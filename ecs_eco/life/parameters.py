@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine.errors import Problem
-from ecs_eco.engine.section import Use
+from ecs_eco.inputs.section import Use
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld

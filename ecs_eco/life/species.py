@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ecs_eco.config.features.feature import Feature
 from ecs_eco.config.models.species import Species as SpeciesConfig
 from ecs_eco.config.models.surroundings import ObjectType
-from ecs_eco.engine.section import Section
+from ecs_eco.inputs.section import Section
 
 if TYPE_CHECKING:
     import numpy as np

@@ -10,8 +10,8 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Desires, Instincts, Nervous, Reflexes
 from ecs_eco.config.formula import compile_formula
-from ecs_eco.engine.code import handed_over
 from ecs_eco.genomes.own_values import own_value
+from ecs_eco.inputs.code import handed_over
 from ecs_eco.nervous.formula_steps import steps_of
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ecs_eco.engine.errors import ConfigError, Problem, listed
-from ecs_eco.engine.section import function_name
+from ecs_eco.inputs.section import function_name
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.engine.errors import ForeignFile
-from ecs_eco.engine.section import Name, Section
+from ecs_eco.inputs.section import Name, Section
 from ecs_eco.record import container
 from ecs_eco.record.container import Container
 from ecs_eco.record.manifest import Config, Seed, Sha, Tick

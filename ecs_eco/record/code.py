@@ -12,12 +12,12 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import read_document
 from ecs_eco.config.names import code_of, names_in
 from ecs_eco.engine import files
-from ecs_eco.engine.code import Code, read
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
-from ecs_eco.engine.section import function_name
-from ecs_eco.engine.session import is_interactive
-from ecs_eco.engine.sources import Source
-from ecs_eco.engine.trust import allowed_here
+from ecs_eco.inputs.code import Code, read
+from ecs_eco.inputs.section import function_name
+from ecs_eco.inputs.session import is_interactive
+from ecs_eco.inputs.sources import Source
+from ecs_eco.inputs.trust import allowed_here
 from ecs_eco.record.land import folder_of_land
 
 FOLDER = "code"  # within a run's

@@ -17,8 +17,8 @@ from typing import Any, ClassVar, Literal
 from ecs_eco.compiled import portable
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import ForeignFile, RecordingError
-from ecs_eco.engine.section import Section
 from ecs_eco.engine.versions import versions
+from ecs_eco.inputs.section import Section
 from ecs_eco.record import seal
 from ecs_eco.record.manifest import Sha
 

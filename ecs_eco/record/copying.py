@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ecs_eco.engine.arguments import seed_number
 from ecs_eco.engine.errors import CheckpointError
-from ecs_eco.engine.section import Use, function_name
+from ecs_eco.inputs.section import Use, function_name
 from ecs_eco.life.reconfigure import reseed
 from ecs_eco.record import freeze as frozen
 from ecs_eco.record.recorder import Recorder

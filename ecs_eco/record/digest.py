@@ -15,7 +15,7 @@ import numpy as np
 
 from ecs_eco.config.models.interventions import coming
 from ecs_eco.engine.interruption import require_whole
-from ecs_eco.engine.section import Use, function_name
+from ecs_eco.inputs.section import Use, function_name
 from ecs_eco.record.freeze import stateful
 from ecs_eco.record.plain import plain_components
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.html import grid
+from ecs_eco._html import grid
 
 ENDS = 4  # rows shown of the beginning and of the end
 

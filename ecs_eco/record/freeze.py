@@ -14,11 +14,11 @@ from ecs_eco.config.extension import model_for
 from ecs_eco.config.loading import load as load_world
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.names import names_in
-from ecs_eco.engine.code import NONE, Code, CodeError
 from ecs_eco.engine.errors import CheckpointError, ConfigError
 from ecs_eco.engine.interruption import require_whole, whole
-from ecs_eco.engine.section import Use, function_name
 from ecs_eco.engine.versions import versions
+from ecs_eco.inputs.code import NONE, Code, CodeError
+from ecs_eco.inputs.section import Use, function_name
 from ecs_eco.life.matter import stocks
 from ecs_eco.record.check_arrays import check_arrays
 from ecs_eco.record.code import FOLDER, check_code, noted, sources
@@ -262,8 +262,8 @@ def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
         column[rows] = arrays[f"{prefix}/{name}"]
     table.alive[rows] = True
     table.n, table.high = rows.size, int(rows[-1]) + 1 if rows.size else 0
-    if table.registry is not None:
-        table.registry.empty(table)
+    if table.onlooker is not None:
+        table.onlooker.empty(table)
     known = {c.__name__: c for c in table.columns}
     for component, held in table.columns.items():
         for field, array in vars(held).items():

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, ConfigDict, Field
 
-from ecs_eco.engine.section import Section
+from ecs_eco.inputs.section import Section
 
 
 def _is_name(text: str) -> str:

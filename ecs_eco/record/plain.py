@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.engine.code import Code, CodeError
 from ecs_eco.engine.errors import CheckpointError
-from ecs_eco.engine.section import function_name
+from ecs_eco.inputs.code import Code, CodeError
+from ecs_eco.inputs.section import function_name
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
@@ -62,11 +62,9 @@ def freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
 def plain_components(world: SpatialWorld) -> list[tuple[int, Any]]:
     """Return (uid, component) of all components on esper's entities that are no columns,
     in the order of uids and of names."""
-    plain: list[tuple[int, Any]] = []
-    for table in world.tables.values():
-        rows = table.rows()
-        for row in rows[table.entity[rows] != 0].tolist():
-            plain += [(int(table.uid[row]), thing) for thing in world.context.registry.plain(table, row)]
+    plain = [
+        one for table in world.tables.values() for one in world.context.registry.plain(table, table.rows())
+    ]
     return sorted(plain, key=lambda f: (f[0], function_name(type(f[1]))))
 
 

@@ -13,9 +13,9 @@ from ecs_eco.analysis.cycles import cycle_statistics
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.search import OBJECTIVES, Search
-from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.experiments.trained import train_or_find
+from ecs_eco.inputs.code import handed_over
 from ecs_eco.search.fit import Fit
 
 

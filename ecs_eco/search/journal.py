@@ -14,7 +14,7 @@ from pydantic import ConfigDict, Field
 
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem, RecordingError
-from ecs_eco.engine.section import Section
+from ecs_eco.inputs.section import Section
 from ecs_eco.record import container, seal
 from ecs_eco.record.container import Container
 from ecs_eco.record.manifest import Sha, Tick

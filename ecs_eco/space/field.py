@@ -31,6 +31,7 @@ class Field:
         self.source = np.zeros_like(self.value)
         self._next = np.zeros_like(self.value)
         self._steps: tuple[Any, ...] = ((), 0, (), 0.0, 0.0)
+        self.band: Any = None  # passes time for the rows of one process, where the world is divided
         self.inverse = np.array(
             [n[i] / space.size[i] if i < len(space.size) else 0.0 for i in range(3)], np.float32
         )
@@ -64,6 +65,9 @@ class Field:
         Diffusion takes as many explicit steps as are stable. Amounts follow dc/dt = source − decay c +
         renewal (initial − c), solved exactly.
         """
+        if self.band is not None:
+            self.band.pass_time(dt, *emitted)
+            return
         made_from = dt, self.diffusion, self.decay, self.renewal
         if self._steps[0] != made_from:
             self._steps = made_from, *self._plan(dt)

@@ -10,12 +10,12 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ecs_eco._html import grid
 from ecs_eco.components.body import Body
 from ecs_eco.components.position import Position
 from ecs_eco.engine.addresses import Addresses
-from ecs_eco.engine.html import grid
 from ecs_eco.engine.table import Table
-from ecs_eco.engine.world import World
+from ecs_eco.esper_bridge.world import World
 from ecs_eco.space import gate
 from ecs_eco.space import pairs as near
 from ecs_eco.space.environment import Environment
@@ -34,7 +34,7 @@ class SpatialWorld(World):
     """Entities in one space, and the systems that act on them.
 
     `size` [m] and `edges` describe the space, `cell` [m] the side of the cells of the neighbour index. The
-    rest is that of `ecs_eco.engine.world.World`. What is attached to a world from above, its configuration
+    rest is that of `ecs_eco.esper_bridge.world.World`. What is attached to a world from above, its configuration
     and its recorder, has its place here, since systems ask for it.
     """
 

@@ -13,9 +13,9 @@ from ecs_eco.config.document import read_document
 from ecs_eco.config.ranges import key_of
 from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
-from ecs_eco.engine.section import Section
 from ecs_eco.experiments.arm import Arm, arm_of
 from ecs_eco.experiments.treatments import NotApplicable, find, species_with_policy
+from ecs_eco.inputs.section import Section
 from ecs_eco.learning.weights import hash_of
 from ecs_eco.record.manifest import Seed, Sha
 from ecs_eco.sweeps.plan import MOST_JOBS, PlanFile, Point, number_of_points, points_of, problems_of_ranges

@@ -13,11 +13,11 @@ from pydantic import ConfigDict
 
 from ecs_eco.engine.errors import FolderInUse, ForeignFile, RecordingError
 from ecs_eco.engine.files import write_json
-from ecs_eco.engine.section import Section
-from ecs_eco.engine.trust import allow
 from ecs_eco.experiments.pool import once_free
 from ecs_eco.experiments.runs import has_run, run_arm
 from ecs_eco.experiments.trained import is_trained, train_or_find
+from ecs_eco.inputs.section import Section
+from ecs_eco.inputs.trust import allow
 from ecs_eco.record.claim import Claim, ours
 from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Seed, Sha, Tick

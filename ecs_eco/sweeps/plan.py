@@ -16,7 +16,7 @@ from ecs_eco.config.models.search import Range, Ticks
 from ecs_eco.config.ranges import Key, key_of, name_of, real_key
 from ecs_eco.config.reading import read_toml
 from ecs_eco.engine.errors import ConfigError, Problem
-from ecs_eco.engine.section import Section, about, quantity
+from ecs_eco.inputs.section import Section, about, quantity
 
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
 Seeds = Annotated[

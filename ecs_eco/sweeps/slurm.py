@@ -14,8 +14,8 @@ from pydantic import Field
 from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.engine.files import write
 from ecs_eco.engine.processes import python
-from ecs_eco.engine.section import Section
 from ecs_eco.experiments.pool import PINS
+from ecs_eco.inputs.section import Section
 from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Tick
 from ecs_eco.record.seal import read_sealed, write_manifest

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from esper import Processor
 
 from ecs_eco.components import Position
 from ecs_eco.debug import Debug, DebugError
@@ -52,8 +53,6 @@ def _watch(world: World, ticks: int) -> None:
     """Run a world with the checks of the debug mode, whatever the environment says of it."""
     if world.debug is None:
         world.debug = Debug(world)
-        for system in world.systems:
-            world.debug.follow(system)
     try:
         world.run(ticks)
     except DebugError as error:
@@ -67,13 +66,26 @@ def _followed(kind: type[System], world: World, ticks: int) -> list[tuple[State,
         raise AssertionError(
             f"{kind.__name__}: the worlds to check it in have no such system; add it to them"
         )
-    seen: list[tuple[State, State]] = []
-    act = system.process
+    probe = Probe(kind, world, system)
+    place = world.schedule.index(system)
+    world.schedule[place] = probe
+    world.run(ticks)
+    return probe.seen
 
-    def process(*arguments: object) -> None:
+
+class Probe(Processor):
+    """Stands in the schedule for a system: lets it act, and keeps the states before and after."""
+
+    def __init__(self, kind: type[System], world: World, system: System) -> None:
+        self.kind, self.world, self.system, self.priority = kind, world, system, system.priority
+        self.seen: list[tuple[State, State]] = []
+
+    def process(self, *_: object) -> None:
+        """Let the system act, and check what it changed."""
+        kind, world = self.kind, self.world
         before, shape, chance = state(world), _shape(world), _global_chance()
         versions = {t.name: t.version for t in world.tables.values()}
-        act(*arguments)
+        self.system.process()
         after = state(world)
         if _global_chance() != chance:
             raise AssertionError(
@@ -87,11 +99,7 @@ def _followed(kind: type[System], world: World, ticks: int) -> list[tuple[State,
                     "ask by table.request and world.kill, and write into columns"
                 )
         _check_values(kind, world, before, after, versions)
-        seen.append((before, after))
-
-    system.process = process  # type: ignore[method-assign]
-    world.run(ticks)
-    return seen
+        self.seen.append((before, after))
 
 
 def _shape(world: World) -> dict[str, Any]:

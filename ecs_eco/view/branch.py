@@ -15,7 +15,7 @@ from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError
-from ecs_eco.engine.section import Use, function_name
+from ecs_eco.inputs.section import Use, function_name
 from ecs_eco.record import freeze as frozen
 from ecs_eco.runs.requests import repeat_requests, waiting, without
 from ecs_eco.systems.intervene import checked

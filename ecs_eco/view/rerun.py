@@ -14,7 +14,7 @@ from ecs_eco.components import Biology
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.engine.table import Table
-from ecs_eco.engine.turns import apart, turn
+from ecs_eco.esper_bridge.turns import apart, turn
 from ecs_eco.record import checkpoint
 from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.details import KIND

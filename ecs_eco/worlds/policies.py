@@ -16,8 +16,8 @@ from ecs_eco.config import WorldConfig
 from ecs_eco.config.reading import read_bytes
 from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
-from ecs_eco.engine.section import function_name
 from ecs_eco.engine.versions import versions
+from ecs_eco.inputs.section import function_name
 from ecs_eco.learning import weights
 from ecs_eco.learning.brains import brain_of, individuals_of
 from ecs_eco.nervous.external import expect

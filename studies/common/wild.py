@@ -340,6 +340,8 @@ def within(world: Any, chance: random.Random) -> None:
     """Let an odd system write within the next tick, in any phase."""
     import esper
 
+    from ecs_eco.engine.phases import priority_of
+
     class Poke(esper.Processor):
         def process(self, *_: Any) -> None:
             poke(world, chance, own=True)
@@ -347,11 +349,11 @@ def within(world: Any, chance: random.Random) -> None:
 
     poking = Poke()
     # not as a plain processor, after which the gate looks
-    world.context.add(poking, chance.choice(PHASES), chance.choice((0, 999_998)))
+    world.schedule.put(poking, priority_of(chance.choice(PHASES), chance.choice((0, 999_998))))
     try:
         world.run(TICKS)
     finally:
-        world.context.drop(poking)
+        world.schedule.remove(poking)
 
 
 def checkpoint(world: Any, chance: random.Random) -> None:

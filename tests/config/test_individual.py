@@ -6,7 +6,7 @@ from ecs_eco.config import load
 from ecs_eco.config.models.reproduction import Asexual, Spread
 from ecs_eco.config.numbers import labels, numbers_of, values_in, with_value
 from ecs_eco.config.traits import numbers_of_species, traits_of
-from ecs_eco.engine.section import COLUMN, Section, Share, quantity, table
+from ecs_eco.inputs.section import COLUMN, Section, Share, quantity, table
 
 
 @pytest.mark.definition("3 genome encodes")

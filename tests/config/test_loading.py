@@ -17,7 +17,7 @@ from ecs_eco.config import WorldConfig, for_training, load
 from ecs_eco.config.models.sensors import name_sensors
 from ecs_eco.config.shipped import shipped
 from ecs_eco.engine.errors import ConfigError, Problem, nearest
-from ecs_eco.engine.section import Section
+from ecs_eco.inputs.section import Section
 
 SMALL: dict[str, Any] = {
     "format": 1,

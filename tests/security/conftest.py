@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from ecs_eco.engine import trust
+from ecs_eco.inputs import trust
 from studies.common.malicious.templates import PAYLOAD
 
 

@@ -12,9 +12,9 @@ import pytest
 from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.config.checks.reporters import ARGUMENTS
-from ecs_eco.engine.code import SHIPPED, CodeError
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.genomes.operators import SAFE
+from ecs_eco.inputs.code import SHIPPED, CodeError
 from ecs_eco.record import resume, run_to_folder
 from ecs_eco.runs.repeat import repeat
 from studies.common.malicious.templates import KEYS, PAYLOAD, fields_that_name_code, world_of

@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 from ecs_eco import World
 from ecs_eco.cli import app
 from ecs_eco.config import load
-from ecs_eco.engine import trust
-from ecs_eco.engine.code import CodeError
 from ecs_eco.engine.errors import CheckpointError, ConfigError
+from ecs_eco.inputs import trust
+from ecs_eco.inputs.code import CodeError
 from ecs_eco.record import resume, run_to_folder
 from ecs_eco.runs.repeat import repeat
 from studies.common.malicious.templates import world_of
@@ -104,7 +104,7 @@ def run(mark: Path) -> Path:
     (mark.parent / "evil.py").unlink()
     path.unlink()
     trust._here.clear()
-    from ecs_eco.engine import code
+    from ecs_eco.inputs import code
 
     code._loaded.clear()
     mark.unlink()

@@ -8,7 +8,7 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Position
-from ecs_eco.engine.turns import apart
+from ecs_eco.esper_bridge.turns import apart
 from ecs_eco.testing.browser import launched, served
 from ecs_eco.view import server as module
 from ecs_eco.view.live import Live

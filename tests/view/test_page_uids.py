@@ -8,8 +8,8 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Biology, Position, Velocity
-from ecs_eco.engine.turns import apart
 from ecs_eco.engine.uids import first_uid
+from ecs_eco.esper_bridge.turns import apart
 from ecs_eco.testing.browser import until
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from ecs_eco.config.models.species import MOTIONS, Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key, named, once
-from ecs_eco.engine.code import SHIPPED
 from ecs_eco.engine.errors import Problem, listed, unknown
-from ecs_eco.engine.section import LARGEST
+from ecs_eco.inputs.code import SHIPPED
+from ecs_eco.inputs.section import LARGEST
 
 
 def check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:

@@ -18,7 +18,6 @@ from ecs_eco.config.rules import Key, at_most
 from ecs_eco.config.shapes import shapes_of_networks
 from ecs_eco.config.traits import label_of, traits_of, why_shared
 from ecs_eco.engine.errors import Problem, UnknownName
-from ecs_eco.engine.section import LARGEST, SMALLEST, function_name
 from ecs_eco.genomes.layout import Layout
 from ecs_eco.genomes.models import Gene, GenomeSection
 from ecs_eco.genomes.operators import check_entry, taken_apart
@@ -26,6 +25,7 @@ from ecs_eco.genomes.problems import problems
 from ecs_eco.genomes.promoters import problems_of_variable
 from ecs_eco.genomes.traits import Trait
 from ecs_eco.genomes.variable_layout import layout_of
+from ecs_eco.inputs.section import LARGEST, SMALLEST, function_name
 
 
 def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:

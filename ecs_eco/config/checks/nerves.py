@@ -26,7 +26,7 @@ from ecs_eco.config.models.species import Species, ppo_defaults
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import at_most, named
 from ecs_eco.engine.errors import Problem, listed, nearest, unknown
-from ecs_eco.engine.section import LARGEST, function_name
+from ecs_eco.inputs.section import LARGEST, function_name
 from ecs_eco.learning.settings import check_setting
 from ecs_eco.learning.words import WORDS
 

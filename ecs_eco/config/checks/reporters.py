@@ -13,10 +13,10 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.names import Key, is_component, used_in
 from ecs_eco.config.reporter_formula import Fields, ReporterFormula, compile_reporter
 from ecs_eco.engine.arguments import takes
-from ecs_eco.engine.code import SHIPPED
 from ecs_eco.engine.errors import Problem, listed, nearest
-from ecs_eco.engine.parameters import problems_of_parameters
-from ecs_eco.engine.section import Use, function_name
+from ecs_eco.inputs.code import SHIPPED
+from ecs_eco.inputs.parameters import problems_of_parameters
+from ecs_eco.inputs.section import Use, function_name
 
 MOST_REPORTERS = 64
 NAME = re.compile(r"[^\W\d_][\w \-/%()]{0,39}")

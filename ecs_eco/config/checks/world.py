@@ -19,7 +19,7 @@ from ecs_eco.config.models.surroundings import Terrain
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key, at_most, inside, named
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, unknown
-from ecs_eco.engine.section import RESERVED
+from ecs_eco.inputs.section import RESERVED
 
 MOST_CELLS = 100_000_000  # of one field, or of the height map
 MOST_INDEX_CELLS = 4_000_000

@@ -7,7 +7,7 @@ from ecs_eco.components import Carrier, Load
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.config.rules import at_most
 from ecs_eco.engine.errors import Problem, unknown
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     ANEW,
     FREE,
     POPULATION,

@@ -8,7 +8,7 @@ from pydantic import Field, create_model
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.config.rules import named
 from ecs_eco.engine.errors import Problem, unknown
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     CHEMISTRY,
     FREE,
     SHAPE,

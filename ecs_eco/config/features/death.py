@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem, unknown
-from ecs_eco.engine.section import FREE, Real, Section, about, quantity, table
+from ecs_eco.inputs.section import FREE, Real, Section, about, quantity, table
 
 
 class Lethal(Section, own=True):

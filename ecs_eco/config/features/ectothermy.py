@@ -6,7 +6,7 @@ from typing import Any
 from ecs_eco.components import Vigour
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem
-from ecs_eco.engine.section import FREE, SHAPE, NonNegative, Positive, Section, about, is_absent, quantity
+from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, is_absent, quantity
 
 
 class Cold(Section, change=FREE, own=True):

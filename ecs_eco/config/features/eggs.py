@@ -6,7 +6,7 @@ from typing import Any
 from ecs_eco.components import Genome, Incubation, Policy
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem, unknown
-from ecs_eco.engine.section import FREE, SHAPE, NonNegative, Positive, Section, about, is_absent, quantity
+from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, is_absent, quantity
 
 LEFT_TO_THE_HATCHED = ("sensors", "actions", "diet", "locomotion", "reproduction", "genome", "growth", "care")
 OWN = "an egg only keeps the genome of what hatches from it: it is read when that is born"

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, TypeVar
 
 from ecs_eco.config.rules import Key, WorldSections
 from ecs_eco.engine.errors import Problem
-from ecs_eco.engine.section import Section
+from ecs_eco.inputs.section import Section
 
 Model = TypeVar("Model", bound=Section)
 

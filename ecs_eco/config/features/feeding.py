@@ -6,7 +6,7 @@ from typing import Any
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.config.rules import at_most
 from ecs_eco.engine.errors import Problem, unknown
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     COLUMN,
     FREE,
     NonNegative,

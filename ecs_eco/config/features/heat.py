@@ -5,7 +5,7 @@ from typing import Any
 
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     COLUMN,
     FREE,
     SHAPE,

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     COLUMN,
     FREE,
     SHAPE,

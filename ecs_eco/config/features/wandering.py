@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem, listed, unknown
-from ecs_eco.engine.section import FREE, SHAPE, NonNegative, Section, about, is_absent, quantity
+from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Section, about, is_absent, quantity
 
 
 class Wander(Section, change=FREE, own=True):

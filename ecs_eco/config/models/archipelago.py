@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from ecs_eco.engine.section import Name, Section, Share, about, is_absent, is_empty, quantity, table
 from ecs_eco.engine.uids import MOST_ISLANDS, first_uid
+from ecs_eco.inputs.section import Name, Section, Share, about, is_absent, is_empty, quantity, table
 
 
 def _named(islands: object) -> Any:

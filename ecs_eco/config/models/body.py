@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     COLUMN,
     FORM,
     FREE,

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     COLUMN,
     FREE,
     PARENTLESS,

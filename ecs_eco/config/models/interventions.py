@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainSerializer
 
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     ANEW,
     FREE,
     Change,

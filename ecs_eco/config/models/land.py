@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     Name,
     NonNegative,
     Positive,

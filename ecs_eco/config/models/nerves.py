@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     COLUMN,
     FREE,
     SHAPE,

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, PlainSerializer, Tag, ValidatorFunctionWrapHandler, WrapValidator
 
-from ecs_eco.engine.section import NamesCode, Use, as_written
+from ecs_eco.inputs.section import NamesCode, Use, as_written
 
 COLUMNS = frozenset(
     {

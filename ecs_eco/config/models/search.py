@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, PlainSerializer, WrapValidator
 
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     Name,
     NamesCode,
     Positive,

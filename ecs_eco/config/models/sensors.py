@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     COLUMN,
     WIDTH,
     Name,

@@ -21,7 +21,8 @@ from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness,
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
 from ecs_eco.config.models.surroundings import BODY, PROPERTIES, Color
-from ecs_eco.engine.section import (
+from ecs_eco.genomes.models import GenomeSection
+from ecs_eco.inputs.section import (
     ANEW,
     COLUMN,
     FREE,
@@ -42,7 +43,6 @@ from ecs_eco.engine.section import (
     quantity,
     table,
 )
-from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.learning.settings import PPO
 from ecs_eco.learning.words import ours
 

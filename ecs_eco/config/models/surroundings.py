@@ -10,7 +10,7 @@ from ecs_eco.config.features.feature import assembled
 from ecs_eco.config.features.heat import Heat
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.land import RealLand
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.section import (
     FREE,
     NUMBERS,
     SHAPE,

@@ -16,9 +16,9 @@ from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
 from ecs_eco.config.models.water import Sun, Water, Year
 from ecs_eco.config.names import code_of, is_component
-from ecs_eco.engine.code import NONE, Code
-from ecs_eco.engine.parameters import applied
-from ecs_eco.engine.section import (
+from ecs_eco.inputs.code import NONE, Code
+from ecs_eco.inputs.parameters import applied
+from ecs_eco.inputs.section import (
     FENCE,
     FREE,
     CodeEntry,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from ecs_eco.engine.code import handed_over
+from ecs_eco.inputs.code import handed_over
 from ecs_eco.nervous.sensors.approach import feel_approach
 from ecs_eco.nervous.sensors.gradient import smell_gradient
 from ecs_eco.nervous.sensors.nearest import see_nearest

@@ -167,7 +167,7 @@ class Ground:
 def ground() -> Iterator[Ground]:
     """A ground for as long as it is needed: with a user who allowed nothing, modules that would be found
     and leave a mark, and none of the modules that this process took from worlds before."""
-    from ecs_eco.engine import trust
+    from ecs_eco.inputs import trust
 
     before, allowed, path, config = (
         Path.cwd(),

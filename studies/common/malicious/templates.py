@@ -107,7 +107,7 @@ NAMES = (
     "evilpackage.inside:Wait",
     "evil.Wait:__init__",
     "ecs_eco.worlds.lamb.systems:np",
-    "ecs_eco.engine.code:builtins",
+    "ecs_eco.inputs.code:builtins",
     "evil:",
     ":evil",
     "evil.py:Wait",

@@ -3,7 +3,7 @@
 import pytest
 
 from ecs_eco import World
-from tests.engine.populations import populated
+from tests.esper_bridge.populations import populated
 
 
 @pytest.fixture

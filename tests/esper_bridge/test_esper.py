@@ -6,7 +6,7 @@ import pytest
 
 from ecs_eco import System, World
 from ecs_eco.components import Body, Position
-from tests.engine.populations import Coat, Tag, populated
+from tests.esper_bridge.populations import Coat, Tag, populated
 
 
 class Count(esper.Processor):

@@ -9,7 +9,7 @@ import pytest
 
 from ecs_eco import System, World, component, f32
 from ecs_eco.engine.errors import CheckpointError
-from ecs_eco.engine.session import source_of
+from ecs_eco.inputs.session import source_of
 from ecs_eco.record import run_to_folder
 from ecs_eco.runs.repeat import repeat
 
@@ -57,7 +57,7 @@ def session(monkeypatch):
     main.__file__ = "/usr/lib/ipykernel_launcher.py"  # that of a notebook's kernel
     vars(main).update(System=System, component=component, f32=f32, np=np)
     monkeypatch.setitem(sys.modules, "__main__", main)
-    monkeypatch.setattr("ecs_eco.engine.code._loaded", {})  # modules of another session
+    monkeypatch.setattr("ecs_eco.inputs.code._loaded", {})  # modules of another session
     session = Session(main)
     session.run(WOOL)
     session.run(GROW)

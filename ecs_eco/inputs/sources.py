@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from ecs_eco.engine import trust
 from ecs_eco.engine.errors import listed
-from ecs_eco.engine.session import source_of
+from ecs_eco.inputs import trust
+from ecs_eco.inputs.session import source_of
 
 LARGEST_FILE = 10_000_000  # bytes
 

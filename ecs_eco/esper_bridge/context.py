@@ -1,22 +1,19 @@
-"""The esper context of one world: its processors, in the order of a tick, and an entity for each organism."""
+"""The esper context of one world: what esper shows while this world is the current one."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
-from operator import attrgetter
 from typing import Any
 
 import esper
 
-from ecs_eco.engine import turns
 from ecs_eco.engine.living import LivingWorld
-from ecs_eco.engine.phases import PHASES
-from ecs_eco.engine.registry import Registry
+from ecs_eco.esper_bridge import turns
+from ecs_eco.esper_bridge.registry import Registry
 
 _serial = itertools.count(1)
-LAST = 999_999  # the place in a phase after all systems
 PARTS = 11  # of the state that esper keeps of a context
 
 
@@ -58,29 +55,7 @@ class Context:
                 yield
             finally:
                 switch_back(outer)
-
-    def add(self, processor: esper.Processor, phase: str, place: int) -> None:
-        """Put a processor among the others: its priority follows from its phase and its place in it."""
-        self.put(processor, priority_of(phase, place))
-
-    def put(self, processor: esper.Processor, priority: int) -> None:
-        """Put a processor among the others, behind those of the same priority."""
-        processor.priority = priority
-        list.append(self.registry.processors, processor)
-        self.registry.processors.sort(key=attrgetter("priority"), reverse=True)
-        dict.__setitem__(self.registry.kinds, type(processor), processor)
-
-    def drop(self, processor: esper.Processor) -> None:
-        """Take a processor out again."""
-        list.remove(self.registry.processors, processor)
-        if dict.get(self.registry.kinds, type(processor)) is processor:
-            dict.pop(self.registry.kinds, type(processor))
-
-    def process(self) -> None:
-        """Let all processors act, as `esper.process` does, which finds no dead: they have a place of their
-        own in a tick."""
-        for processor in self.registry.processors.copy():  # a plain list: this one's own loop makes a tick
-            processor.process()
+        turns.turn.leave()
 
     def tell(self, event: str, numbers: list[int], *more: list[Any]) -> None:
         """Dispatch an event of esper's for each entity of a list, with what else there is to say of it."""
@@ -94,11 +69,6 @@ class Context:
             if esper.current_world == self.name:
                 esper.switch_world("default")
             esper.delete_world(self.name)
-
-
-def priority_of(phase: str, place: int) -> int:
-    """Return esper's priority of a place in a phase."""
-    return -(PHASES.index(phase) * (LAST + 1) + place)
 
 
 def switch_back(outer: str) -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from ecs_eco import System, World
 from ecs_eco.components import Body, Position
-from ecs_eco.engine import turns
-from tests.engine.populations import Coat
+from ecs_eco.esper_bridge import turns
+from tests.esper_bridge.populations import Coat
 
 
 def test_component_for_entity_reads_and_writes_the_column(world):

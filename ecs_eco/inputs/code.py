@@ -22,9 +22,9 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
 
-from ecs_eco.engine import trust
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
-from ecs_eco.engine.sources import Source, of_file, of_module, of_session
+from ecs_eco.inputs import trust
+from ecs_eco.inputs.sources import Source, of_file, of_module, of_session
 
 SHIPPED = (
     "ecs_eco.learning.mlp:MLP",

@@ -7,8 +7,8 @@ import pytest
 
 from ecs_eco import System
 from ecs_eco.components import Body, Position, Velocity
-from ecs_eco.engine import turns
-from tests.engine.populations import Coat, Tag
+from ecs_eco.esper_bridge import turns
+from tests.esper_bridge.populations import Coat, Tag
 
 
 def test_an_entity_goes_to_the_one_table_that_has_its_components_and_else_the_tables_are_named(world):

@@ -7,7 +7,7 @@ import esper
 import pytest
 
 from ecs_eco import World
-from ecs_eco.engine import turns
+from ecs_eco.esper_bridge import turns
 
 
 def in_a_thread(work):

@@ -17,7 +17,7 @@ from pydantic import (
     WrapValidator,
 )
 
-from ecs_eco.engine.code import public_module
+from ecs_eco.inputs.code import public_module
 
 LARGEST, SMALLEST = 1e30, 1e-30  # numbers become float32, which ends at 3.4e38 and begins at 1.2e-38
 

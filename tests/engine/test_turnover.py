@@ -8,7 +8,7 @@ import pytest
 
 from ecs_eco import World, component, f32
 from ecs_eco.components import Position
-from ecs_eco.engine.flushes import arrive, depart
+from ecs_eco.engine.turnover import arrive, depart
 
 
 @component

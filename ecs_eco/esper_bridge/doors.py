@@ -16,9 +16,9 @@ from typing import Any, TypeAlias
 
 import esper
 
-from ecs_eco.engine.entity import Entity, Members, is_column
 from ecs_eco.engine.interruption import whole
 from ecs_eco.engine.living import LivingWorld
+from ecs_eco.esper_bridge.entity import Entity, Members, is_column
 
 Reference: TypeAlias = weakref.ref[Any]  # of a handler
 _item = dict.__getitem__  # asked for each entity of a loop: `super()` would take as long again
@@ -153,7 +153,7 @@ class Cache(dict[type | tuple[type, ...], Any]):
 
 
 class Processors(list[esper.Processor]):
-    """The processors of a tick in their order; between ticks one that makes a tick pass."""
+    """What esper runs: a processor that makes a tick pass. Those of the tick are in the schedule of the world."""
 
     __slots__ = ("registry",)
     registry: Any
@@ -161,6 +161,9 @@ class Processors(list[esper.Processor]):
     def append(self, processor: esper.Processor) -> None:
         """What `esper.add_processor` does: add a system by its phase, or by its priority where that is not 0."""
         self.registry.world().add_system(processor, priority=processor.priority or None)
+
+    def remove(self, processor: esper.Processor) -> None:
+        """What `esper.remove_processor` does last: it has left the schedule by then."""
 
     def __iter__(self) -> Iterator[esper.Processor]:
         registry = self.registry
@@ -170,16 +173,23 @@ class Processors(list[esper.Processor]):
 
 
 class Kinds(dict[type, Any]):
-    """The processors by their types."""
+    """The processors of a world's schedule by their types."""
 
     __slots__ = ("registry",)
     registry: Any
 
+    def get(self, kind: type, default: object = None) -> Any:
+        """Return the last processor of a type, what `esper.get_processor` asks for."""
+        return next((p for p in reversed(self.registry.world().schedule) if type(p) is kind), default)
+
+    def __setitem__(self, kind: type, processor: esper.Processor) -> None:
+        """What `esper.add_processor` does last: the schedule has it by then."""
+
     def pop(self, kind: type, *default: Any) -> Any:
         """What `esper.remove_processor` does: a plain processor goes, a system of the world's schedule stays."""
-        if kind in self:
-            self.registry.world().remove_processor(self[kind])
-        return super().pop(kind, *default)
+        if (processor := self.get(kind)) is not None:
+            self.registry.world().remove_processor(processor)
+        return processor
 
 
 class Events(dict[str, Any]):

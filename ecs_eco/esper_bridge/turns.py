@@ -15,7 +15,7 @@ from contextlib import contextmanager
 
 from ecs_eco.engine.living import LivingWorld
 
-_worlds: weakref.WeakSet[LivingWorld] = weakref.WeakSet()
+_worlds: weakref.WeakSet[LivingWorld] = weakref.WeakSet()  # of threads that may not have one beside others
 _apart = threading.local()
 
 
@@ -92,8 +92,9 @@ def apart() -> Iterator[None]:
         _apart.allowed = False
 
 
-def enter(world: LivingWorld) -> None:
-    """Register a new world; raises RuntimeError where a living one belongs to another thread."""
+def enter(world: LivingWorld) -> bool:
+    """Register a new world; return whether its thread may have one beside those of others. Raises RuntimeError
+    where it may not, and a living world belongs to another thread."""
     me = threading.current_thread()
     if not getattr(_apart, "allowed", False) and (other := _of_others(me)):
         gc.collect()  # a world that nothing refers to does not count
@@ -104,9 +105,10 @@ def enter(world: LivingWorld) -> None:
                 "Run worlds in processes, as ecs_eco.search and `ecs-eco compare` "
                 'do (multiprocessing with the context "spawn"), or one after the other in one thread'
             )
-    world.owner, world.apart = me, getattr(_apart, "allowed", False)
-    _worlds.add(world)
+    if not (allowed := bool(getattr(_apart, "allowed", False))):
+        _worlds.add(world)
+    return allowed
 
 
 def _of_others(me: threading.Thread) -> list[LivingWorld]:
-    return [w for w in list(_worlds) if w.owner is not me and w.owner.is_alive() and not w.apart]
+    return [w for w in list(_worlds) if w.owner is not me and w.owner.is_alive()]

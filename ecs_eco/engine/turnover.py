@@ -1,11 +1,11 @@
-"""Steps of the world between systems: deaths, births and migration take effect, and esper is updated."""
+"""Steps of the world between systems: deaths, births and migration take effect."""
 
 import weakref
 from collections.abc import Collection
 from typing import Any
 
-import esper
 import numpy as np
+from esper import Processor
 
 from ecs_eco.engine.living import LivingWorld
 from ecs_eco.engine.noted import Noted
@@ -14,7 +14,7 @@ from ecs_eco.engine.schema import Columns
 from ecs_eco.engine.table import Table
 
 
-class _OfWorld(esper.Processor):
+class _OfWorld(Processor):
     def __init__(self, world: LivingWorld) -> None:
         self.world = weakref.proxy(world)
 
@@ -42,7 +42,7 @@ class Births(_OfWorld):
 class Touched(_OfWorld):
     """After a plain processor: it may have moved what it saw, or written what no kernel can take."""
 
-    def __init__(self, world: LivingWorld, after: esper.Processor) -> None:
+    def __init__(self, world: LivingWorld, after: Processor) -> None:
         super().__init__(world)
         self.after = after
 
@@ -80,44 +80,63 @@ class Unheard:
         return True
 
 
-def bury(world: LivingWorld, table: Table, rows: np.ndarray, ordered: bool = False) -> None:
-    """Free the rows of some that have a cause of death, once hooks and esper's handlers have seen them in the
-    order of uids; `ordered` rows have it."""
-    heard = "death" in world.context.registry.events
-    if not ordered and (heard or world.on_death):
-        rows = rows[table.uid[rows].argsort()]
-    for listen in tuple(world.on_death):
-        listen(table, rows)
-    if heard:
-        causes = [world.causes[cause - 1] for cause in table.cause[rows]]
-        world.context.tell("death", world._entities(table, rows), causes)
-    table.vacate(rows)
+class Turnover:
+    """How deaths and births take effect in the tables of a world: rows are freed and filled, hooks are called."""
 
+    def __init__(self, world: LivingWorld) -> None:
+        self.world: Any = weakref.proxy(world)
+        self._unheard = Unheard()
 
-def bear(world: LivingWorld) -> None:
-    """Bring the newborn to life, table by table, in the order in which they were asked for."""
-    born, registry = [], world.context.registry
-    for table in world.tables.values():
-        if not table.births:
-            continue
-        requests, table.births = table.births, []
-        for request in requests:
-            parents, second, values = request
-            if parents.size:
-                given = registry.newborn(request) if registry.waiting else None
-                if given is not None:
-                    values = world._values(table, given)
-                rows = table.occupy(parents.size, world.next_uid, world.tick, values)
-                world.next_uid += parents.size
-                if given is not None:
-                    registry.bear(request, table, int(rows[0]))
-                for listen in tuple(world.on_birth):
-                    second = np.zeros_like(parents) if second is None else second
-                    listen(table, rows, parents, second)
-                born.append((table, rows))
-    if "birth" in registry.events:
-        numbers = [number for table, rows in born for number in world._entities(table, rows)]
-        world.context.tell("birth", numbers)
+    def heard(self) -> bool:
+        """Return whether deaths are told one by one."""
+        return bool(self.world.on_death)
+
+    def bury_dying(self) -> None:
+        """Free the rows of all that have a cause of death; who hears of deaths does so first, in the order of
+        uids."""
+        tables = self.world.tables.values()
+        if not self.heard() and self._unheard.bury(tables):
+            return
+        for table in tables:
+            if (rows := table.dying()).size:
+                self.bury(table, rows, ordered=True)
+
+    def bury(self, table: Table, rows: np.ndarray, ordered: bool = False) -> None:
+        """Free the rows of some that have a cause of death, once they were told in the order of uids;
+        `ordered` rows have it."""
+        if self.heard():
+            self.tell_deaths(table, rows if ordered else rows[table.uid[rows].argsort()])
+        table.vacate(rows)
+
+    def tell_deaths(self, table: Table, rows: np.ndarray) -> None:
+        """Call the hooks of deaths."""
+        for listen in tuple(self.world.on_death):
+            listen(table, rows)
+
+    def bear(self) -> list[tuple[Table, np.ndarray]]:
+        """Bring the newborn to life, table by table, in the order in which they were asked for; return their
+        tables and rows."""
+        born = []
+        for table in self.world.tables.values():
+            if not table.births:
+                continue
+            requests, table.births = table.births, []
+            for request in requests:
+                parents, second, _ = request
+                if parents.size:
+                    rows = self.occupy(table, request)
+                    for listen in tuple(self.world.on_birth):
+                        second = np.zeros_like(parents) if second is None else second
+                        listen(table, rows, parents, second)
+                    born.append((table, rows))
+        return born
+
+    def occupy(self, table: Table, request: Any) -> np.ndarray:
+        """Give rows and uids to the newborn of one request; return the rows."""
+        parents, _, values = request
+        rows = table.occupy(parents.size, self.world.next_uid, self.world.tick, values)
+        self.world.next_uid += parents.size
+        return rows
 
 
 def depart(world: LivingWorld, table: Table, rows: np.ndarray, to: np.ndarray) -> None:

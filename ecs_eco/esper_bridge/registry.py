@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import weakref
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -9,15 +10,17 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from ecs_eco.compiled.garbage import uncollected
-from ecs_eco.engine.doors import Cache, Components, Dead, Entities, Events, Kinds, Processors
-from ecs_eco.engine.entity import WAITING, Entity, name_of
 from ecs_eco.engine.errors import listed
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.living import LivingWorld
 from ecs_eco.engine.schema import Handle
+from ecs_eco.esper_bridge.doors import Cache, Components, Dead, Entities, Events, Kinds, Processors
+from ecs_eco.esper_bridge.entity import WAITING, Entity, name_of
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+
+NUMBER, UID = "esper's number", "whose it is"  # arrays that a table takes along
 
 
 class Registry:
@@ -32,6 +35,7 @@ class Registry:
         self.events = Events()
         # whether somebody was born, died or moved to another row since esper was brought up to date
         self.stale = False
+        self.renewed: set[str] = set()  # tables whose rows or columns are others than those of handles
         self.places: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # by table: numbers ascending, their rows
         self.looked_at: tuple[int, Table, int] | None = None  # the one that esper's loop stands at
         self.waiting: dict[int, Entity] = {}  # not born yet, by the identity of what was asked of the table
@@ -61,6 +65,18 @@ class Registry:
 
     # --- who is in it ---------------------------------------------------------------------------------------
 
+    def join(self, table: Table) -> None:
+        """Keep by row of a table: esper's number of an entity, local to the process, and the uid that it
+        belongs to."""
+        table.along[NUMBER] = np.zeros(table.capacity, np.int64)
+        table.along[UID] = np.zeros(table.capacity, np.uint64)
+        table.onlooker = self
+
+    def renew(self, table: Table) -> None:
+        """Look at handles anew: rows or columns of a table are others."""
+        self.renewed.add(table.name)
+        self.stale = True
+
     def strike(self, kind: type, number: int) -> None:
         """Take an entity off the list of those that have a plain component."""
         if (numbers := dict.get(self.components, kind)) is not None:
@@ -78,27 +94,28 @@ class Registry:
         looked at."""
         self.stale = False
         for table in tables:
-            rows = np.flatnonzero(table.entity_uid != table.uid)
-            if not rows.size and not table.renewed:
+            entity, owner = table.along[NUMBER], table.along[UID]
+            rows = np.flatnonzero(owner != table.uid)
+            if not rows.size and table.name not in self.renewed:
                 continue
-            for number in table.entity[rows[table.entity_uid[rows] != 0]].tolist():
+            for number in entity[rows[owner[rows] != 0]].tolist():
                 self._drop(number)
             living = rows[table.uid[rows] != 0]
-            table.entity[rows] = 0
-            table.entity[living] = self.numbers.take(living.size)
-            table.entity_uid[rows] = table.uid[rows]
-            if table.renewed:
-                table.renewed = False
-                self._renew(table)
+            entity[rows] = 0
+            entity[living] = self.numbers.take(living.size)
+            owner[rows] = table.uid[rows]
+            if table.name in self.renewed:
+                self.renewed.discard(table.name)
+                self._settle(table)
             self._changed()
 
     def number(self, table: Table, row: int) -> int:
         """Return the number of the living entity of a row, which it gets where it has none yet."""
-        if table.entity_uid[row] != table.uid[row]:
-            self._drop(int(table.entity[row]))
-            table.entity[row], table.entity_uid[row] = next(self.numbers), table.uid[row]
+        if table.along[UID][row] != table.uid[row]:
+            self._drop(int(table.along[NUMBER][row]))
+            table.along[NUMBER][row], table.along[UID][row] = next(self.numbers), table.uid[row]
             self._changed()
-        number = int(table.entity[row])
+        number = int(table.along[NUMBER][row])
         if self.held(number) is None:
             self._make(number, table, row)
         return number
@@ -107,16 +124,25 @@ class Registry:
         """Return what esper holds of a number, which is not brought up to date."""
         return dict.get(self.entities, number)
 
-    def plain(self, table: Table, row: int) -> list[Any]:
-        """Return the components of a living row's owner that are no columns."""
-        entity = self.held(int(table.entity[row]))
-        return entity.plain() if entity is not None and table.entity_uid[row] == table.uid[row] else []
+    def plain(self, table: Table, rows: np.ndarray) -> Iterator[tuple[int, Any]]:
+        """Yield (uid, component) of all components of living rows' owners that are no columns."""
+        for row in rows[table.along[NUMBER][rows] != 0].tolist():
+            entity = self.held(int(table.along[NUMBER][row]))
+            if entity is not None and table.along[UID][row] == table.uid[row]:
+                yield from ((int(table.uid[row]), thing) for thing in entity.plain())
+
+    def met(self, table: Table) -> Iterator[tuple[int, int, Entity]]:
+        """Yield the rows, numbers and entities of a table's living that somebody has looked at."""
+        number = table.along[NUMBER]
+        for row in np.flatnonzero(table.alive & (table.along[UID] == table.uid)).tolist():
+            if (entity := self.held(int(number[row]))) is not None:
+                yield row, int(number[row]), entity
 
     def empty(self, table: Table) -> None:
         """Forget all entities of a table, and what esper alone knows of them."""
-        for number in table.entity[table.entity_uid != 0].tolist():
+        for number in table.along[NUMBER][table.along[UID] != 0].tolist():
             self._drop(number)
-        table.entity_uid[:] = 0
+        table.along[UID][:] = 0
         self.stale = True
 
     def _changed(self) -> None:
@@ -130,10 +156,10 @@ class Registry:
         dict.__setitem__(self.entities, number, entity)
         return entity
 
-    def _renew(self, table: Table) -> None:
+    def _settle(self, table: Table) -> None:
         """Let the handles that were made mean the rows and columns of now."""
         rows = table.rows()
-        for number, row in zip(table.entity[rows].tolist(), rows.tolist(), strict=True):
+        for number, row in zip(table.along[NUMBER][rows].tolist(), rows.tolist(), strict=True):
             if (entity := self.held(number)) is not None:
                 entity.settle(row, int(table.uid[row]))
 
@@ -158,8 +184,8 @@ class Registry:
         for table in self._tables():
             if table.name not in self.places:
                 rows = table.rows()
-                order = np.argsort(table.entity[rows])
-                self.places[table.name] = table.entity[rows][order], rows[order]
+                order = np.argsort(table.along[NUMBER][rows])
+                self.places[table.name] = table.along[NUMBER][rows][order], rows[order]
             numbers, rows = self.places[table.name]
             at = int(np.searchsorted(numbers, number))
             if at < numbers.size and numbers[at] == number:
@@ -167,7 +193,7 @@ class Registry:
         return None
 
     def _if_there(self, number: int, table: Table, row: int) -> tuple[Table, int] | None:
-        there = table.entity[row] == number and table.entity_uid[row] == table.uid[row]
+        there = table.along[NUMBER][row] == number and table.along[UID][row] == table.uid[row]
         return (table, row) if there else None
 
     def numbers_with(self, kind: type) -> Iterator[int]:
@@ -177,7 +203,9 @@ class Registry:
                 for table in self._tables():
                     if kind in table.columns or kind in table.derived:
                         rows = table.rows()
-                        for number, row in zip(table.entity[rows].tolist(), rows.tolist(), strict=True):
+                        for number, row in zip(
+                            table.along[NUMBER][rows].tolist(), rows.tolist(), strict=True
+                        ):
                             self.looked_at = number, table, row
                             yield number
                 yield from [one.number for one in self.waiting.values() if kind in one]
@@ -192,9 +220,8 @@ class Registry:
 
     def all_numbers(self) -> tuple[int, ...]:
         """Return the numbers of all entities."""
-        return tuple(number for table in self._tables() for number in table.entity[table.rows()].tolist()) + (
-            tuple(one.number for one in self.waiting.values())
-        )
+        living = [table.along[NUMBER][table.rows()].tolist() for table in self._tables()]
+        return *itertools.chain(*living), *(one.number for one in self.waiting.values())
 
     def kinds_of(self, entity: Entity) -> list[Any]:
         """Return the components of columns that an entity has."""
@@ -274,9 +301,9 @@ class Registry:
     def bear(self, request: object, table: Table, row: int) -> None:
         """Let the entity that has waited for this birth be that of a row."""
         if (entity := self.waiting.pop(id(request), None)) is not None:
-            self._drop(int(table.entity[row]))
+            self._drop(int(table.along[NUMBER][row]))
             entity.request = None
-            table.entity[row], table.entity_uid[row] = entity.number, table.uid[row]
+            table.along[NUMBER][row], table.along[UID][row] = entity.number, table.uid[row]
             entity.settle(row, int(table.uid[row]))
             self._changed()
 
@@ -300,7 +327,7 @@ class Registry:
         world.kill(entity.uid, "deleted")
         if immediate:
             with whole(world, f"the death of esper's entity {number}"):
-                world.bury(world.tables[entity.table], np.array([entity.row]))
+                world.turnover.bury(world.tables[entity.table], np.array([entity.row]))
 
     def doomed(self, number: object) -> bool:
         """Return whether an entity has a cause of death."""

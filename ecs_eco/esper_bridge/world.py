@@ -1,0 +1,156 @@
+"""A World that esper can look into: `with world:` shows its organisms as esper's entities."""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from typing import Any, Self
+
+import esper
+import numpy as np
+
+from ecs_eco.engine import world as engine
+from ecs_eco.engine.table import Table
+from ecs_eco.engine.turnover import Turnover
+from ecs_eco.esper_bridge import turns
+from ecs_eco.esper_bridge.context import Context, switch_back
+
+
+class World(engine.World):
+    """Entities in tables, and the systems that act on them.
+
+    `dt` [s] is the length of a tick, `seed` all chance. `threads` changes the speed and no result. Worlds do
+    not mix: each has its own esper context, which `with world:` enters.
+
+    Hooks are those of `ecs_eco.engine.world.World`.
+    """
+
+    def __init__(self, *, dt: float = 1.0, seed: int = 0, threads: int = 1, name: str = "world") -> None:
+        super().__init__(dt=dt, seed=seed, threads=threads, name=name)
+        self.apart = turns.enter(self)  # whether it runs in a thread beside another world
+        self.context = Context(self)
+        self.turnover: Turnover = Told(self)
+        self._outer: list[str] = []
+        weakref.finalize(self, _forget, self.context, self._outer, threading.get_ident())
+
+    def add_table(
+        self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None
+    ) -> Table:
+        """Declare a kind of entity with these components; `dims` gives the sizes that their shapes name."""
+        table = super().add_table(name, *components, capacity=capacity, dims=dims)
+        self.context.registry.join(table)
+        return table
+
+    def run(self, ticks: int, progress: Callable[[int, int], Any] | None = None) -> Self:
+        """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second.
+
+        Returns the world. Returns early, after a whole tick, if `stop()` was called. The functions in
+        `before_tick` are called before every tick. Ctrl-C also stops after a whole tick. An error within a
+        tick, or a second Ctrl-C, leaves a world that can only be inspected: anything else raises
+        UnfinishedTick.
+        """
+        self._mine()
+        with turns.turn:
+            self.context.require()
+            outside = esper.current_world
+        try:
+            return super().run(ticks, progress)
+        finally:
+            with turns.turn:
+                switch_back(outside)
+
+    def pass_tick(self) -> None:
+        """Let all processors act while esper shows this world."""
+        with turns.turn:
+            outside = esper.current_world if self.apart else ""
+            self.context.show()
+            super().pass_tick()
+            if self.apart:
+                esper.switch_world(outside)
+        if turns.turn.waiting:
+            turns.turn.leave()
+
+    def entered(self) -> AbstractContextManager[None]:
+        """Return a context in which esper shows this world."""
+        return self.context.inside()
+
+    def sync(self) -> None:
+        """Bring esper's entities up to date: esper then has one for each living organism,
+        with a handle per component.
+
+        Done whenever something of esper looks at this world after births and deaths, so nobody need call it:
+        births and deaths that nobody looks at cost no handles.
+        """
+        self.context.registry.sync(self.tables.values())
+
+    def entity(self, uid: int) -> int:
+        """Return esper's number of a living entity: local to this process, never saved."""
+        return self.context.registry.number(*self.locate(uid))
+
+    def uid(self, entity: int) -> int:
+        """Return the uid of the organism that esper knows by a number; KeyError where there is none,
+        0 while it is not born yet."""
+        return int(self.context.registry.entities[entity].uid)
+
+    def __enter__(self) -> Self:
+        self._mine()
+        turns.turn.__enter__()
+        self._outer.append(esper.current_world)
+        try:
+            self.context.show()
+            self.context.registry.stale = True  # whatever was done to columns by hand
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        try:
+            switch_back(self._outer.pop())
+        finally:
+            turns.turn.__exit__()
+
+
+class Told(Turnover):
+    """Births and deaths of which esper's handlers of "birth" and "death" are told."""
+
+    def heard(self) -> bool:
+        """Return whether deaths are told one by one."""
+        return super().heard() or "death" in self.world.context.registry.events
+
+    def tell_deaths(self, table: Table, rows: np.ndarray) -> None:
+        """Call the hooks of deaths, then esper's handlers."""
+        super().tell_deaths(table, rows)
+        world = self.world
+        if "death" in world.context.registry.events:
+            causes = [world.causes[cause - 1] for cause in table.cause[rows]]
+            world.context.tell("death", self._numbers(table, rows), causes)
+
+    def bear(self) -> list[tuple[Table, np.ndarray]]:
+        """Bring the newborn to life, then tell esper's handlers."""
+        born = super().bear()
+        if "birth" in self.world.context.registry.events:
+            numbers = [number for table, rows in born for number in self._numbers(table, rows)]
+            self.world.context.tell("birth", numbers)
+        return born
+
+    def occupy(self, table: Table, request: Any) -> np.ndarray:
+        """Give rows and uids to the newborn of one request, with what esper's entity was given meanwhile."""
+        registry = self.world.context.registry
+        given = registry.newborn(request) if registry.waiting else None
+        if given is None:
+            return super().occupy(table, request)
+        parents, second, _ = request
+        rows = super().occupy(table, (parents, second, self.world._values(table, given)))
+        registry.bear(request, table, int(rows[0]))
+        return rows
+
+    def _numbers(self, table: Table, rows: np.ndarray) -> list[int]:
+        return [self.world.context.registry.number(table, row) for row in rows.tolist()]
+
+
+def _forget(context: Context, within: list[str], thread: int) -> None:
+    context.end()
+    turns.turn.give_back(len(within), thread)  # the world was freed within its `with` block
