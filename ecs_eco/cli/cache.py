@@ -10,7 +10,7 @@ import typer
 from ecs_eco.cli.options import Quiet, Trust
 from ecs_eco.cli.terminal import complain, exits, progress, say, whole
 from ecs_eco.cli.trust import allow
-from ecs_eco.compiled import kernel_cache
+from ecs_eco.compiled import kernel_folder
 from ecs_eco.config import load
 from ecs_eco.config.loading import WorldSource
 from ecs_eco.config.shipped import shipped
@@ -30,7 +30,7 @@ cache = typer.Typer(
 @exits
 def show() -> None:
     """Say where compiled kernels are kept, and how many."""
-    folder = kernel_cache.cache_folder()
+    folder = kernel_folder.cache_folder()
     say(f"{folder}\n  {_content(folder)}")
     known = sorted(mark.stem for mark in folder.glob(f"*{MARK}"))
     say(f"  all that is listed of {', '.join(known)}" if known else "  of no world all that is listed")
@@ -62,7 +62,7 @@ def warm(
 
     configs = {world: load(world) for world in worlds or []}
     folder, names = (
-        kernel_cache.cache_folder(),
+        kernel_folder.cache_folder(),
         list(dict.fromkeys(known_to_list(c.name) for c in configs.values())),
     )
     before = len(list(folder.glob("*.nbc")))
@@ -83,7 +83,7 @@ def clear(
     others: Annotated[bool, typer.Option("--others", help="Only those of other versions.")] = False,
 ) -> None:
     """Remove compiled kernels; they are compiled again when they are called."""
-    folder = kernel_cache.cache_folder()
+    folder = kernel_folder.cache_folder()
     folders = _others(folder) if others else [*_others(folder), folder]
     removed = sum(_clear(one) for one in folders)
     say(f"{removed} kernels removed below {folder.parent}")
@@ -106,7 +106,7 @@ def _content(folder: Path) -> str:
 
 def _clear(folder: Path) -> int:
     removed = len(list(folder.glob("*.nbc")))
-    ours = ("*.nbc", f"*{kernel_cache.CLAIM}", f"*{MARK}", "*.nbc.*.tmp")  # what is in a folder of kernels
+    ours = ("*.nbc", f"*{kernel_folder.CLAIM}", f"*{MARK}", "*.nbc.*.tmp")  # what is in a folder of kernels
     for file in [path for pattern in ours for path in folder.glob(pattern)]:
         file.unlink(missing_ok=True)
     try:

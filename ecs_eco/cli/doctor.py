@@ -20,7 +20,7 @@ from ecs_eco import __version__
 from ecs_eco.cli.docs import graphical
 from ecs_eco.cli.options import Quiet
 from ecs_eco.cli.terminal import FAILED, complain, exits, progress, say
-from ecs_eco.compiled import jit, portable
+from ecs_eco.compiled import jit, numba_version, portable
 from ecs_eco.testing import self_test
 from ecs_eco.testing.browser import chromium
 from ecs_eco.testing.self_test import Outcome
@@ -127,6 +127,7 @@ def _processor(here: Target) -> Facts:
         ),
         ("system", f"{platform.system()} {platform.release()}"),
         ("numba", f"{here.cpu}, {triple}, {len(features)} features ({here.features})"),
+        ("kernels", numba_version.summary()),
         ("torch", here.torch),
         ("cores", f"{cores} for this process, of {os.cpu_count()}"),
         ("threads", "1, or as many as --threads says; results do not depend on it"),

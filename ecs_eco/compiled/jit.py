@@ -1,21 +1,14 @@
 """The `njit` of this package: kept on disk, free of the GIL, and recompiled when any kernel's source changes."""
 
-import os
 from collections.abc import Callable
 from typing import Any
 
 import numba
-from numba.core.cpu import CPUTargetOptions
-from numba.core.options import TargetOptions
 
 from ecs_eco.compiled import portable
-from ecs_eco.compiled.kernel import Kernel, kernel
-from ecs_eco.compiled.kernel_cache import Folder, KernelCache, cache_folder
+from ecs_eco.compiled.kernel import c_function, kept_kernel
+from ecs_eco.compiled.kernel_folder import Folder, cache_folder
 
-numba.core.config._config_fname = ""  # no .numba_config.yaml of the folder that a command happens to run in
-numba.config.reload_config()
-# numba has the flag, and no option that sets it
-CPUTargetOptions.noalias = TargetOptions.Mapping("noalias")
 portable.check()
 if portable.on():
     numba.config.CPU_NAME, numba.config.CPU_FEATURES = portable.CPU, ""  # type: ignore[attr-defined]
@@ -23,7 +16,7 @@ FOLDER = Folder(cache_folder())
 if portable.on():
     from ecs_eco.compiled.linking import install
 
-    install(FOLDER)
+    install(c_function, FOLDER)
 
 
 def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noalias: bool = False) -> Any:
@@ -36,15 +29,7 @@ def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noa
     A function without a source file, as one typed at a prompt, is compiled anew in each process. In the
     portable mode `fastmath` is not heeded: what it permits is done by some processors and not by others.
     """
-    fastmath = False if portable.on() else fastmath
-    promises: dict[str, Any] = {"noalias": True} if noalias else {}
-    made = kernel(function, nogil=True, error_model="numpy", fastmath=fastmath, **promises)
-    # else nothing is compiled: NUMBA_DISABLE_JIT
-    if isinstance(made, Kernel) and os.path.isfile(function.__code__.co_filename):
-        options = str(sorted(fastmath) if isinstance(fastmath, set) else fastmath) + "noalias" * noalias
-        made._cache = KernelCache(function, FOLDER, options)
-        made.inner._cache = KernelCache(function, FOLDER, f"{options} inner")
-    return made
+    return kept_kernel(function, FOLDER, False if portable.on() else fastmath, noalias)
 
 
 def lone_njit(function: Callable[..., Any]) -> Any:

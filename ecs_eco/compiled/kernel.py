@@ -2,45 +2,39 @@
 
 What Python calls needs code that takes numbers out of Python's objects: with thirty arrays that is most of
 it. What other kernels call needs none, so it is compiled by itself, without; and no machine code, see
-`ecs_eco.compiled.inner`.
+`ecs_eco.compiled.numba_private`.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numba
-from numba import types
-from numba.core.registry import CPUDispatcher
 
 from ecs_eco.compiled.garbage import uncollected
-from ecs_eco.compiled.inner import InnerPipeline, OuterPipeline
 from ecs_eco.compiled.kernel_cache import KernelCache
+from ecs_eco.compiled.numba_private import Dispatcher, InnerPipeline, OuterPipeline, compiled_for_c, prepare
 
 if TYPE_CHECKING:
-    from numba.core.cpu import CPUContext
-
     from ecs_eco.compiled.kernel_cache import Types
+    from ecs_eco.compiled.kernel_folder import Folder
+    from ecs_eco.compiled.numba_private import Signature
+
+prepare()
 
 
-class Kernel(CPUDispatcher):
+class Kernel(Dispatcher):
     """numba's dispatcher for Python's calls; kernels that call this one get `inner`."""
 
-    inner: Any
-    targetctx: CPUContext
     divided: Any = None  # it in parts (`ecs_eco.compiled.parts`)
-    _cache: Any
     calls: ClassVar[list[tuple[Kernel, Types]]] = []
     """What Python has called in this process, in the order of first calls, with types."""
 
-    @property
-    def _numba_type_(self) -> Any:
-        return types.Dispatcher(self.inner)
-
     def compile(self, sig: Types) -> Any:
         """Return the function for these types, found or compiled."""
-        cache = self._cache
+        cache = self.kept
         Kernel.calls.append((self, sig))
         with uncollected():
             if isinstance(cache, KernelCache) and cache.folder.shared:
@@ -50,13 +44,11 @@ class Kernel(CPUDispatcher):
 
     def known(self, sig: Types) -> bool:
         """Return whether a compiled form for these types is kept, or another process makes it."""
-        return isinstance(self._cache, KernelCache) and self._cache.known(sig, self.targetctx)
+        return isinstance(self.kept, KernelCache) and self.kept.known(sig, self.targetctx)
 
 
-class Inner(CPUDispatcher):
+class Inner(Dispatcher):
     """numba's dispatcher for calls from other kernels."""
-
-    _cache: Any
 
     def compile(self, sig: Types) -> Any:
         """Return the function for these types, found or compiled."""
@@ -69,8 +61,29 @@ def kernel(function: Callable[..., Any], **options: Any) -> Any:
     njit: Any = numba.njit  # these options are not annotated
     options["no_cfunc_wrapper"] = True
     made: Any = njit(**options, pipeline_class=OuterPipeline)(function)
-    if hasattr(made, "_cache"):
+    if hasattr(made, "targetctx"):
         made.__class__ = Kernel
         made.inner = njit(**options, no_cpython_wrapper=True, pipeline_class=InnerPipeline)(function)
         made.inner.__class__ = Inner
     return made
+
+
+def kept_kernel(
+    function: Callable[..., Any], folder: Folder, fastmath: bool | set[str] = False, noalias: bool = False
+) -> Any:
+    """Return a function as a kernel whose compiled forms are kept in a folder."""
+    promises: dict[str, Any] = {"noalias": True} if noalias else {}
+    made = kernel(function, nogil=True, error_model="numpy", fastmath=fastmath, **promises)
+    if isinstance(made, Kernel) and os.path.isfile(function.__code__.co_filename):
+        options = str(sorted(fastmath) if isinstance(fastmath, set) else fastmath) + "noalias" * noalias
+        made.kept = KernelCache(function, folder, options)
+        made.inner.kept = KernelCache(function, folder, f"{options} inner")
+    return made
+
+
+def c_function(
+    function: Callable[..., Any], signature: Signature, origin: Any, folder: Folder, name: str
+) -> Any:
+    """Return a function that C can call; the kernel `origin` is what it is made of, and stands for it in the
+    folder under that name, for a closure is another one in each process."""
+    return compiled_for_c(function, signature, KernelCache(origin.py_func, folder, name))

@@ -12,14 +12,12 @@ from typing import TYPE_CHECKING, Any
 import llvmlite.binding as llvm
 import numpy as np
 from numba import carray, types
-from numba.core.ccallback import CFunc
 
 from ecs_eco.compiled import libm
-from ecs_eco.compiled.kernel_cache import Folder, KernelCache
 
 if TYPE_CHECKING:
-    from numba.core.registry import CPUDispatcher
-    from numba.core.typing import Signature
+    from ecs_eco.compiled.kernel_folder import Folder
+    from ecs_eco.compiled.numba_private import CPUDispatcher
 
 NAMES = frozenset(f"{name}{kind}" for name in (*libm.ONE, *libm.TWO, "sincos") for kind in ("", "f"))
 """The names of the C library that lead to functions of the portable mode."""
@@ -57,30 +55,24 @@ _NUMPYS = {types.float64: np.float64, types.float32: np.float32}
 _kept: list[Any] = []  # machine code that names lead to
 
 
-def install(folder: Folder) -> None:
-    """Let the names lead to `libm`, in this process and for good; compiled forms are kept in the folder."""
+def install(c_function: Callable[..., Any], folder: Folder) -> None:
+    """Let the names lead to `libm`, in this process and for good.
+
+    `c_function(function, signature, origin, folder, name)` compiles, see `ecs_eco.compiled.kernel`.
+    """
     if _kept:
         return
     for kind, suffix in ((types.float64, ""), (types.float32, "f")):
-        for name, function in libm.ONE.items():
-            _link(name + suffix, function, _of_one(function, kind), kind(kind), folder)
-        for name, function in libm.TWO.items():
-            _link(name + suffix, function, _of_two(function, kind), kind(kind, kind), folder)
         place = types.CPointer(kind)
-        _link("sincos" + suffix, libm.sin, _sincos(kind), types.void(kind, place, place), folder)
-
-
-def _link(
-    name: str, origin: CPUDispatcher, function: Callable[..., Any], signature: Signature, folder: Folder
-) -> None:
-    """Let a name lead to a function; `origin` is what it is made of, and stands for it in the cache, for the
-    closure itself is another one in each process."""
-    options = {"nopython": True, "nogil": True, "error_model": "numpy"}
-    compiled: Any = CFunc(function, (signature.args, signature.return_type), {}, options)
-    compiled._cache = KernelCache(origin.py_func, folder, name)
-    compiled.compile()
-    llvm.add_symbol(name, compiled.address)
-    _kept.append(compiled)
+        linked = [
+            *((name, one, _of_one(one, kind), kind(kind)) for name, one in libm.ONE.items()),
+            *((name, two, _of_two(two, kind), kind(kind, kind)) for name, two in libm.TWO.items()),
+            ("sincos", libm.sin, _sincos(kind), types.void(kind, place, place)),
+        ]
+        for name, origin, function, signature in linked:
+            compiled = c_function(function, signature, origin, folder, name + suffix)
+            llvm.add_symbol(name + suffix, compiled.address)
+            _kept.append(compiled)
 
 
 def _of_one(function: CPUDispatcher, kind: types.Float) -> Callable[..., Any]:

@@ -18,7 +18,6 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core.cgutils import unpack_tuple
 from numba.extending import intrinsic
 
 from ecs_eco.compiled.jit import njit
@@ -96,7 +95,7 @@ def _lay_out(
             context.declare_function(builder.module, about),
             about.restype,
             about.argtypes,
-            [*part.args[:2], *unpack_tuple(inside, held, len(arguments.types))],
+            [*part.args[:2], *(inside.extract_value(held, i) for i in range(len(arguments.types)))],
         )
         if context.enable_nrt:  # nobody wants what it returns
             context.nrt.decref(inside, about.restype, value)
@@ -173,8 +172,8 @@ def divided(one: Kernel) -> Kernel:
         return alone(record, looks)
 
     made = kernel(run, nogil=True, error_model="numpy")
-    if isinstance(one._cache, KernelCache):
-        made._cache = KernelCache(one.py_func, one._cache.folder, f"{one._cache.options} in parts")
+    if isinstance(one.kept, KernelCache):
+        made.kept = KernelCache(one.py_func, one.kept.folder, f"{one.kept.options} in parts")
     one.divided = made
     return made
 

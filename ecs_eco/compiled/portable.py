@@ -62,9 +62,9 @@ def target() -> dict[str, str]:
     """Return the mode and the processor that kernels are compiled for, as LLVM calls it."""
     if _on:
         return {"mode": mode(), "cpu": CPU}
-    from numba.core.registry import cpu_target
+    from ecs_eco.compiled.processor import processor  # it loads numba
 
-    return {"mode": mode(), "cpu": cpu_target.target_context.codegen().magic_tuple()[1]}
+    return {"mode": mode(), "cpu": processor()[1]}
 
 
 def other_mode(noted: Mapping[str, Any]) -> str:

@@ -1,13 +1,15 @@
-"""The types of a kernel's arguments as text, as numba writes them, and back."""
+"""The types of a kernel's arguments: as text, as numba writes them, and back, and what follows from them."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import Any
 
 import numba
 
 types: Any = numba.types  # not annotated throughout
+_NUMBERS = types.Number, types.Boolean, types.NoneType, types.Omitted
 _ARRAY = re.compile(r"(unaligned )?(readonly )?array\((\w+), (\d+)d, ([CFA])\)")
 _SCALAR = re.compile(r"(?:u?int|float)(?:8|16|32|64)|bool|none")
 
@@ -38,3 +40,16 @@ def _type(written: str) -> Any:
         parts = re.split(r", (?![^()]*\))", match[1])
         return types.Tuple([_type(part) for part in parts])
     raise ValueError(f"{written!r} names no number, array or tuple of them")
+
+
+def borrows(result: Any, arguments: Iterable[Any]) -> bool:
+    """Return whether a function of these types can keep no array: it gets arrays and numbers, and tuples of
+    them, and returns no array."""
+    return _holds(result, *_NUMBERS) and all(_holds(one, *_NUMBERS, types.Array) for one in arguments)
+
+
+def _holds(kind: Any, *allowed: type) -> bool:
+    """Return whether a type is one of those allowed, or a tuple of them."""
+    if isinstance(kind, types.BaseTuple):
+        return all(_holds(one, *allowed) for one in kind)
+    return isinstance(kind, allowed)

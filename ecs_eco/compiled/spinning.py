@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core.cgutils import get_or_insert_function
 from numba.extending import intrinsic
 
 from ecs_eco.compiled.jit import njit
@@ -42,7 +41,7 @@ def _rest(typing: Typing) -> tuple[Signature, Emit]:
     ) -> ir.Value:
         if X86:
             kind = ir.FunctionType(ir.VoidType(), [])
-            builder.call(get_or_insert_function(builder.module, kind, "llvm.x86.sse2.pause"), [])
+            builder.call(builder.module.declare_intrinsic("llvm.x86.sse2.pause", fnty=kind), [])
         return context.get_dummy_value()
 
     return types.none(), make

@@ -16,17 +16,14 @@ import numpy as np
 from llvmlite import ir
 from llvmlite.binding import get_host_cpu_features
 from numba import types
-from numba.core.cgutils import get_or_insert_function
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, models, register_model
+from numba.extending import intrinsic, lower_builtin, models, register_model, type_callable
 
 from ecs_eco.compiled import portable
 
 if TYPE_CHECKING:
-    from numba.core.cpu import CPUContext as CPUContext
-    from numba.core.datamodel import DataModelManager
-    from numba.core.typing import Context
-    from numba.core.typing import Signature as Signature
+    from ecs_eco.compiled.numba_private import Context, DataModelManager
+    from ecs_eco.compiled.numba_private import CPUContext as CPUContext
+    from ecs_eco.compiled.numba_private import Signature as Signature
 
     Typing: TypeAlias = Context
     Emit: TypeAlias = Callable[[CPUContext, ir.IRBuilder, Signature, Sequence[ir.Value]], ir.Value]
@@ -127,9 +124,8 @@ def _floor(typing: Typing, vector: types.Type) -> tuple[Signature, Emit]:
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
     ) -> ir.Value:
         kind = ir.FunctionType(_LLVM, [_LLVM])
-        return builder.call(
-            get_or_insert_function(builder.module, kind, f"llvm.floor.v{LANES}f32"), arguments
-        )
+        floor = builder.module.declare_intrinsic(f"llvm.floor.v{LANES}f32", fnty=kind)
+        return builder.call(floor, arguments)
 
     return _vector(_vector), make
 
@@ -157,7 +153,7 @@ def _prefetch(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signa
         kind = ir.FunctionType(ir.VoidType(), [byte, whole, whole, whole])
         address = builder.bitcast(place(context, builder, signature.args[0], *arguments), byte)
         how = [ir.Constant(whole, 0), ir.Constant(whole, 3), ir.Constant(whole, 1)]
-        builder.call(get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8"), [address, *how])
+        builder.call(builder.module.declare_intrinsic("llvm.prefetch.p0i8", fnty=kind), [address, *how])
         return context.get_dummy_value()
 
     return types.void(array, types.intp), make
@@ -167,12 +163,9 @@ def _operator(of: Callable[[Any, Any], Any], name: str) -> None:
     """Let an operator of two vectors, or of a vector and a float32, be LLVM's instruction of this name."""
     kinds = (_vector, _vector), (_vector, types.float32), (types.float32, _vector)
 
-    @infer_global(of)
-    class _Operator(AbstractTemplate):
-        key = of
-
-        def generic(self, args: tuple[types.Type, ...], kws: dict[str, types.Type]) -> Signature | None:
-            return signature(_vector, *args) if args in kinds else None
+    @type_callable(of)
+    def type_of(context: Typing) -> Callable[[types.Type, types.Type], types.Type | None]:
+        return lambda a, b: _vector if (a, b) in kinds else None
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]

@@ -8,9 +8,8 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import NamedTuple
 
-from numba.core.registry import cpu_target
-
 from ecs_eco.compiled import portable
+from ecs_eco.compiled.processor import processor
 
 COMPUTING = ("numpy", "numba", "llvmlite", "torch", "deap", "scipy")  # whose versions results may depend on
 OTHERS = (
@@ -57,7 +56,7 @@ def versions(names: tuple[str, ...]) -> dict[str, str]:
 
 def instructions() -> tuple[str, str, list[str]]:
     """Return the triple, the processor and the features that numba compiles for, as NUMBA_CPU_NAME has them."""
-    triple, name, features = cpu_target.target_context.codegen().magic_tuple()
+    triple, name, features = processor()
     return triple, name, sorted(word[1:] for word in features.split(",") if word.startswith("+"))
 
 

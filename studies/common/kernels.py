@@ -9,7 +9,7 @@ from typing import Any
 
 import ecs_eco
 
-OWN = ("jit.py", "kernel_cache.py", "__init__.py", "__main__.py")  # speak of njit, and have no kernels
+OWN = ("jit.py", "kernel_folder.py", "__init__.py", "__main__.py")  # speak of njit, and have no kernels
 
 
 @cache

@@ -4,7 +4,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ecs_eco.cli import app
-from ecs_eco.compiled import kernel_cache
+from ecs_eco.compiled import kernel_folder
 from ecs_eco.worlds import first_start
 
 
@@ -15,7 +15,7 @@ def folder(tmp_path, monkeypatch):
     for path in (here / "a.nbc", here / "b.nbc", here / "lamb.warm", other / "a.nbc", other / "a.claim"):
         path.parent.mkdir(exist_ok=True)
         path.write_bytes(bytes(500_000))
-    monkeypatch.setattr(kernel_cache, "cache_folder", lambda: here)
+    monkeypatch.setattr(kernel_folder, "cache_folder", lambda: here)
     return here
 
 

@@ -40,6 +40,7 @@ def test_it_says_what_results_depend_on():
         "GB",
         "browser",
         "threads",
+        "tried with numba",
     ):
         assert word in result.output, word
     assert "Self-test" not in result.output
@@ -76,7 +77,7 @@ def test_results_that_depend_on_threads_or_checkpoints_are_exit_code_1(doctor, o
 
 def test_a_cache_that_is_not_used_is_said_with_the_reason(monkeypatch, tmp_path):
     from ecs_eco.compiled import jit
-    from ecs_eco.compiled.kernel_cache import Folder
+    from ecs_eco.compiled.kernel_folder import Folder
 
     (tmp_path / "cache").mkdir()
     (tmp_path / "cache").chmod(0o777)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ecs_eco.compiled.inner import Linked
 from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.numba_private import Linked
 
 
 @njit

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from ecs_eco.compiled import jit
+from ecs_eco.compiled import jit, kernel_folder
 from ecs_eco.compiled import kernel_cache as module
-from ecs_eco.compiled.kernel_cache import Folder, KernelCache, why_not_private
+from ecs_eco.compiled.kernel_cache import KernelCache
+from ecs_eco.compiled.kernel_folder import Folder, why_not_private
 
 KERNEL = """
 from ecs_eco.compiled.jit import njit
@@ -181,7 +182,7 @@ def test_a_folder_that_others_may_write_to_is_not_used(start, mode, monkeypatch)
     (file,) = start.files()
     file.parent.chmod(mode)
     if mode == 0o770:  # a group of others
-        monkeypatch.setattr(module, "_is_own_group", lambda gid: False)
+        monkeypatch.setattr(kernel_folder, "_is_own_group", lambda gid: False)
     written = file.stat().st_mtime_ns
     where, (warning,) = start()
     assert where == "compiled"
@@ -266,7 +267,7 @@ def test_a_group_of_the_user_alone_is_nobody_else(monkeypatch):
             "getgrgid",
             lambda gid, name=name, members=members: SimpleNamespace(gr_name=name, gr_mem=members),
         )
-        assert module._is_own_group(5) is own
+        assert kernel_folder._is_own_group(5) is own
 
 
 def test_a_kernel_without_a_source_file_is_compiled_and_not_kept():
@@ -275,7 +276,7 @@ def test_a_kernel_without_a_source_file_is_compiled_and_not_kept():
     namespace: dict[str, object] = {"njit": njit}
     exec("@njit\ndef triple(x):\n    return 3 * x", namespace)
     assert namespace["triple"](2) == 6
-    assert not isinstance(namespace["triple"]._cache, KernelCache)
+    assert not isinstance(namespace["triple"].kept, KernelCache)
 
 
 @pytest.mark.slow
@@ -322,11 +323,11 @@ def test_all_kernels_of_the_package_are_kept_in_it():
 
     root, n_kernels = Path(module.__file__).parents[1], 0
     for path in root.rglob("*.py"):
-        if "njit" in path.read_text() and path.name not in ("jit.py", "kernel_cache.py", "__init__.py"):
+        if "njit" in path.read_text() and path.name not in ("jit.py", "kernel_folder.py", "__init__.py"):
             name = ".".join(("ecs_eco", *path.relative_to(root).with_suffix("").parts))
             for kernel in vars(importlib.import_module(name)).values():
                 if isinstance(kernel, Dispatcher) and kernel.py_func.__module__ != LINKED:
-                    assert isinstance(kernel._cache, KernelCache), (
+                    assert isinstance(kernel.kept, KernelCache), (
                         f"{name}.{kernel.py_func.__name__}: compiled by numba's own njit"
                     )
                     n_kernels += 1

@@ -10,7 +10,7 @@ import pytest
 
 from ecs_eco.compiled import jit, signatures
 from ecs_eco.compiled.kernel import Kernel
-from ecs_eco.compiled.kernel_cache import CLAIM, Folder
+from ecs_eco.compiled.kernel_folder import CLAIM, Folder
 from ecs_eco.config.shipped import shipped
 from ecs_eco.engine.processes import python
 from ecs_eco.worlds import first_start
@@ -104,7 +104,7 @@ def test_a_kernel_that_another_process_compiles_is_waited_for(two_kernels):
     assert isinstance(kernel, Kernel)
     signature = signatures.read("float64")
     assert not kernel.known(signature)
-    claim = kernel._cache._path(signature, kernel.targetctx.codegen()).with_suffix(CLAIM)
+    claim = kernel.kept._path(signature, kernel.targetctx.codegen()).with_suffix(CLAIM)
     claim.write_text(str(os.getppid()))
     assert kernel.known(signature)
     ended = []
@@ -120,7 +120,7 @@ def test_the_claim_of_a_process_that_has_ended_stops_nobody(two_kernels):
     kernel = first_start.kernel_of("two_kernels:triple")
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
-    claim = kernel._cache._path(signatures.read("float64"), kernel.targetctx.codegen()).with_suffix(CLAIM)
+    claim = kernel.kept._path(signatures.read("float64"), kernel.targetctx.codegen()).with_suffix(CLAIM)
     claim.write_text(str(ended.pid))
     assert kernel(2.0) == 6
     assert not claim.exists()

@@ -1,0 +1,308 @@
+"""All private names of numba that the package uses: what may change with each of its versions.
+
+`ecs_eco.compiled.numba_version` says which versions this was tried with; with another one nothing imports this
+file, and `plain` does the work. Three things are here: how kernels are compiled, a compiled kernel as bytes,
+and the classes that `kernel` and `kernel_cache` build on.
+
+Kernels that Python calls become machine code, the others what is linked into these. numba makes machine code
+of each function by itself, also of one that only other kernels call: it is linked into these, as bitcode, and
+compiled there once more. To leave that out saves a quarter of the first start.
+
+numba's own way from bytes to a kernel first loads all that it would need to compile, with it scipy's linear
+algebra, for half a second. A kernel that is ready needs its machine code and the functions of numba's runtime
+that it calls.
+"""
+
+from __future__ import annotations
+
+import sys
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import llvmlite.binding as llvm
+import numba
+from numba import _dynfunc, types  # type: ignore[attr-defined]
+from numba.core import compiler_machinery
+from numba.core import serialize as serialize
+from numba.core.caching import NullCache as NullCache
+from numba.core.ccallback import CFunc
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder, compile_result
+from numba.core.compiler import CompileResult as CompileResult
+from numba.core.cpu import CPUTargetOptions
+from numba.core.environment import Environment, lookup_environment
+from numba.core.lowering import Lower
+from numba.core.options import TargetOptions
+from numba.core.registry import CPUDispatcher as CPUDispatcher
+from numba.core.runtime import _nrt_python  # type: ignore[attr-defined]
+from numba.core.typed_passes import NativeLowering
+
+from ecs_eco.compiled.elf import undefined
+from ecs_eco.compiled.signatures import borrows
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numba.core.codegen import JITCPUCodegen as JITCPUCodegen
+    from numba.core.compiler import StateDict
+    from numba.core.cpu import CPUContext as CPUContext
+    from numba.core.datamodel import DataModelManager as DataModelManager
+    from numba.core.funcdesc import FunctionDescriptor
+    from numba.core.typing import Context as Context
+    from numba.core.typing import Signature as Signature
+
+_register: Any = compiler_machinery.register_pass  # numba's are not annotated
+ENVIRONMENT = "_ZN08NumbaEnv"  # how the names of variables begin that hold environments
+
+
+class Linked(JITCodeLibrary):
+    """A function as bitcode, to be linked with others; nothing of it is loaded."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._verify_declare_only_symbols()  # type: ignore[no-untyped-call]
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return 0: there is no machine code."""
+        return 0
+
+
+def stand_in(description: FunctionDescriptor, environment: Environment, library: Linked) -> Any:
+    """Return a function that stands for one without machine code, and cannot be called."""
+    name = description.qualname.split(".")[-1]
+    return _dynfunc.make_function(description.lookup_module(), name, "", 0, environment, (library,))
+
+
+@_register(mutates_CFG=True, analysis_only=False)
+class InnerLowering(NativeLowering):
+    """numba's lowering, without machine code."""
+
+    _name = "inner_lowering"
+
+    def run_pass(self, state: StateDict) -> bool:
+        """Lower a function that is linked into others."""
+        codegen, name = state.targetctx.codegen(), state.func_id.func_qualname
+        state.library = Linked(codegen, name)  # type: ignore[no-untyped-call]
+        state.library.enable_object_caching()
+        state.flags.no_compile = True
+        super().run_pass(state)  # type: ignore[no-untyped-call]
+        done, library = state["cr"], state.library
+        function = stand_in(done.fndesc, done.env, library)
+        state.targetctx.insert_user_function(function, done.fndesc, [library])
+        state.reload_init.extend(library._reload_init)
+        state["cr"] = done._replace(cfunc=function)
+        return True
+
+
+class OuterLower(Lower):
+    """numba's, whose kernels borrow the arrays that Python hands them.
+
+    numba makes an owner of each array that comes from Python, and frees it after the call: of a kernel with
+    thirty arrays that is most of its fixed cost. Python's call keeps its arguments anyway while it lasts. So
+    they are borrowed where the kernel cannot keep one for longer: where it returns none, and where there is
+    nothing that it could put one into.
+    """
+
+    def create_cpython_wrapper(self, release_gil: bool = False) -> None:
+        """Make what Python calls."""
+        about, context = self.fndesc, self.context
+        if borrows(about.restype, about.argtypes):
+            context = context.subtarget(enable_nrt=False)  # who counts no references, owns nothing
+        context.create_cpython_wrapper(
+            self.library, about, self.env, self.call_helper, release_gil=release_gil
+        )
+
+
+@_register(mutates_CFG=True, analysis_only=False)
+class OuterLowering(NativeLowering):
+    """numba's lowering, which then lets machine code find the environments of all functions in it."""
+
+    _name = "outer_lowering"
+
+    @property
+    def lowering_class(self) -> type[Lower]:
+        """What lowers a function that Python calls."""
+        return OuterLower
+
+    def run_pass(self, state: StateDict) -> bool:
+        """Lower a function that Python calls."""
+        super().run_pass(state)  # type: ignore[no-untyped-call]
+        for variable in state.library._final_module.global_variables:
+            if variable.name.startswith(ENVIRONMENT):
+                environment = lookup_environment(variable.name)
+                if environment is not None:
+                    state.targetctx.codegen().set_env(variable.name, environment)
+        return True
+
+
+class _Pipeline(CompilerBase):
+    """numba's passes, with another one for lowering."""
+
+    lowering: type[NativeLowering]
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the only pipeline: kernels never fall back to Python's objects."""
+        passes: Any = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.passes = [
+            (self.lowering if one is NativeLowering else one, about) for one, about in passes.passes
+        ]
+        passes.finalize()
+        return [passes]
+
+
+class InnerPipeline(_Pipeline):
+    """For functions that other kernels call."""
+
+    lowering = InnerLowering
+
+
+class OuterPipeline(_Pipeline):
+    """For functions that Python calls."""
+
+    lowering = OuterLowering
+
+
+def to_bytes(result: CompileResult) -> bytes:
+    """Return a compiled form as bytes."""
+    made: Any = result  # a named tuple, whose fields type checkers do not see
+    library, description = made.library, made.fndesc
+    library._ensure_finalized()
+    code, bitcode, symbols = b"", b"", []
+    if isinstance(library, Linked):
+        bitcode = library._get_module_for_linking().as_bitcode()  # type: ignore[no-untyped-call]
+    else:
+        code, module = library._get_compiled_object(), library._final_module
+        symbols = [
+            symbol.name
+            for group in (module.functions, module.global_variables)
+            for symbol in group
+            if not symbol.is_declaration
+        ]
+    called = ([] if not code else undefined(code)) if sys.platform == "linux" else None
+    description.typemap = description.calltypes = None  # of no use, and not all of it can be written
+    environments = made._find_referenced_environments()
+    bare = [one.env_name for one in environments if _is_bare(one)]
+    others = [one for one in environments if not _is_bare(one)]
+    rest = (description, made.environment, made.signature, made.objectmode, made.lifted, made.reload_init)
+    content = library.name, code, bitcode, symbols, called, rest, bare, others
+    return bytes(serialize.dumps(content))
+
+
+def from_bytes(content: bytes, target_context: CPUContext) -> CompileResult:
+    """Return a compiled form, its machine code loaded; ModuleNotFoundError where its module is not there."""
+    name, code, bitcode, symbols, called, rest, bare, others = serialize.loads(content)
+    _provide_runtime()
+    if called is None or not all(map(llvm.address_of_symbol, called)):
+        target_context.refresh()  # numba's modules for compiling make known what machine code may call
+    description, own, signature, objects, lifted, reload = rest
+    for call in reload or ():
+        call()
+    codegen = target_context.codegen()
+    environments = (*others, *map(_without_constants, bare))  # held, for machine code has their addresses
+    if code:
+        library: Any = _Library(codegen, name, code, symbols)
+        function = target_context.get_executable(library, description, own)
+        for one in environments:
+            codegen.set_env(one.env_name, one)
+    else:
+        library = _Bitcode(codegen, name, bitcode)
+        function = stand_in(description, own, library)
+    return compile_result(
+        target_context=target_context,
+        typing_context=target_context.typing_context,
+        library=library,
+        environment=own,
+        entry_point=function,
+        fndesc=description,
+        type_annotation="",
+        signature=signature,
+        objectmode=objects,
+        lifted=lifted,
+        reload_init=reload,
+        referenced_envs=environments,
+    )
+
+
+class _Library(JITCodeLibrary):
+    """Machine code that is there; what is linked into other kernels is `_Bitcode`."""
+
+    def __init__(self, codegen: JITCPUCodegen, name: str, code: bytes, symbols: list[str]) -> None:
+        super().__init__(codegen, name)  # type: ignore[no-untyped-call]
+        self.enable_object_caching()  # type: ignore[no-untyped-call]
+        self._set_compiled_object(code)  # type: ignore[no-untyped-call]
+        self._finalize_final_module()  # type: ignore[no-untyped-call]
+        codegen._engine._defined_symbols.update(symbols)
+
+
+class _Bitcode(Linked):
+    """Bitcode that is there; read when a kernel is compiled with it."""
+
+    def __init__(self, codegen: JITCPUCodegen, name: str, bitcode: bytes) -> None:
+        super().__init__(codegen, name)  # type: ignore[no-untyped-call]
+        self._bitcode, self._finalized = bitcode, True
+
+    def _get_module_for_linking(self) -> llvm.ModuleRef:
+        if self._shared_module is None:
+            self._shared_module = llvm.parse_bitcode(self._bitcode)
+        return self._shared_module
+
+
+@cache
+def _provide_runtime() -> None:
+    """Let machine code find the functions of numba's runtime, as `rtsys.initialize` does before it compiles
+    others."""
+    for name, address in _nrt_python.c_helpers.items():
+        llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
+
+
+def _is_bare(environment: Environment) -> bool:
+    """Whether it is of a numba function without constants: nothing is read of it, so its module is not loaded."""
+    return not environment.consts and environment.globals["__name__"].startswith("numba.")
+
+
+def _without_constants(name: str) -> Environment:
+    known = lookup_environment(name)
+    if known is None:
+        known = Environment({})
+        known.env_name = name
+    return known
+
+
+class Dispatcher(CPUDispatcher):
+    """What calls a function by the types of its arguments, with a cache of ours; kernels that call it get
+    `inner` where there is one."""
+
+    inner: Any = None
+    targetctx: CPUContext
+    _cache: Any
+
+    @property
+    def kept(self) -> Any:
+        """The cache of its compiled forms."""
+        return self._cache
+
+    @kept.setter
+    def kept(self, cache: NullCache) -> None:
+        self._cache = cache
+
+    @property
+    def _numba_type_(self) -> Any:
+        return types.Dispatcher(self if self.inner is None else self.inner)
+
+
+def compiled_for_c(function: Callable[..., Any], signature: Signature, cache: NullCache) -> CFunc:
+    """Return a function that C can call, found in the cache or compiled."""
+    options = {"nopython": True, "nogil": True, "error_model": "numpy"}
+    compiled: Any = CFunc(function, (signature.args, signature.return_type), {}, options)
+    compiled._cache = cache
+    compiled.compile()
+    return compiled
+
+
+def prepare() -> None:
+    """Let numba heed no .numba_config.yaml of the folder that a command happens to run in, and give `njit` the
+    option `noalias`: numba has the flag, and no option that sets it."""
+    numba.core.config._config_fname = ""
+    numba.config.reload_config()
+    CPUTargetOptions.noalias = TargetOptions.Mapping("noalias")
