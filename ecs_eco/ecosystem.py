@@ -16,8 +16,8 @@ from ecs_eco.config.loading import WorldSource
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.table import Table
+from ecs_eco.life.kind import Kind
 from ecs_eco.life.reconfigure import reconfigure
-from ecs_eco.life.species import Species
 from ecs_eco.nervous.external import External
 from ecs_eco.record import checkpoint, copying
 from ecs_eco.record.digest import digest
@@ -99,7 +99,7 @@ class World(SpatialWorld):
     ) -> Table:
         """Declare a kind of entity with these components; `dims` gives the sizes that their shapes name."""
         table = super().add_table(name, *components, capacity=capacity, dims=dims)
-        table.species = Species()
+        table.species = Kind()
         return table
 
     def intervene(self, what: Any) -> None:

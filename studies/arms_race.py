@@ -162,7 +162,7 @@ def meetings(
                 )
                 if who == "deer" and tick >= shift["after"]
             )
-            wolves = made.tables["wolf"].species.config.count
+            wolves = made.tables["wolf"].species.count
             out[-1].append(float(np.log((killed + 0.5) / wolves / (shift["ticks"] - shift["after"]))))
     return out
 

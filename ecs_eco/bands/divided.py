@@ -43,7 +43,12 @@ MIND = 10  # load of one that senses and decides, in units of one that does not
 def stays(table: Table) -> bool:
     """Return whether the members of a table never move: their ghosts serve for all of a tick."""
     species = table.species
-    return Velocity not in table and species.nerves is None and species.motion is None and not species.sinking
+    return (
+        Velocity not in table
+        and species.nerves is None
+        and species.motion is None
+        and not species.body.sinking
+    )
 
 
 class Step(esper.Processor):

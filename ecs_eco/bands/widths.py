@@ -91,7 +91,7 @@ def nose_of(table: Table) -> float:
 
 
 def _sensors(table: Table) -> list[Any]:
-    return [] if table.species.config is None else list(getattr(table.species.config, "sensors", ()))
+    return list(table.species.sensors)
 
 
 def _reaches(table: Table) -> Iterator[float]:
@@ -167,10 +167,10 @@ def _of_tables(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
 
 def _of_table(table: Table) -> Iterator[tuple[str, str]]:
     """Yield places and words, "" where there is nothing to say."""
-    s, config, nerves = table.species, table.species.config, table.species.nerves
+    s, nerves = table.species, table.species.nerves
     yield "body", "without places" if Position not in table else ""
     yield "body.shape", "of capsules or boxes" if Shape in table else ""
-    yield "body", "with solid bodies" if s.solid or s.pushed else ""
+    yield "body", "with solid bodies" if s.body.solid or s.pushed else ""
     way = s.reproduction
     spreads = way is not None and way.kind == "spread"
     yield "genome", "of plants with genes" if spreads and (s.heredity or Growth in table) else ""
@@ -190,7 +190,7 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
     for sensor in _sensors(table):
         yield "sensors", f"with a sensor of kind {sensor.kind!r}" if sensor.kind not in SENSES else ""
         yield "sensors", "with a sensor of kin" if getattr(sensor, "kin", None) is not None else ""
-    if nerves is None or config is None:
+    if nerves is None:
         return
     yield "policy", "whose choices come from outside" if nerves.outside is not None else ""
     learner, minds = nerves.learner, nerves.individuals
@@ -206,9 +206,9 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
         "policy",
         "that learns in several worlds" if learner is not None and not hasattr(learner, "optimiser") else "",
     )
-    own = config.reflex is not None and config.reflex.function
+    own = s.reflex is not None and s.reflex.function
     yield "reflex.function", "with a reflex network of its own" if own else ""
-    own = config.happiness is not None and config.happiness.function
+    own = s.happiness is not None and s.happiness.function
     yield "happiness.function", "with a happiness network of its own" if own else ""
 
 

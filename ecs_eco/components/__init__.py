@@ -1,7 +1,7 @@
 """What organisms and objects are made of: data without behaviour, one component a file.
 
 A component declares fields with a type, a default and a unit. What changes them belongs to `ecs_eco.systems`;
-what all members of a species share is no component, but a field of `ecs_eco.life.species.Species`.
+what all members of a species share is no component, but a field of `ecs_eco.life.kind.Kind`.
 """
 
 from ecs_eco.components.biology import Biology

@@ -154,8 +154,8 @@ class Invariants:
 
     def _resolution(self, table: Table) -> None:
         """Check that steps of energy and place are not rounded away at the present values."""
-        dt, species, rows = np.float32(self.world.dt), table.species.config, table.rows()
-        basal = np.float32(species.metabolism.basal if species is not None else 0) * dt
+        dt, rows = np.float32(self.world.dt), table.rows()
+        basal = np.float32(table.species.metabolism.basal) * dt
         if basal > 0 and Metabolism in table:
             energy = table[Metabolism].energy[rows]
             self._lost(

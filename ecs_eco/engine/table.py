@@ -115,7 +115,7 @@ class Table(dict[type, Any]):
         self._laid_out: tuple[Any, ...] = ()  # from what
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
         self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
-        self.species: Any = None  # what all entities of the table share: a lifecycle.Species in an ecosystem
+        self.species: Any = None  # what all entities of the table share: a `life.kind.Kind` in an ecosystem
         self.own: dict[str, Any] = {}  # for systems of your own: saved if it has state() and load()
         for component in components:
             self.add_component(component)

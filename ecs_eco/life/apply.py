@@ -22,7 +22,6 @@ from ecs_eco.components import (
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.checks.reporters import formula_of, is_formula
 from ecs_eco.config.derived import all_genes
-from ecs_eco.config.features.chemistry import Emission
 from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
 from ecs_eco.engine import random
@@ -31,7 +30,6 @@ from ecs_eco.learning.brains import learner_of
 from ecs_eco.learning.settings import PPO
 from ecs_eco.life.heredity import apply_heredity
 from ecs_eco.life.sizes import masses_differ
-from ecs_eco.life.species import Species
 from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
 from ecs_eco.space.sun import Sun
 from ecs_eco.space.water import Water
@@ -39,9 +37,10 @@ from ecs_eco.space.year import Year
 
 if TYPE_CHECKING:
     from ecs_eco.config.models.energy import Locomotion
-    from ecs_eco.config.models.species import Species as SpeciesConfig
+    from ecs_eco.config.models.species import Species
     from ecs_eco.config.models.surroundings import ObjectType
     from ecs_eco.engine.table import Table
+    from ecs_eco.life.kind import Kind
     from ecs_eco.nervous.nerves import Nerves
     from ecs_eco.space.world import SpatialWorld
 
@@ -121,19 +120,13 @@ def climate(world: SpatialWorld, config: WorldConfig) -> None:
     world.environment.set_climate(sun, water, year)
 
 
-def matter(table: Table, kind: ObjectType | SpeciesConfig, substances: list[str]) -> None:
+def matter(table: Table, kind: ObjectType | Species, substances: list[str]) -> None:
     """Set mass, size, shape, physical and chemical properties of newborn, and how bodies exchange heat."""
     table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
     if kind.body.shape != "sphere":
         table.add_component(Shape, **kind.body.form)
-    alike: Species = table.species
-    alike.adopt(kind)
-    for part in ("opaque", "solid", "sinking", "compressible"):
-        setattr(alike, part, getattr(kind.body, part))
-    alike.emits = {name: rate for name, rate in kind.emits.items() if isinstance(rate, int | float)}
-    alike.emissions = {name: way for name, way in kind.emits.items() if isinstance(way, Emission)}
-    if alike.radius is None:
-        alike.radius = kind.body.radius
+    if table.species.radius is None:
+        table.species.radius = kind.body.radius
     if kind.properties:
         table.add_component(Physical, **kind.properties)
     if kind.heat is not None:
@@ -144,6 +137,7 @@ def matter(table: Table, kind: ObjectType | SpeciesConfig, substances: list[str]
 
 def apply_object(table: Table, kind: ObjectType, substances: list[str]) -> None:
     """Set what objects of a type are made of, and the energy that they hold."""
+    table.species.section = kind
     matter(table, kind, substances)
     if kind.motion is not None:
         table.add_component(Route)
@@ -153,31 +147,29 @@ def apply_object(table: Table, kind: ObjectType, substances: list[str]) -> None:
 
 
 def apply_species(
-    world: SpatialWorld, table: Table, species: SpeciesConfig, changed: Collection[str] | None = None
+    world: SpatialWorld, table: Table, species: Species, changed: Collection[str] | None = None
 ) -> None:
     """Set the initial values of newborn of a species, and what systems read of the species.
 
     Gaits and networks are made where `changed` is None, or has a dotted key of theirs.
     """
     parts = None if changed is None else {key.partition(".")[0] for key in changed}
+    kind: Kind = table.species
+    nerves, had_reflex = kind.nerves, kind.reflex is not None
+    kind.section = species
     matter(table, species, world.substances)
     table.set_defaults(Metabolism, energy=species.metabolism.energy)
     immature = species.breeding is not None and species.breeding.maturity > 0
     table.set_defaults(Biology, sex=SEXES[species.sex], fertility=0.0 if immature else species.fertility)
-    alike: Species = table.species
-    before, nerves = alike.config, alike.nerves
-    alike.config = species
-    alike.diet = sorted(species.diet, key=lambda food: food.eats)
     if species.growth is not None:
         table.add_component(Stature, radius=species.body.radius, mass=species.body.mass)
-    alike.standard_mass = species.body.mass if masses_differ(species) else None
-    alike.switch_reproduction(not alike.barren)
+    kind.standard_mass = species.body.mass if masses_differ(species) else None
     if nerves is None:
         return
     if species.locomotion is not None and (parts is None or "locomotion" in parts):
-        alike.gaits = gaits(species.locomotion, nerves)
+        kind.gaits = gaits(species.locomotion, nerves)
     if parts is None or not {"reflex", "happiness"}.isdisjoint(parts):
-        taken_away = before is not None and before.reflex is not None and nerves.reflex is None
+        taken_away = had_reflex and nerves.reflex is None
         networks(nerves, species, world.config.function)
         if taken_away:  # by a treatment, which stays in force
             nerves.reflex = None
@@ -209,7 +201,7 @@ def gaits(way: Locomotion, nerves: Nerves) -> tuple[Any, ...]:
     return layout, *(np.array(a or [0.0], np.float32) for a in arrays), np.float32(way.drag)
 
 
-def networks(nerves: Nerves, species: SpeciesConfig, find: Callable[[Any], Any] = handed_over) -> None:
+def networks(nerves: Nerves, species: Species, find: Callable[[Any], Any] = handed_over) -> None:
     """Give nerves the reflex and the happiness network that the species declares, if any;
     `find` as `WorldConfig.function`."""
     inherited = {gene.trait.partition(".")[0] for gene in all_genes(species) if gene.trait}

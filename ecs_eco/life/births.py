@@ -128,7 +128,7 @@ def bring_forth(
     if come:
         table.request(
             np.zeros(come, np.uint64),
-            newcomers(table, world, table.species.config, future(world, table, come)),
+            newcomers(table, world, table.species.section, future(world, table, come)),
         )
     return np.zeros(parents.size, np.int64) if born is None else born
 

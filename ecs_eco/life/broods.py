@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.components import Body, Position, Shape
+from ecs_eco.components import Position, Shape
 from ecs_eco.engine import random
 from ecs_eco.engine.addresses import column_at
 from ecs_eco.engine.random import by_lot, draw, mix
-from ecs_eco.life.places import APART, TRIES, draw_places, keep_apart, radius_of, range_of
+from ecs_eco.life.places import APART, TRIES, draw_places, keep_apart, radius_of, range_of, takes_room
 from ecs_eco.space.bodies import rocks
 from ecs_eco.space.sight import offset
 
@@ -94,7 +94,7 @@ def in_the_way(
     high, apart = np.zeros(len(tables), np.int64), np.zeros(len(tables), np.float32) - 1
     pairs, place, radius = 0, 0, radius_of(table)
     for k, other in enumerate(tables):
-        opaque = other.species.opaque and other.n and Body in other
+        opaque = takes_room(other)
         if other is table:
             place = k
         elif not opaque:

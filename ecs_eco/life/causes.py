@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 def register_eaters(world: World, table: Table) -> None:
     """Register the causes of death of what a species eats, and of those that deadly food kills."""
-    for food in table.species.diet:
+    for food in table.species.foods:
         world.cause(f"eaten by {table.name}")
         if food.deadly:
             world.cause(f"poisoned by {food.eats}")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def left_by_defence(table: Table, high: int) -> np.ndarray | np.float32:
     """Return the share of growth and of sprouting seeds that defence leaves to each: f32[high],
     or one for all."""
-    defence = table.species.config.defence
+    defence = table.species.defence
     if defence.cost == 0 and not table.species.traits:
         return np.float32(1.0)
     cost = own_value(table, "defence.cost", np.float32(defence.cost))

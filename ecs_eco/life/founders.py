@@ -13,7 +13,7 @@ from ecs_eco.life import sizes
 from ecs_eco.space.geometry import cells_of
 
 if TYPE_CHECKING:
-    from ecs_eco.config.models.species import Species as SpeciesConfig
+    from ecs_eco.config.models.species import Species
     from ecs_eco.config.models.surroundings import ObjectType
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
@@ -30,7 +30,7 @@ def future(world: SpatialWorld, table: Table, n: int) -> np.ndarray:
 def newcomers(
     table: Table,
     world: SpatialWorld,
-    kind: ObjectType | SpeciesConfig | None,
+    kind: ObjectType | Species | None,
     identity: np.ndarray,
     within: Any = None,
     place: Sequence[float] | None = None,
@@ -66,7 +66,7 @@ def newcomers(
     return values | sizes.of_adults(table, values, count)
 
 
-def energy_spread(table: Table, kind: ObjectType | SpeciesConfig | None) -> float:
+def energy_spread(table: Table, kind: ObjectType | Species | None) -> float:
     """Return by what share of `metabolism.energy` that of founders is larger or smaller, at most."""
     way = getattr(kind, "metabolism", None)  # objects that hold energy have none
     if Metabolism not in table or way is None:

@@ -24,7 +24,7 @@ def own_gaits(table: Table) -> tuple[Any, ...]:
     if shared is None or not traits or not any(key.startswith("locomotion.") for key in traits):
         return shared
     layout, _, _, _, _, _, drag = shared
-    way, groups = table.species.config.locomotion, table.species.nerves.groups
+    way, groups = table.species.locomotion, table.species.nerves.groups
     names = groups.get("speed", [])
     if layout[0, 1] < 0:  # of a continuous speed, in the order in which cost_between wants them
         names = list(way.speed)

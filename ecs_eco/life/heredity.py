@@ -16,7 +16,7 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.genomes.heredity import Heredity
 
 if TYPE_CHECKING:
-    from ecs_eco.config.models.species import Species as SpeciesConfig
+    from ecs_eco.config.models.species import Species
     from ecs_eco.engine.table import Table
     from ecs_eco.genomes.traits import Trait
     from ecs_eco.space.world import SpatialWorld
@@ -27,7 +27,7 @@ OF_NEWBORN = ("Policy", "Body", "Biology", "Physical", "Chemistry")
 
 
 def add_heredity(
-    world: SpatialWorld, table: Table, species: SpeciesConfig, founder: np.ndarray | None = None
+    world: SpatialWorld, table: Table, species: Species, founder: np.ndarray | None = None
 ) -> None:
     """Give a table its genome, the columns that its genes write, and those of individual brains,
     as far as it needs them."""
@@ -94,9 +94,9 @@ def _alike(layout: Any, networks: Mapping[str, np.ndarray], name: str) -> tuple[
 def apply_heredity(
     world: SpatialWorld,
     table: Table,
-    species: SpeciesConfig,
+    species: Species,
     changed: Collection[str] | None = None,
-    before: SpeciesConfig | None = None,
+    before: Species | None = None,
 ) -> None:
     """Set what newborn inherit of brains, individual traits that no gene codes for, and the operators that
     make genomes.
@@ -122,7 +122,7 @@ def apply_heredity(
         heredity.load(counts)
 
 
-def _traits(world: SpatialWorld, species: SpeciesConfig) -> dict[str, Trait]:
+def _traits(world: SpatialWorld, species: Species) -> dict[str, Trait]:
     return traits_of(species, world.config.dims, world.config.own_components(species))
 
 
@@ -154,7 +154,7 @@ def apply_traits(
 
 
 def _targets(
-    table: Table, species: SpeciesConfig, traits: dict[str, Any], networks: Mapping[str, np.ndarray]
+    table: Table, species: Species, traits: dict[str, Any], networks: Mapping[str, np.ndarray]
 ) -> Targets:
     """Add the components that genes write to, with the species' own values as defaults;
     return where each gene writes."""

@@ -136,7 +136,7 @@ def _forbidden(
         )
     radius = radius_of(table)
     for other in world.tables.values():
-        if other.n and other.species.opaque and Body in other.columns:
+        if takes_room(other):
             if Shape in other.columns:
                 bodies = solids(world, [other.name])
                 _occupied_by_solids(
@@ -174,6 +174,12 @@ def _forbidden(
                 taken,
             )
     return forbidden
+
+
+def takes_room(table: Table) -> bool:
+    """Return whether newborn keep clear of the bodies of a table: opaque ones, if it was not made by hand."""
+    kind = table.species
+    return table.n > 0 and kind.section is not None and kind.body.opaque and Body in table.columns
 
 
 def radius_of(table: Table) -> float:

@@ -17,7 +17,7 @@ from ecs_eco.life.causes import register_eaters, register_limits
 from ecs_eco.life.parameters import kept_elsewhere, set_parameters
 
 if TYPE_CHECKING:
-    from ecs_eco.config.models.species import Species as SpeciesConfig
+    from ecs_eco.config.models.species import Species
     from ecs_eco.engine.table import Table
     from ecs_eco.nervous.nerves import Nerves
     from ecs_eco.space.world import SpatialWorld
@@ -76,7 +76,7 @@ def reseed(world: SpatialWorld, seed: int) -> None:
                 learning.seed = learner_seed(seed, number)
 
 
-def _learners(world: SpatialWorld, table: Table, old: SpeciesConfig, new: SpeciesConfig) -> None:
+def _learners(world: SpatialWorld, table: Table, old: Species, new: Species) -> None:
     """Let those that learn do so with new settings, and those that shall begin or stop."""
     nerves = table.species.nerves
     if nerves is None:
@@ -87,7 +87,7 @@ def _learners(world: SpatialWorld, table: Table, old: SpeciesConfig, new: Specie
         learning(world, table)
 
 
-def _settings(nerves: Nerves, species: SpeciesConfig) -> None:
+def _settings(nerves: Nerves, species: Species) -> None:
     """Change the hyperparameters of learners."""
     ppo = PPO(**species.ppo)
     if nerves.learner is not None:
@@ -99,12 +99,12 @@ def _settings(nerves: Nerves, species: SpeciesConfig) -> None:
 
 def learning(world: SpatialWorld, table: Table) -> None:
     """Let a species begin to learn, or stop, as its `policy.learn` says."""
-    nerves, species = table.species.nerves, table.species.config
+    nerves, wanted = table.species.nerves, table.species.policy.learn
     if nerves.brain is None and nerves.individuals is None:
         return  # a random policy, which cannot learn
-    if nerves.learning == species.policy.learn:
+    if nerves.learning == wanted:
         return
-    nerves.learning = species.policy.learn
+    nerves.learning = wanted
     if nerves.individuals is not None:
         _experience(table, nerves.learning)
     elif nerves.learning:

@@ -11,7 +11,7 @@ from ecs_eco.components import Body, Stature, Traits
 from ecs_eco.genomes.own_values import own_value
 
 if TYPE_CHECKING:
-    from ecs_eco.config.models.species import Species as SpeciesConfig
+    from ecs_eco.config.models.species import Species
     from ecs_eco.engine.table import Table
 
 Values = dict[tuple[type, str], np.ndarray]
@@ -32,7 +32,7 @@ def of_adults(table: Table, values: Values, n: int) -> Values:
     return _bodies(table, values, n, 1.0)
 
 
-def masses_differ(species: SpeciesConfig) -> bool:
+def masses_differ(species: Species) -> bool:
     """Return whether the members of a species, a section of the world file, may have different masses: they
     grow, a gene codes for the mass, or one for the radius of a body with a density."""
     coded = {gene.trait for gene in species.genome.genes} if species.genome is not None else set()
@@ -77,10 +77,10 @@ def _bodies(table: Table, values: Values, n: int, share: Any) -> Values:
     adult: type = Stature if grows else Body
     out: Values = {}
     radius = None
-    if table.species.config is not None and table.species.config.body.density is not None:
+    if table.species.body.density is not None:
         radius = values.get((adult, "radius"))
     if radius is not None and (adult, "mass") not in values:
-        body = table.species.config.body
+        body = table.species.body
         larger = power(radius.astype(np.float64) / body.radius, 3)
         out[adult, "mass"] = (body.mass * larger).astype(np.float32)
     if not grows:

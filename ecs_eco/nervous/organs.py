@@ -17,7 +17,7 @@ def blind(table: Table, rows: np.ndarray, x: np.ndarray) -> None:
     """Let the channels of sensors that organisms lack read 0: x f32[n, channels] of rows i64[n]."""
     places, column = _places(table.species.traits, "sensors."), 0
     senses = table.species.nerves.senses if places else ()
-    for sensor, (_, width) in zip(table.species.config.sensors, senses, strict=False):
+    for sensor, (_, width) in zip(table.species.sensors, senses, strict=False):
         if (at := places.get(sensor.name)) is not None:
             x[table[Traits].value[rows, at] < 0.5, column : column + width] = 0
         column += width

@@ -60,7 +60,7 @@ class Readings(Columns):
         table = self._table
         if Senses in table.columns:
             return np.asarray(table.field(Senses, name))
-        values = [_of_species(sensor, name) for sensor in table.species.config.sensors]
+        values = [_of_species(sensor, name) for sensor in table.species.sensors]
         return np.broadcast_to(np.array(values, np.float32), (table.capacity, len(values)))
 
 

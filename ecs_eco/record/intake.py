@@ -23,11 +23,11 @@ class Intake:
 
     def __init__(self, world: SpatialWorld, names: list[str], block: int, columns: int) -> None:
         tables = [world.tables[name] for name in names]
-        self.foods = list(dict.fromkeys(food.eats for table in tables for food in table.species.diet))
+        self.foods = list(dict.fromkeys(food.eats for table in tables for food in table.species.foods))
         self._places = [
             (s, self.foods.index(food.eats), food.eats, table)
             for s, table in enumerate(tables)
-            for food in table.species.diet
+            for food in table.species.foods
         ]
         self.values = np.zeros((block, len(names), len(self.foods)))
         self.total = np.zeros((len(names), len(self.foods)))

@@ -28,7 +28,7 @@ def barriers(world: "SpatialWorld", but: str = "") -> Solids | None:
         for n, t in world.tables.items()
         if n != but
         and t.n
-        and t.species.solid
+        and t.species.body.solid
         and t.has((Position, Body, Shape))
         and Velocity not in t
         and not t.species.pushed

@@ -54,7 +54,7 @@ def opaque_kinds(world: "SpatialWorld") -> tuple[tuple[str, ...], tuple[str, ...
     spheres: tuple[str, ...] = ()
     others: tuple[str, ...] = ()
     for name, table in world.tables.items():
-        if table.species.opaque is not False and Body in table:
+        if table.species.body.opaque and Body in table:
             if Shape in table:
                 others = *others, name
             else:

@@ -39,7 +39,7 @@ class Collide(System):
     def process(self, *_: object) -> None:
         """Push all solid bodies apart, once."""
         world = self.world
-        solid = [t for t in world.tables.values() if t.species.solid and t.has((Position, Body))]
+        solid = [t for t in world.tables.values() if t.species.body.solid and t.has((Position, Body))]
         pushes = []
         for table in solid:
             if not moves(table) or not table.n:

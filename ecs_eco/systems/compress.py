@@ -20,11 +20,11 @@ class Compress(System):
 
     needs = (Position, Physical)
     phase = "metabolise"
-    asked_for = staticmethod(lambda table: table.species.compressible)
+    asked_for = staticmethod(lambda table: table.species.body.compressible)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Set the pressure in one kind of bodies."""
-        if table.species.compressible:
+        if table.species.body.compressible:
             p, high = table[Position], table.high
             around = world.surroundings("pressure", p.x[:high], p.y[:high], p.z[:high])
             equalise(table.alive[:high], around.astype(np.float32, copy=False), table[Physical].pressure)

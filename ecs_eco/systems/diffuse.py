@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row
+from ecs_eco.config.features.chemistry import Emission
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.matter import bodies, held, hold, part_lost
@@ -32,10 +33,12 @@ class Diffuse(System):
         world = self.world
         emitters: list[tuple[Table, Index]] = []
         for table in world.tables.values():
-            if table.species.emits:
+            ways = table.species.emits
+            if any(not isinstance(way, Emission) for way in ways.values()):
                 emitters.append((table, world.index(table)))
-            for name in table.species.emissions:
-                self.emanate(name, table)
+            for name, way in ways.items():
+                if isinstance(way, Emission):
+                    self.emanate(name, table, way)
         mine = list(world.fields) if world.bands.size == 1 else self.mine()
         world.together(*[partial(self.spread, name, emitters) for name in mine])
         if world.bands.size > 1:
@@ -54,9 +57,9 @@ class Diffuse(System):
             smells[name].source[...] = 0  # it has flowed in elsewhere
         self.world.bands.share({name: field.value for name, field in smells.items()})
 
-    def emanate(self, name: str, table: Table) -> None:
+    def emanate(self, name: str, table: Table, way: Emission) -> None:
         """Let one kind of bodies emit into one field what they are made of."""
-        world, field, way = self.world, self.world.fields[name], table.species.emissions[name]
+        world, field = self.world, self.world.fields[name]
         index, s = world.index(table), world.substances.index(way.substance)
         rate = own_value(table, f"emits.{name}.rate", way.rate) * world.dt
         share = part_lost(rate) if way.consume else rate
@@ -75,10 +78,10 @@ class Diffuse(System):
         world, field = self.world, self.world.fields[name]
         emitted: tuple[Any, ...] = ()
         for table, index in emitters:
-            if name in table.species.emits:
+            each: Any = table.species.emits.get(name)
+            if each is not None and not isinstance(each, Emission):
                 if emitted:
                     field.emit(*emitted)
-                each: Any = table.species.emits[name]
                 if table.species.traits:
                     each = own_value(table, f"emits.{name}", each)
                 amount: Any

@@ -36,16 +36,16 @@ class Drift(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Carry one kind of bodies."""
         water, species = world.environment.water, table.species
-        if water is None and not (species.sinking or species.traits):
+        if water is None and not (species.body.sinking or species.traits):
             return
-        sinking = own_value(table, "body.sinking", np.float32(species.sinking))
+        sinking = own_value(table, "body.sinking", np.float32(species.body.sinking))
         sinks = isinstance(sinking, np.ndarray) or bool(sinking)
         own = None if water is None or world.config is None else world.config.water.current_function
         current = STILL if water is None else water.current
         if own is None and not len(current) and not sinks:
             return
         space, p, high = world.space, table[Position], table.high
-        walls = barriers(world, table.name) if species.solid else None
+        walls = barriers(world, table.name) if species.body.solid else None
         ground, inverse = opaque_ground(world)
         held = walls is not None or ground.size > 1
         before = np.stack([p.x, p.y, p.z], 1)[:high] if held else STILL

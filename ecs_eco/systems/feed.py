@@ -108,7 +108,7 @@ class Feed(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species propose what it wants of each kind of food."""
-        for number, food in enumerate(table.species.diet):
+        for number, food in enumerate(table.species.foods):
             table.species.eaten[food.eats] = 0.0
             prey = world.tables[food.eats]
             if table.n and prey.n:
@@ -241,7 +241,7 @@ class Feed(System):
 
     def meal(self, table: Table, food: Diet, number: int, dt: float) -> tuple[Any, ...]:
         """Return what `meal` does, found anew only where it is another, or where it is each one's own."""
-        way = table.species.config.metabolism
+        way = table.species.metabolism
         if table.species.traits or table.species.growth is not None:
             return meal(table, food, dt)
         given = food, way, dt  # sections of a world file do not change: others take their place
@@ -254,7 +254,7 @@ class Feed(System):
 def meal(table: Table, food: Diet, dt: float) -> tuple[Any, ...]:
     """Return reach and chance in a tick of one kind of food, then `Meals.effect`: numbers, or arrays [high]
     where a gene codes for any of them."""
-    metabolism, kind = table.species.config.metabolism, f"diet.{food.eats}."
+    metabolism, kind = table.species.metabolism, f"diet.{food.eats}."
     keys: dict[str, Any] = {
         kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency")
     }
@@ -294,10 +294,10 @@ def defences(world: SpatialWorld, prey: Table) -> tuple[np.ndarray, np.ndarray]:
 
 def of_body(prey: Table) -> tuple[np.ndarray, np.ndarray]:
     """Return each row's toughness and poison, f32[capacity], or arrays of one for all; empty if undefended."""
-    defence = getattr(prey.species.config, "defence", None)
+    defence = prey.species.defence
     if Defence in prey:
         return prey[Defence].toughness, prey[Defence].poison
-    if defence is None or (defence.toughness == 0 and defence.poison == 0):
+    if defence.toughness == 0 and defence.poison == 0:
         return UNDEFENDED, UNDEFENDED
     return np.full(1, defence.toughness, np.float32), np.full(1, defence.poison, np.float32)
 

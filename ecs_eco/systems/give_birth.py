@@ -60,7 +60,7 @@ class GiveBirth(System):
         store, rest = own_values(
             table,
             {
-                "metabolism.energy_max": np.float32(table.species.config.metabolism.energy_max),
+                "metabolism.energy_max": np.float32(table.species.metabolism.energy_max),
                 "reproduction.rest": way.rest,
             },
         )

@@ -32,8 +32,8 @@ class Grow(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species grow; those without `growth` stay as they are."""
-        species = table.species.config
-        if species is None or (species.metabolism.growth == 0 and Growth not in table):
+        way = table.species.metabolism
+        if way.growth == 0 and Growth not in table:
             return
         p, m, high = table[Position], table[Metabolism], table.high
         light = world.surroundings("light", p.x[:high], p.y[:high], p.z[:high])
@@ -41,12 +41,12 @@ class Grow(System):
             light = light * table[Growth].growth[:high]
             rate = 1.0
         else:
-            rate = species.metabolism.growth
+            rate = way.growth
         light = light * left_by_defence(table, high)
         if world.terrain is not None and world.terrain.land is not None:
             if (land := world.terrain.land.growth) is not None:
                 light = light * at_places(land, world.terrain, p.x[:high], p.y[:high])
-        most = own_value(table, "metabolism.energy_max", np.float32(species.metabolism.energy_max))
+        most = own_value(table, "metabolism.energy_max", np.float32(way.energy_max))
         world.split(
             grow,
             high,

@@ -90,7 +90,7 @@ class Intervene(System):
             return
         within = None if order.region is None else Region(world.space, order.region)
         values = newcomers(
-            table, world, table.species.config, future(world, table, count), within, order.at_place
+            table, world, table.species.section, future(world, table, count), within, order.at_place
         )
         values = newborn(world, table, values, f"intervene: add {order.species!r}")
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
@@ -144,7 +144,7 @@ class Intervene(System):
         )
         if order.reproduction is not None:
             for name in names:
-                world.table(name).species.switch_reproduction(order.reproduction)
+                world.table(name).species.barren = not order.reproduction
         if order.learning is not None:
             can = [n for n in names if learns(world.config.species[n])]
             world.reconfigure(
@@ -159,7 +159,7 @@ class Intervene(System):
         # requests made within a tick wait for the next
         text = json.dumps([x.once(self.world.tick) for x in self.requests]).encode()
         out = {
-            "barren": np.array([bool(t.species.barren) for t in tables], np.uint8),
+            "barren": np.array([t.species.barren for t in tables], np.uint8),
             "asked": np.frombuffer(text, np.uint8),
         }
         ground = self.world.terrain.fenced() if self.made_ground else {}
@@ -174,8 +174,7 @@ class Intervene(System):
         """Take a `state()`."""
         world = self.world
         for table, barren in zip(world.tables.values(), state["barren"], strict=True):
-            if barren or table.species.barren:
-                table.species.switch_reproduction(not barren)
+            table.species.barren = bool(barren)
         self.requests = []
         for order in json.loads(state["asked"].tobytes()):
             self.ask(order)

@@ -60,7 +60,7 @@ def columns(table: Table, way: Season) -> tuple[np.ndarray, ...]:
         b = table[Breeding]
         return b.peak, b.maturity, b.prime, b.end, b.season, b.width
     values = (
-        table.species.config.fertility,
+        table.species.fertility,
         way.maturity,
         way.age_of_prime(),
         NEVER if way.end is None else way.end,

@@ -36,9 +36,9 @@ class Metabolise(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Burn the energy of one species for a tick."""
-        species, m = table.species.config, table[Metabolism]
+        way, m = table.species.metabolism, table[Metabolism]
         cost = table[Velocity].cost if Velocity in table else STILL
-        basal: Any = np.float32(species.metabolism.basal if species is not None else 0.0)
+        basal: Any = np.float32(way.basal)
         if table.species.traits:
             basal = own_value(table, "metabolism.basal", basal)
         scale = NO_SCALE
@@ -54,7 +54,7 @@ class Metabolise(System):
             cost is not STILL,
             basal,
             np.float32(world.dt),
-            LEAST_ENERGY[table.species.metabolism.torpor],
+            LEAST_ENERGY[way.torpor],
             m.energy,
             m.digesting,
             m.burnt,

@@ -73,7 +73,7 @@ class Move(System):
         if moving is not table.alive:
             for flow in (v.speed, v.climb, v.cost):
                 flow[table.alive & ~moving] = 0
-        walls = barriers(world) if table.species.solid else None
+        walls = barriers(world) if table.species.body.solid else None
         before = None if walls is None else np.stack([p.x, p.y, p.z], 1)[: table.high]
         gone = NOT_ASKED if walls is None else np.zeros(table.high, np.float32)
         world.split(

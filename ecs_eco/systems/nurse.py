@@ -75,7 +75,7 @@ class Nurse(System):
                 "care.rate": way.rate,
                 "care.reserve": way.reserve,
                 "care.efficiency": way.efficiency,
-                "metabolism.energy_max": table.species.config.metabolism.energy_max,
+                "metabolism.energy_max": table.species.metabolism.energy_max,
             },
         )
         nurse(

@@ -46,7 +46,7 @@ class React(System):
         if Metabolism in table:
             m = table[Metabolism]
             energy, taken, burnt = m.energy, m.taken, m.burnt
-            ceiling = species.config.metabolism.energy_max if species.config is not None else np.inf
+            ceiling = species.metabolism.energy_max
         light = self.light(table, world) if any(r.light for r in species.reactions) else EVEN
         made = np.zeros(len(world.substances))
         for number, reaction in enumerate(species.reactions):

@@ -25,7 +25,7 @@ class Respawn(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Bring one species back to its initial number."""
-        k = table.species.config.count - world.bands.count(table)
+        k = table.species.count - world.bands.count(table)
         if k <= 0:
             return
         identity = np.arange(world.next_uid, world.next_uid + k, dtype=np.uint64)

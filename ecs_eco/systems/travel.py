@@ -42,7 +42,7 @@ class Travel(System):
         if motion.path is None:
             step = np.zeros(3, np.float32)
             step[: len(motion.velocity)] = np.array(motion.velocity) * world.dt
-            walls = barriers(world, table.name) if table.species.solid else None
+            walls = barriers(world, table.name) if table.species.body.solid else None
             if walls is not None:
                 rows = np.flatnonzero(free)
                 ways = np.tile(step, (rows.size, 1))

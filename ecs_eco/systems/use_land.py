@@ -80,7 +80,7 @@ class UseLand(System):
         if count == 0:
             return
         within = None if use.region is None else Region(world.space, use.region)
-        values = newcomers(table, world, table.species.config, future(world, table, count), within)
+        values = newcomers(table, world, table.species.section, future(world, table, count), within)
         values = newborn(world, table, values, f"land_use: plant {use.species!r}")
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
 

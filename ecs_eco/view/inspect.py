@@ -93,10 +93,10 @@ def body(world: World, table: Table, row: int) -> dict[str, Any]:
     if Biology in table:
         out |= {"age": number(table[Biology].age[row]), "sex": SEXES[table[Biology].sex[row]]}
     if Metabolism in table:
-        species = table.species.config
+        budget = getattr(table.species.section, "metabolism", None)
         out |= {
             "energy": number(table[Metabolism].energy[row]),
-            "energy_max": None if species is None else species.metabolism.energy_max,
+            "energy_max": None if budget is None else budget.energy_max,
         }
     happiness = number(table[Nervous].happiness[row]) if Nervous in table else None
     return out | {"trace": {"tick": [world.tick], "happiness": [happiness], "energy": [out["energy"]]}}

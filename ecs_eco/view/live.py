@@ -218,12 +218,8 @@ class Live:
         """Return the values behind a colour: a column or None,
         and their range as far as it is known beforehand."""
         if colour == "energy" and Metabolism in table:
-            species = table.species.config
-            return (
-                table[Metabolism].energy,
-                0.0,
-                None if species is None else float(species.metabolism.energy_max),
-            )
+            budget = getattr(table.species.section, "metabolism", None)
+            return table[Metabolism].energy, 0.0, None if budget is None else float(budget.energy_max)
         if colour == "happiness" and Nervous in table and table.species.nerves.happiness is not None:
             return table[Nervous].happiness, None, None
         if colour == "age" and Biology in table:

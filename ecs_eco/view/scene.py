@@ -59,8 +59,8 @@ def _targets(sensor: Mapping[str, Any]) -> list[str]:
 def reach_of(world: World, table: Table, row: int) -> dict[str, float]:
     """Return how far the sensors of one organism reach now [m], by the number of the sensor, where that is
     its own or depends on the light."""
-    config, out = table.species.config, {}
-    for number, sensor in enumerate(() if config is None else config.sensors):
+    out = {}
+    for number, sensor in enumerate(table.species.sensors):
         if sensor.kind not in SEEING:
             continue
         reach = float(sensor.radius)
@@ -235,12 +235,12 @@ def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
         "radius": float(table.species.radius or 0.5),
         "moves": moves,
         "sessile": not moves and grows(world, name),
-        "solid": bool(table.species.solid),
+        "solid": table.species.body.solid,
         "genes": genes,
         "learns": bool(nerves is not None and nerves.learning),
     }
     config = None if world.config is None else {**world.config.objects, **world.config.species}.get(name)
-    if table.species.opaque is False:
+    if not table.species.body.opaque:
         kind["opaque"] = False
     if config is None:
         return kind

@@ -62,7 +62,7 @@ from ecs_eco.worlds.policies import (
 )
 
 if TYPE_CHECKING:
-    from ecs_eco.config.models.species import Species as SpeciesConfig
+    from ecs_eco.config.models.species import Species
     from ecs_eco.config.models.surroundings import Terrain as TerrainConfig
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
@@ -207,11 +207,9 @@ def _landmarks(world: SpatialWorld, terrain: TerrainConfig) -> None:
         if not places or kind in world.config.objects or kind in world.config.species:
             continue
         table = world.add_table(kind, Position, Body, capacity=len(places))
-        table.species.is_object, table.species.opaque, table.species.radius = (
-            True,
-            False,
-            max(p.radius for p in places),
-        )
+        table.species.radius = max(p.radius for p in places)
+        body = {"radius": table.species.radius, "opaque": False}
+        table.species.section = ObjectType.model_validate({"body": body, "color": "#4477aa"})
         columns = {
             (Position, "x"): [p.at[0] for p in places],
             (Position, "y"): [p.at[1] for p in places],
@@ -231,7 +229,6 @@ def _object_table(world: SpatialWorld, name: str, kind: ObjectType) -> None:
         capacity=max(16, kind.count + len(kind.at) + len(kind.between)),
     )
     apply_object(table, kind, world.substances)
-    table.species.is_object = True
 
 
 def _remains(world: SpatialWorld, table: Table, remains: str | None) -> None:
@@ -244,7 +241,7 @@ def _remains(world: SpatialWorld, table: Table, remains: str | None) -> None:
         into.species.radius = max(into.species.radius, table.species.radius)
 
 
-def _species_table(world: SpatialWorld, name: str, species: SpeciesConfig) -> None:
+def _species_table(world: SpatialWorld, name: str, species: Species) -> None:
     actions = species.action_list()
     table = world.add_table(
         name,
@@ -283,7 +280,7 @@ def _species_table(world: SpatialWorld, name: str, species: SpeciesConfig) -> No
 def _networks(
     world: SpatialWorld,
     table: Table,
-    species: SpeciesConfig,
+    species: Species,
     policies: Policies,
     learn: Learn,
     number: int,
@@ -351,7 +348,7 @@ def _motor(table: Table, continuous: int) -> None:
 def _populate(world: SpatialWorld, config: WorldConfig, populate: bool) -> None:
     """Request the first organisms and objects; or nothing, not even landmarks."""
     if populate:
-        kinds: dict[str, ObjectType | SpeciesConfig] = {**config.objects, **config.species}
+        kinds: dict[str, ObjectType | Species] = {**config.objects, **config.species}
         for name, kind in kinds.items():
             _request(world, world.tables[name], kind)
     else:
@@ -359,7 +356,7 @@ def _populate(world: SpatialWorld, config: WorldConfig, populate: bool) -> None:
             table.births.clear()
 
 
-def _request(world: SpatialWorld, table: Table, kind: ObjectType | SpeciesConfig) -> None:
+def _request(world: SpatialWorld, table: Table, kind: ObjectType | Species) -> None:
     """Request the first of one kind: at the places given, the rest at random."""
     if isinstance(kind, ObjectType):
         for values in placed(kind, world.space):

@@ -11,7 +11,7 @@ from ecs_eco.analysis.genes_figures import alleles, courses
 from ecs_eco.analysis.lineage import ALIVE, Lineage
 from ecs_eco.genomes import Gene, Layout, layout_of
 from ecs_eco.genomes.models import GenomeSection
-from ecs_eco.life.species import Species
+from ecs_eco.life.kind import Kind
 from ecs_eco.record.genomes import genes_of
 from tests.analysis.families import FAMILY, GENES, family
 
@@ -20,7 +20,7 @@ GENE = {"name": "size", "letters": 3, "low": 0.5, "high": 4.0}
 
 def recorded(layout):
     """What a manifest says of a layout's genes, for finches."""
-    return {"finch": genes_of(SimpleNamespace(species=Species(heredity=SimpleNamespace(layout=layout))))}
+    return {"finch": genes_of(SimpleNamespace(species=Kind(heredity=SimpleNamespace(layout=layout))))}
 
 
 def of_texts(texts, genomes):

@@ -240,7 +240,7 @@ def test_the_manifest_names_the_genes_of_a_layout():
 
     from ecs_eco.analysis.carriers import codon_number
     from ecs_eco.genomes import Gene, Layout
-    from ecs_eco.life.species import Species
+    from ecs_eco.life.kind import Kind
     from ecs_eco.record.genomes import genes_of
 
     genes = [
@@ -249,7 +249,7 @@ def test_the_manifest_names_the_genes_of_a_layout():
         Gene(name="song", letters=2, at=7, values=list(range(16))),
     ]
     layout = Layout(genes, "ACGU", ploidy=2, loci=10)
-    described = genes_of(SimpleNamespace(species=Species(heredity=SimpleNamespace(layout=layout))))
+    described = genes_of(SimpleNamespace(species=Kind(heredity=SimpleNamespace(layout=layout))))
     assert described == {
         "alphabet": "ACGU",
         "ploidy": 2,
@@ -283,8 +283,8 @@ def test_the_manifest_names_the_genes_of_a_layout():
     row = layout.encode({"red": -1, "size": 0.2, "song": 11})[0]
     # codons mean the same to those who read a folder
     assert codon_number("ACGU"[row[7]] + "ACGU"[row[8]], "ACGU") == 11
-    assert genes_of(SimpleNamespace(species=Species())) is None
-    assert genes_of(SimpleNamespace(species=Species(heredity=SimpleNamespace(layout=None)))) is None
+    assert genes_of(SimpleNamespace(species=Kind())) is None
+    assert genes_of(SimpleNamespace(species=Kind(heredity=SimpleNamespace(layout=None)))) is None
 
 
 def test_parts_are_read_from_memory_of_arrows_own(tmp_path):

@@ -7,11 +7,13 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Body, Position
+from ecs_eco.config.models.body import Body as Form
 from ecs_eco.nervous.sensors.nearest import see_nearest
 from ecs_eco.nervous.sensors.rays import cast_rays
 from ecs_eco.space import Seekers, Terrain
 from ecs_eco.space.sight import gather
 
+OPAQUE, CLEAR = Form(radius=1.0), Form(radius=1.0, opaque=False)
 KINDS = (("a", 40, 1.3, True), ("b", 35, 1.0, True), ("mist", 15, 1.5, False))
 
 
@@ -20,7 +22,7 @@ def _world(size, edges, cell, seed):
     world = World(size, edges=edges, cell=cell)
     for name, n, radius, opaque in KINDS:
         table = world.add_table(name, Position, Body)
-        table.species.opaque = opaque
+        table.species.body = OPAQUE if opaque else CLEAR
         values = {
             (Position, axis): (rng.random(n) * s).astype("f4") for axis, s in zip("xyz", size, strict=False)
         }
@@ -150,7 +152,7 @@ def _ray(world, me, angle, radius, targets):
     start, u = np.array([a.x, a.y, a.z], float), np.array([np.cos(angle), np.sin(angle), 0])
     best, what = radius, None
     for name in world.tables:
-        if name not in targets and not world.tables[name].species.opaque:
+        if name not in targets and not world.tables[name].species.body.opaque:
             continue
         places, radii, uids = _bodies(world, [name])
         for w, r, uid in zip(_ways(world, start, places), radii, uids, strict=True):
@@ -170,7 +172,7 @@ def _ray(world, me, angle, radius, targets):
 def test_rays_around_a_torus_meet_every_image_of_a_sphere_and_the_one_around_the_eye():
     size, radius, count, rng = (10.0, 8.0), 4.0, 16, np.random.default_rng(3)
     world = World(size, cell=1.0)
-    world.add_table("eye", Position, Body).species.opaque = False
+    world.add_table("eye", Position, Body).species.body = CLEAR
     world.add_table("ball", Position, Body)
     for _ in range(40):
         world.spawn("eye", Position(x=rng.uniform(0, 10), y=rng.uniform(0, 8), heading=0))
@@ -244,8 +246,8 @@ def test_rays_stop_at_the_first_body_or_wall_of_all(size, edges, cell):
 
 def test_rays_of_a_full_circle_are_evenly_spaced_and_one_ray_looks_ahead():
     world = World((20, 20))
-    world.add_table("me", Position, Body).species.opaque = True
-    world.add_table("it", Position, Body).species.opaque = True
+    world.add_table("me", Position, Body).species.body = OPAQUE
+    world.add_table("it", Position, Body).species.body = OPAQUE
     world.spawn("me", Position(x=10, y=10, heading=np.pi / 4))
     for k in range(4):
         world.spawn("it", Position(x=10 + 3 * np.cos(k * np.pi / 2), y=10 + 3 * np.sin(k * np.pi / 2)))
@@ -263,7 +265,7 @@ def test_rays_of_a_full_circle_are_evenly_spaced_and_one_ray_looks_ahead():
 def test_rock_stops_a_ray():
     world = World((20, 20))
     world.terrain = Terrain(world.space, 0.25, rocks=[{"at": [14.0, 10.0], "radius": 1.0}])
-    world.add_table("me", Position, Body).species.opaque = True
+    world.add_table("me", Position, Body).species.body = OPAQUE
     world.spawn("me", Position(x=10, y=10))
     world.flush()
     table, out = world.tables["me"], np.zeros((1, 1), np.float32)

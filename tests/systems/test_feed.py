@@ -58,12 +58,13 @@ def test_another_diet_or_another_metabolism_holds_from_the_next_meal_on(meadow):
     _eat(world)
     assert _energy(world) == [0.375]
     grass.cause[:], deer[Metabolism].digesting[:] = 0, 0
-    species.diet = [species.diet[0].model_copy(update={"gain": 0.125})]
+    diet = [species.diet[0].model_copy(update={"gain": 0.125})]
+    species.section = species.section.model_copy(update={"diet": diet})
     _eat(world)
     assert _energy(world) == [0.5]
     grass.cause[:], deer[Metabolism].digesting[:] = 0, 0
-    metabolism = species.config.metabolism.model_copy(update={"energy_max": 0.5625})
-    species.config = species.config.model_copy(update={"metabolism": metabolism})
+    metabolism = species.metabolism.model_copy(update={"energy_max": 0.5625})
+    species.section = species.section.model_copy(update={"metabolism": metabolism})
     _eat(world)
     assert _energy(world) == [0.5625]
 

@@ -52,7 +52,7 @@ def lay(world):
         world.flush()
         world.tick += 1
     world.tick = 0
-    world.table("deer").species.switch_reproduction(False)
+    world.table("deer").species.barren = True
     return world
 
 

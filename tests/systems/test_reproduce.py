@@ -294,7 +294,8 @@ def test_of_newborn_too_near_to_each_other_any_may_get_its_place(meadow, monkeyp
         reproduction=FREE,
     )
     deer, ranks = arrange(world, "deer", energy=1.0, x=1.0, y=1.0), []
-    deer.species.reproduction = deer.species.reproduction.model_copy(update={"spacing": 15.0})
+    way = deer.species.reproduction.model_copy(update={"spacing": 15.0})
+    deer.species.section = deer.species.section.model_copy(update={"reproduction": way})
     first = int(deer.uid[deer.by_uid()[0]])
     for world.tick in range(60):
         act(world, Reproduce)

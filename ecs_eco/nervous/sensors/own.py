@@ -64,7 +64,7 @@ def own(
             factor = 1.0 / of_sensor(table, seekers, number, scale=scale)[0]
             factor = factor.astype(np.float32) if isinstance(factor, np.ndarray) else np.float32(factor)
         value = own_column(table, property, substances)
-        if property == "pressure" and table.species.compressible and any(at):
+        if property == "pressure" and table.species.body.compressible and any(at):
             value = value.copy()
             value[seekers.rows] = world.surroundings(
                 "pressure", *place_of(table, seekers, number, at, world.space)

@@ -53,11 +53,7 @@ def cast_rays(
                 in_light(world, table, seekers, number, place, own, by_light, blind), np.float32(1e-6)
             )
             radius = float(own.max(initial=1e-6))
-        names = [
-            n
-            for n, t in world.tables.items()
-            if Body in t and (n in targets or t.species.opaque is not False)
-        ]
+        names = [n for n, t in world.tables.items() if Body in t and (n in targets or t.species.body.opaque)]
         names, hit, distance = trace(world, table, seekers, place, names, radius, ray_cos, ray_sin)
         near = np.maximum(np.float32(1) - distance / own[:, None], np.float32(0))
         width = count if report == "per_ray" else (4 if world.space.volume else 3)

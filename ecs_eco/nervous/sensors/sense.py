@@ -37,7 +37,7 @@ def of_sensor(table: Table, seekers: Seekers, number: int, **shared: object) -> 
     """Return numbers of a sensor: as they are given, or where a gene codes for any, each seeker's."""
     if not table.species.traits:
         return tuple(shared.values())
-    name = table.species.config.sensors[number].name
+    name = table.species.sensors[number].name
     values = own_values(table, {f"sensors.{name}.{field}": value for field, value in shared.items()})
     return tuple(v[seekers.rows] if isinstance(v, np.ndarray) else v for v in values)
 

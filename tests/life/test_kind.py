@@ -4,7 +4,7 @@ import pytest
 from ecs_eco.components import Position
 from ecs_eco.life.births import room
 from ecs_eco.life.founders import scatter
-from ecs_eco.life.species import Species
+from ecs_eco.life.kind import Kind
 from ecs_eco.systems.intervene import Region
 
 ALONE = {"kind": "asexual", "rate": 0.5, "energy_min": 0.5, "energy_given": 0.2}
@@ -13,14 +13,14 @@ ALONE = {"kind": "asexual", "rate": 0.5, "energy_min": 0.5, "energy_given": 0.2}
 def test_reproduction_is_switched_off_and_on_again_as_the_world_file_says(meadow):
     species = meadow(reproduction=ALONE).tables["deer"].species
     assert species.reproduction.rate == 0.5
-    species.switch_reproduction(False)
-    assert (species.barren, species.reproduction) == (True, None)
-    species.switch_reproduction(True)
-    assert (species.barren, species.reproduction.rate) == (False, 0.5)
+    species.barren = True
+    assert species.reproduction is None
+    species.barren = False
+    assert species.reproduction.rate == 0.5
 
 
 def test_a_kind_made_by_hand_has_nothing_that_happens_to_it():
-    species = Species()
+    species = Kind()
     assert species.parts() == {}
     assert (species.reproduction, species.diet, species.lethal, species.nerves) == (None, [], [], None)
 
